@@ -12,9 +12,10 @@ from ...errors import ModelError
 from ...motion.simulate import simulate
 from ...motion.trajectory.trajectory import Trajectory
 from ...scalar.algebra import floats
+from ...symbolic.linear.checks import SMALL
 from ...symbolic.linear.deviation import deviations, start_of
 from ...symbolic.linear.linear_model import LinearModel
-from ...symbolic.linear.linearize import SMALL, linearize
+from ...symbolic.linear.linearize import linearize
 from ...symbolic.linear.operating_point import along, tangent_names
 from ...symbolic.printing.lines import Lines, Name
 from .plots import COLORS, figure

@@ -1,9 +1,9 @@
-"""The characteristic polynomial of symbolic linear equations, and its roots where they have a closed form.
+"""The characteristic polynomial of symbolic linear equations, and its roots in closed form.
 
     Δ(s) = det(M s² + C s + K) = c s^k Π f_i(s)^n_i
 
-The determinant is formed and factored on canonical polynomials. Factors are solved when they are linear, quadratic or
-biquadratic in s, or of degree three and four.
+The determinant is formed and factored on canonical polynomials. Factors are solved if they are linear, quadratic or
+biquadratic in s, or of degree three or four.
 """
 
 from __future__ import annotations
@@ -16,38 +16,40 @@ from typing import Any
 import sympy
 
 from ...errors import ExpressionError, ModelError
+from ...scalar.algebra import Scalar
 from ...scalar.element import element
 from ...scalar.polynomial import Polynomial, Ring
 from ..printing.display import displayed, text
+from ..printing.lines import Result
 from ..printing.rational import Rationals, S
 from ..printing.show import elements, latex_of, mathml_of
 from ..printing.show import text_of as text_expression
 from .modes import Mode, Modes
 
 LARGEST = 8
-"""Most coordinates of a determinant in symbols: its minors number 2ⁿ."""
+"""Largest number of coordinates of a determinant in symbols; it has 2ⁿ minors."""
 
 
 @dataclass(frozen=True)
 class Factor:
     """A factor of the characteristic polynomial: its coefficients by rising powers of s, and how often it occurs."""
 
-    element: Any
-    coefficients: tuple[Any, ...]
+    element: Scalar
+    coefficients: tuple[Scalar, ...]
     times: int
 
     @property
     def degree(self) -> int:
-        """In s."""
+        """Degree in s."""
         return len(self.coefficients) - 1
 
     @property
     def even(self) -> bool:
-        """Whether only even powers of s occur."""
+        """True if only even powers of s occur."""
         return all(c == 0 for c in self.coefficients[1::2])
 
 
-class Characteristic:
+class Characteristic(Result):
     """det(M s² + C s + K), factored.
 
     Attributes
@@ -56,10 +58,10 @@ class Characteristic:
     coefficients : tuple
         Canonical coefficients by rising powers of s.
     factors : tuple of Factor
-        Those that depend on s.
+        Factors that depend on s.
     """
 
-    def __init__(self, ring: Ring, matrix: list[list[Any]], determinant: Any) -> None:
+    def __init__(self, ring: Ring, matrix: list[list[Scalar]], determinant: Scalar) -> None:
         self.ring = ring
         self.matrix = matrix
         self.determinant = determinant
@@ -67,13 +69,14 @@ class Characteristic:
 
     @cached_property
     def factors(self) -> tuple[Factor, ...]:
+        """Factors that depend on s, lowest degree first."""
         ring = self.ring
-        found = []
+        result = []
         for f, times in ring.factor(cleared(ring, self.determinant))[1]:
             parts = coefficients(ring, f)
             if len(parts) > 1:
-                found.append(Factor(f, parts, int(times)))
-        return tuple(sorted(found, key=lambda f: (f.degree, text_of(ring, f))))
+                result.append(Factor(f, parts, int(times)))
+        return tuple(sorted(result, key=lambda f: (f.degree, text_of(ring, f))))
 
     @cached_property
     def expression(self) -> Any:
@@ -92,27 +95,21 @@ class Characteristic:
         """The polynomial as presentation MathML."""
         return elements([mathml_of(self.expression)])
 
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
-
     def roots(self) -> list[Any]:
         """All roots, with repetitions."""
         return [s for f in self.factors for s in roots(self.ring, f) for _ in range(f.times)]
 
     def frequencies(self) -> list[Any]:
-        """|s| of pairs of roots, sqrt of the product of each pair."""
+        """|s| of each pair of roots: the square root of the product of the pair."""
         return [w for f in self.factors for w, _ in oscillations(self.ring, f) for _ in range(f.times)]
 
     def damping_ratios(self) -> list[Any]:
-        """-Re s / |s| of pairs of roots."""
+        """-Re s / |s| of each pair of roots."""
         return [z for f in self.factors for _, z in oscillations(self.ring, f) for _ in range(f.times)]
 
 
-def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Any]]]:
-    """P_0, P_1, P_2 of P_2 s² + P_1 s + P_0 = [M s² + C s + K, K_c; -E_ξ - E_r s, s - E_c], of (ξ, c)."""
+def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Scalar]]]:
+    """Return P_0, P_1, P_2 of P_2 s² + P_1 s + P_0 = [M s² + C s + K, K_c; -E_ξ - E_r s, s - E_c] for (ξ, c)."""
     m = n + carried
     result = [[[0] * m for _ in range(m)] for _ in range(3)]
     for k, key in enumerate("KCM"):
@@ -128,7 +125,7 @@ def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Any
 
 
 def of(ring: Ring, terms: Mapping[str, Any], n: int, carried: int = 0) -> Characteristic:
-    """The characteristic polynomial of M s² + C s + K, and of the deviations that are carried."""
+    """Return the characteristic polynomial of M s² + C s + K, extended by the carried deviations."""
     if n + carried > LARGEST:
         raise ModelError(
             f"The characteristic polynomial of {n + carried} coordinates in symbols is too large (at most {LARGEST}). "
@@ -143,12 +140,12 @@ def of(ring: Ring, terms: Mapping[str, Any], n: int, carried: int = 0) -> Charac
     return Characteristic(ring, rows, determinant(ring, rows))
 
 
-def determinant(ring: Ring, rows: Sequence[Sequence[Any]]) -> Polynomial:
-    """By minors of the first rows, each formed once: no division."""
-    minors: dict[int, Any] = {0: 1}
+def determinant(ring: Ring, rows: Sequence[Sequence[Scalar]]) -> Polynomial:
+    """Return the determinant by expansion in minors of the first rows, each formed once, without division."""
+    minors: dict[int, Scalar] = {0: 1}
     n = len(rows)
     for row in rows:
-        following: dict[int, Any] = {}
+        following: dict[int, Scalar] = {}
         for mask, minor in minors.items():
             for j in range(n):
                 if mask >> j & 1 or row[j] == 0:
@@ -161,8 +158,8 @@ def determinant(ring: Ring, rows: Sequence[Sequence[Any]]) -> Polynomial:
     return ring.coerce(minors.get((1 << n) - 1, 0))
 
 
-def cleared(ring: Ring, x: Any) -> Polynomial:
-    """x times powers of what its inverse generators stand for: a polynomial with the same roots."""
+def cleared(ring: Ring, x: Scalar) -> Polynomial:
+    """Return x times powers of its denominators: a polynomial without inverse generators and with the same roots."""
     x = ring.coerce(x)
     while True:
         inverses = [g for g in ring.used(x) if g.kind == "inverse"]
@@ -172,10 +169,10 @@ def cleared(ring: Ring, x: Any) -> Polynomial:
         x = ring.coerce(x * g.arguments[0] ** int(x.num.degrees()[-1 - g.index]))
 
 
-def coefficients(ring: Ring, x: Any) -> tuple[Any, ...]:
-    """Canonical coefficients by rising powers of s."""
+def coefficients(ring: Ring, x: Scalar) -> tuple[Scalar, ...]:
+    """Return the canonical coefficients by rising powers of s."""
     x = ring.coerce(x)
-    result: list[Any] = []
+    result: list[Scalar] = []
     factorial = 1
     s = ring.generator(S)
     while x != 0:
@@ -186,7 +183,7 @@ def coefficients(ring: Ring, x: Any) -> tuple[Any, ...]:
     return tuple(result) or (0,)
 
 
-def _without_s(ring: Ring, x: Any, mask: int) -> Any:
+def _without_s(ring: Ring, x: Scalar, mask: int) -> Scalar:
     if not isinstance(x, Polynomial):
         return x
     name = f"g{mask.bit_length() - 1}"
@@ -194,7 +191,7 @@ def _without_s(ring: Ring, x: Any, mask: int) -> Any:
 
 
 def text_of(ring: Ring, f: Factor) -> str:
-    """A factor as plain text, falling powers."""
+    """Return a factor as plain text, by falling powers of s."""
     parts = []
     for k, c in reversed(list(enumerate(f.coefficients))):
         if c != 0:
@@ -204,19 +201,19 @@ def text_of(ring: Ring, f: Factor) -> str:
 
 
 def ratios(ring: Ring, f: Factor) -> list[Any]:
-    """Coefficients in parts of the leading one, as SymPy expressions."""
+    """Return the coefficients divided by the leading one, as SymPy expressions."""
     lead = ring.coerce(f.coefficients[-1])
     return [sympy.factor_terms(displayed(ring.quotient(ring.coerce(c), lead), ring)) for c in f.coefficients]
 
 
 def squares(ring: Ring, f: Factor) -> list[Any]:
-    """w² with s² = -w², of a quadratic or biquadratic factor in even powers."""
+    """Return w², with s² = -w², of a quadratic or biquadratic factor in even powers."""
     c = ratios(ring, f)
     return [c[0]] if f.degree == 2 else biquadratic(ring, c[2], c[0])
 
 
 def biquadratic(ring: Ring, b: Any, c: Any) -> list[Any]:
-    """The two w² of w⁴ - b w² + c = 0; the root knows what the system says is positive."""
+    """Return the two solutions w² of w⁴ - b w² + c = 0; the square root uses the assumptions of the system."""
     half, product = (ring.coerce(ring.from_sympy(x)) for x in (b / 2, c))
     inside = half * half - product
     try:
@@ -228,7 +225,7 @@ def biquadratic(ring: Ring, b: Any, c: Any) -> list[Any]:
 
 
 def roots(ring: Ring, f: Factor) -> list[Any]:
-    """Roots of a factor in closed form."""
+    """Return the roots of a factor in closed form."""
     c = ratios(ring, f)
     if f.degree == 1:
         return [-c[0]]
@@ -238,9 +235,9 @@ def roots(ring: Ring, f: Factor) -> list[Any]:
         root = sympy.I * sympy.sqrt(sympy.factor(c[0] - c[1] ** 2 / 4))
         return [-c[1] / 2 + root, -c[1] / 2 - root]
     if f.degree <= 4:
-        found = sympy.roots(sympy.Poly(list(reversed(c)), S))
-        if sum(found.values()) == f.degree:
-            return [s for s, times in found.items() for _ in range(times)]
+        multiplicities = sympy.roots(sympy.Poly(list(reversed(c)), S))
+        if sum(multiplicities.values()) == f.degree:
+            return [s for s, times in multiplicities.items() for _ in range(times)]
     raise ModelError(
         f"The roots of a factor of degree {f.degree} in s have no closed form: {text_of(ring, f)} = 0. "
         "Give numbers: model.numeric(values), or values= in fb.linearize."
@@ -248,7 +245,7 @@ def roots(ring: Ring, f: Factor) -> list[Any]:
 
 
 def oscillations(ring: Ring, f: Factor) -> list[tuple[Any, Any]]:
-    """(frequency, damping ratio) of the pairs of roots of a factor."""
+    """Return (frequency, damping ratio) of each pair of roots of a factor."""
     if f.degree == 1:
         return []
     if f.even and f.degree in (2, 4):
@@ -257,40 +254,46 @@ def oscillations(ring: Ring, f: Factor) -> list[tuple[Any, Any]]:
         c = ratios(ring, f)
         w = sympy.sqrt(c[0])
         return [(w, c[1] / (2 * w))]
-    found = roots(ring, f)
-    pairs = [s for s in found if sympy.im(sympy.N(s)) > 0] if all(s.is_number for s in found) else None
+    closed = roots(ring, f)
+    pairs = [s for s in closed if sympy.im(sympy.N(s)) > 0] if all(s.is_number for s in closed) else None
     if pairs is None:
         raise ModelError(
-            f"Which roots of {text_of(ring, f)} = 0 are pairs depends on the values of its symbols. "
+            f"Which roots of {text_of(ring, f)} = 0 form pairs depends on the values of its symbols. "
             "Give numbers: model.numeric(values), or values= in fb.linearize."
         )
     return [(sympy.Abs(s), -sympy.re(s) / sympy.Abs(s)) for s in pairs]
 
 
 def modes_of(linear: Any) -> Modes:
-    """Modes of a symbolic :class:`LinearModel`: roots of one sign, and shapes from the cofactors of M s² + C s + K."""
+    """Return the modes of a symbolic :class:`LinearModel`: one root per pair, and mode shapes from cofactors."""
     character = linear.characteristic
     ring = character.ring
-    made = []
+    result = []
     for f in character.factors:
-        found = roots(ring, f)
+        factor_roots = roots(ring, f)
         if f.degree == 1 and f.coefficients[0] == 0:
-            made += _at_zero(linear, f.times)
+            result += _at_zero(linear, f.times)
             continue
         if f.even:
-            chosen = list(
-                zip(found[::2], [(sympy.sqrt(w2), sympy.Integer(0)) for w2 in squares(ring, f)], strict=True)
+            frequencies = list(
+                zip(
+                    factor_roots[::2],
+                    [(sympy.sqrt(w2), sympy.Integer(0)) for w2 in squares(ring, f)],
+                    strict=True,
+                )
             )
         elif f.degree == 2:
-            chosen = [(found[0], oscillations(ring, f)[0])]
+            frequencies = [(factor_roots[0], oscillations(ring, f)[0])]
         else:
-            chosen = [(s, (sympy.Abs(s), -sympy.re(s) / sympy.Abs(s))) for s in found if _upper(s)]
-        for s, (w, ratio) in chosen:
+            frequencies = [
+                (s, (sympy.Abs(s), -sympy.re(s) / sympy.Abs(s))) for s in factor_roots if _upper(s)
+            ]
+        for s, (w, ratio) in frequencies:
             shapes = _shapes(linear, f, s)
             kind = "oscillation" if f.degree > 1 else "real root"
             repeats = f.times if len(shapes) == 1 else 1
-            made += [Mode(kind, s, w, ratio, shape) for shape in shapes for _ in range(repeats)]
-    return Modes(made, character.roots())
+            result += [Mode(kind, s, w, ratio, shape) for shape in shapes for _ in range(repeats)]
+    return Modes(result, character.roots())
 
 
 def _upper(s: Any) -> bool:
@@ -298,44 +301,44 @@ def _upper(s: Any) -> bool:
 
 
 def _at_zero(linear: Any, times: int) -> list[Mode]:
-    """Rigid-body shapes, K X = 0, and constant rates: K X' = 0 with a displacement that holds them, K X + C X' = 0."""
+    """Return the modes at s = 0: rigid-body shapes, K X = 0, and constant rates, K X' = 0 with K X + C X' = 0."""
     zero = sympy.Integer(0)
     if linear.carried:
-        return _levels(linear)[:times]
+        return _zero_modes_with_carried(linear)[:times]
     n = len(linear.coordinates)
     K, C = linear.K, linear.C
     rigid = [list(v) for v in K.nullspace(simplify=True)]
-    held = sympy.Matrix(sympy.BlockMatrix([[K, C], [sympy.zeros(n), K]])).nullspace(simplify=True)
-    drift = [list(v)[n:] for v in held if any(x != 0 for x in list(v)[n:])]
-    made = [Mode("rigid body", zero, zero, zero, _normalised(linear.coordinates, v)) for v in rigid]
-    made += [Mode("drift", zero, zero, zero, _normalised(linear.coordinates, v)) for v in drift]
-    return made[:times]
+    chains = sympy.Matrix(sympy.BlockMatrix([[K, C], [sympy.zeros(n), K]])).nullspace(simplify=True)
+    drift = [list(v)[n:] for v in chains if any(x != 0 for x in list(v)[n:])]
+    result = [Mode("rigid body", zero, zero, zero, _normalised(linear.coordinates, v)) for v in rigid]
+    result += [Mode("drift", zero, zero, zero, _normalised(linear.coordinates, v)) for v in drift]
+    return result[:times]
 
 
-def _levels(linear: Any) -> list[Mode]:
-    """The same of x' = A x with deviations that are carried, whose chains may be longer: A^k x = 0, level by level."""
+def _zero_modes_with_carried(linear: Any) -> list[Mode]:
+    """Return the modes at s = 0 of x' = A x with carried deviations: solutions of A^k x = 0 for k = 1, 2, ..."""
     zero = sympy.Integer(0)
     names = (*linear.coordinates, *linear.carried)
     A = linear.first_order[0]
-    made: list[Mode] = []
-    known: list[Any] = []
+    result: list[Mode] = []
+    basis: list[Any] = []
     power = A
     while True:
         level: list[Any] = []
         for v in power.nullspace(simplify=True):
-            if sympy.Matrix.hstack(*known, *level, v).rank(simplify=True) > len(known) + len(level):
+            if sympy.Matrix.hstack(*basis, *level, v).rank(simplify=True) > len(basis) + len(level):
                 level.append(v)
         if not level:
-            return made
+            return result
         for v in level:
-            kind, shape = ("drift", A * v) if known else ("rigid body", v)
-            made.append(Mode(kind, zero, zero, zero, _normalised(names, list(shape)[: len(names)])))
-        known += level
+            kind, shape = ("drift", A * v) if basis else ("rigid body", v)
+            result.append(Mode(kind, zero, zero, zero, _normalised(names, list(shape)[: len(names)])))
+        basis += level
         power = power * A
 
 
 def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
-    """Null vectors of M s² + C s + K at a root s of a factor: cofactors of a row, reduced modulo the factor."""
+    """Return null vectors of M s² + C s + K at a root s of a factor: cofactors of a row, reduced modulo the factor."""
     character = linear.characteristic
     ring, rows = character.ring, character.matrix
     n = len(rows)
@@ -356,13 +359,13 @@ def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
         return [
             dict(zip((*linear.coordinates, *linear.carried), map(sympy.factor_terms, values), strict=True))
         ]
-    # a repeated root whose cofactors vanish: every solution of the equations
+    # all cofactors vanish at a repeated root: take all null vectors
     P = sympy.Matrix(n, n, [_at(ring, x, s) for row in rows for x in row])
     names = (*linear.coordinates, *linear.carried)
     return [_normalised(names, v) for v in P.nullspace(simplify=True)]
 
 
-def _at(ring: Ring, x: Any, s: Any) -> Any:
+def _at(ring: Ring, x: Scalar, s: Any) -> Any:
     return sum((displayed(c, ring) * s**k for k, c in enumerate(coefficients(ring, x))), sympy.Integer(0))
 
 

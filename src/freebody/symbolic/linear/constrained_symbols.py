@@ -1,11 +1,11 @@
-"""Linear equations of a machine with constraints, in symbols, in coordinates that are independent.
+"""Linear equations of a machine with constraints, in symbols and in independent coordinates.
 
-The operating point names what is known. Coordinates that it does not name and that the conditions hold linearly follow
-from them, the others are zero; speeds that it does not name follow from ψ = G u + g = 0. Those that then change with
-time (the velocity of a wheel's centre along a circle) are followed as functions of time, and their coordinates as
-symbols that nothing may depend on.
+The user names some coordinates and speeds of the operating point. Coordinates not named follow from the conditions that
+are linear in them, else they are zero. Speeds not named follow from ψ = G u + g = 0. Some of these speeds may change
+with time (the velocity of a wheel's centre along a circle): they are functions of time, and their coordinates are
+symbols on which the linear equations may not depend.
 
-The file is longer than others: what is known of the operating point is passed on from step to step.
+The file is longer than others: each step uses all that the steps before found about the operating point.
 """
 
 from __future__ import annotations
@@ -20,24 +20,27 @@ from ...dynamics.constraints import linearized, rows
 from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from ...scalar.ratio import Ratio
 from ..printing.display import displayed, text
-from ..printing.systems import Row, Terms, collect, eliminate
+from ..printing.systems import Row, Terms, added, collect, eliminate, scaled
+from .checks import balanced, check_count, check_untouched, not_independent, steady
 from .linear_model import LinearModel
-from .linearize import balanced, steady
-from .linearize_constrained import check_untouched
 from .operating_point import OperatingPoint, along, tangent_names
 from .reduction import Choice, drifts, reduced, slopes
 
 
 @dataclass(frozen=True)
 class Motion:
-    """q(t), u(t) and u'(t) of a steady motion, the speeds that change, and the mask of what nothing may depend on."""
+    """q(t), u(t) and u'(t) of a steady motion.
 
-    q: tuple[Any, ...]
-    u: tuple[Any, ...]
-    udot: tuple[Any, ...]
+    ``varying`` are the indices of the speeds that change, ``moving`` the mask of the generators that change with time.
+    """
+
+    q: tuple[Scalar, ...]
+    u: tuple[Scalar, ...]
+    udot: tuple[Scalar, ...]
     varying: tuple[int, ...]
     moving: int
 
@@ -46,40 +49,44 @@ def constrained_symbols(
     model: Model,
     ring: Ring,
     point: OperatingPoint,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    t: Any,
-    values: Mapping[Any, Any],
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
     inputs: Sequence[str],
     independent: Sequence[str],
 ) -> LinearModel:
-    """About an equilibrium or a steady motion of canonical values ``q`` and ``u`` at the time zero."""
+    """Linear equations about an equilibrium or a steady motion with canonical values ``q`` and ``u`` at time zero."""
     q = _closed(model, ring, point, q, u, values)
-    u = _followed(model, ring, point, 0, q, u, values)
-    moved = _motion(model, ring, point, q, u, t, values)
-    choice = _choice(model, ring, moved, point, t, values, independent)
+    u = _consistent_speeds(model, ring, point, 0, q, u, values)
+    motion = _motion(model, ring, point, q, u, t, values)
+    choice = _choice(model, ring, motion, point, t, values, independent)
     if not choice.speeds:
         raise ModelError(
             f"The constraints and drives of '{model.name}' leave it no freedom: it has no small motions to linearise."
         )
 
-    def entry(x: Any) -> Ratio:
+    def entry(x: Scalar) -> Ratio:
         return Ratio(ring, x)
 
     def solve(A: Any, B: Any) -> Any:
         return _solved(ring, A, B)
 
-    found = slopes(model, ring, moved.q, moved.u, moved.udot, t, values, inputs, choice, solve, entry)
+    derivatives = slopes(
+        model, ring, motion.q, motion.u, motion.udot, t, values, inputs, choice, solve, entry
+    )
     parameters = {p.name for p in model.parameters}
     check_untouched(
-        model, [name for name in inputs if name in parameters], [any(column) for column in found.touched.T]
+        model,
+        [name for name in inputs if name in parameters],
+        [any(column) for column in derivatives.touched.T],
     )
-    terms = reduced(model, found, drifts(model, moved.u, moved.udot, entry), choice, solve)
+    terms = reduced(model, derivatives, drifts(model, motion.u, motion.udot, entry), choice, solve)
     names = tangent_names(model)
     chosen = [names[j] for j in choice.speeds]
     if not point.rounded:
         balanced(
-            model, ring, [_whole(ring, x) for x in terms["residual"]], chosen, moved.moving,
+            model, ring, [_whole(ring, x) for x in terms["residual"]], chosen, motion.moving,
             "with the constraint forces eliminated, the equations of its independent coordinates leave",
         )  # fmt: skip
     canonical: dict[str, Any] = {
@@ -87,15 +94,15 @@ def constrained_symbols(
         for key in ("M", "C", "K", "K_carried", "B", "E", "E_rates", "T", "S", "P", "to_rates")
     }
     carried = [names[j] for j in choice.carried]
-    steady(model, ring, canonical, chosen, moved.moving)
-    if carried and _changing(ring, canonical, moved.moving):
-        _check_carried(model, ring, canonical, carried, moved.moving)
+    steady(model, ring, canonical, chosen, motion.moving)
+    if carried and _changing(ring, canonical, motion.moving):
+        _check_carried(model, ring, canonical, carried, motion.moving)
         carried = []
     if not carried:
         for key in ("K_carried", "E", "E_rates"):
             del canonical[key]
     canonical["chosen"] = choice
-    canonical["udot"] = list(moved.udot)
+    canonical["udot"] = list(motion.udot)
     shown = [displayed(x, ring) for x in (*q, *u)]
     return LinearModel(
         model,
@@ -115,87 +122,91 @@ def _closed(
     model: Model,
     ring: Ring,
     point: OperatingPoint,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    values: Mapping[Any, Any],
-) -> tuple[Any, ...]:
-    """Coordinates with φ = 0: those not named that φ holds linearly are solved for."""
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    values: Mapping[Any, Scalar],
+) -> tuple[Scalar, ...]:
+    """Return coordinates with φ = 0, solved for coordinates not named in which φ is linear."""
     kinds = rows(model)
-    held = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
-    open_ = {
+    on_coordinates = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
+    free = {
         i: ring.generator(c.symbol, "coordinate")
         for i, c in enumerate(model.coordinates)
-        if c.kind == "scalar" and c.name not in point.given
+        if c.kind == "scalar" and c.name not in point.names
     }
-    left = [linearized(model, State(model, ring, 0, q, u, values)).residual[i] for i in held]
-    while any(x != 0 for x in left) and open_:
-        trial = [open_.get(i, x) for i, x in enumerate(q)]
-        phi = [linearized(model, State(model, ring, 0, trial, u, values)).residual[i] for i in held]
-        # an angle stands in sines and cosines: it keeps its value zero
+    residual = [linearized(model, State(model, ring, 0, q, u, values)).residual[i] for i in on_coordinates]
+    while any(x != 0 for x in residual) and free:
+        trial = [free.get(i, x) for i, x in enumerate(q)]
+        phi = [linearized(model, State(model, ring, 0, trial, u, values)).residual[i] for i in on_coordinates]
+        # an angle occurs in sines and cosines: it keeps its value zero
         inside = 0
         for x in phi:
             for g in ring.used(ring.coerce(x)):
                 if g.kind not in ("coordinate", "inverse"):
                     inside |= g.depends
-        angles = [i for i, x in open_.items() if x.mask & inside]
+        angles = [i for i, x in free.items() if x.mask & inside]
         if angles:
             for i in angles:
-                del open_[i]
+                del free[i]
             continue
-        places = {x.mask.bit_length() - 1: (i, 1) for i, x in open_.items()}
-        system = [Row(kinds[i].name, collect(x, places, ring)) for i, x in zip(held, phi, strict=True)]
-        solved, _ = eliminate(system, [sorted(open_)])
+        places = {x.mask.bit_length() - 1: (i, 1) for i, x in free.items()}
+        system = [
+            Row(kinds[i].name, collect(x, places, ring)) for i, x in zip(on_coordinates, phi, strict=True)
+        ]
+        solved, _ = eliminate(system, [sorted(free)])
         result = list(q)
         for i, terms in solved.items():
-            # what is left undetermined is zero
+            # undetermined coordinates are zero
             result[i] = _whole(ring, terms.get((), Ratio(ring, 0)))
         q = result
-        left = [linearized(model, State(model, ring, 0, q, u, values)).residual[i] for i in held]
+        residual = [
+            linearized(model, State(model, ring, 0, q, u, values)).residual[i] for i in on_coordinates
+        ]
         break
-    missed = {kinds[i].name: x for i, x in zip(held, left, strict=True) if x != 0}
-    if missed and not point.rounded:
-        shown = "; ".join(f"{name}: {text(x, ring)}" for name, x in missed.items())
-        rest = [c.name for c in model.coordinates if c.name not in point.given and c.kind == "scalar"]
+    violations = {kinds[i].name: x for i, x in zip(on_coordinates, residual, strict=True) if x != 0}
+    if violations and not point.rounded:
+        shown = "; ".join(f"{name}: {text(x, ring)}" for name, x in violations.items())
+        unnamed = [c.name for c in model.coordinates if c.name not in point.names and c.kind == "scalar"]
         raise ModelError(
             f"The position given does not satisfy the constraints of '{model.name}': they leave {shown} in place of 0. "
-            f"Name the coordinates that are not zero in `about` (not named: {', '.join(rest) or 'none'}), "
+            f"Name the coordinates that are not zero in `about` (not named: {', '.join(unnamed) or 'none'}), "
             "as expressions that close it, or give relations among parameters as where={parameter: expression}; "
             "with values= coordinates not named are found in numbers."
         )
     return tuple(q)
 
 
-def _followed(
+def _consistent_speeds(
     model: Model,
     ring: Ring,
     point: OperatingPoint,
-    t: Any,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    values: Mapping[Any, Any],
-) -> tuple[Any, ...]:
-    """Speeds with ψ = 0: those not named follow."""
-    start = [x if name in point.given else 0 for name, x in zip(model.speed_names, u, strict=True)]
-    given = linearized(model, State(model, ring, t, q, start, values))
-    if all(x == 0 for x in given.rate):
+    t: Scalar,
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    values: Mapping[Any, Scalar],
+) -> tuple[Scalar, ...]:
+    """Return speeds with ψ = 0, solved for the speeds not named."""
+    start = [x if name in point.names else 0 for name, x in zip(model.speed_names, u, strict=True)]
+    conditions = linearized(model, State(model, ring, t, q, start, values))
+    if all(x == 0 for x in conditions.rate):
         return tuple(start)
-    free = [j for j, name in enumerate(model.speed_names) if name not in point.given]
-    system = _conditions(model, ring, given.matrix, given.rate, free)
-    # the speed of a coordinate that is named stays zero where the others suffice
-    named = [j for j in free if model.speed_names[j].removesuffix("'") in point.given]
-    solved, left = eliminate(system, [[j for j in free if j not in named], named])
-    if left:
-        shown = ", ".join(f"{row.name}: {text(_whole(ring, row.terms[()]), ring)}" for row in left)
+    free = [j for j, name in enumerate(model.speed_names) if name not in point.names]
+    system = _conditions(model, ring, conditions.matrix, conditions.rate, free)
+    # the speed of a named coordinate stays zero if the others suffice
+    named = [j for j in free if model.speed_names[j].removesuffix("'") in point.names]
+    solved, contradictions = eliminate(system, [[j for j in free if j not in named], named])
+    if contradictions:
+        shown = ", ".join(f"{row.name}: {text(_whole(ring, row.terms[()]), ring)}" for row in contradictions)
         raise ModelError(
             f"The speeds given in `about` do not satisfy the constraints of '{model.name}': they miss {shown}. "
             "Leave out those that follow from the others."
         )
     result = list(start)
-    for j, found in solved.items():
-        value = found.get((), Ratio(ring, 0))
-        others = sorted({v for monomial in found for v, _ in monomial} - set(named))
-        if value and others:
-            names = ", ".join(model.speed_names[v] for v in others)
+    for j, terms in solved.items():
+        value = terms.get((), Ratio(ring, 0))
+        undetermined = sorted({v for monomial in terms for v, _ in monomial} - set(named))
+        if value and undetermined:
+            names = ", ".join(model.speed_names[v] for v in undetermined)
             raise ModelError(
                 f"The speeds given in `about` leave '{model.speed_names[j]}' of '{model.name}' open. Give it as well, "
                 f"or {names} (0 where it stands still)."
@@ -205,11 +216,11 @@ def _followed(
 
 
 def _conditions(
-    model: Model, ring: Ring, matrix: Sequence[Any], rest: Sequence[Any], columns: Sequence[int]
+    model: Model, ring: Ring, matrix: Sequence[Scalar], constants: Sequence[Scalar], columns: Sequence[int]
 ) -> list[Row]:
-    """Σ_j G_kj x_j + rest_k of every condition, over some columns."""
+    """Rows Σ_j G_kj x_j + constant_k of all conditions, over some columns."""
     result = []
-    for kind, row, x in zip(rows(model), matrix, rest, strict=True):
+    for kind, row, x in zip(rows(model), matrix, constants, strict=True):
         terms: Terms = {((j, 1),): Ratio(ring, row[j]) for j in columns if row[j] != 0}
         if x != 0:
             terms[()] = Ratio(ring, x)
@@ -221,12 +232,12 @@ def _motion(
     model: Model,
     ring: Ring,
     point: OperatingPoint,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    t: Any,
-    values: Mapping[Any, Any],
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
 ) -> Motion:
-    """Where the motion is at any time: speeds that follow from the constraints may change."""
+    """Return the motion at any time; speeds that follow from the constraints may change."""
     n = model.n_u
     varying: tuple[int, ...] = ()
     moving = ring.generator(model.names.atoms["t"]).mask
@@ -237,8 +248,8 @@ def _motion(
             i = names.index(model.speed_names[j].removesuffix("'"))
             later[i] = ring.generator(model.coordinates[i].symbol, "coordinate")
             moving |= later[i].mask
-        then = _followed(model, ring, point, t, later, u, values)
-        changed = tuple(j for j in range(n) if j in varying or then[j] != u[j])
+        speeds = _consistent_speeds(model, ring, point, t, later, u, values)
+        changed = tuple(j for j in range(n) if j in varying or speeds[j] != u[j])
         if changed == varying:
             break
         for j in changed:
@@ -249,31 +260,36 @@ def _motion(
                     "a free joint); or give numbers and a trajectory: about=fb.simulate(...)."
                 )
         varying = changed
-    given = linearized(model, State(model, ring, t, later, then, values))
-    off = {
+    conditions = linearized(model, State(model, ring, t, later, speeds, values))
+    violations = {
         kind.name: x
-        for kind, x in zip(rows(model), given.residual, strict=True)
+        for kind, x in zip(rows(model), conditions.residual, strict=True)
         if x != 0 and not kind.on_speeds
     }
-    if off and not point.rounded:
-        shown = "; ".join(f"{name}: {text(x, ring)}" for name, x in off.items())
+    if violations and not point.rounded:
+        shown = "; ".join(f"{name}: {text(x, ring)}" for name, x in violations.items())
         raise ModelError(
             f"The motion given leaves the constraints of '{model.name}' as it goes on: {shown} in place of 0. Its "
             "speeds are not constant; linearise about a trajectory (about=fb.simulate(...))."
         )
-    udot: list[Any] = [0] * n
-    solved, left = eliminate(_conditions(model, ring, given.matrix, given.bias, varying), [varying])
-    if left:
+    udot: list[Scalar] = [0] * n
+    solved, contradictions = eliminate(
+        _conditions(model, ring, conditions.matrix, conditions.bias, varying), [varying]
+    )
+    if contradictions:
         shown = "; ".join(
-            f"{row.name}: {text(_whole(ring, row.terms[()]), ring)}" for row in left if () in row.terms
+            f"{row.name}: {text(_whole(ring, row.terms[()]), ring)}"
+            for row in contradictions
+            if () in row.terms
         )
         raise ModelError(
-            f"The speeds of the motion given can not all stay: the accelerations of the constraints of '{model.name}' "
-            f"leave {shown} in place of 0. Name fewer speeds in `about`, or linearise about a trajectory."
+            f"The speeds of the motion given cannot all stay constant: the accelerations of the constraints of "
+            f"'{model.name}' leave {shown} in place of 0. Name fewer speeds in `about`, or linearise about "
+            "a trajectory."
         )
-    for j, found in solved.items():
-        udot[j] = _whole(ring, found.get((), Ratio(ring, 0)))
-    return Motion(tuple(later), tuple(then), tuple(udot), varying, moving)
+    for j, terms in solved.items():
+        udot[j] = _whole(ring, terms.get((), Ratio(ring, 0)))
+    return Motion(tuple(later), tuple(speeds), tuple(udot), varying, moving)
 
 
 # -- independent speeds and deviations ------------------------------------------------------------
@@ -282,94 +298,91 @@ def _motion(
 def _choice(
     model: Model,
     ring: Ring,
-    moved: Motion,
+    motion: Motion,
     point: OperatingPoint,
-    t: Any,
-    values: Mapping[Any, Any],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
     independent: Sequence[str],
 ) -> Choice:
-    """Dependent are, first, speeds that change, then coordinates that `about` does not name, then short pivots."""
+    """Choose independent speeds and deviations.
+
+    Dependent are, in this order: speeds that change, coordinates that `about` does not name, and short pivots.
+    """
     names = tangent_names(model)
     n = model.n_u
     kinds = rows(model)
-    G = linearized(model, State(model, ring, t, moved.q, moved.u, values)).matrix
+    G = linearized(model, State(model, ring, t, motion.q, motion.u, values)).matrix
     named = [names.index(name) for name in independent]
-    given = {name.removesuffix("'") for name in point.given}
+    names_given = {name.removesuffix("'") for name in point.names}
     groups: list[list[int]] = [[], [], []]
     for j in range(n):
         if j not in named:
-            groups[0 if j in moved.varying else 1 if names[j] not in given else 2].append(j)
-
-    def run(
-        of: Sequence[int], groups: Sequence[Sequence[int]], taken: Iterable[int]
-    ) -> tuple[dict[int, int], int]:
-        """Pivot column -> condition, and the number of conditions that bind only what is left."""
-        system = [Row(str(i), {((j, 1),): Ratio(ring, x) for j, x in enumerate(G[i]) if x != 0}) for i in of]
-        pivots: dict[int, int] = {}
-        left = [row for row in system if row.terms]
-        for group in (list(taken), *groups):
-            while True:
-                best: tuple[Any, Row, int] | None = None
-                for row in left:
-                    for j in group:
-                        c = row.terms.get(((j, 1),))
-                        if c is None or j in pivots:
-                            continue
-                        cost = (0 if c.is_number else len(c), len(row.terms), -j)
-                        if best is None or cost < best[0]:
-                            best = (cost, row, j)
-                if best is None:
-                    break
-                _, row, j = best
-                left.remove(row)
-                pivots[j] = int(row.name)
-                c = row.terms[((j, 1),)]
-                for other in left:
-                    d = other.terms.get(((j, 1),))
-                    if d is None:
-                        continue
-                    factor = d / c
-                    for key, x in row.terms.items():
-                        total = other.terms.get(key, Ratio(ring, 0)) - factor * x
-                        if total:
-                            other.terms[key] = total
-                        else:
-                            other.terms.pop(key, None)
-                left = [row for row in left if row.terms]
-        return pivots, len(left)
+            groups[0 if j in motion.varying else 1 if names[j] not in names_given else 2].append(j)
 
     on_coordinates = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
-    dependent, unbound = run(on_coordinates, groups, ())
+    dependent, unbound = _pivots(ring, G, on_coordinates, groups)
     every = [*dependent.values(), *(i for i, kind in enumerate(kinds) if kind.on_speeds)]
-    fixed, more = run(every, groups, dependent)
+    fixed, more = _pivots(ring, G, every, [list(dependent), *groups])
     if unbound or more:
-        rank = len(run(range(len(kinds)), [range(n)], ())[0])
-        if len(named) != n - rank:
-            raise ModelError(
-                f"Expected {n - rank} independent coordinates of '{model.name}' ({n} speeds, {rank} conditions), got "
-                f"{len(named)}: {', '.join(independent)}."
-            )
-        raise ModelError(
-            f"The coordinates {', '.join(independent)} are not independent: with them held, '{model.name}' can "
-            "still move, and the constraints relate them. Name others, or leave the choice out."
-        )
-    if named and len(named) != n - len(fixed):
-        raise ModelError(
-            f"Expected {n - len(fixed)} independent coordinates of '{model.name}' ({n} speeds, {len(fixed)} "
-            f"conditions), got {len(named)}: {', '.join(independent)}."
-        )
+        check_count(model, independent, len(_pivots(ring, G, range(len(kinds)), [range(n)])[0]))
+        raise not_independent(model, independent)
+    if named:
+        check_count(model, independent, len(fixed))
     speeds = named or [j for j in range(n) if j not in fixed]
     carried = [j for j in range(n) if j not in set(speeds) | set(dependent)]
-    if any(j in moved.varying for j in speeds):
-        name = names[next(j for j in speeds if j in moved.varying)]
+    if any(j in motion.varying for j in speeds):
+        name = names[next(j for j in speeds if j in motion.varying)]
         raise ModelError(
-            f"The speed of '{name}' changes along this motion of '{model.name}', so '{name}' can not be independent. "
+            f"The speed of '{name}' changes along this motion of '{model.name}', so '{name}' cannot be independent. "
             "Name others in `independent`, or leave the choice out."
         )
     active = sorted(fixed.values())
     return Choice(
         tuple(speeds), tuple(carried), tuple(sorted(fixed)), tuple(sorted(dependent)), tuple(active)
     )
+
+
+def _pivots(
+    ring: Ring, G: Sequence[Sequence[Scalar]], conditions: Iterable[int], groups: Iterable[Sequence[int]]
+) -> tuple[dict[int, int], int]:
+    """Eliminate in some conditions, with pivots from the first group of columns first.
+
+    Returns
+    -------
+    dict
+        Pivot column -> condition.
+    int
+        Number of conditions without a pivot.
+    """
+    rows = [
+        Row(str(i), {((j, 1),): Ratio(ring, x) for j, x in enumerate(G[i]) if x != 0}) for i in conditions
+    ]
+    remaining = [row for row in rows if row.terms]
+    pivots: dict[int, int] = {}
+    for group in groups:
+        while (best := _shortest_pivot(remaining, [j for j in group if j not in pivots])) is not None:
+            row, j = best
+            remaining.remove(row)
+            pivots[j] = int(row.name)
+            pivot = ((j, 1),)
+            for other in remaining:
+                if pivot in other.terms:
+                    factor = other.terms[pivot] / row.terms[pivot]
+                    other.terms = added(other.terms, scaled(row.terms, -factor))
+            remaining = [row for row in remaining if row.terms]
+    return pivots, len(remaining)
+
+
+def _shortest_pivot(rows: Sequence[Row], columns: Sequence[int]) -> tuple[Row, int] | None:
+    """Return the row and column of the shortest coefficient, then of the shortest row; None if there is none."""
+    candidates = [(row, j) for row in rows for j in columns if ((j, 1),) in row.terms]
+
+    def cost(candidate: tuple[Row, int]) -> tuple[int, int, int]:
+        row, j = candidate
+        c = row.terms[((j, 1),)]
+        return 0 if c.is_number else len(c), len(row.terms), -j
+
+    return min(candidates, key=cost, default=None)
 
 
 # -- checks ---------------------------------------------------------------------------------------
@@ -384,7 +397,7 @@ def _changing(ring: Ring, terms: Mapping[str, Any], moving: int) -> bool:
 def _check_carried(
     model: Model, ring: Ring, terms: Mapping[str, Any], carried: Sequence[str], moving: int
 ) -> None:
-    """What is carried and follows at changing rates may not act back."""
+    """Raise if a carried deviation with time-dependent equations acts back on the others."""
     for row in terms["K_carried"]:
         for name, x in zip(carried, row, strict=True):
             if x != 0:
@@ -398,20 +411,20 @@ def _check_carried(
 # -- canonical algebra ----------------------------------------------------------------------------
 
 
-def _whole(ring: Ring, x: Any) -> Any:
+def _whole(ring: Ring, x: Scalar) -> Scalar:
     return Ratio(ring, x).whole() if not isinstance(x, Ratio) else x.tidy().whole()
 
 
 def _solved(ring: Ring, A: Any, B: Any) -> Any:
-    """X with A X = B, by Gauss and Jordan; a pivot is never zero, since zero is recognised."""
+    """Return X with A X = B, by Gauss-Jordan elimination; canonical entries make a zero pivot recognisable."""
     n = len(A)
     right = B.reshape(n, -1)
     table = [[*A[i], *right[i]] for i in range(n)]
-    done: list[int] = []
+    pivot_rows: list[int] = []
     for column in range(n):
-        candidates = [i for i in range(n) if i not in done and table[i][column] != 0]
+        candidates = [i for i in range(n) if i not in pivot_rows and table[i][column] != 0]
         i = min(candidates, key=lambda k: (not table[k][column].is_number, len(table[k][column]), k))
-        done.append(i)
+        pivot_rows.append(i)
         pivot = table[i][column]
         table[i] = [x / pivot if x else x for x in table[i]]
         for k in range(n):
@@ -419,6 +432,6 @@ def _solved(ring: Ring, A: Any, B: Any) -> Any:
             if k != i and factor:
                 table[k] = [x - factor * y if y else x for x, y in zip(table[k], table[i], strict=True)]
     result = np.empty(right.shape, dtype=object)
-    for column, i in enumerate(done):
+    for column, i in enumerate(pivot_rows):
         result[column] = table[i][n:]
     return result.reshape(B.shape)

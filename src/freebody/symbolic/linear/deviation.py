@@ -1,4 +1,4 @@
-"""Finite deviations from a state or a motion, in the coordinates of the linear equations, and back; in floats.
+"""Finite deviations from a state or a motion in the coordinates of the linear equations, and states from deviations.
 
 scalar: q = q0 + ξ        ball: e = e0 ∘ exp(ξ/2)        free: p = p0 + R0 ξ_d
 """
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 def displaced(model: Model, q0: Sequence[float], xi: Sequence[float]) -> list[float]:
-    """Coordinates at a deviation from ``q0``."""
+    """Return the coordinates at a deviation ``xi`` from ``q0``."""
     names = tangent_names(model)
     result = [float(x) for x in q0]
     for i, name in enumerate(model.coordinate_names):
@@ -50,7 +50,7 @@ def displaced(model: Model, q0: Sequence[float], xi: Sequence[float]) -> list[fl
 
 
 def deviations(model: Model, q0: Array, q: Array) -> Array:
-    """Deviations (n, n_u) of coordinates ``q`` (n, n_q) from ``q0`` of the same shape."""
+    """Return the deviations (n, n_u) of coordinates ``q`` (n, n_q) from ``q0`` of the same shape."""
     names = tangent_names(model)
     result = np.zeros((len(q), model.n_u))
     for i, name in enumerate(model.coordinate_names):
@@ -63,7 +63,7 @@ def deviations(model: Model, q0: Array, q: Array) -> Array:
         e0: Any = tuple(q0[:, start + k] for k in range(4))
         e: Any = tuple(q[:, start + k] for k in range(4))
         turned = np.array(quaternion_product(quaternion_conjugate(e0), e))
-        turned = turned * np.where(turned[0] < 0, -1, 1)  # of e and -e, which turn alike, the short way
+        turned = turned * np.where(turned[0] < 0, -1, 1)  # e and -e are the same turn: take the shorter one
         size = np.linalg.norm(turned[1:], axis=0)
         half = np.arctan2(size, turned[0])
         result[:, link.u : link.u + 3] = (2 * turned[1:] / np.sinc(half / np.pi)).T
@@ -77,10 +77,9 @@ def deviations(model: Model, q0: Array, q: Array) -> Array:
 def start_of(
     linear: LinearModel, xi: Sequence[float], rates: Sequence[float]
 ) -> tuple[list[float], list[float]]:
-    """The state (q, u) that the deviations ξ (and those carried) and the rates ξ' of linear equations stand for.
+    """Return the state (q, u) at deviations ξ (with the carried ones) and rates ξ' of linear equations.
 
-    Of a machine with constraints the rest follows from them: coordinates by closing, speeds by ψ = 0, with those of
-    the independent ones held.
+    For a machine with constraints, the dependent coordinates follow from φ = 0 and the dependent speeds from ψ = 0.
     """
     model = linear.model
     q0 = [float(linear.point[name]) for name in model.coordinate_names]
@@ -91,15 +90,17 @@ def start_of(
         return displaced(model, q0, p.tolist()), u.tolist()
     terms, choice = linear.canonical, linear.canonical["chosen"]
     T, S, P, to_rates = (np.array(terms[key], dtype=float) for key in ("T", "S", "P", "to_rates"))
-    p = np.concatenate([p, np.zeros(T.shape[1] - len(p))])  # carried deviations that are not followed
+    p = np.concatenate([p, np.zeros(T.shape[1] - len(p))])  # carried deviations, zero by default
     v = w - to_rates @ p
-    held = [*choice.speeds, *choice.carried]
+    fixed_speeds = [*choice.speeds, *choice.carried]
     numbers = {parameter.symbol: linear.values[parameter.name] for parameter in model.parameters}
-    q = closed_coordinates(model, displaced(model, q0, (T @ p).tolist()), values=linear.values, held=held)
+    q = closed_coordinates(
+        model, displaced(model, q0, (T @ p).tolist()), values=linear.values, held=fixed_speeds
+    )
     u = u0 + S @ v + P @ p
     state = State(model, floats, 0, q, u.tolist(), numbers)
-    given = linearized(model, state)
-    fixed, active = list(choice.dependent_speeds), list(choice.active)
-    G = np.array(given.matrix, dtype=float).reshape(-1, model.n_u)[active]
-    u[fixed] -= np.linalg.solve(G[:, fixed], np.array(given.rate, dtype=float)[active])
+    conditions = linearized(model, state)
+    dependent, active = list(choice.dependent_speeds), list(choice.active)
+    G = np.array(conditions.matrix, dtype=float).reshape(-1, model.n_u)[active]
+    u[dependent] -= np.linalg.solve(G[:, dependent], np.array(conditions.rate, dtype=float)[active])
     return q, u.tolist()

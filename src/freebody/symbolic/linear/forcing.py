@@ -38,22 +38,22 @@ class Term:
 
 
 def terms_of(expression: Any, name: str) -> list[Term]:
-    """An expression of t as such terms.
+    """Return the terms of an expression of t; ``name`` is its input, for messages.
 
     Raises
     ------
     ModelError
-        An input of another form.
+        The expression has another form.
     """
     expanded = sympy.expand(TR8(sympy.expand(sympy.sympify(expression))))
     return [_term(part, name) for part in sympy.Add.make_args(expanded) if part != 0]
 
 
 def _term(part: Any, name: str) -> Term:
-    amplitude, rest = part.as_independent(T, as_Add=False)
+    amplitude, of_time = part.as_independent(T, as_Add=False)
     zero = sympy.Integer(0)
     cosine, sine, growth, frequency, power = amplitude, zero, zero, zero, 0
-    for factor in sympy.Mul.make_args(rest):
+    for factor in sympy.Mul.make_args(of_time):
         if factor == 1:
             continue
         base, exponent = factor.as_base_exp()

@@ -1,4 +1,4 @@
-"""The linear equations of small motions, and what follows from them.
+"""The linear equations of small motions: matrices, modes, response and printing.
 
     M ξ'' + C ξ' + K ξ = B f
 
@@ -9,7 +9,7 @@ circulatory (skew) part. The gyroscopic part does no work; the energy ½ ξ'ᵀM
 Source: Meirovitch, Methods of Analytical Dynamics (1970), §8.2; Merkin, Introduction to the Theory of Stability (1997),
 §6.1.
 
-The file is longer than others: the equations are one class with all that is asked of them.
+The file is longer than others: one class holds the equations and all their products.
 """
 
 from __future__ import annotations
@@ -25,8 +25,10 @@ from ...dynamics.linear import Factorization
 from ...errors import ModelError
 from ...model.model import Model
 from ...model.values import check_assumptions
+from ...scalar.algebra import Expression
 from ...scalar.polynomial import Ring
 from ..printing.display import displayed, equation_latex, equation_mathml, equation_text
+from ..printing.show import aligned
 from . import characteristic, linear_text, modes, response
 from .modes import Modes
 from .operating_point import SINGULAR
@@ -37,8 +39,8 @@ from .state_space import StateSpace
 class LinearModel:
     """Linear equations of small motions. Made by :func:`freebody.linearize`.
 
-    The matrices are SymPy matrices of a symbolic model, arrays of a numeric one, and arrays with the times in front
-    of a model along a trajectory, or the axes of arrays of values; ``linear[k]`` is then one of them.
+    A symbolic model has SymPy matrices, a numeric one has arrays. Along a trajectory, or with arrays of values, the
+    axes of the times or of the values come first; ``linear[k]`` is the model at one of them.
 
     Attributes
     ----------
@@ -53,10 +55,10 @@ class LinearModel:
     coordinates : tuple of str
         Names of the deviations ξ.
     carried : tuple of str
-        Of a machine with constraints on speeds: further deviations, that follow the others (c' = E (ξ, c) + E_r ξ').
+        For machines with constraints on speeds: further deviations with c' = E (ξ, c) + E_r ξ'.
     inputs : tuple of str
     point : dict
-        Where the equations were linearised.
+        The operating point: coordinates and speeds by name.
     times : ndarray or None
         Times of a model along a trajectory [s].
     """
@@ -87,7 +89,7 @@ class LinearModel:
 
     @property
     def symbolic(self) -> bool:
-        """Whether the matrices are exact expressions."""
+        """True if the matrices are exact expressions."""
         return self.ring is not None
 
     @property
@@ -97,16 +99,16 @@ class LinearModel:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the states of the first-order form: ξ, what is carried, ξ'."""
+        """Names of the states of the first-order form: ξ, the carried deviations, ξ'."""
         return (*self.coordinates, *self.carried, *self.rates)
 
     @property
     def _shape(self) -> tuple[int, ...]:
-        """Shape of the times of a trajectory or of the arrays of values; () of one instant or in symbols."""
+        """Shape of the times of a trajectory or of the arrays of values; () for one state or symbols."""
         return () if self.ring is not None else np.shape(self.canonical["M"])[:-2]
 
     def __getitem__(self, index: Any) -> LinearModel:
-        """The linear equations at some of many values, or times, by their index."""
+        """Return the linear equations at some of many values or times, by index."""
         if not self._shape:
             raise ModelError(
                 f"The linear equations of '{self.model.name}' are of one state: they have no index."
@@ -139,7 +141,7 @@ class LinearModel:
         return sympy.ImmutableMatrix(len(rows), columns, [shown[x] for row in rows for x in row])
 
     def _part(self, name: str, sign: int) -> Any:
-        """Half the sum, or the difference, of a matrix and its transpose."""
+        """Half the sum (``sign`` 1) or the difference (-1) of a matrix and its transpose."""
         X = self.canonical[name]
         if self.ring is None:
             return (X + sign * np.swapaxes(X, -1, -2)) / 2
@@ -190,34 +192,38 @@ class LinearModel:
 
     # -- other forms ------------------------------------------------------------------------------
 
-    def numeric(self, values: Mapping[Any, Any] | None = None) -> LinearModel:
-        """The same equations at numbers.
+    def numeric(self, values: Mapping[Any, Expression] | None = None) -> LinearModel:
+        """Return these equations in numbers.
 
         Parameters
         ----------
         values : mapping, optional
-            Numbers by name or symbol, also of the symbols that came with the operating point; parameters
-            not given have their default value.
+            Numbers by name or symbol, also for symbols of the operating point; other parameters have their
+            default values.
         """
         if self.ring is None:
             return self
-        given = {str(key): sympy.sympify(value) for key, value in (values or {}).items()}
+        numbers_by_name = {str(key): sympy.sympify(value) for key, value in (values or {}).items()}
         for p in self.model.parameters:
             if p.default is not None:
-                given.setdefault(p.name, sympy.Float(p.default))
+                numbers_by_name.setdefault(p.name, sympy.Float(p.default))
         terms = {}
         widths = {"B": len(self.inputs), "K_carried": len(self.carried)}
         for key in ("M", "C", "K", "B", *(("K_carried", "E", "E_rates") if self.carried else ())):
             width = widths.get(key, len(self.coordinates) + (len(self.carried) if key == "E" else 0))
             matrix = self._matrix(self.canonical[key], width)
-            found = {x: given[str(x)] for x in matrix.free_symbols if str(x) in given}
-            missing = sorted(str(x) for x in matrix.free_symbols if str(x) not in given)
+            replacements = {
+                x: numbers_by_name[str(x)] for x in matrix.free_symbols if str(x) in numbers_by_name
+            }
+            missing = sorted(str(x) for x in matrix.free_symbols if str(x) not in numbers_by_name)
             if missing:
                 raise ModelError(
                     f"No value for {', '.join(missing)} in the linear equations. Give values={{'{missing[0]}': ...}}."
                 )
-            terms[key] = np.array(matrix.xreplace(found).evalf().tolist(), dtype=float).reshape(matrix.shape)
-        numbers = {name: float(value) for name, value in given.items()}
+            terms[key] = np.array(matrix.xreplace(replacements).evalf().tolist(), dtype=float).reshape(
+                matrix.shape
+            )
+        numbers = {name: float(value) for name, value in numbers_by_name.items()}
         if all(p.name in numbers for p in self.model.parameters):
             check_assumptions(self.model, numbers)
         return LinearModel(
@@ -232,7 +238,7 @@ class LinearModel:
 
     @cached_property
     def first_order(self) -> tuple[Any, Any]:
-        """A and B of x' = A x + B f, where x are the :attr:`states`."""
+        """Matrices A and B of x' = A x + B f, where x are the :attr:`states`."""
         if self.ring is None:
             return _first_order(self.canonical, len(self.coordinates), len(self.carried))
         n, m = len(self.coordinates), len(self.inputs)
@@ -260,27 +266,27 @@ class LinearModel:
         return A, self._matrix([*([0] * m for _ in range(n + c)), *blocks["B"]], m)
 
     def state_space(self, outputs: Sequence[str] | None = None) -> StateSpace:
-        """x' = A x + B f, y = C x + D f, with names.
+        """Return x' = A x + B f, y = C x + D f with the names of states, inputs and outputs.
 
         Parameters
         ----------
         outputs : names, optional
-            Coordinates, what is carried, and rates; all states if not given.
+            Coordinates, carried deviations and rates; all states by default.
         """
-        self._one_instant("state_space()")
+        self._require_one_state("state_space()")
         A, B = self.first_order
         return StateSpace.of(A, B, self.states, self.inputs, outputs)
 
-    def _one_instant(self, what: str) -> None:
+    def _require_one_state(self, what: str) -> None:
         if self._shape and self.times is not None:
             raise ModelError(
-                f"The linear equations along a trajectory change with time; {what} is of one instant. "
+                f"The linear equations along a trajectory change with time; {what} is for one instant. "
                 "Linearise about trajectory.at(t), or about a steady motion."
             )
         if self._shape:
             raise ModelError(
-                f"These are the linear equations at {' x '.join(map(str, self._shape))} values; {what} is of one. Take "
-                "one by its index, such as linear[0], or ask eigenvalues(), which is of all."
+                f"These are the linear equations at {' x '.join(map(str, self._shape))} values; {what} is for one. "
+                "Take one by its index, such as linear[0], or use eigenvalues(), which gives those of all."
             )
 
     # -- modes ------------------------------------------------------------------------------------
@@ -292,18 +298,18 @@ class LinearModel:
             raise ModelError(
                 "A numeric model has no characteristic polynomial in symbols; use eigenvalues(), or leave out values=."
             )
-        found = characteristic.of(self.ring, self.canonical, len(self.coordinates), len(self.carried))
+        polynomial = characteristic.of(self.ring, self.canonical, len(self.coordinates), len(self.carried))
         degree = 2 * len(self.coordinates) + len(self.carried)
-        if len(found.coefficients) <= degree:  # det M is the first of them
+        if len(polynomial.coefficients) <= degree:  # det M is the first of them
             raise ModelError(SINGULAR.format(self.model.name))
-        return found
+        return polynomial
 
     def eigenvalues(self) -> Any:
         """Roots s of det(M s² + C s + K) = 0 [1/s].
 
         Numeric: a complex array, by magnitude; roots at zero (rigid-body modes and constant rates) are exactly zero.
-        Along a trajectory, or at arrays of values, those of each one. Symbolic: a list with repetitions, where the
-        factors of the characteristic polynomial can be solved.
+        Along a trajectory, or at arrays of values: the eigenvalues at each of them. Symbolic: a list with repetitions,
+        if the factors of the characteristic polynomial can be solved.
         """
         if self.ring is not None:
             return self.characteristic.roots()
@@ -331,37 +337,38 @@ class LinearModel:
         return np.array([mode.damping_ratio for mode in self.modes() if mode.kind != "drift"])
 
     def modes(self) -> Modes:
-        """Frequency, damping ratio and shape of every mode, lowest frequency first.
+        """Return frequency, damping ratio and mode shape of every mode, lowest frequency first.
 
-        A shape is normalised by its component of largest magnitude (numeric) or by its first one that is not zero
+        A mode shape is divided by its component of largest magnitude (numeric) or by its first nonzero component
         (symbolic).
         """
-        self._one_instant("modes()")
-        if "modes" not in self.__dict__.setdefault("_made", {}):
-            made = characteristic.modes_of(self) if self.ring is not None else modes.modes_of(self)
-            self.__dict__["_made"]["modes"] = made
-        return self.__dict__["_made"]["modes"]
+        self._require_one_state("modes()")
+        return self._modes
+
+    @cached_property
+    def _modes(self) -> Modes:
+        return characteristic.modes_of(self) if self.ring is not None else modes.modes_of(self)
 
     # -- response ---------------------------------------------------------------------------------
 
     def response(
-        self, initial: Mapping[Any, Any] | None = None, forcing: Mapping[Any, Any] | None = None
+        self, initial: Mapping[Any, Expression] | None = None, forcing: Mapping[Any, Expression] | None = None
     ) -> ExactResponse | Response:
-        """The motion that follows from initial deviations and from inputs, in closed form.
+        """Return the motion from initial deviations and under inputs, in closed form.
 
         Parameters
         ----------
         initial : mapping, optional
             Initial deviations, by the names of :attr:`coordinates` and :attr:`rates` (or of the speeds): numbers
-            or expressions. What is not named is zero.
+            or expressions. Those not named are zero.
         forcing : mapping, optional
-            Inputs by name, as sums of t^k e^(a t) cos(w t) or sin(w t): ``{"F": "cos(2*t)/10"}``; text
-            takes names of the model, SymPy expressions any symbol.
+            Inputs by name, as sums of t^k e^(a t) cos(w t) or sin(w t): ``{"F": "cos(2*t)/10"}``. Text may contain
+            names of the model, a SymPy expression any symbol.
 
         Returns
         -------
         ExactResponse or Response
-            Of a symbolic model: SymPy expressions of ``t`` by name, by partial fractions. Of a numeric one: a
+            For a symbolic model: SymPy expressions of ``t`` by name, by partial fractions. For a numeric one: a
             function of time.
 
         Raises
@@ -369,13 +376,13 @@ class LinearModel:
         ModelError
             Unknown names, an input of another form, a characteristic polynomial without roots in closed form.
         """
-        self._one_instant("response()")
+        self._require_one_state("response()")
         return response.response(self, initial or {}, forcing or {})
 
     # -- display ----------------------------------------------------------------------------------
 
     def _balances(self, ring: Ring) -> list[tuple[Any, Any]]:
-        """Left and right side of each equation as canonical polynomials of the deviations."""
+        """Return left and right side of each equation as canonical polynomials of the deviations."""
         t = sympy.Symbol("t")
         atoms = [sympy.Function(name)(t) for name in self.coordinates]
         motion = {
@@ -392,21 +399,23 @@ class LinearModel:
             }
             rows.append((sides["M"] + sides["C"] + sides["K"], sides["B"]))
         if self.carried:
-            follow = [sympy.Function(name)(t) for name in self.carried]
-            held = [ring.generator(x, "coordinate") for x in follow]
-            left = [ring.generator(x.diff(t), "speed") for x in follow]
+            functions = [sympy.Function(name)(t) for name in self.carried]
+            carried = [ring.generator(x, "coordinate") for x in functions]
+            carried_rates = [ring.generator(x.diff(t), "speed") for x in functions]
             rows = [
-                (a + sum((x * y for x, y in zip(row, held, strict=True)), 0), b)
+                (a + sum((x * y for x, y in zip(row, carried, strict=True)), 0), b)
                 for (a, b), row in zip(rows, self.canonical["K_carried"], strict=True)
             ]
-            for x, E, E_rates in zip(left, self.canonical["E"], self.canonical["E_rates"], strict=True):
-                right = sum((y * z for y, z in zip(E, [*motion["K"], *held], strict=True)), 0)
+            for x, E, E_rates in zip(
+                carried_rates, self.canonical["E"], self.canonical["E_rates"], strict=True
+            ):
+                right = sum((y * z for y, z in zip(E, [*motion["K"], *carried], strict=True)), 0)
                 rows.append((x, right + sum((y * z for y, z in zip(E_rates, motion["C"], strict=True)), 0)))
         return rows
 
     def text(self) -> str:
         """The linear equations as plain text, a line each."""
-        self._one_instant("text()")
+        self._require_one_state("text()")
         if self.ring is None:
             return linear_text.text(linear_text.rows_of(self))
         ring = self.ring
@@ -414,16 +423,16 @@ class LinearModel:
 
     def latex(self) -> str:
         """The linear equations as a LaTeX ``aligned`` block."""
-        self._one_instant("latex()")
+        self._require_one_state("latex()")
         if self.ring is None:
             return linear_text.latex(linear_text.rows_of(self))
         ring = self.ring
         lines = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for a, b in self._balances(ring)]
-        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+        return aligned(lines)
 
     def mathml(self) -> str:
         """The linear equations as presentation MathML."""
-        self._one_instant("mathml()")
+        self._require_one_state("mathml()")
         if self.ring is None:
             return linear_text.mathml(linear_text.rows_of(self))
         ring = self.ring

@@ -1,4 +1,4 @@
-"""Linear equations with numbers, as text, LaTeX and MathML: six digits, terms in the order ξ'', ξ', ξ."""
+"""Linear equations in numbers as text, LaTeX and MathML: six digits, terms in the order ξ'', ξ', ξ."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from ..printing.latex import latex_name
+from ..printing.show import aligned
 
 Rows = Sequence[tuple[list[tuple[float, str, int]], list[tuple[float, str, int]]]]
 """Left and right side of each equation: (coefficient, name, dots)."""
 
 
 def rows_of(linear: Any) -> Rows:
-    """The terms of a numeric model."""
+    """Return the terms of the equations of a numeric model."""
     terms = linear.canonical
     result = []
     for i in range(len(linear.coordinates)):
@@ -37,18 +38,18 @@ def rows_of(linear: Any) -> Rows:
 
 
 def text(rows: Rows) -> str:
-    """A line each."""
+    """Return the equations as plain text, a line each."""
     return "\n".join(f"{_sum(a, _text, '*')} = {_sum(b, _text, '*')}" for a, b in rows)
 
 
 def latex(rows: Rows) -> str:
-    """A LaTeX ``aligned`` block."""
+    """Return the equations as a LaTeX ``aligned`` block."""
     lines = [f"{_sum(a, latex_name, ' ')} &= {_sum(b, latex_name, ' ')}" for a, b in rows]
-    return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+    return aligned(lines)
 
 
 def mathml(rows: Rows) -> str:
-    """Presentation MathML, an element for each equation."""
+    """Return the equations as presentation MathML, an element each."""
     return "\n".join(
         '<math xmlns="http://www.w3.org/1998/Math/MathML"><mrow>'
         f"{_mathml_sum(a)}<mo>=</mo>{_mathml_sum(b)}</mrow></math>"

@@ -2,13 +2,13 @@
 
     M ξ'' + C ξ' + K ξ = B f        C = D + G (damping, gyroscopic),   K = S + N (stiffness, circulatory)
 
-The equations of motion L(q, u, u', t, f) = M u' + h - Q are evaluated once on dual numbers (`scalar.dual`): M, C, K
-and B are their exact derivatives, on polynomials for symbols, on floats or arrays for numbers. Nothing is
-differentiated by differences, and the nonlinear equations are never written out.
+The equations of motion L(q, u, u', t, f) = M u' + h - Q are evaluated once on dual numbers (`scalar.dual`). M, C, K
+and B are their exact derivatives: polynomials for symbols, floats or arrays for numbers. No finite differences are
+used, and the nonlinear equations are never written out.
 
 Sources: chapter 6, eqs (6.107) to (6.114); Meirovitch, Methods of Analytical Dynamics (1970), chapter 8.
 
-The file is longer than others: symbols, numbers and motions go through the same derivatives and the same checks.
+The file is longer than others: symbols, numbers and trajectories share the same derivatives and the same checks.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from ...dynamics.state import State
 from ...errors import ModelError, arguments_named, nearest
 from ...model.model import Model
 from ...model.values import check_assumption
-from ...scalar.algebra import Field, floats
+from ...scalar.algebra import Expression, Field, Scalar, floats
 from ...scalar.arrays import arrays, column
 from ...scalar.dual import DualField, slope_of, value_of
-from ...scalar.element import is_zero
 from ...scalar.expression import evaluate
 from ...scalar.polynomial import Ring
-from ..printing.display import text
+from .checks import SMALL, Checks, balanced, scale_of, steady
+from .constrained_symbols import constrained_symbols
 from .linear_model import LinearModel
+from .linearize_constrained import constrained, constrained_along
 from .operating_point import (
-    SINGULAR,
     along,
     moved,
     operating_point,
@@ -47,11 +47,8 @@ from .operating_point import (
 )
 from .recorded_functions import Points, Recorded, recorded
 
-TIMES = (0, 1, 2, 3)
-"""Quarters of a turn at which a steady motion in numbers is looked at: it and its linear equations must not change."""
-SMALL = 10**-9
-EPSILON = float(np.finfo(float).eps)
-"""A balance is off when it is missed by more than this part of its terms, of the size of one unit of motion."""
+QUARTERS = (0, 1, 2, 3)
+"""Quarter turns after which a steady motion in numbers is checked: its linear equations must not change."""
 
 
 @arguments_named
@@ -59,37 +56,37 @@ def linearize(
     s: Any,
     about: Any = None,
     *,
-    where: Mapping[Any, Any] | None = None,
-    values: Mapping[Any, Any] | None = None,
+    where: Mapping[Any, Expression] | None = None,
+    values: Mapping[Any, Expression] | None = None,
     inputs: Any = (),
     independent: Any = (),
 ) -> LinearModel:
     """Linear equations of the small motions of a machine about an equilibrium or a motion.
 
-    M ξ'' + C ξ' + K ξ = B f, where ξ are the deviations of the coordinates. They bear the coordinates' names; of a
-    ball joint ``j`` they are the small turns ``j_rx, j_ry, j_rz`` about the child's axes, q = q0 ∘ exp(ξ/2), and of a
-    free joint the displacements ``j_dx, j_dy, j_dz`` along them besides.
+    M ξ'' + C ξ' + K ξ = B f, where ξ are the deviations of the coordinates and have their names. A ball joint ``j``
+    has the small turns ``j_rx, j_ry, j_rz`` about the child's axes, q = q0 ∘ exp(ξ/2); a free joint also has the
+    displacements ``j_dx, j_dy, j_dz`` along them.
 
     Parameters
     ----------
     s : System, Model or Equations
     about : mapping, Trajectory, state of one, or steady motion
         Values of coordinates and speeds by name or SymPy atom: numbers, text, or expressions of parameters and of new
-        symbols. What is not named is zero. Speeds that are not zero make a steady motion: its coordinates move at
-        these rates, and neither the balance nor the linear equations may change with time. A trajectory gives arrays
-        over its output times, ``trajectory.at(t)`` the linear equations at that instant.
+        symbols. Coordinates and speeds not named are zero. Nonzero speeds describe a steady motion: its coordinates
+        move at these rates, and neither the balance nor the linear equations may change with time. A trajectory gives
+        arrays over its output times, ``trajectory.at(t)`` the linear equations at that instant.
     where : mapping, optional
-        Parameters in terms of others, such as the relation under which a steady motion exists.
+        Parameters as expressions of others, such as the relation under which a steady motion exists.
     values : mapping, optional
-        Numbers for parameters: the result is numeric, with default values for the others. ``{}`` takes all
-        defaults. Arrays, of shapes that fit each other, give the equations at all their values in one call: matrices
-        have their axes in front, and so has ``eigenvalues()``. Without it the result is symbolic and exact.
+        Numbers for parameters; the others have their defaults, and the result is numeric. ``{}`` takes all
+        defaults. Arrays that broadcast give the equations at all their values in one call: their axes come first in
+        the matrices and in ``eigenvalues()``. Without ``values`` the result is symbolic and exact.
     inputs : names or symbols
         Parameters (their deviations) and coordinates (a force along them) that drive the linear equations.
     independent : names of coordinates, optional
-        Of a machine with constraints: those whose rates stand for the motion. If not given they are chosen by
-        pivoting; in symbols, what ``about`` names is preferred, and what it does not name follows from the
-        constraints where they hold it linearly.
+        For a machine with constraints: the coordinates whose rates describe the motion. By default they are chosen
+        by pivoting. In symbols, coordinates named in ``about`` are preferred; the others follow from the constraints
+        if these are linear in them.
 
     Returns
     -------
@@ -98,7 +95,7 @@ def linearize(
     Raises
     ------
     ModelError
-        A state that is not balanced (with what is left of each equation), a position or speeds that do not
+        A state that is not balanced (with the residual of each equation), a position or speeds that do not
         satisfy the constraints, a motion that is not steady, unknown names.
 
     Examples
@@ -134,7 +131,7 @@ def linearize(
 
 
 def _symbolic(
-    programs: Recorded, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
+    programs: Recorded, about: Any, where: Mapping[Any, Expression], inputs: Sequence[str], independent: Any
 ) -> LinearModel:
     model = programs.model
     point = operating_point(model, about)
@@ -143,25 +140,23 @@ def _symbolic(
     ring = Ring(capacity=64 + len(model.parameters) + 2 * model.n_u)
     for expression in model.positive:
         ring.assume_positive(expression)
-    given = _where(model, where)
+    relations = _where(model, where)
     parameters = [p for p in model.parameters if p.name in inputs]
     for p in parameters:  # an input deviates from its default
-        given.setdefault(p.symbol, value_of_name(model, p.default or 0, p.name))
-    values: dict[Any, Any] = {p.symbol: ring.generator(p.symbol, "parameter") for p in model.parameters}
-    values.update({symbol: ring.from_sympy(x) for symbol, x in given.items()})
+        relations.setdefault(p.symbol, value_of_name(model, p.default or 0, p.name))
+    values: dict[Any, Scalar] = {p.symbol: ring.generator(p.symbol, "parameter") for p in model.parameters}
+    values.update({symbol: ring.from_sympy(x) for symbol, x in relations.items()})
     t = ring.generator(model.names.atoms["t"], "time")
-    replaced = {symbol: sympy.sympify(x) for symbol, x in given.items()}
+    substituted = {symbol: sympy.sympify(x) for symbol, x in relations.items()}
 
-    def element(x: Any) -> Any:
-        return ring.from_sympy(sympy.sympify(x).xreplace(replaced)) if isinstance(x, sympy.Basic) else x
+    def element(x: Expression) -> Scalar:
+        return ring.from_sympy(sympy.sympify(x).xreplace(substituted)) if isinstance(x, sympy.Basic) else x
 
     q0, u0 = [element(x) for x in point.q], [element(x) for x in point.u]
     if model.constraints:
-        from .constrained_symbols import constrained_symbols
-
         return constrained_symbols(model, ring, point, q0, u0, t, values, inputs, _names(model, independent))
     q = along(model, ring, q0, u0, t, values)
-    # an acceleration is never asked for: the deviations are about a motion without any
+    # the deviations are about a motion without accelerations, so that none need be solved for
     terms = terms_at(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)
     names = tangent_names(model)
     time = ring.generator(model.names.atoms["t"]).mask
@@ -181,9 +176,9 @@ def _symbolic(
 
 
 def _is_balanced_in_numbers(
-    programs: Recorded, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
+    programs: Recorded, about: Any, where: Mapping[Any, Expression], inputs: Sequence[str], independent: Any
 ) -> bool:
-    """Whether a state of floats is balanced but for round-off, at the default values."""
+    """Return True if a state of floats is balanced up to round-off, at the default values."""
     try:
         _numeric(programs, about, where, {}, inputs, independent)
     except ModelError:
@@ -191,7 +186,7 @@ def _is_balanced_in_numbers(
     return True
 
 
-def _where(model: Model, where: Mapping[Any, Any]) -> dict[Any, Any]:
+def _where(model: Model, where: Mapping[Any, Expression]) -> dict[Any, Expression]:
     symbols = {p.name: p.symbol for p in model.parameters}
     result = {}
     for key, value in where.items():
@@ -202,75 +197,45 @@ def _where(model: Model, where: Mapping[Any, Any]) -> dict[Any, Any]:
     return result
 
 
-def balanced(
-    model: Model, ring: Ring, residual: Sequence[Any], names: Sequence[str], moving: int, what: str
-) -> None:
-    """Refuse a residual, by coordinates, that is not zero; ``moving`` is the mask of what changes with time."""
-    left = {name: r for name, r in zip(names, residual, strict=True) if not is_zero(r)}
-    if not left:
-        return
-    shown = "; ".join(f"{name}: {text(r, ring)}" for name, r in left.items())
-    changes = any(ring.depends(r) & moving for r in left.values())
-    motion = "a steady motion" if changes else "an equilibrium or a steady motion"
-    raise ModelError(
-        f"The state given is not {motion} of '{model.name}': {what} {shown} in place of 0. Give a balanced state in "
-        "`about` (fb.steady_motions finds them), a relation among parameters as where={parameter: expression} (or in "
-        "`inputs` a load that is zero but for disturbances), or a trajectory."
-    )
-
-
-def steady(model: Model, ring: Ring, terms: Mapping[str, Any], names: Sequence[str], moving: int) -> None:
-    """Refuse matrices that hold what changes with time."""
-    for key in "MCKB":
-        for name, row in zip(names, terms[key], strict=True):
-            for x in row:
-                if ring.depends(x) & moving:
-                    raise ModelError(
-                        f"The motion given is balanced, but the linear equations of '{model.name}' about it change "
-                        f"with time: {key} has {text(x, ring)} in the row of '{name}'. Linearise about a trajectory "
-                        "(about=fb.simulate(...)), or use coordinates in which the motion is steady."
-                    )
-
-
 # -- the derivatives, for any field ---------------------------------------------------------------
 
 
 def terms_at(
     model: Model,
     field: Field,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    udot: Sequence[Any],
-    t: Any,
-    values: Mapping[Any, Any],
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    udot: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
     inputs: Sequence[str],
 ) -> dict[str, Any]:
-    """Residual, M, C, K and B of M u' + C δu + K ξ = B f at a state."""
+    """Return the residual, M, C, K and B of M u' + C δu + K ξ = B f at a state."""
     n = model.n_u
     symbols = {p.name: p.symbol for p in model.parameters}
     place = {name: 3 * n + k for k, name in enumerate(name for name in inputs if name in symbols)}
     state = perturbed(model, field, q, u, t, values, [symbols[name] for name in place])
     dual = DualField(field)
     accelerations = [dual.dual(x, {2 * n + j: 1}) for j, x in enumerate(udot)]
-    left = inverse_dynamics(model, state, accelerations)
+    residual = inverse_dynamics(model, state, accelerations)
     blocks = {
-        name: [[slope_of(x, start + j) for j in range(n)] for x in left]
+        name: [[slope_of(x, start + j) for j in range(n)] for x in residual]
         for name, start in (("K", 0), ("C", n), ("M", 2 * n))
     }
     names = tangent_names(model)
     B = [
         [-slope_of(x, place[name]) if name in place else int(names[i] == name) for name in inputs]
-        for i, x in enumerate(left)
+        for i, x in enumerate(residual)
     ]
-    return {"residual": [value_of(x) for x in left], **blocks, "B": B}
+    return {"residual": [value_of(x) for x in residual], **blocks, "B": B}
 
 
 def _in_rates(
-    terms: dict[str, Any], A: Sequence[Sequence[Any]], A_rate: Sequence[Sequence[Any]] | None = None
+    terms: dict[str, Any], A: Sequence[Sequence[Scalar]], A_rate: Sequence[Sequence[Scalar]] | None = None
 ) -> dict[str, Any]:
-    """From speeds to the rates of the deviations, δu = ξ' - A ξ: C - M A in place of C, K - C A - M A' in place of K.
+    """Replace speeds by rates of the deviations, δu = ξ' - A ξ: C becomes C - M A, and K becomes K - C A - M A'.
 
-    A changes along a motion whose speeds do.
+    A' is not zero along a motion whose speeds change.
     """
     if all(type(x) is int and x == 0 for row in A for x in row):
         return terms
@@ -283,11 +248,11 @@ def _in_rates(
     }
 
 
-def _product(X: Sequence[Sequence[Any]], Y: Sequence[Sequence[Any]]) -> list[list[Any]]:
+def _product(X: Sequence[Sequence[Scalar]], Y: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
     return [[sum((x * y[j] for x, y in zip(row, Y, strict=True)), 0) for j in range(len(Y[0]))] for row in X]
 
 
-def _minus(X: Sequence[Sequence[Any]], Y: Sequence[Sequence[Any]]) -> list[list[Any]]:
+def _minus(X: Sequence[Sequence[Scalar]], Y: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
     return [[x - y for x, y in zip(a, b, strict=True)] for a, b in zip(X, Y, strict=True)]
 
 
@@ -297,8 +262,8 @@ def _minus(X: Sequence[Sequence[Any]], Y: Sequence[Sequence[Any]]) -> list[list[
 def _numeric(
     programs: Recorded,
     about: Any,
-    where: Mapping[Any, Any],
-    values: Mapping[Any, Any],
+    where: Mapping[Any, Expression],
+    values: Mapping[Any, Expression],
     inputs: Sequence[str],
     independent: Any,
 ) -> LinearModel:
@@ -307,11 +272,13 @@ def _numeric(
     shape, numbers = _numbers(model, where, values)
     size = int(np.prod(shape))
 
-    def row(x: Any) -> Any:
+    def row(x: Expression) -> Any:
         return np.broadcast_to(np.asarray(_evaluated(model, x, numbers, "`about`"), dtype=float), (size,))
 
     q0, u0 = (np.array([row(x) for x in xs]).reshape(len(xs), size).T for xs in (point.q, point.u))
-    known = np.array([np.broadcast_to(x, (size,)) for x in numbers.values()]).reshape(len(numbers), size).T
+    parameters = (
+        np.array([np.broadcast_to(x, (size,)) for x in numbers.values()]).reshape(len(numbers), size).T
+    )
     checks = Checks(model, shape, numbers)
     for i in model.quaternions:
         length = np.linalg.norm(q0[:, i : i + 4], axis=1)
@@ -321,35 +288,34 @@ def _numeric(
                 f"Expected a quaternion of length 1 in `about`, got {q0[which, i : i + 4].tolist()}."
             )
         q0[:, i : i + 4] /= length[:, None]
-    points = Points(np.zeros(size), q0, u0, known)
+    points = Points(np.zeros(size), q0, u0, parameters)
     if model.constraints:
-        from .linearize_constrained import constrained
-
-        return constrained(programs, points, point.given, inputs, _names(model, independent), checks)
+        return constrained(programs, points, point.names, inputs, _names(model, independent), checks)
     fastest = np.abs(u0).max(axis=1, initial=0)
     quarter = np.pi / 2 / np.where(fastest > 0, fastest, np.pi / 2)
 
     def recorded_terms(state: State) -> dict[str, Any]:
-        rest = (0,) * model.n_u
-        own = {p.symbol: state.values[p.symbol] for p in model.parameters}
-        found = terms_at(model, state.field, state.q, state.u, rest, state.t, own, inputs)
-        found["B"] = np.array(found["B"], dtype=object).reshape(model.n_u, len(inputs))
-        return {**found, "A": tangent_drift(model, state.u)}
+        no_accelerations = (0,) * model.n_u
+        own_values = {p.symbol: state.values[p.symbol] for p in model.parameters}
+        terms = terms_at(model, state.field, state.q, state.u, no_accelerations, state.t, own_values, inputs)
+        terms["B"] = np.array(terms["B"], dtype=object).reshape(model.n_u, len(inputs))
+        return {**terms, "A": tangent_drift(model, state.u)}
 
-    looked = [
-        programs(("terms", tuple(inputs)), recorded_terms, moved(model, points, k * quarter)) for k in TIMES
+    quarters = [
+        programs(("terms", tuple(inputs)), recorded_terms, moved(model, points, k * quarter))
+        for k in QUARTERS
     ]
-    scale = scale_of(looked[0], u0)
+    scale = scale_of(quarters[0], u0)
     names = tangent_names(model)
-    off = (one for one in looked if not (np.abs(one["residual"]) <= SMALL * scale).all())
-    residual = next(off, looked[0])["residual"]
+    off = (terms for terms in quarters if not (np.abs(terms["residual"]) <= SMALL * scale).all())
+    residual = next(off, quarters[0])["residual"]
     checks.balance(residual, scale, names, "without accelerations the equations of motion leave")
-    checks.regular(looked[0]["M"])
-    for one in looked[1:]:
+    checks.regular(quarters[0]["M"])
+    for terms in quarters[1:]:
         for key in "MCKB":
-            checks.same(looked[0][key], one[key], key)
-    M, C, A = (looked[0][key] for key in "MCA")
-    terms = {**looked[0], "C": C - M @ A, "K": looked[0]["K"] - C @ A}
+            checks.same(quarters[0][key], terms[key], key)
+    M, C, A = (quarters[0][key] for key in "MCA")
+    terms = {**quarters[0], "C": C - M @ A, "K": quarters[0]["K"] - C @ A}
     return LinearModel(
         model,
         names,
@@ -360,97 +326,16 @@ def _numeric(
     )
 
 
-class Checks:
-    """What is asked of the states at which a machine is linearised, and what is said of one that fails.
-
-    ``shape`` is that of the arrays of values, () for one state.
-    """
-
-    def __init__(self, model: Model, shape: tuple[int, ...], numbers: Mapping[Any, Any]) -> None:
-        self.model, self.shape, self._numbers = model, shape, numbers
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """Values of the parameters by name, in the shape in which they were given."""
-        return {
-            p.name: np.asarray(x).reshape(self.shape) if np.ndim(x) else x
-            for p in self.model.parameters
-            for x in (self._numbers[p.symbol],)
-        }
-
-    @property
-    def first(self) -> dict[Any, float]:
-        """Values of the parameters at the first state, by symbol."""
-        return {symbol: float(np.reshape(x, -1)[0]) for symbol, x in self._numbers.items()}
-
-    def named(self, q: Any, u: Any) -> dict[str, Any]:
-        """Coordinates and speeds by name."""
-        columns = [x.reshape(self.shape) if self.shape else float(x[0]) for x in (*q.T, *u.T)]
-        return dict(zip((*self.model.coordinate_names, *self.model.speed_names), columns, strict=True))
-
-    def which(self, i: int) -> str:
-        """The values at one of many states, as words."""
-        shown = ", ".join(
-            f"{p.name} = {np.reshape(self._numbers[p.symbol], -1)[i]:.6g}"
-            for p in self.model.parameters
-            if np.ndim(self._numbers[p.symbol])
-        )
-        return f" at {shown}" if shown else ""
-
-    def balance(self, residual: Any, scale: Any, names: Sequence[str], what: str) -> None:
-        """Refuse a residual that is not round-off."""
-        bad = ~(np.abs(residual) <= SMALL * scale)
-        if not bad.any():
-            return
-        i = int(np.argmax(bad.any(axis=1)))
-        shown = ", ".join(
-            f"{name}: {r:.6g}" for name, r, off in zip(names, residual[i], bad[i], strict=True) if off
-        )
-        raise ModelError(
-            f"The state given is not an equilibrium or a steady motion of '{self.model.name}'{self.which(i)}: {what} "
-            f"{shown} in place of 0. Give a balanced state in `about` (fb.steady_motions finds them), or a trajectory."
-        )
-
-    def regular(self, M: Any) -> None:
-        """Refuse a mass matrix that is singular, with each coordinate in a unit in which its own entry is 1."""
-        own = np.sqrt(np.abs(np.diagonal(M, axis1=1, axis2=2)))
-        if (own > 0).all():
-            scaled = M / own[:, :, None] / own[:, None, :]
-            if np.isfinite(scaled).all() and (np.linalg.cond(scaled) * 10 * M.shape[-1] * EPSILON < 1).all():
-                return
-        raise ModelError(SINGULAR.format(self.model.name))
-
-    def same(self, first: Any, later: Any, what: str, at: Any = None) -> None:
-        """Refuse matrices that change along a steady motion; ``at`` are the places of these states among all."""
-        size, change = (np.abs(x).max(axis=(1, 2), initial=0) for x in (first, later - first))
-        bad = ~(change <= 10**4 * SMALL * size)
-        if bad.any():
-            i = int(np.argmax(bad))
-            raise ModelError(
-                f"The motion given is balanced, but the linear equations of '{self.model.name}' about it change with "
-                f"time{self.which(i if at is None else int(at[i]))}: entries of {what} up to {size[i]:.6g} change by "
-                f"{change[i]:.6g}. Linearise about a trajectory (about=fb.simulate(...)), or use coordinates in which "
-                "the motion is steady."
-            )
-
-
-def scale_of(terms: Mapping[str, Any], u: Any) -> Any:
-    """Size of the terms of each equation at unit deviations, a row for each of several states."""
-    fast = np.abs(u).max(axis=1, initial=0)[:, None]
-    M, C, K = (np.abs(terms[key]).sum(axis=2) for key in "MCK")
-    return M * (1 + fast**2) + C * (1 + fast) + K
-
-
 def _numbers(
-    model: Model, where: Mapping[Any, Any], values: Mapping[Any, Any]
+    model: Model, where: Mapping[Any, Expression], values: Mapping[Any, Expression]
 ) -> tuple[tuple[int, ...], dict[Any, Any]]:
-    """The shape of the arrays given, and the parameters by symbol: numbers, and flat arrays of one length."""
+    """Return the shape of the arrays in ``values``, and the parameters by symbol as numbers or flat arrays."""
     replaced = _where(model, where)
-    known = {p.symbol: p for p in model.parameters}
+    parameters = {p.symbol: p for p in model.parameters}
     missing = {p.name: 1 for p in model.parameters if p.symbol in replaced}
     shape, many = _arrays(model, values)
     plain = model.values({**missing, **values, **{key: x.flat[0] for key, x in many.items()}})
-    numbers: dict[Any, Any] = {symbol: plain[p.name] for symbol, p in known.items()}
+    numbers: dict[Any, Any] = {symbol: plain[p.name] for symbol, p in parameters.items()}
     for key, x in many.items():
         name = key if isinstance(key, str) else model.parameter_names.get(key, key)
         numbers[next(p.symbol for p in model.parameters if p.name == name)] = column(x.reshape(-1))
@@ -459,16 +344,16 @@ def _numbers(
     by_name = {p.name: np.reshape(numbers[p.symbol], -1) for p in model.parameters}
     for expression in model.assumed:
         holds = np.reshape(_evaluated(model, expression, numbers, "assumptions"), -1) > 0
-        k = int(np.argmin(holds))  # the first that does not hold, if there is one
+        k = int(np.argmin(holds))  # the first value that does not hold, if any
         check_assumption(model, expression, {name: float(x[k % len(x)]) for name, x in by_name.items()})
     return shape, numbers
 
 
-def _arrays(model: Model, values: Mapping[Any, Any]) -> tuple[tuple[int, ...], dict[Any, Any]]:
-    """The values that are arrays or lists, in one shape."""
+def _arrays(model: Model, values: Mapping[Any, Expression]) -> tuple[tuple[int, ...], dict[Any, Any]]:
+    """Return the values that are arrays or lists, broadcast to one shape."""
     if not isinstance(values, Mapping):
         return (), {}
-    found = {}
+    result = {}
     for key, value in values.items():
         if isinstance(value, str | sympy.Basic) or not hasattr(value, "__len__") and not np.ndim(value):
             continue
@@ -482,24 +367,24 @@ def _arrays(model: Model, values: Mapping[Any, Any]) -> tuple[tuple[int, ...], d
             raise ModelError(f"Expected at least one value of '{key}' in values=, got an empty array.")
         if (
             listed.dtype.kind not in "iuf" or not np.isfinite(listed).all()
-        ):  # texts with units, and what is refused
+        ):  # texts with units, or values to refuse
             name = key if isinstance(key, str) else model.parameter_names.get(key, key)
             each = [model.values({**_defaults(model), key: x})[name] for x in listed.reshape(-1).tolist()]
             listed = np.array(each).reshape(listed.shape)
-        found[key] = listed.astype(float)
+        result[key] = listed.astype(float)
     try:
-        full = np.broadcast_arrays(*found.values())
+        full = np.broadcast_arrays(*result.values())
     except ValueError:
-        shapes = ", ".join(f"{key}: {x.shape}" for key, x in found.items())
+        shapes = ", ".join(f"{key}: {x.shape}" for key, x in result.items())
         raise ModelError(f"Expected arrays in values= that fit each other's shape, got {shapes}.") from None
-    return (full[0].shape if full else ()), dict(zip(found, full, strict=True))
+    return (full[0].shape if full else ()), dict(zip(result, full, strict=True))
 
 
 def _defaults(model: Model) -> dict[str, Any]:
     return {p.name: 1 for p in model.parameters if p.default is None}
 
 
-def _evaluated(model: Model, x: Any, numbers: Mapping[Any, float], what: str) -> Any:
+def _evaluated(model: Model, x: Expression, numbers: Mapping[Any, float], what: str) -> Any:
     if isinstance(x, sympy.Basic):
         unknown = x.free_symbols - set(numbers)
         if unknown:
@@ -522,7 +407,11 @@ def _is_motion(about: Any) -> bool:
 
 
 def _about_trajectory(
-    programs: Recorded, about: Any, values: Mapping[Any, Any] | None, inputs: Sequence[str], independent: Any
+    programs: Recorded,
+    about: Any,
+    values: Mapping[Any, Expression] | None,
+    inputs: Sequence[str],
+    independent: Any,
 ) -> LinearModel:
     model = programs.model
     trajectory = getattr(about, "_trajectory", about)
@@ -544,17 +433,17 @@ def _about_trajectory(
     times, states = times.reshape(-1), np.asarray(states).reshape(times.size, -1)
     q = [column(states[:, i]) for i in range(model.n_q)]
     u = [column(states[:, model.n_q + j]) for j in range(model.n_u)]
-    at = column(times)
+    time = column(times)
     if model.constraints:
-        from .linearize_constrained import constrained_along
-
         size = times.size
-        known = np.tile([numbers[p.symbol] for p in model.parameters], (size, 1)).reshape(size, -1)
-        points = Points(times, states[:, : model.n_q], states[:, model.n_q : model.n_q + model.n_u], known)
+        parameters = np.tile([numbers[p.symbol] for p in model.parameters], (size, 1)).reshape(size, -1)
+        points = Points(
+            times, states[:, : model.n_q], states[:, model.n_q : model.n_q + model.n_u], parameters
+        )
         checks = Checks(model, shape, numbers)
         return constrained_along(programs, points, shape, numbers, inputs, _names(model, independent), checks)
-    udot = forward_dynamics(model, State(model, arrays, at, q, u, numbers))
-    terms = terms_at(model, arrays, q, u, udot, at, numbers, inputs)
+    udot = forward_dynamics(model, State(model, arrays, time, q, u, numbers))
+    terms = terms_at(model, arrays, q, u, udot, time, numbers, inputs)
     terms = _in_rates(terms, tangent_drift(model, u), tangent_drift(model, udot))
     stacked = {}
     for key in ("M", "C", "K", "B", *(["A"] if "A" in terms else [])):
@@ -585,12 +474,12 @@ def _names(model: Model, independent: Any) -> tuple[str, ...]:
     return _listed(model, independent, list(tangent_names(model)), "independent")
 
 
-def _listed(model: Model, given: Any, known: Sequence[str], what: str) -> tuple[str, ...]:
-    if isinstance(given, str):
-        given = given.replace(",", " ").split()
-    elif isinstance(given, sympy.Basic):
-        given = [given]
-    names = tuple(x if isinstance(x, str) else model.names.texts.get(x, str(x)) for x in given)
+def _listed(model: Model, names_given: Any, known: Sequence[str], what: str) -> tuple[str, ...]:
+    if isinstance(names_given, str):
+        names_given = names_given.replace(",", " ").split()
+    elif isinstance(names_given, sympy.Basic):
+        names_given = [names_given]
+    names = tuple(x if isinstance(x, str) else model.names.texts.get(x, str(x)) for x in names_given)
     for name in names:
         if name not in known:
             raise ModelError(f"Unknown name '{name}' in {what}; {nearest(name, known)}")
@@ -599,7 +488,7 @@ def _listed(model: Model, given: Any, known: Sequence[str], what: str) -> tuple[
     return names
 
 
-def _named_point(model: Model, q: Sequence[Any], u: Sequence[Any]) -> dict[str, Any]:
+def _named_point(model: Model, q: Sequence[Scalar], u: Sequence[Scalar]) -> dict[str, Any]:
     return {
         **dict(zip(model.coordinate_names, q, strict=True)),
         **dict(zip(model.speed_names, u, strict=True)),

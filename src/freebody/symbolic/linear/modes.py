@@ -2,8 +2,8 @@
 
     (M s² + C s + K) X = 0,      frequency |s|,      damping ratio -Re s / |s|
 
-Roots at zero are split off before the others are computed: a rigid-body mode and its constant rate make a Jordan block,
-whose root rounding would spread to the square root of the precision.
+Roots at zero are split off before the others are computed. A rigid-body mode and its constant rate form a Jordan block,
+whose double root would otherwise be known only to the square root of the precision.
 
 Source: Golub & Van Loan, Matrix Computations (4th ed.), §7.6.5 (staircase of null spaces); Meirovitch (1970), §8.2.
 """
@@ -18,14 +18,14 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ..printing.lines import Lines, assignments
+from ..printing.lines import Lines, Result, assignments
 from ..printing.show import mathml_of, shown_name, words
 
 Array = NDArray[Any]
 NULL = 10**-10
-"""Singular values below this part of the largest are taken as zero: of matrices that hold exact zeros and round-off."""
+"""Relative size below which a singular value is zero; entries of the matrices are exact or have round-off only."""
 SAME = 10**-7
-"""Relative distance of roots that are taken as one root of a higher multiplicity."""
+"""Relative distance below which roots count as one multiple root."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +40,9 @@ class Mode(Lines):
     eigenvalue : complex or expression
         s, with Im s >= 0 [1/s].
     frequency, damping_ratio : float or expression
-        |s| [rad/s], -Re s / |s| (0 where s is zero).
+        |s| [rad/s], -Re s / |s| (0 if s is zero).
     shape : dict
-        Component of each coordinate, in parts of the largest (numeric) or the first (symbolic) one.
+        Component of each coordinate, divided by the largest (numeric) or the first (symbolic) one.
     """
 
     kind: str
@@ -56,7 +56,7 @@ class Mode(Lines):
         return [[*head, *assignments(self.shape.items())]]
 
 
-class Modes(Sequence[Mode]):
+class Modes(Result, Sequence[Mode]):
     """The modes of a linear model, lowest frequency first; prints as a table."""
 
     def __init__(self, modes: Sequence[Mode], all_eigenvalues: Any) -> None:
@@ -115,12 +115,6 @@ class Modes(Sequence[Mode]):
         title = row([words(x) for x in head[:4]] + [shown_name(x) for x in head[4:]])
         return f'<math xmlns="http://www.w3.org/1998/Math/MathML"><mtable>{title}{body}</mtable></math>'
 
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
-
 
 def _rounded(x: Any) -> Any:
     if isinstance(x, complex | np.complexfloating):
@@ -157,33 +151,35 @@ def _mathml(x: Any) -> str:
 
 
 def eigenvalues(A: Array) -> Array:
-    """All eigenvalues, those at zero exactly zero, by magnitude."""
-    levels, rest = _staircase(A)
+    """Return all eigenvalues by magnitude; those at zero are exactly zero."""
+    levels, reduced = _staircase(A)
     zeros = sum(len(level) for level in levels)
-    return _sorted(np.concatenate([np.zeros(zeros), np.linalg.eigvals(rest) if rest.size else np.zeros(0)]))
+    return _sorted(
+        np.concatenate([np.zeros(zeros), np.linalg.eigvals(reduced) if reduced.size else np.zeros(0)])
+    )
 
 
 def _staircase(A: Array) -> tuple[list[Array], Array]:
-    """Vectors of the roots at zero, level by level, and the matrix of the other roots.
+    """Return the generalized eigenvectors of the zero roots, level by level, and the matrix of the other roots.
 
-    A takes each level into the span of those before it: the first is the null space.
+    The first level is the null space of A; A maps each other level into the span of the levels before it.
     """
     from scipy.linalg import matrix_balance
 
-    rest, scaling = matrix_balance(A, permute=False)
+    reduced, scaling = matrix_balance(A, permute=False)
     basis = scaling
     levels: list[Array] = []
-    while rest.size:
-        _, sizes, right = np.linalg.svd(rest)
+    while reduced.size:
+        _, sizes, right = np.linalg.svd(reduced)
         null = int(np.sum(sizes <= NULL * max(sizes[0], np.finfo(float).tiny)))
         if null == 0:
             break
-        # in the basis (null space, its complement) the matrix is [0 *; 0 rest]
-        complement, vectors = right[: len(rest) - null], right[len(rest) - null :]
+        # in the basis (null space, its complement) the matrix is [0 *; 0 reduced]
+        complement, vectors = right[: len(reduced) - null], right[len(reduced) - null :]
         levels.append((basis @ vectors.T).T)
         basis = basis @ complement.T
-        rest = complement @ rest @ complement.T
-    return levels, rest
+        reduced = complement @ reduced @ complement.T
+    return levels, reduced
 
 
 def _sorted(s: Array) -> Array:
@@ -192,7 +188,7 @@ def _sorted(s: Array) -> Array:
 
 
 def _order(s: Array) -> Array:
-    """By magnitude, then by real part, then upper half plane first; what differs by round-off is equal."""
+    """Return the order by magnitude, then real part, then upper half plane first; round-off is ignored."""
     size = np.abs(s)
     top = size.max(initial=0)
     key = [float(f"{x:.9e}") if x > NULL * top else 0 for x in size]
@@ -201,27 +197,27 @@ def _order(s: Array) -> Array:
 
 
 def modes_of(linear: Any) -> Modes:
-    """Modes of a numeric :class:`LinearModel`."""
+    """Return the modes of a numeric :class:`LinearModel`."""
     M, C, K = (np.asarray(linear.canonical[key], dtype=float) for key in "MCK")
     names = (*linear.coordinates, *linear.carried)
     if not linear.carried and _is_conservative(M, C, K):
         return _conservative(M, K, names)
     A = linear.first_order[0]
-    levels, rest = _staircase(A)
+    levels, reduced = _staircase(A)
     zeros = sum(len(level) for level in levels)
-    roots = _sorted(np.linalg.eigvals(rest)) if rest.size else np.zeros(0, dtype=complex)
-    made = _at_zero(levels[0][:, : len(names)], names, "rigid body") if levels else []
+    roots = _sorted(np.linalg.eigvals(reduced)) if reduced.size else np.zeros(0, dtype=complex)
+    result = _at_zero(levels[0][:, : len(names)], names, "rigid body") if levels else []
     for level in levels[1:]:
-        made += _at_zero((level @ A.T)[:, : len(names)], names, "drift")
-    done: list[complex] = []
+        result += _at_zero((level @ A.T)[:, : len(names)], names, "drift")
+    distinct: list[complex] = []
     for s in roots:
-        if s.imag < 0 or any(abs(s - other) <= SAME * abs(s) for other in done):
+        if s.imag < 0 or any(abs(s - other) <= SAME * abs(s) for other in distinct):
             continue
-        done.append(s)
+        distinct.append(s)
         times = int(np.sum(np.abs(roots - s) <= SAME * abs(s)))
         vectors = np.linalg.svd(A - s * np.eye(len(A)))[2][-times:].conj()
-        made += [_mode(s, _shape(names, vector[: len(names)])) for vector in vectors[::-1]]
-    return Modes(made, np.concatenate([np.zeros(zeros, dtype=complex), roots]))
+        result += [_mode(s, _shape(names, vector[: len(names)])) for vector in vectors[::-1]]
+    return Modes(result, np.concatenate([np.zeros(zeros, dtype=complex), roots]))
 
 
 def _mode(s: complex, shape: dict[str, Any]) -> Mode:
@@ -241,7 +237,7 @@ def _at_zero(vectors: Array, names: Sequence[str], kind: str) -> list[Mode]:
 
 
 def _echelon(vectors: Array) -> Array:
-    """A basis of the same span, in which each vector leads in a coordinate of its own."""
+    """Return a basis of the same span in which each vector has a leading coordinate that the others lack."""
     rows = 0
     for column in range(vectors.shape[1]):
         if rows == len(vectors):
@@ -259,7 +255,7 @@ def _echelon(vectors: Array) -> Array:
 
 
 def _shape(names: Sequence[str], vector: Array) -> dict[str, Any]:
-    """Components in parts of the largest; the first of those that are equal but for round-off."""
+    """Return the components divided by the largest; the first, if several are equal up to round-off."""
     sizes = np.abs(vector)
     largest = int(np.argmax(sizes >= (1 - SAME) * sizes.max()))
     parts = vector / vector[largest]
@@ -269,7 +265,7 @@ def _shape(names: Sequence[str], vector: Array) -> dict[str, Any]:
 
 
 def _is_conservative(M: Array, C: Array, K: Array) -> bool:
-    """No velocity terms, and a symmetric stiffness."""
+    """Return True if there are no velocity terms and the stiffness is symmetric."""
     speed = np.sqrt(np.abs(K).max(initial=0) * np.abs(M).max(initial=0))
     return bool(
         np.abs(C).max(initial=0) <= np.finfo(float).eps * speed
@@ -278,18 +274,18 @@ def _is_conservative(M: Array, C: Array, K: Array) -> bool:
 
 
 def _conservative(M: Array, K: Array, names: Sequence[str]) -> Modes:
-    """Modes of M ξ'' + K ξ = 0: w² from a symmetric eigenproblem, to full precision."""
+    """Return the modes of M ξ'' + K ξ = 0; w² come from a symmetric eigenproblem, to full precision."""
     from scipy.linalg import eigh
 
     squares, shapes = eigh((K + K.T) / 2, M)
     rigid = np.abs(squares) <= NULL * np.abs(squares).max(initial=0)
-    made = _at_zero(shapes[:, rigid].T, names, "rigid body")
-    made += _at_zero(shapes[:, rigid].T, names, "drift")
+    result = _at_zero(shapes[:, rigid].T, names, "rigid body")
+    result += _at_zero(shapes[:, rigid].T, names, "drift")
     roots: list[complex] = [complex(0)] * (2 * int(np.sum(rigid)))
     for k in np.flatnonzero(~rigid):
         w = float(np.sqrt(abs(squares[k])))
         pair = [complex(0, w), complex(0, -w)] if squares[k] > 0 else [complex(-w), complex(w)]
         roots += pair
         shape = _shape(names, shapes[:, k])
-        made += [_mode(s, shape) for s in pair if s.imag >= 0]
-    return Modes(sorted(made, key=lambda mode: mode.frequency), _sorted(np.array(roots)))
+        result += [_mode(s, shape) for s in pair if s.imag >= 0]
+    return Modes(sorted(result, key=lambda mode: mode.frequency), _sorted(np.array(roots)))

@@ -1,4 +1,4 @@
-"""From Laplace transforms back to functions of time, by partial fractions over exact factors.
+"""Inverse Laplace transforms by partial fractions over exact factors.
 
     N(s) / Π f_i^n_i = Σ r_ij(s) / f_i^j
 
@@ -16,6 +16,7 @@ from typing import Any
 import sympy
 
 from ...errors import ModelError
+from ...scalar.algebra import Scalar
 from ..printing.rational import Rationals, S
 from .characteristic import Characteristic, biquadratic, determinant
 from .forcing import T, Term
@@ -23,15 +24,15 @@ from .forcing import T, Term
 _W = sympy.Dummy("w", positive=True)
 
 
-def inverse_transform(character: Characteristic, rows: Sequence[Sequence[Any]], term: Term | None) -> Any:
-    """The function of time of det(rows) / Δ(s), times the transform of an input."""
+def inverse_transform(character: Characteristic, rows: Sequence[Sequence[Scalar]], term: Term | None) -> Any:
+    """Return the inverse transform of det(rows) / Δ(s) times the transform of an input."""
     ring = character.ring
     top = determinant(ring, rows)
     if top == 0:
         return sympy.Integer(0)
     s = ring.generator(S)
-    above: Any = 1
-    below: Any = 1
+    above: Scalar = 1
+    below: Scalar = 1
     times = 0
     if term is not None:
         above, below, times = _transform(ring, s, term)
@@ -53,7 +54,7 @@ def inverse_transform(character: Characteristic, rows: Sequence[Sequence[Any]], 
 
 
 def _transform(ring: Any, s: Any, term: Term) -> tuple[Any, Any, int]:
-    """(N, D, k) of the transform N / D^k of an input."""
+    """Return (N, D, k) of the transform N / D^k of an input."""
     cosine, sine, growth, frequency = (
         ring.from_sympy(x) for x in (term.cosine, term.sine, term.growth, term.frequency)
     )
@@ -72,23 +73,23 @@ def _expanded(field: Rationals, upper: Any, factors: Sequence[tuple[Any, int]]) 
     powers = [f**count for f, count in factors]
     total: Any = sympy.Integer(0)
     for k, (f, count) in enumerate(factors):
-        others = field.of([field.domain.one])
+        product = field.of([field.domain.one])
         for i, other in enumerate(powers):
             if i != k:
-                others = (others * other).rem(powers[k])
-        part = (upper * others.invert(powers[k])).rem(powers[k])
+                product = (product * other).rem(powers[k])
+        part = (upper * product.invert(powers[k])).rem(powers[k])
         for j in range(count, 0, -1):  # part / f^count = Σ rest_j / f^j
-            part, rest = part.div(f)
-            if not rest.is_zero:
-                total += _of_time(field, rest, f, j)
+            part, remainder = part.div(f)
+            if not remainder.is_zero:
+                total += _of_time(field, remainder, f, j)
     return total
 
 
-def _of_time(field: Rationals, rest: Any, f: Any, k: int) -> Any:
-    """The function of time of rest(s) / f(s)^k."""
+def _of_time(field: Rationals, numerator: Any, f: Any, k: int) -> Any:
+    """Return the inverse transform of numerator(s) / f(s)^k."""
     degree = f.degree()
     c = field.listed(f)
-    r = field.listed(rest)
+    r = field.listed(numerator)
     r += [sympy.Integer(0)] * (degree - len(r))
     if degree == 1:
         return r[0] * T ** (k - 1) / sympy.factorial(k - 1) * sympy.exp(-c[0] * T)
@@ -98,24 +99,23 @@ def _of_time(field: Rationals, rest: Any, f: Any, k: int) -> Any:
         low, high = biquadratic(field.ring, c[2], c[0])
         total = sympy.Integer(0)
         for w2, other in ((low, high), (high, low)):
-            # s² = -w² in the numerator leaves what stands over s² + w²
+            # s² = -w² in the numerator gives the part over s² + w²
             parts = [(r[0] - r[2] * w2) / (other - w2), (r[1] - r[3] * w2) / (other - w2)]
             total += _quadratic(parts, [w2, sympy.Integer(0)], 1)
         return total
     poly = sympy.Poly(list(reversed(c)), S)
-    found = sympy.roots(poly) if degree <= 4 and k == 1 else {}
-    if sum(found.values()) == degree:
+    closed = sympy.roots(poly) if degree <= 4 and k == 1 else {}
+    if sum(closed.values()) == degree:
         above, slope = sympy.Poly(list(reversed(r)), S), poly.diff(S)
-        return sum(above.eval(s) / slope.eval(s) * sympy.exp(s * T) for s in found)
+        return sum(above.eval(s) / slope.eval(s) * sympy.exp(s * T) for s in closed)
     raise ModelError(
         f"The characteristic factor {poly.as_expr()} (power {k}) has no roots in closed form, so the response "
-        "has none. "
-        "Give numbers: model.numeric(values), or values= in fb.linearize."
+        "has none. Give numbers: model.numeric(values), or values= in fb.linearize."
     )
 
 
 def _quadratic(r: Sequence[Any], c: Sequence[Any], k: int) -> Any:
-    """(r1 s + r0) / (s² + c1 s + c0)^k."""
+    """Return the inverse transform of (r1 s + r0) / (s² + c1 s + c0)^k."""
     decay = c[1] / 2
     w = sympy.sqrt(c[0] if decay == 0 else sympy.factor(c[0] - decay**2))
     g = sympy.sin(_W * T) / _W

@@ -1,7 +1,7 @@
 """Functions of a machine's state, recorded once and evaluated at many states and values in one pass.
 
-What `linearize` asks of a machine in numbers is the same program for all values of its parameters. It is recorded on
-traced scalars (`scalar.trace`) when it is first asked for, and kept with the model.
+In numbers, `linearize` evaluates the same program at all values of a machine's parameters. The program is recorded on
+traced scalars (`scalar.trace`) at its first use, and kept with the model.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ...scalar.trace import Tape
 
 Array = NDArray[np.float64]
 KEPT = 16
-"""Machines whose programs are kept: those used last."""
+"""Number of machines, the most recently used, whose programs are kept."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Points:
         return len(self.t)
 
     def at(self, **changed: Any) -> Points:
-        """The same with other times, coordinates or speeds."""
+        """Return these points with other times, coordinates or speeds."""
         return replace(self, **changed)
 
     def __getitem__(self, which: Any) -> Points:
@@ -49,7 +49,7 @@ class Points:
 
 
 class Recorded:
-    """The programs of one model, by what they give."""
+    """The recorded programs of one model, by key."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -58,14 +58,14 @@ class Recorded:
     def __call__(
         self, key: Any, build: Callable[..., Mapping[str, Any]], points: Points, *more: Array
     ) -> dict[str, Array]:
-        """Blocks by name, (N, ...) each, of ``build(state, *more)``, which is recorded under ``key``.
+        """Return the blocks of ``build(state, *more)`` by name, (N, ...) each; the program is recorded under ``key``.
 
         Parameters
         ----------
         key : hashable
-            All that ``build`` depends on besides the model.
+            Everything except the model on which ``build`` depends.
         build : callable
-            Nested lists of scalars by name, of a state and of lists of scalars.
+            Function of a state and of lists of scalars that returns nested lists of scalars by name.
         points : Points
         *more : array (N, k)
             Further inputs.
@@ -74,20 +74,20 @@ class Recorded:
             self._programs[key] = self._recorded(build, [x.shape[1] for x in more])
         replay, blocks = self._programs[key]
         rows = replay(np.concatenate([points.t[:, None], points.q, points.u, points.values, *more], axis=1).T)
-        found, start = {}, 0
+        result, start = {}, 0
         for name, shape, size in blocks:
-            found[name] = rows[start : start + size].T.reshape(len(points), *shape)
+            result[name] = rows[start : start + size].T.reshape(len(points), *shape)
             start += size
-        return found
+        return result
 
     def _recorded(self, build: Callable[..., Mapping[str, Any]], sizes: Sequence[int]) -> Any:
         model, tape = self.model, Tape()
         t, *q_u = (tape.input(f"{k}") for k in range(1 + model.n_q + model.n_u))
         values = {p.symbol: tape.input(f"value {p.name}") for p in model.parameters}
         more = [[tape.input(f"{k} {i}") for i in range(size)] for k, size in enumerate(sizes)]
-        made = build(State(model, tape, t, q_u[: model.n_q], q_u[model.n_q :], values), *more)
+        products = build(State(model, tape, t, q_u[: model.n_q], q_u[model.n_q :], values), *more)
         blocks, outputs = [], []
-        for name, x in made.items():
+        for name, x in products.items():
             block = np.empty(np.shape(x), dtype=object)
             block[...] = x
             blocks.append((name, block.shape, block.size))
@@ -99,13 +99,13 @@ _recent: OrderedDict[int, tuple[Any, Changes, int, Recorded]] = OrderedDict()
 
 
 def recorded(machine: System | Model) -> Recorded:
-    """The programs of a system as it is described now, or of a model; those used last are kept."""
-    known = _recent.get(id(machine))  # of an object that is held, so that no other has its id
-    if known is None or known[1].count != known[2]:
+    """Return the programs of a model, or of a system in its present form; the most recently used are kept."""
+    entry = _recent.get(id(machine))  # the entry keeps the object alive, so that no other object has its id
+    if entry is None or entry[1].count != entry[2]:
         changes = changes_of(machine) if isinstance(machine, System) else Changes()
         model = assemble(machine) if isinstance(machine, System) else machine
-        known = _recent[id(machine)] = (machine, changes, changes.count, Recorded(model))
+        entry = _recent[id(machine)] = (machine, changes, changes.count, Recorded(model))
     _recent.move_to_end(id(machine))
     while len(_recent) > KEPT:
         _recent.popitem(last=False)
-    return known[3]
+    return entry[3]

@@ -1,12 +1,12 @@
-"""Linear equations of a machine with constraints, reduced to deviations that are independent; for any scalar.
+"""Linear equations of a machine with constraints, reduced to independent deviations; for any scalar.
 
     M u' + h - Q = Gᵀ λ,      φ = 0,      ψ = G u + g = 0,      α = G u' + γ = 0
 
     ξ = T p,      δu = S v + P p,      δu' = S v' + W v + Z p,      G S = 0
 
-The equations of motion, with the multipliers λ held at their values, and the conditions ψ and α are differentiated on
-dual numbers. The rows of Sᵀ are free of δλ, so that the multipliers enter by the second derivatives of the conditions
-alone: Sᵀ (∂(Gᵀ λ)/∂ξ) T. Only the block of G of the dependent speeds is solved with.
+The equations of motion, with the multipliers λ constant, and the conditions ψ and α are differentiated on dual numbers.
+Multiplication by Sᵀ removes δλ, so that λ enters only through second derivatives of the conditions,
+Sᵀ (∂(Gᵀ λ)/∂ξ) T. Only the block of G that belongs to the dependent speeds is inverted.
 
 Sources: Meijaard, Papadopoulos, Ruina & Schwab (2007), appendix; Neimark & Fufaev, Dynamics of Nonholonomic Systems
 (1972), chapter V.
@@ -23,18 +23,21 @@ import numpy as np
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.newton_euler import inverse_dynamics
 from ...model.model import Model
-from ...scalar.algebra import Field
+from ...scalar.algebra import Field, Scalar
 from ...scalar.dual import DualField, slope_of, value_of
 from .operating_point import perturbed, tangent_drift, tangent_names
 
 Array = Any
 Solve = Callable[[Array, Array], Array]
-"""X with A X = B, for square A."""
+"""Function that returns X with A X = B, for square A."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Indices of the independent speeds, and of the independent deviations: the same ones, then those carried."""
+    """Indices of the independent speeds and of the carried deviations; together the independent deviations.
+
+    ``active`` are the indices of independent conditions.
+    """
 
     speeds: tuple[int, ...]
     carried: tuple[int, ...]
@@ -45,14 +48,14 @@ class Choice:
 
 @dataclass(frozen=True)
 class Slopes:
-    """Values and derivatives at a state, in all speeds and deviations.
+    """Values and derivatives at a state, with respect to all speeds and deviations.
 
-    ``left`` is M u' + h - Q, ``by_*`` its derivatives with λ held; ``G`` the matrix of the active conditions and
-    ``G_rate`` its rate along the motion; ``speed_by_q`` ∂ψ/∂ξ; ``acceleration_by_*`` those of α; ``touched`` the
-    derivatives of all conditions by the inputs.
+    ``residual`` is M u' + h - Q, ``by_*`` are its derivatives with λ constant; ``G`` is the matrix of the active
+    conditions and ``G_rate`` its rate along the motion; ``speed_by_q`` is ∂ψ/∂ξ; ``acceleration_by_*`` are the
+    derivatives of α; ``touched`` are the derivatives of all conditions with respect to the inputs.
     """
 
-    left: Array
+    residual: Array
     by_q: Array
     by_u: Array
     M: Array
@@ -69,17 +72,17 @@ class Slopes:
 def slopes(
     model: Model,
     field: Field,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    udot: Sequence[Any],
-    t: Any,
-    values: Mapping[Any, Any],
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    udot: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
     inputs: Sequence[str],
     choice: Choice,
     solve: Solve,
-    entry: Callable[[Any], Any],
+    entry: Callable[[Scalar], Scalar],
 ) -> Slopes:
-    """Derivatives of the equations of motion and of the active conditions, as arrays of ``entry`` of each scalar."""
+    """Return the derivatives of the equations of motion and the active conditions, ``entry`` applied to each scalar."""
     n = model.n_u
     symbols = {p.name: p.symbol for p in model.parameters}
     place = {name: 3 * n + k for k, name in enumerate(name for name in inputs if name in symbols)}
@@ -87,34 +90,36 @@ def slopes(
     clock = 3 * n + len(place)
     state = perturbed(model, field, q, u, dual.dual(t, {clock: 1}), values, [symbols[name] for name in place])
     accelerations = [dual.dual(x, {2 * n + j: 1}) for j, x in enumerate(udot)]
-    left = inverse_dynamics(model, state, accelerations)
-    given = linearized(model, state)
+    balance = inverse_dynamics(model, state, accelerations)
+    conditions = linearized(model, state)
     kinds = rows(model)
     active = choice.active
-    G = [given.matrix[i] for i in active]
+    G = [conditions.matrix[i] for i in active]
 
-    def table(xs: Sequence[Any], start: int, count: int) -> Array:
+    def table(xs: Sequence[Scalar], start: int, count: int) -> Array:
         return _array([[entry(slope_of(x, start + j)) for j in range(count)] for x in xs], (len(xs), count))
 
     values_of_G = _array([[entry(value_of(x)) for x in row] for row in G], (len(G), n))
-    residual = _array([entry(value_of(x)) for x in left], (n,))
+    residual = _array([entry(value_of(x)) for x in balance], (n,))
     fixed = list(choice.dependent_speeds)
     multipliers = solve(values_of_G[:, fixed].T, residual[fixed]) if fixed else residual[:0]
 
-    def held(i: int, k: int) -> Any:
-        """Slope of (Gᵀ λ)_i with λ held."""
+    def reaction_slope(i: int, k: int) -> Scalar:
+        """Slope of (Gᵀ λ)_i with λ constant."""
         parts = zip(G, multipliers, strict=True)
         return sum((entry(slope_of(row[i], k)) * m for row, m in parts), 0)
 
-    balance = [{k: entry(slope_of(x, k)) - held(i, k) for k in range(clock)} for i, x in enumerate(left)]
+    slopes_of = [
+        {k: entry(slope_of(x, k)) - reaction_slope(i, k) for k in range(clock)} for i, x in enumerate(balance)
+    ]
 
     def block(start: int) -> Array:
-        return _array([[one[start + j] for j in range(n)] for one in balance], (n, n))
+        return _array([[row[start + j] for j in range(n)] for row in slopes_of], (n, n))
 
     names = tangent_names(model)
     B = [
-        [-one[place[name]] if name in place else int(names[i] == name) for name in inputs]
-        for i, one in enumerate(balance)
+        [-row[place[name]] if name in place else int(names[i] == name) for name in inputs]
+        for i, row in enumerate(slopes_of)
     ]
     rate = [
         [
@@ -125,14 +130,14 @@ def slopes(
     ]
     alpha = []
     for i, row in zip(active, G, strict=True):
-        total = given.bias[i]
+        total = conditions.bias[i]
         for x, a in zip(row, accelerations, strict=True):
             total = total + x * a
         alpha.append(total)
-    psi = [given.rate[i] for i in active]
-    by_input = [*psi, *alpha, *(given.residual[i] for i in active if not kinds[i].on_speeds)]
+    psi = [conditions.rate[i] for i in active]
+    by_input = [*psi, *alpha, *(conditions.residual[i] for i in active if not kinds[i].on_speeds)]
     return Slopes(
-        left=residual,
+        residual=residual,
         by_q=block(0),
         by_u=block(n),
         M=block(2 * n),
@@ -147,28 +152,29 @@ def slopes(
     )
 
 
-def _array(rows_: Any, shape: tuple[int, ...]) -> Array:
-    """An array of objects: products and sums are those of its scalars."""
+def _array(entries: Any, shape: tuple[int, ...]) -> Array:
+    """Return an array of objects, whose products and sums are those of its scalars."""
     result = np.empty(shape, dtype=object)
     if result.size:
-        result[...] = rows_
+        result[...] = entries
     return result
 
 
 def reduced(
-    model: Model, found: Slopes, drifts: tuple[Array, Array], choice: Choice, solve: Solve
+    model: Model, derivatives: Slopes, drifts: tuple[Array, Array], choice: Choice, solve: Solve
 ) -> dict[str, Array]:
-    """M, C, K, B of the independent deviations; K_carried, E and E_rates of those carried; what is left of balance.
+    """Return M, C, K, B and the residual of the independent deviations, and K_carried, E, E_rates of the carried ones.
 
-    c' = E (ξ, c) + E_rates ξ'. ``T``, ``S`` and ``P`` are those above, with w = ξ' in place of v = w - to_rates p.
-    ``drifts`` are `tangent_drift` of speeds and accelerations. Matrices of many states have an axis in front.
+    c' = E (ξ, c) + E_rates ξ'. ``T``, ``S`` and ``P`` are as at the head of this file, with w = ξ' in place of
+    v = w - to_rates p. ``drifts`` are `tangent_drift` of speeds and accelerations. With many states, the first axis of
+    the matrices runs over them.
     """
     kinds = rows(model)
     speeds, carried = list(choice.speeds), list(choice.carried)
     free = [*speeds, *carried]
     m, f = len(speeds), len(free)
     holonomic = [k for k, i in enumerate(choice.active) if not kinds[i].on_speeds]
-    G, M = found.G, found.M
+    G, M = derivatives.G, derivatives.M
     n = M.shape[-1]
 
     def zeros(rows: int, columns: int) -> Array:
@@ -177,20 +183,20 @@ def reduced(
     T, T_rate = zeros(n, f), zeros(n, f)
     T[..., free, range(f)] = 1
     if choice.dependent:
-        tied, H = list(choice.dependent), G[..., holonomic, :]
-        T[..., tied, :] = -solve(H[..., tied], H[..., free])
-        T_rate[..., tied, :] = -solve(H[..., tied], found.G_rate[..., holonomic, :] @ T)
+        dependent, H = list(choice.dependent), G[..., holonomic, :]
+        T[..., dependent, :] = -solve(H[..., dependent], H[..., free])
+        T_rate[..., dependent, :] = -solve(H[..., dependent], derivatives.G_rate[..., holonomic, :] @ T)
     fixed = list(choice.dependent_speeds)
     S, P, W, Z = zeros(n, m), zeros(n, f), zeros(n, m), zeros(n, f)
     S[..., speeds, range(m)] = 1
     if fixed:
         D = G[..., fixed]
         S[..., fixed, :] = -solve(D, G[..., speeds])
-        P[..., fixed, :] = -solve(D, found.speed_by_q @ T)
-        W[..., fixed, :] = -solve(D, found.acceleration_by_u @ S)
-        Z[..., fixed, :] = -solve(D, found.acceleration_by_u @ P + found.acceleration_by_q @ T)
+        P[..., fixed, :] = -solve(D, derivatives.speed_by_q @ T)
+        W[..., fixed, :] = -solve(D, derivatives.acceleration_by_u @ S)
+        Z[..., fixed, :] = -solve(D, derivatives.acceleration_by_u @ P + derivatives.acceleration_by_q @ T)
     A, A_rate = drifts
-    # p' = v + (P + A T) p in the rows of the independent speeds; w = p' takes the place of v
+    # p' = v + (P + A T) p in the rows of the independent speeds; w = p' replaces v
     drift = P + A @ T
     to_w = drift[..., speeds, :]
     to_w_rate = (A_rate @ T + A @ T_rate)[..., speeds, :]
@@ -201,21 +207,22 @@ def reduced(
     p_by_w = np.concatenate([unit, E_rates], axis=-2)
     p_by_p = np.concatenate([zeros(m, f), E], axis=-2)
     St = np.swapaxes(S, -1, -2)
-    least = St @ M @ S
-    V = St @ (M @ W + found.by_u @ S)
-    K = St @ (M @ Z + found.by_u @ P + found.by_q @ T)
-    C = V - least @ to_w @ p_by_w
-    K = K - V @ to_w - least @ (to_w @ p_by_p + to_w_rate)
+    mass = St @ M @ S
+    V = St @ (M @ W + derivatives.by_u @ S)
+    K = St @ (M @ Z + derivatives.by_u @ P + derivatives.by_q @ T)
+    C = V - mass @ to_w @ p_by_w
+    K = K - V @ to_w - mass @ (to_w @ p_by_p + to_w_rate)
     return {
-        "M": least, "C": C, "K": K[..., :m], "K_carried": K[..., m:], "B": St @ found.B, "E": E, "E_rates": E_rates,
-        "residual": (St @ found.left[..., None])[..., 0], "T": T, "S": S, "P": P, "to_rates": to_w,
+        "M": mass, "C": C, "K": K[..., :m], "K_carried": K[..., m:], "B": St @ derivatives.B, "E": E,
+        "E_rates": E_rates,
+        "residual": (St @ derivatives.residual[..., None])[..., 0], "T": T, "S": S, "P": P, "to_rates": to_w,
     }  # fmt: skip
 
 
 def drifts(
-    model: Model, u: Sequence[Any], udot: Sequence[Any], entry: Callable[[Any], Any]
+    model: Model, u: Sequence[Scalar], udot: Sequence[Scalar], entry: Callable[[Scalar], Scalar]
 ) -> tuple[Array, Array]:
-    """`tangent_drift` of speeds and accelerations, as arrays of ``entry`` of each scalar."""
+    """Return `tangent_drift` of speeds and accelerations as arrays, ``entry`` applied to each scalar."""
     first, second = (
         _array([[entry(x) for x in row] for row in tangent_drift(model, w)], (model.n_u, model.n_u))
         for w in (u, udot)

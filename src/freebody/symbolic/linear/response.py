@@ -3,8 +3,8 @@
     X(s) = (M s² + C s + K)⁻¹ (M (s ξ_0 + ξ'_0) + C ξ_0 + B F(s))
 
 A symbolic model is transformed back by partial fractions over the factors of the characteristic polynomial. In a
-numeric one the inputs are the solution of linear equations themselves, and the whole is a sum of exponentials of its
-modes.
+numeric model the inputs solve linear equations of their own; all equations together have a response that is a sum of
+exponentials.
 
 Source: chapter 6, eqs (6.115) to (6.120); Meirovitch (1970), §8.4.
 """
@@ -20,7 +20,9 @@ import sympy
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError, nearest
+from ...scalar.algebra import Expression
 from ..printing.latex import latex_name
+from ..printing.lines import Result
 from ..printing.show import (
     EQUALS,
     aligned,
@@ -38,13 +40,13 @@ from .partial_fractions import inverse_transform
 
 T = sympy.Symbol("t")
 WELL_CONDITIONED = 10**7
-"""Up to this condition number of its eigenvectors a numeric model is expanded in modes; beyond, exponentiated."""
+"""Largest condition number of the eigenvectors for an expansion in modes; beyond it, the matrix exponential is used."""
 NOTHING = 10**-12
-"""Parts of a response, and rates [1/s], that are not shown."""
+"""Size of terms of a response, and of rates [1/s], below which they are not shown."""
 
 
-class ExactResponse(Mapping[str, Any]):
-    """Deviations as SymPy expressions of ``t``, by name of a coordinate or of its rate."""
+class ExactResponse(Result, Mapping[str, Any]):
+    """Deviations as SymPy expressions of ``t``, by the name of a coordinate or of its rate."""
 
     def __init__(self, expressions: dict[str, Any]) -> None:
         self._expressions = expressions
@@ -69,24 +71,18 @@ class ExactResponse(Mapping[str, Any]):
     def latex(self) -> str:
         """A LaTeX ``aligned`` block."""
         rows = [f"{sympy.latex(sympy.Symbol(n))}(t) &= {sympy.latex(x)}" for n, x in self.items()]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        return aligned(rows)
 
     def mathml(self) -> str:
         """Presentation MathML, an element for each coordinate."""
         head = "<mo>(</mo><mi>t</mi><mo>)</mo>"
         return elements(shown_name(name) + head + EQUALS + mathml_of(x) for name, x in self.items())
 
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
-    def __repr__(self) -> str:
-        return self.text()
-
-
-class Response:
+class Response(Result):
     """Deviations of a numeric model as a function of time: ``response(t)["theta"]``.
 
-    ``terms("theta")`` gives it as Σ c e^(s t), where the model has a mode for each root.
+    ``terms("theta")`` gives one as Σ c e^(s t), if the model has a mode for each root.
     """
 
     def __init__(self, names: tuple[str, ...], Z: NDArray[Any], start: NDArray[Any]) -> None:
@@ -100,24 +96,24 @@ class Response:
             self._parts = shapes * np.linalg.solve(shapes, start)
 
     def __call__(self, t: ArrayLike) -> dict[str, Any]:
-        """Deviations and rates by name, each of the shape of ``t``."""
+        """Return deviations and rates by name, each of the shape of ``t``."""
         times = np.asarray(t, dtype=float)
         flat = times.reshape(-1)
         if self._modal:
-            found = np.exp(np.multiply.outer(flat, self._roots)) @ self._parts.T
+            states = np.exp(np.multiply.outer(flat, self._roots)) @ self._parts.T
         else:
             from scipy.linalg import expm
 
-            found = expm(np.multiply.outer(flat, self._Z)) @ self._start
-        return {name: found[:, i].real.reshape(times.shape)[()] for i, name in enumerate(self.names)}
+            states = expm(np.multiply.outer(flat, self._Z)) @ self._start
+        return {name: states[:, i].real.reshape(times.shape)[()] for i, name in enumerate(self.names)}
 
     def terms(self, name: str) -> list[tuple[complex, complex]]:
-        """(c, s) of the terms of Σ c e^(s t), largest first.
+        """Return (c, s) of the terms of Σ c e^(s t), largest first.
 
         Raises
         ------
         ModelError
-            An unknown name; a resonance or a rigid-body mode, whose terms hold powers of t.
+            An unknown name; a resonance or a rigid-body mode, whose terms contain powers of t.
         """
         if name not in self.names:
             raise ModelError(f"Unknown name '{name}' in a response; {nearest(str(name), self.names)}")
@@ -133,7 +129,7 @@ class Response:
 
     @property
     def _written(self) -> dict[str, Any]:
-        """The coordinates as sums of e^(a t) cos(b t) and e^(a t) sin(b t), to the digits that are shown."""
+        """The coordinates as sums of e^(a t) cos(b t) and e^(a t) sin(b t), rounded as they are shown."""
         result = {}
         for name in self.names if self._modal else ():
             if name.endswith("'"):
@@ -149,7 +145,7 @@ class Response:
         return result
 
     def text(self) -> str:
-        """A line for each coordinate; only the names where terms hold powers of time."""
+        """A line for each coordinate; only the names if terms contain powers of time."""
         return "\n".join(f"{name}(t) = {text_of(x)}" for name, x in self._written.items()) or repr(self)
 
     def latex(self) -> str:
@@ -163,15 +159,12 @@ class Response:
         lines = [shown_name(name) + head + EQUALS + mathml_of(x) for name, x in self._written.items()]
         return elements(lines or [words(repr(self))])
 
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
     def __repr__(self) -> str:
         return f"Response of {', '.join(self.names)}: call it with times"
 
 
 def _shown(x: float) -> Any:
-    """A number to the digits that are shown."""
+    """Return a number rounded as it is shown."""
     rounded = float(f"{x:.6g}") if abs(x) > NOTHING else 0
     return sympy.Integer(int(rounded)) if rounded == int(rounded) else sympy.Float(str(rounded))
 
@@ -180,12 +173,14 @@ def _shown(x: float) -> Any:
 class Start:
     """Initial deviations and rates, in the order of the coordinates."""
 
-    positions: list[Any]
-    rates: list[Any]
+    positions: list[Expression]
+    rates: list[Expression]
 
 
-def response(linear: Any, initial: Mapping[Any, Any], forcing: Mapping[Any, Any]) -> ExactResponse | Response:
-    """See :meth:`LinearModel.response`."""
+def response(
+    linear: Any, initial: Mapping[Any, Expression], forcing: Mapping[Any, Expression]
+) -> ExactResponse | Response:
+    """Return the response of a linear model; see :meth:`LinearModel.response`."""
     start = _start(linear, initial)
     inputs: list[tuple[int, Term]] = []
     for key, value in forcing.items():
@@ -200,14 +195,14 @@ def response(linear: Any, initial: Mapping[Any, Any], forcing: Mapping[Any, Any]
     return _modal(linear, start, inputs)
 
 
-def _expression(linear: Any, value: Any, what: str) -> Any:
+def _expression(linear: Any, value: Expression, what: str) -> Any:
     return sympy.sympify(linear.model.names.expression(value, what) if isinstance(value, str) else value)
 
 
-def _start(linear: Any, initial: Mapping[Any, Any]) -> Start:
+def _start(linear: Any, initial: Mapping[Any, Expression]) -> Start:
     n, carried = len(linear.coordinates), len(linear.carried)
-    positions: list[Any] = [0] * (n + carried)
-    rates: list[Any] = [0] * n
+    positions: list[Expression] = [0] * (n + carried)
+    rates: list[Expression] = [0] * n
     of_speed: dict[int, Any] = {}
     places = {name: i for i, name in enumerate((*linear.coordinates, *linear.carried))}
     speeds = {name: i for i, name in enumerate(linear.model.speed_names)} if not linear.carried else {}
@@ -253,7 +248,7 @@ def _exact(linear: Any, start: Start, inputs: list[tuple[int, Term]]) -> ExactRe
         sides.append((free, None))
     for k, term in inputs:
         sides.append(([*(B[i][k] for i in range(n)), *(0 for _ in linear.carried)], term))
-    found = {}
+    result = {}
     for j, name in enumerate((*linear.coordinates, *linear.carried)):
         total: Any = sympy.Integer(0)
         for column, term in sides:
@@ -262,8 +257,8 @@ def _exact(linear: Any, start: Start, inputs: list[tuple[int, Term]]) -> ExactRe
                 for i, row in enumerate(character.matrix)
             ]
             total += inverse_transform(character, rows, term)
-        found[name] = total
-    return ExactResponse(found)
+        result[name] = total
+    return ExactResponse(result)
 
 
 # -- numbers --------------------------------------------------------------------------------------
@@ -280,7 +275,7 @@ def _modal(linear: Any, start: Start, inputs: list[tuple[int, Term]]) -> Respons
     first[:size] = [_number(x) for x in (*start.positions, *start.rates)]
     place = size
     for k, term, (amplitude, exponent) in chains:
-        # t^k e^(s t) / k! heads a chain of equations, each driven by the next
+        # t^k e^(s t) / k! is the first of a chain of equations, each driven by the next
         links = range(place, place + term.power + 1)
         for i in links:
             Z[i, i] = exponent

@@ -1,10 +1,10 @@
-"""The forms that a trigonometric coefficient can be shown in, on dictionaries of terms.
+"""The printed forms of a trigonometric coefficient, computed on dictionaries of terms.
 
-A coefficient is ``{monomial: {parameters: integer}}`` over one power of two: the monomial holds
-sines, cosines and coordinates, the parameters what stands in front. Its canonical form has no
-sin². Readers want the shortest of
+A coefficient is ``{monomial: {parameters: integer}}`` over one power of two: the monomial contains
+sines, cosines and coordinates, and the parameters are its factor. Its canonical form has no
+sin². The shortest of these forms is printed:
 
-- sines and cosines as they are, or with cos² = 1 - sin², or homogeneous (I₁ sin² + I₃ cos²);
+- sines and cosines in canonical form, or with cos² = 1 - sin², or homogeneous (I₁ sin² + I₃ cos²);
 - sums of angles, cos a cos b = ½ cos(a - b) + ½ cos(a + b), which collapse for parallel axes.
 
 In a monomial a generator is ``(index, exponent)``, a sine or cosine of a sum of angles is
@@ -20,14 +20,16 @@ from typing import Any
 
 Coefficient = dict[tuple[Any, ...], dict[Any, int]]
 
-# Beyond this many terms nobody reads a coefficient: it is shown in its canonical form.
 LARGEST = 4000
-_DEGREE = 12  # of a product of sines and cosines that is still turned into sums
-_WAVES = 2**18  # sines and cosines of sums that are looked at on the way to the shortest form: half a second
+"""Number of terms beyond which a coefficient is printed in its canonical form: nobody reads it."""
+_DEGREE = 12
+"""Largest degree of a product of sines and cosines that is expanded into sums of angles."""
+_WAVES = 2**18
+"""Most sines and cosines of sums to form in the search for the shortest form: half a second."""
 
 
 def shortest(ring: Any, coefficient: Coefficient, rank: Callable[[int], Any]) -> tuple[Coefficient, int]:
-    """The form with the fewest terms, and the power of two it is to be divided by.
+    """Return the form with the fewest terms, and the power of two by which it is to be divided.
 
     ``rank`` orders generators; the first angle of a sum is positive.
     Ties go to the earlier of: canonical, homogeneous, sin², angle sums.
@@ -49,7 +51,7 @@ def shortest(ring: Any, coefficient: Coefficient, rank: Callable[[int], Any]) ->
 
 
 def _squares(ring: Any, coefficient: Coefficient, pairs: dict[int, int]) -> Coefficient:
-    """The shortest that sin² + cos² = 1 gives, angle by angle."""
+    """Return the shortest form that sin² + cos² = 1 gives, angle by angle."""
     size = _size(coefficient)
     for cosine in pairs:
         sine = ring.generators[cosine].partner
@@ -66,7 +68,7 @@ def _size(coefficient: Coefficient) -> int:
 
 
 def _pairs(ring: Any, coefficient: Coefficient) -> dict[int, int]:
-    """Index of each angle's cosine -> largest degree of its sine and cosine together."""
+    """Return {index of an angle's cosine: largest degree of its sine and cosine together}."""
     generators = ring.generators
     result: dict[int, int] = {}
     divided = set()
@@ -78,7 +80,7 @@ def _pairs(ring: Any, coefficient: Coefficient) -> dict[int, int]:
                 continue
             cosine = index if g.kind == "cos" else g.partner
             degrees[cosine] = degrees.get(cosine, 0) + e
-            if e < 0:  # 1/cos stays as it is
+            if e < 0:  # 1/cos is not rewritten
                 divided.add(cosine)
         for index, d in degrees.items():
             if d > result.get(index, 0):
@@ -87,7 +89,7 @@ def _pairs(ring: Any, coefficient: Coefficient) -> dict[int, int]:
 
 
 def _sets(pairs: dict[int, int], size: int) -> list[frozenset[int]]:
-    """Sets of angles to turn into sums: all of them; for a short coefficient also every two."""
+    """Return the sets of angles to expand into sums: all angles; for a short coefficient also every pair."""
     if len(pairs) < 2 and max(pairs.values()) < 2:
         return []
     sets = [frozenset(pairs)]
@@ -98,19 +100,19 @@ def _sets(pairs: dict[int, int], size: int) -> list[frozenset[int]]:
 
 def _split(monomial: tuple[Any, ...], cosine: int, sine: int) -> tuple[int, int, tuple[Any, ...]]:
     s = c = 0
-    rest = []
+    cofactor = []
     for factor in monomial:
         if factor[0] == cosine:
             c = factor[1]
         elif factor[0] == sine:
             s = factor[1]
         else:
-            rest.append(factor)
-    return s, c, tuple(rest)
+            cofactor.append(factor)
+    return s, c, tuple(cofactor)
 
 
-def _join(s: int, c: int, rest: tuple[Any, ...], cosine: int, sine: int) -> tuple[Any, ...]:
-    new = list(rest)
+def _join(s: int, c: int, cofactor: tuple[Any, ...], cosine: int, sine: int) -> tuple[Any, ...]:
+    new = list(cofactor)
     if s:
         new.append((sine, s))
     if c:
@@ -124,26 +126,28 @@ def _newest_first(factor: tuple[Any, Any]) -> Any:
 
 
 def _without_cosines(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:
-    """cos² = 1 - sin² for one angle."""
+    """Substitute cos² = 1 - sin² for one angle."""
     result: Coefficient = {}
     for monomial, parameters in coefficient.items():
-        s, c, rest = _split(monomial, cosine, sine)
+        s, c, cofactor = _split(monomial, cosine, sine)
         for k, binomial in enumerate(_binomials(c // 2)):
-            _add(result, _join(s + 2 * k, c % 2, rest, cosine, sine), parameters, (-1) ** k * binomial)
+            _add(result, _join(s + 2 * k, c % 2, cofactor, cosine, sine), parameters, (-1) ** k * binomial)
     return result
 
 
 def _homogeneous(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:
-    """1 = sin² + cos² for one angle, up to the largest degree of the same parity."""
+    """Multiply by sin² + cos² of one angle up to the largest degree of the same parity."""
     split = [(_split(m, cosine, sine), p) for m, p in coefficient.items()]
     largest = [0, 0]
     for (s, c, _), _ in split:
         largest[(s + c) % 2] = max(largest[(s + c) % 2], s + c)
     result: Coefficient = {}
-    for (s, c, rest), parameters in split:
+    for (s, c, cofactor), parameters in split:
         missing = (largest[(s + c) % 2] - s - c) // 2
         for k, binomial in enumerate(_binomials(missing)):
-            _add(result, _join(s + 2 * k, c + 2 * (missing - k), rest, cosine, sine), parameters, binomial)
+            _add(
+                result, _join(s + 2 * k, c + 2 * (missing - k), cofactor, cosine, sine), parameters, binomial
+            )
     return result
 
 
@@ -170,16 +174,16 @@ def _add(result: Coefficient, monomial: tuple[Any, ...], parameters: dict[Any, i
 def angle_sums(
     ring: Any, coefficient: Coefficient, angles: frozenset[int], rank: Callable[[int], Any]
 ) -> tuple[Coefficient, int]:
-    """The coefficient with products of sines and cosines of ``angles`` as sums, and its power of two.
+    """Return the coefficient with products of sines and cosines of ``angles`` as sums, and its power of two.
 
-    sinᵃx cosᵇx = Σ_n z_n exp(i n x), with exact z_n; products multiply, and what belongs to
-    n and -n is a sine or a cosine.
+    sinᵃx cosᵇx = Σ_n z_n exp(i n x), with exact z_n. Series of several angles are multiplied; the terms
+    of n and -n together are a sine or a cosine.
     """
     generators = ring.generators
     split = []
     largest = waves = 0
     for monomial, parameters in coefficient.items():
-        rest = []
+        cofactor = []
         powers: dict[int, list[int]] = {}
         for factor in monomial:
             g = generators[factor[0]]
@@ -188,7 +192,7 @@ def angle_sums(
             elif g.kind == "sin" and g.partner in angles:
                 powers.setdefault(g.partner, [0, 0])[0] = factor[1]
             else:
-                rest.append(factor)
+                cofactor.append(factor)
         key = tuple((index, s, c) for index, (s, c) in sorted(powers.items(), key=lambda item: rank(item[0])))
         degree = sum(s + c for _, s, c in key)
         if degree > _DEGREE:
@@ -197,18 +201,18 @@ def angle_sums(
         waves += 2**degree * len(parameters)
         if waves > _WAVES:
             return {}, 1
-        split.append((key, degree, tuple(rest), parameters))
+        split.append((key, degree, tuple(cofactor), parameters))
     result: Coefficient = {}
-    for key, degree, rest_key, parameters in split:
+    for key, degree, cofactor_key, parameters in split:
         scale = 2 ** (largest - degree)
         for wave, value in _waves(key):
-            _add(result, (*rest_key, wave) if wave else rest_key, parameters, scale * value)
+            _add(result, (*cofactor_key, wave) if wave else cofactor_key, parameters, scale * value)
     return result, 2**largest
 
 
 @cache
 def _waves(powers: tuple[tuple[int, int, int], ...]) -> tuple[tuple[Any, int], ...]:
-    """Π sinˢ cosᶜ times 2^degree as ((wave, integer), ...); wave () is the constant 1."""
+    """Return Π sinˢ cosᶜ times 2^degree as ((wave, integer), ...); wave () is the constant 1."""
     spectra = []
     odd = 0
     for index, s, c in powers:
@@ -216,7 +220,7 @@ def _waves(powers: tuple[tuple[int, int, int], ...]) -> tuple[tuple[Any, int], .
         spectra.append([(index, n, z) for n, z in _spectrum(s, c)])
     # (1/i)^odd: the sum of exp(i a) is a sum of (-1)^(odd/2) cos a, or of (-1)^((odd-1)/2) sin a
     sign = (-1) ** (odd // 2)
-    found: dict[Any, int] = {}
+    result: dict[Any, int] = {}
     for parts in product(*spectra):
         value = sign
         angle = []
@@ -226,19 +230,19 @@ def _waves(powers: tuple[tuple[int, int, int], ...]) -> tuple[tuple[Any, int], .
                 angle.append((index, n))
         if not angle:
             if odd % 2 == 0:
-                found[()] = found.get((), 0) + value
+                result[()] = result.get((), 0) + value
             continue
         if angle[0][1] < 0:
             angle = [(index, -n) for index, n in angle]
             value = -value if odd % 2 else value
         wave = ("sin" if odd % 2 else "cos", tuple(angle))
-        found[wave] = found.get(wave, 0) + value
-    return tuple((wave, value) for wave, value in found.items() if value)
+        result[wave] = result.get(wave, 0) + value
+    return tuple((wave, value) for wave, value in result.items() if value)
 
 
 @cache
 def _spectrum(s: int, c: int) -> tuple[tuple[int, int], ...]:
-    """(z - 1/z)ˢ (z + 1/z)ᶜ as ((power of z, integer), ...)."""
+    """Return (z - 1/z)ˢ (z + 1/z)ᶜ as ((power of z, integer), ...)."""
     row = {0: 1}
     for sign in (-1,) * s + (1,) * c:
         new: dict[int, int] = {}

@@ -1,8 +1,8 @@
-"""From a canonical polynomial to what a textbook prints: a small tree of sums and products.
+"""Arrange a canonical polynomial as a textbook prints it: a small tree of sums and products.
 
-Terms are grouped by accelerations, then by products of speeds, then the rest; each group's
-coefficient takes its shortest form (`angle_sums`), common factors come out, and groups with the
-same parameters in front are joined:
+Terms are grouped by accelerations, then by products of speeds; the remaining terms come last. Each
+group's coefficient takes its shortest form (`angle_sums`), common factors are taken out, and groups
+with the same factor of parameters are joined:
 
     (M + m)*x'' + m*a*(theta''*cos(theta) - theta'^2*sin(theta)) + k*x
 
@@ -10,7 +10,7 @@ A `Sum` is a list of `Term`; a term has a rational coefficient and factors ``(no
 A node is a generator (its index), a sine or cosine of a sum of angles
 (``("sin", ((index, multiple), ...))``), a named lump (str), or a `Sum`.
 
-The file is longer than others: the rules of arrangement work on one tree, and call each other.
+The file is longer than others: the rules of arrangement work on one tree and call each other.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from functools import partial
 from math import gcd
 from typing import Any
 
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Polynomial, Ring
 from .angle_sums import shortest
 from .terms import (
@@ -42,11 +43,11 @@ _FIXED = ("parameter", "constant", "load")
 
 
 LONGEST = 10_000
-"""Terms beyond which an element is not brought over a common denominator: nobody reads them."""
+"""Number of terms beyond which an element is not brought over a common denominator: nobody reads it."""
 PRINTED = 4
-"""Looks at a term until it is printed: some 80 μs."""
+"""Visits of a term until it is printed, for the budget: some 80 μs."""
 LONG = 8
-"""Terms beyond which what stands under a root or a bar gets a name, where names are given."""
+"""Number of terms beyond which the argument of a root or of an inverse gets a name, if names are used."""
 
 
 @dataclass
@@ -58,7 +59,7 @@ class Lumps:
     table : dict
         Name -> element of the ring, in the order of first use.
     ring : Ring, optional
-        The ring of these elements; if not given, that of the printer that uses them first.
+        The ring of these elements; by default that of the first printer that uses them.
     """
 
     prefix: str = "c"
@@ -67,7 +68,7 @@ class Lumps:
     _names: dict[Any, str] = field(default_factory=dict)
 
     def name(self, value: Polynomial) -> str:
-        """The name of a coefficient that is ``value``, also where it is of a ring made for one fraction."""
+        """Return the name of a coefficient, also of one in a ring made for a single fraction."""
         ring = self.ring or value.ring
         key = value if value.ring is ring else ring.coerce(ring.from_sympy(value.to_sympy()))
         if key not in self._names:
@@ -80,15 +81,15 @@ class Lumps:
         return self._names[key]
 
     def of_argument(self, g: Any) -> str | None:
-        """The name of what stands under a root or a bar, such as the square of a spring's length, if it is long."""
+        """Return the name of the argument of a root or an inverse, such as a spring's length squared, if it is long."""
         (x, *_) = g.arguments
         if g.kind not in ("sqrt", "inverse") or len(x) <= LONG:
             return None
         return self.name(x)
 
 
-def arrange(x: Any, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None) -> Sum:
-    """The tree that is printed for an element, or for a plain number; ``long`` names long arguments of roots."""
+def arrange(x: Scalar, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None) -> Sum:
+    """Return the tree to print for an element or a number; ``long`` names long arguments of roots."""
     if type(x) is not Polynomial:
         return Sum([Term(x, [])] if x != 0 else [])
     return _Arrangement(ring, lumps, long).entry(x)
@@ -103,33 +104,31 @@ class _Arrangement:
         self.ranks: dict[int, Any] = {}
 
     def rank(self, index: int) -> Any:
-        """Sorting key of a generator: atoms as declared, what is derived from them like they are."""
-        found = self.ranks.get(index)
-        if found is None:
+        """Return the sorting key of a generator: the rank of the atoms that it depends on."""
+        if index not in self.ranks:
             g = self.ring.generators[index]
             atoms = sorted(a.rank for a in self.ring.of_mask(g.depends))
-            found = self.ranks[index] = (*atoms, index) if g.arguments else (g.rank,)
-        return found
+            self.ranks[index] = (*atoms, index) if g.arguments else (g.rank,)
+        return self.ranks[index]
 
-    def _of_factor(self, factor: tuple[int, int]) -> Any:
+    def _rank_of_factor(self, factor: tuple[int, int]) -> Any:
         return self.rank(factor[0])
 
     def _ordered(self, monomial: Key) -> list[tuple[Any, int]]:
-        return sorted(monomial, key=self._of_factor)
+        return sorted(monomial, key=self._rank_of_factor)
 
-    # 0 moving (reactions, accelerations, speeds), 1 parameters, 2 all else
     def class_of(self, index: int) -> int:
-        found = self.classes.get(index)
-        if found is None:
+        """Return 0 for moving generators (reactions, accelerations, speeds), 1 for parameters, 2 for all others."""
+        if index not in self.classes:
             g = self.ring.generators[index]
             if g.kind in _MOVING:
-                found = 0
+                number = 0
             elif g.kind in _FIXED or g.kind in ("inverse", "sqrt") and self._fixed(g):
-                found = 1
+                number = 1
             else:
-                found = 2
-            self.classes[index] = found
-        return found
+                number = 2
+            self.classes[index] = number
+        return self.classes[index]
 
     def _fixed(self, g: Any) -> bool:
         atoms = self.ring.of_mask(g.depends)
@@ -138,10 +137,10 @@ class _Arrangement:
         )
 
     def entry(self, x: Polynomial) -> Sum:
-        """The whole of an element, over the denominators that are no parameters."""
+        """Return a whole element over its denominators that are not parameters."""
         self.ring.budget.scan(PRINTED * len(x))
         denominators: list[tuple[Any, int]] = []
-        y: Any = x
+        y: Scalar = x
         while type(y) is Polynomial:
             fractions = [
                 g
@@ -154,7 +153,7 @@ class _Arrangement:
             g = fractions[-1]
             n = max(e for m, _ in y.terms() for i, e in m if i == g.index)
             if len(y) * len(g.arguments[0]) ** n > LONGEST:
-                break  # it stays a factor of its terms
+                break  # the inverse stays a factor of its terms
             y = y * g.arguments[0] ** n
             denominators.append((g.arguments[0], n))
         body = self.groups(self.ring.coerce(y))
@@ -176,7 +175,7 @@ class _Arrangement:
 
     # ------------------------------------------------------------------ grouping
     def groups(self, x: Polynomial) -> Sum:
-        """Accelerations, then products of speeds, then the rest."""
+        """Return the terms with accelerations, then with products of speeds, then all others."""
         table: dict[Key, dict[Key, dict[Key, int]]] = {}
         class_of = self.class_of
         folded = self._folded()
@@ -204,7 +203,7 @@ class _Arrangement:
         return Sum(self._assembled(groups))
 
     def _folded(self) -> dict[int, int]:
-        """Inverse of one generator -> that generator, to be shown as a negative power."""
+        """Return {inverse of a single generator: that generator}, to print inverses as negative powers."""
         result = {}
         for g in self.ring.generators:
             if g.kind == "inverse" and len(g.arguments[0]) == 1:
@@ -221,7 +220,7 @@ class _Arrangement:
         return (min(kinds), -degree, indices)
 
     def _by_parameters(self, coefficient: Any, den: int) -> dict[Key, list[tuple[Fraction, Key]]]:
-        """{primitive polynomial in parameters: [(rational, monomial of the rest), ...]}."""
+        """Return {primitive polynomial in parameters: [(rational, monomial of other generators), ...]}."""
         result: dict[Key, list[tuple[Fraction, Key]]] = {}
         for other in sorted(coefficient, key=self._order_of_other):
             parameters = coefficient[other]
@@ -234,7 +233,7 @@ class _Arrangement:
         return result
 
     def _order_of_other(self, key: Key) -> Any:
-        """Coordinates, then sines and cosines by angle; the plain term first."""
+        """Return the sorting key of a monomial: the constant, coordinates, then sines and cosines by angle."""
         degree = 0
         order = []
         for i, e in key:
@@ -252,39 +251,39 @@ class _Arrangement:
 
     # ------------------------------------------------------------------ assembly
     def _assembled(self, groups: list[tuple[Key, dict[Key, list[tuple[Fraction, Key]]]]]) -> list[Term]:
-        """Terms of a sum; groups that have one and the same polynomial of parameters are joined."""
+        """Return the terms of a sum; groups with the same polynomial of parameters are joined."""
         joined: dict[Key, list[tuple[Key, list[tuple[Fraction, Key]]]]] = {}
         for moving, by_parameters in groups:
             if moving and len(by_parameters) == 1:
-                ((parameters, rest),) = by_parameters.items()
+                ((parameters, others),) = by_parameters.items()
                 if parameters != ONE:
-                    joined.setdefault(parameters, []).append((moving, rest))
+                    joined.setdefault(parameters, []).append((moving, others))
         terms: list[Term] = []
-        done: set[Key] = set()
+        printed: set[Key] = set()
         for moving, by_parameters in groups:
             if not moving:
-                for parameters, rest in by_parameters.items():
-                    terms += self._separate(parameters, rest)
+                for parameters, others in by_parameters.items():
+                    terms += self._separate(parameters, others)
                 continue
             if len(by_parameters) > 1:
                 terms.append(self._mixed(moving, by_parameters))
                 continue
-            ((parameters, rest),) = by_parameters.items()
-            if parameters in done:
+            ((parameters, others),) = by_parameters.items()
+            if parameters in printed:
                 continue
             if len(joined.get(parameters, ())) > 1:
-                done.add(parameters)
+                printed.add(parameters)
                 terms.append(self._joined(parameters, joined[parameters]))
             else:
-                terms.append(self._product(parameters, moving, rest))
+                terms.append(self._product(parameters, moving, others))
         return terms
 
-    def _separate(self, parameters: Key, rest: list[tuple[Fraction, Key]]) -> list[Term]:
-        """Terms without speeds: one factored product, or several if nothing is gained."""
-        if len(rest) > 1 and parameters != ONE:
-            return [self._product(parameters, (), rest)]
+    def _separate(self, parameters: Key, others: list[tuple[Fraction, Key]]) -> list[Term]:
+        """Return terms without speeds: one factored product, or several if factoring gains nothing."""
+        if len(others) > 1 and parameters != ONE:
+            return [self._product(parameters, (), others)]
         terms = []
-        for r in rest:
+        for r in others:
             term = self._product(parameters, (), [r])
             if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
                 inner = [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
@@ -293,9 +292,9 @@ class _Arrangement:
                 terms.append(term)
         return terms
 
-    def _product(self, parameters: Key, moving: Key, rest: list[tuple[Fraction, Key]]) -> Term:
-        """parameters · coordinates · moving · trigonometry."""
-        content, common, inner = common_part(rest)
+    def _product(self, parameters: Key, moving: Key, others: list[tuple[Fraction, Key]]) -> Term:
+        """Return parameters · coordinates · moving · trigonometry."""
+        content, common, inner = common_part(others)
         number, factors = self._parameters(parameters, content)
         before, after = self._sides(common)
         factors += before
@@ -306,18 +305,18 @@ class _Arrangement:
         return Term(number, factors + self._moving(moving) + after)
 
     def _joined(self, parameters: Key, parts: list[tuple[Key, list[tuple[Fraction, Key]]]]) -> Term:
-        """parameters · common · (moving · trigonometry + ...)."""
-        flat = [entry for _, rest in parts for entry in rest]
+        """Return parameters · common · (moving · trigonometry + ...)."""
+        flat = [entry for _, others in parts for entry in others]
         content, common, _ = common_part(flat)
         inner = []
-        for moving, rest in parts:
-            left = [(c / content, without(other, common)) for c, other in rest]
-            if len(left) == 1:
-                c, other = left[0]
+        for moving, others in parts:
+            cofactors = [(c / content, without(other, common)) for c, other in others]
+            if len(cofactors) == 1:
+                c, other = cofactors[0]
                 before, after = self._sides(other)
                 inner.append(Term(c, before + self._moving(moving) + after))
             else:
-                inner.append(self._product(ONE, moving, left))
+                inner.append(self._product(ONE, moving, cofactors))
         number, factors = self._parameters(parameters, content)
         before, after = self._sides(common)
         body = Sum(inner)
@@ -325,17 +324,17 @@ class _Arrangement:
         return Term(number, factors + before + after + [(body, 1)])
 
     def _mixed(self, moving: Key, by_parameters: dict[Key, list[tuple[Fraction, Key]]]) -> Term:
-        """common · (parameters · trigonometry + ...) · moving."""
-        everything = [entry for rest in by_parameters.values() for entry in rest]
+        """Return common · (parameters · trigonometry + ...) · moving."""
+        everything = [entry for others in by_parameters.values() for entry in others]
         _, common, _ = common_part(everything)
         shared = () if self.lumps else common_divisor([m for key in by_parameters for m, _ in key])
         inner = []
-        for parameters, rest in by_parameters.items():
-            own = tuple((without(m, shared), c) for m, c in parameters)
-            left = [(c, without(other, common)) for c, other in rest]
-            term = self._product(own, (), left)
+        for parameters, others in by_parameters.items():
+            parameter_cofactor = tuple((without(m, shared), c) for m, c in parameters)
+            cofactors = [(c, without(other, common)) for c, other in others]
+            term = self._product(parameter_cofactor, (), cofactors)
             if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
-                # parameters alone: their terms stand beside the others
+                # only parameters: add their terms without a bracket
                 inner += [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
             else:
                 inner.append(term)
@@ -357,7 +356,7 @@ class _Arrangement:
         return self._ordered(key)
 
     def _sides(self, other: Key) -> tuple[list[tuple[Any, int]], list[tuple[Any, int]]]:
-        """Coordinates, which stand before accelerations and speeds; functions, which stand after."""
+        """Return the factors to print before accelerations and speeds (coordinates) and after them (functions)."""
         before: list[tuple[Any, int]] = []
         after: list[tuple[Any, int]] = []
         for factor in sorted(other, key=lambda f: self._order_of_other((f,))):
@@ -372,13 +371,13 @@ class _Arrangement:
 
     # ------------------------------------------------------------------ parameters
     def _order_of_parameters(self, item: tuple[Key, int]) -> Any:
-        """By the oldest generators; a plain number last."""
+        """Return the sorting key of a monomial of parameters: oldest generators first, a plain number last."""
         monomial = self._ordered(item[0])
         ranks = [self.rank(i) for i, e in monomial for _ in range(abs(e))]
         return not monomial, ranks, [-e for _, e in monomial]
 
     def _parameters(self, key: Key, number: Fraction) -> tuple[Fraction | int, list[tuple[Any, int]]]:
-        """A polynomial of parameters times a number, as number and factors."""
+        """Return a polynomial of parameters times a number as a number and factors."""
         fixed = self._fraction(key)
         if fixed is not None:
             return fixed.coefficient * number, fixed.factors
@@ -391,65 +390,69 @@ class _Arrangement:
         inner = [(without(m, common), c) for m, c in key]
         if common:
             inner.sort(key=self._order_of_parameters)
-        kept = number
-        if number.denominator != 1:  # (m/3 + M), not (m + 3 M)/3: the one with fewer numbers
+        front_number = number
+        if number.denominator != 1:  # (m/3 + M), not (m + 3 M)/3: fewer numbers
             spread = [Fraction(c) * number for _, c in inner]
             if sum(abs(c) != 1 for c in spread) <= 1 + sum(abs(c) != 1 for _, c in inner):
                 inner = [(m, c) for (m, _), c in zip(inner, spread, strict=True)]
-                kept = Fraction(1)
+                front_number = Fraction(1)
         body = self._collected(inner)
-        kept = made_positive(body, kept)
+        front_number = made_positive(body, front_number)
         front = self._ordered(common)
         at = self._place(front, [m for m, _ in inner])
-        return kept, front[:at] + [(body, 1)] + front[at:]
+        return front_number, front[:at] + [(body, 1)] + front[at:]
 
     def _place(self, factors: list[tuple[Any, int]], bracket: list[Key]) -> int:
-        """Where a bracket stands: after the factors if all are older, else before them."""
+        """Return the position of a bracket: after the factors if all are older, else before them."""
         ranks = [self.rank(i) for m in bracket for i, _ in m]
         first = all(self.rank(i) < min(ranks) for i, _ in factors) if ranks else False
         return len(factors) if first else 0
 
     def _collected(self, inner: list[tuple[Key, Any]]) -> Sum:
-        """m₁ L² + m₂ L² as (m₁ + m₂) L² where that makes fewer terms."""
+        """Return m₁ L² + m₂ L² as (m₁ + m₂) L² if this has fewer terms."""
         plain = Sum([Term(c, self._ordered(m)) for m, c in inner])
         if len(inner) < 3 or len(inner) > 200:
             return plain
         best = None
         oldest_linear = partial(min, key=lambda f: (abs(f[1]), self.rank(f[0])))
-        for pick in (oldest_linear, partial(min, key=self._of_factor), partial(max, key=self._of_factor)):
+        for pick in (
+            oldest_linear,
+            partial(min, key=self._rank_of_factor),
+            partial(max, key=self._rank_of_factor),
+        ):
             rows: dict[Key, list[tuple[Key, Any]]] = {}
             for m, c in inner:
                 if not m:
                     rows.setdefault((), []).append(((), c))
                     continue
                 g, e = pick(m)
-                left = tuple(f for f in m if f[0] != g)
-                rows.setdefault(left, []).append((((g, e),), c))
+                cofactor = tuple(f for f in m if f[0] != g)
+                rows.setdefault(cofactor, []).append((((g, e),), c))
             if best is None or len(rows) < len(best):
                 best = rows
         if best is None or len(best) == len(inner):
             return plain
         terms = []
-        for left, own in best.items():
-            if len(own) == 1:
-                ((m, c),) = own
-                terms.append(Term(c, self._ordered(tuple(sorted(m + left, reverse=True)))))
+        for cofactor, summands in best.items():
+            if len(summands) == 1:
+                ((m, c),) = summands
+                terms.append(Term(c, self._ordered(tuple(sorted(m + cofactor, reverse=True)))))
                 continue
-            if not left:
-                terms += [Term(c, self._ordered(m)) for m, c in own]
+            if not cofactor:
+                terms += [Term(c, self._ordered(m)) for m, c in summands]
                 continue
-            number = content_of([Fraction(c) for _, c in own])
-            body = Sum([Term(c / number, self._ordered(m)) for m, c in own])
+            number = content_of([Fraction(c) for _, c in summands])
+            body = Sum([Term(c / number, self._ordered(m)) for m, c in summands])
             number = made_positive(body, number)
-            factors = self._ordered(left)
-            at = self._place(factors, [m for m, _ in own])
+            factors = self._ordered(cofactor)
+            at = self._place(factors, [m for m, _ in summands])
             terms.append(Term(number, factors[:at] + [(body, 1)] + factors[at:]))
         return Sum(terms)
 
     def _element(self, key: Key) -> Polynomial:
-        total: Any = 0
+        total: Scalar = 0
         for monomial, c in key:
-            value: Any = c
+            value: Scalar = c
             for i, e in monomial:
                 g = self.ring.variable(i)
                 value = value * (g**e if e > 0 else 1 / g**-e)
@@ -457,11 +460,11 @@ class _Arrangement:
         return self.ring.coerce(total)
 
     def _fraction(self, key: Key) -> Term | None:
-        """M - M²/(m + M) as m M/(m + M): parameters over the sums they are divided by."""
+        """Return M - M²/(m + M) as m M/(m + M): parameters over a common denominator; None without denominators."""
         generators = self.ring.generators
         if not any(generators[i].kind == "inverse" for m, _ in key for i, _ in m):
             return None
-        x: Any = self._element(key)
+        x: Scalar = self._element(key)
         below: list[tuple[Any, int]] = []
         while type(x) is Polynomial:
             sums = [g for g in self.ring.used(x) if g.kind == "inverse" and len(g.arguments[0]) > 1]

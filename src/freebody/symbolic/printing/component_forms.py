@@ -6,8 +6,8 @@
     M = H' + ω × H,   H = I Ω                    modified_euler_equations   (6.88)-(6.90)
 
 All components are in one frame with its origin at a fixed point of the body or at its mass centre. Without arguments
-the symbols are those of the chapter; products of inertia ``I_xy`` are the integrals ∫xy dm (6.11), so that the matrix
-has them with a minus sign.
+the symbols are those of the chapter. Products of inertia ``I_xy`` are the integrals ∫xy dm (6.11), so that they have a
+minus sign in the matrix.
 
 Examples
 --------
@@ -30,7 +30,7 @@ t = sympy.Symbol("t")
 
 
 def inertia_matrix(names: str = "xyz") -> Any:
-    """The matrix of moments and products of inertia about axes of the given letters, as symbols [kg m²]."""
+    """Return the matrix of moments and products of inertia about axes with these letters, as symbols [kg m²]."""
     a, b, c = tuple(names)
 
     def entry(i: str, j: str) -> Any:
@@ -42,17 +42,17 @@ def inertia_matrix(names: str = "xyz") -> Any:
 
 
 def rates(name: str, subscripts: str | tuple[str, ...] = "xyz") -> Any:
-    """Components of an angular velocity as functions of time, such as ω_x(t) [rad/s]."""
+    """Return the components of an angular velocity as functions of time, such as ω_x(t) [rad/s]."""
     return sympy.ImmutableMatrix([sympy.Function(f"{name}_{i}")(t) for i in subscripts])
 
 
 def angular_momentum(inertia: Any = None, omega: Any = None) -> Any:
-    """Angular momentum about a fixed point, or the mass centre, by components: H = I ω (6.9).
+    """Return the components of the angular momentum H = I ω about a fixed point or the mass centre (6.9).
 
     Parameters
     ----------
     inertia : MassProperties, matrix 3 x 3, or three principal moments, optional
-        About the point; of MassProperties, about the mass centre [kg m²].
+        Inertia about the point; that of MassProperties is about the mass centre [kg m²].
     omega : three components, optional
         Angular velocity of the body [rad/s].
 
@@ -73,14 +73,14 @@ def angular_momentum(inertia: Any = None, omega: Any = None) -> Any:
 
 
 def moment_equations(inertia: Any = None, omega: Any = None, alpha: Any = None) -> Any:
-    """Moments about body axes that need not be principal: M = I ω' + ω × I ω (6.27).
+    """Return the moments M = I ω' + ω × I ω about body axes, principal or not (6.27).
 
     Parameters
     ----------
     inertia, omega
         See :func:`angular_momentum`.
     alpha : three components, optional
-        Time derivatives of the components of ω [rad/s²]; if not given, ω is differentiated with respect to t.
+        Time derivatives of the components of ω [rad/s²]; by default ω is differentiated with respect to t.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def moment_equations(inertia: Any = None, omega: Any = None, alpha: Any = None) 
 
 
 def euler_equations(moments: Any = None, omega: Any = None, alpha: Any = None) -> Any:
-    """Euler's equations about principal axes (6.30).
+    """Return Euler's equations about principal axes (6.30).
 
     Parameters
     ----------
@@ -128,31 +128,31 @@ def euler_equations(moments: Any = None, omega: Any = None, alpha: Any = None) -
 def modified_euler_equations(
     inertia: Any = None, frame: Any = None, body: Any = None, body_rate: Any = None
 ) -> Any:
-    """Moment equations in an intermediate frame that turns with ω while the body turns with Ω (6.88).
+    """Return the moment equations in an intermediate frame that turns with ω while the body turns with Ω (6.88).
 
         M = H' + ω × H,    H = I Ω
 
     Parameters
     ----------
     inertia : as for :func:`angular_momentum`, optional
-        In the axes of the frame. It must be constant there: (Ω - ω) × leaves it unchanged. Without it, that of a
-        body of revolution, (I_xi, I_xi, I_zeta).
+        Inertia in the axes of the frame. It must be constant there: (Ω - ω) × leaves it unchanged. By default the
+        inertia of a body of revolution, (I_xi, I_xi, I_zeta).
     frame : three components, optional
         Angular velocity ω of the frame, in its axes [rad/s].
     body : three components, optional
-        Angular velocity Ω of the body, in the same axes; by default that of the frame but for Ω_zeta (6.85).
+        Angular velocity Ω of the body, in the same axes; by default equal to ω except for Ω_zeta (6.85).
     body_rate : three components, optional
-        Time derivatives of the components of Ω; if not given, Ω is differentiated with respect to t.
+        Time derivatives of the components of Ω; by default Ω is differentiated with respect to t.
 
     Returns
     -------
     SymPy column
-        M_xi, M_eta, M_zeta: without arguments, (6.90) [N m].
+        M_xi, M_eta, M_zeta [N m]; (6.90) if there are no arguments.
 
     Raises
     ------
     ModelError
-        An inertia that changes in the frame as the body turns.
+        The inertia changes in the frame as the body turns.
 
     Examples
     --------
@@ -183,7 +183,7 @@ def modified_euler_equations(
 
 
 def _inertia(inertia: Any) -> Any:
-    """A 3 x 3 SymPy matrix from what a user may give."""
+    """Return an inertia in any form that a user may write as a 3 x 3 SymPy matrix."""
     if inertia is None:
         return inertia_matrix()
     if isinstance(inertia, MassProperties):
@@ -212,9 +212,9 @@ def _rates(omega: Any) -> Any:
     return sympy.ImmutableMatrix([sympy.sympify(exact(x)) for x in values])
 
 
-def _derivative(w: Any, given: Any, name: str) -> Any:
-    if given is not None:
-        return _rates(given)
+def _derivative(w: Any, alpha: Any, name: str) -> Any:
+    if alpha is not None:
+        return _rates(alpha)
     if not w.has(t):
         raise ModelError(
             f"The components {tuple(w)} are no functions of t, so that their derivatives are not known: "
@@ -228,6 +228,6 @@ def _skew(v: Any) -> Any:
 
 
 def _grouped(v: Any, w: Any) -> Any:
-    """Terms collected by products of the angular velocities, as the chapter prints them."""
+    """Return the terms collected by products of the angular velocities, as the chapter prints them."""
     pairs = [w[i] * w[j] for i in range(3) for j in range(i, 3)]
     return sympy.ImmutableMatrix([sympy.collect(sympy.expand(x), pairs) for x in v])

@@ -1,6 +1,6 @@
-"""Canonical polynomials as people read them: text, LaTeX, MathML, grouped SymPy.
+"""Canonical polynomials in print: text, LaTeX, MathML and grouped SymPy.
 
-Printed straight from the polynomial; no SymPy expression is built, except by `displayed`.
+They are printed directly from the polynomial; only `displayed` builds a SymPy expression.
 """
 
 from __future__ import annotations
@@ -8,25 +8,28 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from .arrange import Lumps as Lumps
 from .grouped import Grouped
 from .latex import Latex
+from .lines import Result
 from .mathml import MathML, document
 from .printer import Printer
+from .show import aligned
 from .text import Text
 
 
-def text(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """An element, or a number, as plain text.
+def text(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
+    """Return an element or a number as plain text.
 
     Parameters
     ----------
     x : Polynomial, int or Fraction
     ring : Ring
     lump : bool or Lumps, optional
-        Name the distinct polynomials of parameters: with True the result is ``(text, table)``
-        with the table of names as text; a `Lumps` is filled, to share names among equations.
+        Name the distinct polynomials of parameters. With True the result is ``(text, table)``, the table of names
+        as text. A `Lumps` is filled with the names, which several equations can share.
 
     Examples
     --------
@@ -41,42 +44,42 @@ def text(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
     return _lumped(Text, x, ring, lump)
 
 
-def latex(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """An element as LaTeX; see `text`."""
+def latex(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
+    """Return an element as LaTeX; see `text`."""
     return _lumped(Latex, x, ring, lump)
 
 
-def mathml(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """An element as a MathML ``math`` element; see `text`."""
+def mathml(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
+    """Return an element as a MathML ``math`` element; see `text`."""
     result = _lumped(MathML, x, ring, lump)
     return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
 
 
-def displayed(x: Any, ring: Ring) -> Any:
-    """An element as a SymPy expression that is grouped as the text is."""
+def displayed(x: Scalar, ring: Ring) -> Any:
+    """Return an element as a SymPy expression, grouped as its text is."""
     return Grouped(ring).show(x)
 
 
-def equation_text(left: Any, right: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """``left = right`` as plain text; see `text`."""
+def equation_text(left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
+    """Return ``left = right`` as plain text; see `text`."""
     return _equation(Text, left, right, ring, lump, " = ")
 
 
-def equation_latex(left: Any, right: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """``left = right`` as LaTeX."""
+def equation_latex(left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
+    """Return ``left = right`` as LaTeX."""
     return _equation(Latex, left, right, ring, lump, " = ")
 
 
-def equation_mathml(left: Any, right: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """``left = right`` as a MathML ``math`` element."""
+def equation_mathml(left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
+    """Return ``left = right`` as a MathML ``math`` element."""
     result = _equation(MathML, left, right, ring, lump, "<mo>=</mo>")
     return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
 
 
 def lines_of(
-    kind: type[Printer], sides: Sequence[tuple[Any, Any]], ring: Ring, sign: str
+    kind: type[Printer], sides: Sequence[tuple[Scalar, Scalar]], ring: Ring, sign: str
 ) -> tuple[list[str], list[str]]:
-    """Equations, and what their long roots and denominators are: (lines, lines of the names in them)."""
+    """Return equations as lines, and as further lines the names of their long roots and denominators."""
     long = Lumps("P")
     lines = []
     for left, right in sides:
@@ -86,8 +89,8 @@ def lines_of(
     return lines, [f"{printer.name(name)}{sign}{printer.show(x)}" for name, x in long.table.items()]
 
 
-class Formulas:
-    """A result that is a list of equations: ``_lines(write)`` gives them as written by one of the functions above."""
+class Formulas(Result):
+    """A result that is a list of equations; ``_lines(write)`` prints them with one of the functions above."""
 
     def _lines(self, write: Any) -> list[str]:
         raise NotImplementedError
@@ -99,26 +102,22 @@ class Formulas:
     def latex(self) -> str:
         """The equations as a LaTeX ``aligned`` block."""
         rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        return aligned(rows)
 
     def mathml(self) -> str:
         """The equations as presentation MathML, an element each."""
         return "\n".join(self._lines(equation_mathml))
 
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
-    def __repr__(self) -> str:
-        return self.text()
-
-
-def _lumped(kind: type[Printer], x: Any, ring: Ring, lump: bool | Lumps) -> Any:
+def _lumped(kind: type[Printer], x: Scalar, ring: Ring, lump: bool | Lumps) -> Any:
     lumps = Lumps() if lump is True else lump or None
     shown = kind(ring, lumps).show(x)
     return (shown, _table(kind, ring, lumps)) if lump is True and lumps else shown
 
 
-def _equation(kind: type[Printer], left: Any, right: Any, ring: Ring, lump: bool | Lumps, sign: str) -> Any:
+def _equation(
+    kind: type[Printer], left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps, sign: str
+) -> Any:
     lumps = Lumps() if lump is True else lump or None
     printer = kind(ring, lumps)
     shown = f"{printer.show(left)}{sign}{printer.show(right)}"

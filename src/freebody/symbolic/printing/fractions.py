@@ -1,4 +1,4 @@
-"""Ratios of canonical polynomials as people read them: text, LaTeX, SymPy."""
+"""Ratios of canonical polynomials in print: text, LaTeX, MathML, SymPy."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .mathml import MathML
 
 
 def parts(r: Any, ring: Ring) -> tuple[Any, Any, Ring]:
-    """Numerator and denominator as they are printed, integers under the bar too, and the ring that they are of.
+    """Return numerator and denominator as they are printed, with integers under the bar, and their ring.
 
-    Where sines or cosines are below, it is the form that all equal fractions have, `half_angles`.
+    With sines or cosines in the denominator, the form is the one common to all equal fractions (`half_angles`).
     """
     if type(r) is not Ratio:
         return r, 1, ring
@@ -33,7 +33,7 @@ def parts(r: Any, ring: Ring) -> tuple[Any, Any, Ring]:
 
 
 def ratio_text(r: Any, ring: Ring) -> str:
-    """A ratio, an element or a number as plain text."""
+    """Return a ratio, an element or a number as plain text."""
     num, den, ring = parts(r, ring)
     top = text(num, ring)
     if den == 1:
@@ -56,7 +56,7 @@ def _bracketed(written: str) -> str:
 
 
 def ratio_latex(r: Any, ring: Ring) -> str:
-    """A ratio as LaTeX."""
+    """Return a ratio as LaTeX."""
     num, den, ring = parts(r, ring)
     if den == 1:
         return latex(num, ring)
@@ -67,7 +67,7 @@ def ratio_latex(r: Any, ring: Ring) -> str:
 
 
 def ratio_mathml(r: Any, ring: Ring) -> str:
-    """A ratio as MathML to stand in a formula."""
+    """Return a ratio as MathML inside a formula."""
     num, den, ring = parts(r, ring)
     printer = MathML(ring)
     if den == 1:
@@ -76,7 +76,7 @@ def ratio_mathml(r: Any, ring: Ring) -> str:
 
 
 def ratio_displayed(r: Any, ring: Ring) -> Any:
-    """A ratio as a SymPy expression, numerator and denominator grouped as they are printed."""
+    """Return a ratio as a SymPy expression, numerator and denominator grouped as they are printed."""
     num, den, ring = parts(r, ring)
     top = displayed(num, ring)
     return top if den == 1 else top / displayed(den, ring)

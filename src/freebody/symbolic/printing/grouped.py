@@ -1,4 +1,4 @@
-"""SymPy expressions in the grouping that is printed."""
+"""SymPy expressions, grouped as the text is printed."""
 
 from __future__ import annotations
 
@@ -11,24 +11,30 @@ from .printer import Printer
 
 
 class Grouped(Printer):
-    """Builds SymPy nodes that keep their brackets: SymPy would multiply numbers into sums."""
+    """Printer of SymPy expressions that keep their brackets; SymPy would multiply numbers into sums."""
 
     def number(self, n: int) -> Any:
+        """A whole number."""
         return sympy.Integer(n)
 
     def name(self, name: str, dots: int = 0) -> Any:
+        """A name, differentiated ``dots`` times."""
         return sympy.Symbol(name)
 
     def generator(self, atom: Any, e: int) -> Any:
+        """A SymPy atom to a power."""
         return self.power(atom, e)
 
     def power(self, base: Any, e: int) -> Any:
+        """A factor to a positive whole power."""
         return base if e == 1 else sympy.Pow(base, e)
 
     def bracketed(self, s: Any) -> Any:
+        """A sum as a factor."""
         return s
 
     def product(self, p: int, over: list[Any], q: int, under: list[Any]) -> Any:
+        """p · over / (q · under)."""
         factors = over + [sympy.Pow(f, -1) for f in under]
         number = sympy.Rational(p, q)
         if len(factors) == 1 and factors[0].is_Add and number != 1:
@@ -36,15 +42,18 @@ class Grouped(Printer):
         return sympy.Mul(number, *factors)
 
     def added(self, terms: list[tuple[bool, Any]]) -> Any:
+        """Terms joined by their signs."""
         return sympy.Add(*(_negative(t) if negative else t for negative, t in terms))
 
     def function(self, name: str, arguments: list[Any], e: int) -> Any:
+        """A function to a positive whole power."""
         if name == "pow":
             return self.power(sympy.Pow(*arguments), e)
         special = {"abs": sympy.Abs, "min": sympy.Min, "max": sympy.Max}
         return self.power((special.get(name) or getattr(sympy, name))(*arguments), e)
 
     def root(self, argument: Any) -> Any:
+        """A square root."""
         return sympy.sqrt(argument)
 
     def _factor(self, node: Any, e: int) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from .names import GREEK, parts
-from .printer import Printer
+from .printer import Printer, signed_sum
 
 _FUNCTIONS = {
     "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "atan2": r"\operatorname{atan2}",
@@ -16,7 +16,7 @@ _DOTS = {0: "{}", 1: r"\dot{{{}}}", 2: r"\ddot{{{}}}", 3: r"\dddot{{{}}}"}
 
 @cache
 def latex_name(name: str, dots: int = 0) -> str:
-    r"""A name in LaTeX.
+    r"""Return a name in LaTeX.
 
     >>> print(latex_name("theta1", 2), latex_name("I_xx"), latex_name("mass"), latex_name("pin_x"))
     \ddot{\theta}_{1} I_{xx} \mathrm{mass} \mathrm{pin}_{x}
@@ -34,10 +34,10 @@ def latex_name(name: str, dots: int = 0) -> str:
 
 
 def _joined(factors: list[str]) -> str:
-    r"""Factors side by side; a thin space sets a word apart: ``m \, \mathrm{length}``."""
+    r"""Return factors side by side, with a thin space next to a word: ``m \, \mathrm{length}``."""
     return "".join(
-        one + (r" \, " if r"\mathrm" in one or r"\mathrm" in other[:14] else " ")
-        for one, other in zip(factors, factors[1:], strict=False)
+        factor + (r" \, " if r"\mathrm" in factor or r"\mathrm" in following[:14] else " ")
+        for factor, following in zip(factors, factors[1:], strict=False)
     ) + (factors[-1] if factors else "")
 
 
@@ -45,30 +45,35 @@ class Latex(Printer):
     """Printer of LaTeX."""
 
     def number(self, n: int) -> str:
+        """A whole number."""
         return str(n)
 
     def name(self, name: str, dots: int = 0) -> str:
+        """A name, differentiated ``dots`` times."""
         return latex_name(name, dots)
 
     def power(self, base: str, e: int) -> str:
+        """A factor to a positive whole power."""
         return base if e == 1 else f"{base}^{{{e}}}"
 
     def bracketed(self, s: str) -> str:
+        """A sum as a factor."""
         return rf"\left({s}\right)"
 
     def product(self, p: int, over: list[str], q: int, under: list[str]) -> str:
+        """p · over / (q · under)."""
         if under:
-            top = _joined([str(p), *over] if p != 1 or not over else over)
-            return rf"\frac{{{top}}}{{{_joined([str(q), *under] if q != 1 else under)}}}"
+            return rf"\frac{{{_joined(self.numbered(p, over))}}}{{{_joined(self.numbered(q, under))}}}"
         if q != 1:
             return _joined([rf"\frac{{{p}}}{{{q}}}", *over])
-        return _joined([str(p), *over] if p != 1 or not over else over)
+        return _joined(self.numbered(p, over))
 
     def added(self, terms: list[tuple[bool, str]]) -> str:
-        text = "".join((" - " if negative else " + ") + term for negative, term in terms)
-        return "-" + text[3:] if terms[0][0] else text[3:]
+        """Terms joined by their signs."""
+        return signed_sum(terms)
 
     def function(self, name: str, arguments: list[str], e: int) -> str:
+        """A function to a positive whole power."""
         if name == "abs":
             return self.power(rf"\left|{arguments[0]}\right|", e)
         if name == "exp":
@@ -86,4 +91,5 @@ class Latex(Printer):
         return rf"{head}\left({inside}\right)"
 
     def root(self, argument: str) -> str:
+        """A square root."""
         return rf"\sqrt{{{argument}}}"

@@ -1,4 +1,7 @@
-"""Results shown as lines of words, names and formulas: one description gives text, LaTeX and MathML."""
+"""Results that print themselves: base classes, and lines of words, names and formulas.
+
+One description of lines gives text, LaTeX and MathML.
+"""
 
 from __future__ import annotations
 
@@ -48,8 +51,30 @@ Piece = Any
 """Words (str), a Name, a Sign, a number, a SymPy expression or column."""
 
 
-class Lines:
-    """A result that is described by ``_lines``, each a sequence of pieces."""
+class Result:
+    """A result with ``text``, ``latex`` and ``mathml``; notebooks show its LaTeX, a console its text."""
+
+    def text(self) -> str:
+        """Return the result as plain text."""
+        raise NotImplementedError
+
+    def latex(self) -> str:
+        """Return the result as LaTeX."""
+        raise NotImplementedError
+
+    def mathml(self) -> str:
+        """Return the result as presentation MathML."""
+        raise NotImplementedError
+
+    def _repr_latex_(self) -> str | None:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
+
+
+class Lines(Result):
+    """A result that ``_lines`` describes; each line is a sequence of pieces."""
 
     def _lines(self) -> Sequence[Sequence[Piece]]:
         raise NotImplementedError
@@ -59,41 +84,35 @@ class Lines:
         return "\n".join("".join(map(_text, line)) for line in self._lines())
 
     def latex(self) -> str:
-        """The same as a LaTeX ``aligned`` block."""
+        """The result as a LaTeX ``aligned`` block."""
         return aligned("&" + " ".join(map(_latex, line)) for line in self._lines())
 
     def mathml(self) -> str:
-        """The same as presentation MathML, an element for each line."""
+        """The result as presentation MathML, an element for each line."""
         return elements("".join(map(_mathml, line)) for line in self._lines())
 
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
-
-class Shown:
-    """A collection of results that each show themselves: one after another."""
+class Shown(Result):
+    """A result that consists of other results, shown one after another."""
 
     def _parts(self) -> Sequence[Any]:
         raise NotImplementedError
 
     def text(self) -> str:
         """All parts as plain text."""
-        return "\n".join(one.text() for one in self._parts())
+        return "\n".join(part.text() for part in self._parts())
 
     def latex(self) -> str:
         """All parts as a LaTeX ``aligned`` block."""
-        return aligned("&" + one.latex() for one in self._parts())
+        return aligned("&" + part.latex() for part in self._parts())
 
     def mathml(self) -> str:
         """All parts as presentation MathML."""
-        return "\n".join(one.mathml() for one in self._parts())
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
+        return "\n".join(part.mathml() for part in self._parts())
 
 
 def assignments(values: Iterable[tuple[str, Any]]) -> list[Piece]:
-    """``a = 1, b = 2``."""
+    """Return the pieces of ``a = 1, b = 2``."""
     result: list[Piece] = []
     for name, value in values:
         result += [*([COMMA] if result else []), Name(name), EQUALS, value]
@@ -101,7 +120,7 @@ def assignments(values: Iterable[tuple[str, Any]]) -> list[Piece]:
 
 
 def rounded(x: Any) -> Any:
-    """A number to the digits that are shown, as a SymPy expression."""
+    """Return a number, rounded as it is shown, as a SymPy expression."""
     if isinstance(x, complex):
         return rounded(x.real) + sympy.I * rounded(x.imag)
     short = float(f"{float(x):.6g}")
@@ -109,10 +128,12 @@ def rounded(x: Any) -> Any:
 
 
 def _formula(x: Any) -> Any:
-    return x if isinstance(x, sympy.Basic | sympy.MatrixBase) else rounded(complex(x) if _complex(x) else x)
+    return (
+        x if isinstance(x, sympy.Basic | sympy.MatrixBase) else rounded(complex(x) if _is_complex(x) else x)
+    )
 
 
-def _complex(x: Any) -> bool:
+def _is_complex(x: Any) -> bool:
     return bool(isinstance(x, complex) and x.imag)
 
 

@@ -16,7 +16,7 @@ _TIMES = "<mo>&#x2062;</mo>"
 
 @cache
 def mathml_name(name: str, dots: int = 0) -> str:
-    """A name in MathML.
+    """Return a name in MathML.
 
     >>> mathml_name("theta1", 2)
     '<msub><mover><mi>θ</mi><mo>¨</mo></mover><mn>1</mn></msub>'
@@ -35,33 +35,40 @@ class MathML(Printer):
     """Printer of presentation MathML."""
 
     def number(self, n: int) -> str:
+        """A whole number."""
         return f"<mn>{n}</mn>"
 
     def name(self, name: str, dots: int = 0) -> str:
+        """A name, differentiated ``dots`` times."""
         return mathml_name(name, dots)
 
     def power(self, base: str, e: int) -> str:
+        """A factor to a positive whole power."""
         return base if e == 1 else f"<msup><mrow>{base}</mrow><mn>{e}</mn></msup>"
 
     def bracketed(self, s: str) -> str:
+        """A sum as a factor."""
         return f"<mrow><mo>(</mo>{s}<mo>)</mo></mrow>"
 
     def product(self, p: int, over: list[str], q: int, under: list[str]) -> str:
+        """p · over / (q · under)."""
         if under:
-            top = _TIMES.join([self.number(p), *over] if p != 1 or not over else over)
-            below = _TIMES.join([self.number(q), *under] if q != 1 else under)
+            top = _TIMES.join(self.numbered(p, over))
+            below = _TIMES.join(self.numbered(q, under))
             return f"<mfrac><mrow>{top}</mrow><mrow>{below}</mrow></mfrac>"
         if q != 1:
             return _TIMES.join([f"<mfrac><mn>{p}</mn><mn>{q}</mn></mfrac>", *over])
-        return _TIMES.join([self.number(p), *over] if p != 1 or not over else over)
+        return _TIMES.join(self.numbered(p, over))
 
     def added(self, terms: list[tuple[bool, str]]) -> str:
-        parts_ = [("<mo>−</mo>" if negative else "<mo>+</mo>") + term for negative, term in terms]
+        """Terms joined by their signs."""
+        signed = [("<mo>−</mo>" if negative else "<mo>+</mo>") + term for negative, term in terms]
         if not terms[0][0]:
-            parts_[0] = terms[0][1]
-        return "".join(parts_)
+            signed[0] = terms[0][1]
+        return "".join(signed)
 
     def function(self, name: str, arguments: list[str], e: int) -> str:
+        """A function to a positive whole power."""
         if name == "abs":
             return self.power(f"<mrow><mo>|</mo>{arguments[0]}<mo>|</mo></mrow>", e)
         if name == "pow":
@@ -71,9 +78,10 @@ class MathML(Printer):
         return f"{head}{_APPLY}{self.bracketed('<mo>,</mo>'.join(arguments))}"
 
     def root(self, argument: str) -> str:
+        """A square root."""
         return f"<msqrt>{argument}</msqrt>"
 
 
 def document(inside: str) -> str:
-    """A ``math`` element, displayed as a block."""
+    """Return a ``math`` element that is displayed as a block."""
     return f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="block"><mrow>{inside}</mrow></math>'

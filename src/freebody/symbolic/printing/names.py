@@ -1,4 +1,4 @@
-"""Names as typesetters write them: Greek letters, subscripts, words upright."""
+"""Names as they are typeset: Greek letters, subscripts, words upright."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ GREEK = {
 
 @cache
 def parts(name: str) -> tuple[str, str]:
-    """(base, subscript): ``theta_1`` and ``theta1`` are θ with subscript 1, ``j_wx`` is j with wx.
+    """Return (base, subscript): ``theta_1`` and ``theta1`` are θ with subscript 1, ``j_wx`` is j with wx.
 
     >>> parts("theta1"), parts("I_xx"), parts("arm_2_x"), parts("T1_floor"), parts("mass")
     (('theta', '1'), ('I', 'xx'), ('arm', '2, x'), ('T', '1, floor'), ('mass', ''))
     """
-    base, _, rest = name.strip("_").partition("_")
+    base, _, ending = name.strip("_").partition("_")
     match = re.fullmatch(r"([A-Za-z]+?)(\d+)", base)
-    below = [match.group(2)] if match else []
-    if rest:
-        below.append(rest.strip("_").replace("_", ", "))
-    return (match.group(1) if match else base), ", ".join(below)
+    subscripts = [match.group(2)] if match else []
+    if ending:
+        subscripts.append(ending.strip("_").replace("_", ", "))
+    return (match.group(1) if match else base), ", ".join(subscripts)

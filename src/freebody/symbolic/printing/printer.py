@@ -1,7 +1,7 @@
-"""What text, LaTeX, MathML and SymPy have in common: walking the tree of `arrange`.
+"""The base class of the printers of text, LaTeX, MathML and SymPy, which walks the tree of `arrange`.
 
-A printer says how a number, a power, a product, a fraction, a sum and a function look; this
-walks the tree and remembers what it has printed.
+A printer defines how a number, a power, a product, a fraction, a sum and a function look. The base class walks the tree
+and caches printed factors.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any
 
+from ...scalar.algebra import Scalar
 from ...scalar.half_angles import half_angles
 from ...scalar.polynomial import Ring
 from .arrange import LONG, Lumps, arrange
@@ -16,7 +17,7 @@ from .terms import Sum, Term
 
 
 class Printer(ABC):
-    """Turns trees of one ring into one kind of output."""
+    """Printer of elements of one ring in one kind of output."""
 
     bars = True  # fractions are drawn with a bar
 
@@ -29,16 +30,16 @@ class Printer(ABC):
                 names.ring = ring
         self.memo: dict[Any, Any] = {}
 
-    def show(self, x: Any) -> Any:
-        """An element or a number; one that is divided by sines in the form that all equal ones have."""
+    def show(self, x: Scalar) -> Any:
+        """Return an element or a number; with sines in a denominator, in the form common to all equal elements."""
         form = half_angles(x)
         if form is None or self.long is not None and form.longest > LONG:
             return self.sum(arrange(x, self.ring, self.lumps, self.long))
-        own = type(self)(form.ring, self.lumps, self.long)
-        return own.sum(arrange(form.whole, form.ring, self.lumps, self.long))
+        printer = type(self)(form.ring, self.lumps, self.long)
+        return printer.sum(arrange(form.whole, form.ring, self.lumps, self.long))
 
     def sum(self, s: Sum) -> Any:
-        """All terms of a sum."""
+        """Return the terms of a sum, joined."""
         if not s.terms:
             return self.number(0)
         if len(s.terms) == 1:
@@ -50,7 +51,7 @@ class Printer(ABC):
         return self.added([(t.coefficient < 0, self.term(t)) for t in s.terms])
 
     def term(self, t: Term) -> Any:
-        """A term without its sign."""
+        """Return a term without its sign."""
         c = abs(t.coefficient)
         p, q = c.numerator, c.denominator
         over, under = [], []
@@ -66,7 +67,7 @@ class Printer(ABC):
         return self.product(p, self._factors(over, False), q, self._factors(under, False))
 
     def _below(self, g: Any) -> Any:
-        """What an inverse is of: a name or a sum."""
+        """Return the argument of an inverse: a name or a sum."""
         return self.long and self.long.of_argument(g) or arrange(g.arguments[0], self.ring)
 
     def _factors(self, factors: list[tuple[Any, int]], alone: bool) -> list[Any]:
@@ -75,7 +76,7 @@ class Printer(ABC):
         return [self.factor(node, e) for node, e in factors]
 
     def _with_tangents(self, factors: list[tuple[Any, int]]) -> list[tuple[Any, int]]:
-        """sin(x)/cos(x) as tan(x)."""
+        """Return the factors with tan(x) in place of sin(x)/cos(x)."""
         generators = self.ring.generators
         powers = {i: e for i, e in factors if isinstance(i, int) and e < 0 and generators[i].kind == "cos"}
         if not powers:
@@ -94,14 +95,13 @@ class Printer(ABC):
         return isinstance(node, int) and self.ring.generators[node].name == "exp"
 
     def factor(self, node: Any, e: int) -> Any:
-        """A node to a positive power."""
+        """Return a node to a positive power."""
         if isinstance(node, Sum):
             return self.power(self.bracketed(self.sum(node)), e)
         key = (node, e)
-        found = self.memo.get(key)
-        if found is None:
-            found = self.memo[key] = self._factor(node, e)
-        return found
+        if key not in self.memo:
+            self.memo[key] = self._factor(node, e)
+        return self.memo[key]
 
     def _factor(self, node: Any, e: int) -> Any:
         if isinstance(node, str):
@@ -124,14 +124,18 @@ class Printer(ABC):
             return self.function(g.name or g.kind, [self.argument(a) for a in g.arguments], e)
         return self.generator(g.atom, e)
 
-    def argument(self, x: Any) -> Any:
-        """An argument of a function: without lumps."""
+    def argument(self, x: Scalar) -> Any:
+        """Return an argument of a function, without lumps."""
         return self.sum(arrange(x, self.ring))
 
     def generator(self, atom: Any, e: int) -> Any:
-        """A symbol, or a function of time with its derivatives."""
+        """Return a symbol, or a function of time with its derivatives, to a power."""
         name, dots = name_of(atom)
         return self.power(self.name(name, dots), e)
+
+    def numbered(self, n: int, factors: list[Any]) -> list[Any]:
+        """Return factors with a whole number in front, unless it is 1 and there are factors."""
+        return [self.number(n), *factors] if n != 1 or not factors else factors
 
     @abstractmethod
     def number(self, n: int) -> Any:
@@ -155,7 +159,7 @@ class Printer(ABC):
 
     @abstractmethod
     def added(self, terms: list[tuple[bool, Any]]) -> Any:
-        """(is negative, printed term) joined by signs."""
+        """(is negative, printed term) joined by their signs."""
 
     @abstractmethod
     def function(self, name: str, arguments: list[Any], e: int) -> Any:
@@ -166,8 +170,14 @@ class Printer(ABC):
         """A square root."""
 
 
+def signed_sum(terms: list[tuple[bool, str]]) -> str:
+    """Return (is negative, printed term) joined by " + " and " - "."""
+    text = "".join((" - " if negative else " + ") + term for negative, term in terms)
+    return "-" + text[3:] if terms[0][0] else text[3:]
+
+
 def name_of(atom: Any) -> tuple[str, int]:
-    """Name of a SymPy atom and how many times it is differentiated."""
+    """Return the name of a SymPy atom and its number of differentiations."""
     if atom.is_Derivative:
         return atom.expr.func.__name__, sum(n for _, n in atom.variable_count)
     if atom.is_Function:

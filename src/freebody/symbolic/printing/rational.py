@@ -1,8 +1,8 @@
 """Rational functions of a ring's generators, and polynomials in s over them.
 
-Partial fractions divide; the ring of canonical polynomials would name each divisor. Here sines, roots and the like
-stand for themselves: an identity of rational functions holds whatever relations they have. Results go back to the
-ring, where they are canonical again.
+Partial fractions need division, and the ring of canonical polynomials would introduce a generator for each divisor.
+Here sines, roots and the like are independent symbols: an identity of rational functions holds whatever relations they
+have. Results are converted back to the ring, where they are canonical.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 
 import sympy
 
+from ...scalar.algebra import Scalar
 from ...scalar.element import Polynomial
 from ...scalar.polynomial import Ring
 from .display import displayed
@@ -20,9 +21,9 @@ S = sympy.Symbol("s")
 
 
 class Rationals:
-    """The field of rational functions of those generators of a ring that occur in some elements."""
+    """The field of rational functions of the generators of a ring that occur in some elements."""
 
-    def __init__(self, ring: Ring, elements: Iterable[Any]) -> None:
+    def __init__(self, ring: Ring, elements: Iterable[Scalar]) -> None:
         self.ring = ring
         indices: set[int] = set()
         todo = [x for x in elements if type(x) is Polynomial]
@@ -40,19 +41,19 @@ class Rationals:
             i: self.domain.from_sympy(x) for i, x in zip(plain, symbols, strict=True)
         }
         self._atoms = {x: ring.to_sympy(ring.variable(i)) for i, x in zip(plain, symbols, strict=True)}
-        for i in sorted(indices - set(plain)):  # older generators first: an inverse is of older ones
+        for i in sorted(indices - set(plain)):  # older generators first: the argument of an inverse is older
             self._values[i] = 1 / self(ring.generators[i].arguments[0])
 
-    def __call__(self, x: Any) -> Any:
-        """An element free of s."""
+    def __call__(self, x: Scalar) -> Any:
+        """Return an element that does not depend on s as a rational function."""
         (value,) = self.coefficients(x) or (self.domain.zero,)
         return value
 
-    def coefficients(self, x: Any) -> list[Any]:
-        """Coefficients of an element by rising powers of s."""
+    def coefficients(self, x: Scalar) -> list[Any]:
+        """Return the coefficients of an element by rising powers of s."""
         if type(x) is not Polynomial:
             return [self.domain.from_sympy(sympy.Rational(x.numerator, x.denominator))] if x != 0 else []
-        found: dict[int, Any] = {}
+        by_power: dict[int, Any] = {}
         for monomial, c in self.ring.terms(x.num):
             value = self.domain.from_sympy(sympy.Rational(c, x.den))
             power = 0
@@ -61,19 +62,19 @@ class Rationals:
                     power = e
                 else:
                     value = value * self._values[i] ** e
-            found[power] = found[power] + value if power in found else value
-        return [found.get(k, self.domain.zero) for k in range(max(found, default=-1) + 1)]
+            by_power[power] = by_power[power] + value if power in by_power else value
+        return [by_power.get(k, self.domain.zero) for k in range(max(by_power, default=-1) + 1)]
 
-    def poly(self, x: Any) -> Any:
-        """An element as a polynomial in s."""
+    def poly(self, x: Scalar) -> Any:
+        """Return an element as a polynomial in s."""
         return self.of(self.coefficients(x))
 
     def of(self, coefficients: Sequence[Any]) -> Any:
-        """The polynomial with these coefficients, by rising powers of s."""
+        """Return the polynomial with these coefficients, by rising powers of s."""
         return sympy.Poly.from_list(list(reversed(coefficients)) or [0], S, domain=self.domain)
 
     def sympy(self, value: Any) -> Any:
-        """A rational function as a SymPy expression, canonical and grouped as it is printed."""
+        """Return a rational function as a SymPy expression, canonical and grouped as it is printed."""
         if isinstance(value, sympy.Basic):
             above, below = sympy.fraction(sympy.together(value))
         else:
@@ -83,5 +84,5 @@ class Rationals:
         return sympy.factor_terms(displayed(above, ring)) / sympy.factor_terms(displayed(below, ring))
 
     def listed(self, poly: Any) -> list[Any]:
-        """Coefficients of a polynomial in s by rising powers, as SymPy expressions."""
+        """Return the coefficients of a polynomial in s by rising powers, as SymPy expressions."""
         return [self.sympy(c) if c != 0 else sympy.Integer(0) for c in reversed(poly.rep.to_list())]

@@ -1,6 +1,6 @@
-"""Pieces that results are shown with: SymPy expressions in the names of the model, words in formulas, rows of MathML.
+"""SymPy expressions in the names of the model, words in formulas, and blocks of formulas, in LaTeX and MathML.
 
-Canonical polynomials are printed by `display`; this is for what is SymPy, or stands around it.
+Canonical polynomials are printed by `display`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any
 
 import sympy
 
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from .latex import latex_name
 from .mathml import MathML, document, mathml_name
@@ -18,22 +19,22 @@ from .printer import name_of
 
 EQUALS = "<mo>=</mo>"
 ENTITIES = {"InvisibleTimes": "&#x2062;", "ImaginaryI": "i", "ExponentialE": "e", "pi": "π", "dd": "d"}
-"""Names that HTML knows and XML does not."""
+"""Entities that HTML defines and XML does not."""
 COMMA = "<mo>,</mo><mspace width='0.5em'/>"
 
 
-def inner(x: Any, ring: Ring) -> str:
-    """An element of a ring as MathML to stand in a formula."""
+def inner(x: Scalar, ring: Ring) -> str:
+    """Return an element of a ring as MathML inside a formula."""
     return MathML(ring).show(x)
 
 
 def words(text: str) -> str:
-    """Words in a formula, as MathML."""
+    """Return words in a formula as MathML."""
     return f"<mtext>{escape(text)}</mtext>"
 
 
 def latex_words(text: str) -> str:
-    r"""Words in a formula, as LaTeX.
+    r"""Return words in a formula as LaTeX.
 
     >>> print(latex_words("momentum of theta_1:"))
     \text{momentum of theta\_1:}
@@ -44,17 +45,17 @@ def latex_words(text: str) -> str:
 
 
 def elements(lines: Iterable[str]) -> str:
-    """MathML formulas, an element each."""
+    """Return MathML formulas, an element each."""
     return "\n".join(document(line) for line in lines)
 
 
 def aligned(lines: Iterable[str]) -> str:
-    """LaTeX formulas in an ``aligned`` block."""
+    """Return LaTeX formulas in an ``aligned`` block."""
     return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
 
 def split(name: str) -> tuple[str, int]:
-    """A name and its primes: ``theta'`` is theta, differentiated once.
+    """Return a name without its primes, and their number: ``theta'`` is theta, differentiated once.
 
     >>> split("theta''")
     ('theta', 2)
@@ -64,12 +65,12 @@ def split(name: str) -> tuple[str, int]:
 
 
 def shown_name(name: str) -> str:
-    """A name with primes as MathML."""
+    """Return a name with primes as MathML."""
     return mathml_name(*split(name))
 
 
 def text_of(x: Any) -> str:
-    """A SymPy expression as text, with primes for derivatives.
+    """Return a SymPy expression as text, with primes for derivatives.
 
     >>> t = sympy.Symbol("t")
     >>> theta = sympy.Function("theta")(t)
@@ -81,68 +82,68 @@ def text_of(x: Any) -> str:
 
 
 def latex_of(x: Any) -> str:
-    r"""A SymPy expression as LaTeX, with dots for derivatives.
+    r"""Return a SymPy expression as LaTeX, with dots for derivatives.
 
     >>> t = sympy.Symbol("t")
     >>> print(latex_of(sympy.Function("theta_1")(t).diff(t)**2/2))
     \frac{\dot{\theta}_{1}^{2}}{2}
     """
-    found = _names(x)
-    named = {atom: sympy.Symbol(name + "'" * dots) for atom, (name, dots) in found.items()}
-    written = {named[atom]: latex_name(name, dots) for atom, (name, dots) in found.items()}
+    names = _names(x)
+    named = {atom: sympy.Symbol(name + "'" * dots) for atom, (name, dots) in names.items()}
+    written = {named[atom]: latex_name(name, dots) for atom, (name, dots) in names.items()}
     return sympy.latex(sympy.sympify(x).xreplace(named), symbol_names=written)
 
 
 def mathml_of(x: Any) -> str:
-    """A SymPy expression as MathML to stand in a formula.
+    """Return a SymPy expression as MathML inside a formula.
 
     >>> t = sympy.Symbol("t")
     >>> mathml_of(sympy.Function("theta")(t).diff(t)**2)
     '<msup><mover><mi>θ</mi><mo>˙</mo></mover><mn>2</mn></msup>'
     """
-    found = _names(x)
-    places = {atom: f"freebody{chr(97 + k // 26)}{chr(97 + k % 26)}" for k, atom in enumerate(found)}
-    named = {atom: sympy.Symbol(place) for atom, place in places.items()}
+    names = _names(x)
+    placeholders = {atom: f"freebody{chr(97 + k // 26)}{chr(97 + k % 26)}" for k, atom in enumerate(names)}
+    named = {atom: sympy.Symbol(placeholder) for atom, placeholder in placeholders.items()}
     result = sympy.mathml(sympy.sympify(x).xreplace(named), printer="presentation")
     for entity, sign in ENTITIES.items():
         result = result.replace(f"&{entity};", sign)
-    for atom, place in places.items():
-        result = result.replace(f"<mi>{place}</mi>", mathml_name(*found[atom]))
+    for atom, placeholder in placeholders.items():
+        result = result.replace(f"<mi>{placeholder}</mi>", mathml_name(*names[atom]))
     return result
 
 
 def _names(x: Any) -> dict[Any, tuple[str, int]]:
-    """Name and number of primes of every symbol, function of time and derivative, each whole, in order."""
+    """Return name and number of primes of every symbol, function of time and derivative, sorted."""
     x = sympy.sympify(x)
-    found: set[Any] = set()
+    atoms: set[Any] = set()
 
     def visit(part: Any) -> None:
         if part.is_Symbol or part.is_Derivative or isinstance(part, sympy.core.function.AppliedUndef):
-            found.add(part)
+            atoms.add(part)
             return
         for argument in part if isinstance(part, sympy.MatrixBase) else part.args:
             visit(argument)
 
     visit(x)
-    return {atom: name_of(atom) for atom in sorted(found, key=lambda a: name_of(a))}
+    return {atom: name_of(atom) for atom in sorted(atoms, key=lambda a: name_of(a))}
 
 
 def column_text(v: Any) -> str:
-    """Components as text: ``(0, m*g, 0)``."""
+    """Return components as text: ``(0, m*g, 0)``."""
     return "(" + ", ".join(map(text_of, v)) + ")"
 
 
 def column_latex(v: Any) -> str:
-    """Components as a LaTeX column."""
+    """Return components as a LaTeX column."""
     return r"\begin{bmatrix}" + r" \\ ".join(map(latex_of, v)) + r"\end{bmatrix}"
 
 
 def column_mathml(v: Any) -> str:
-    """Components as a MathML column."""
+    """Return components as a MathML column."""
     return matrix_mathml([[x] for x in v])
 
 
 def matrix_mathml(table: Sequence[Sequence[Any]]) -> str:
-    """A matrix as MathML in brackets."""
+    """Return a matrix as MathML in brackets."""
     body = "".join("<mtr>" + "".join(f"<mtd>{mathml_of(x)}</mtd>" for x in row) + "</mtr>" for row in table)
     return f"<mrow><mo>[</mo><mtable>{body}</mtable><mo>]</mo></mrow>"

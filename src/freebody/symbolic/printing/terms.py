@@ -1,4 +1,4 @@
-"""Terms, sums, and what divides monomials: the arithmetic of `arrange`."""
+"""Terms, sums and common divisors of monomials: the arithmetic of `arrange`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Term:
 
 @dataclass(slots=True)
 class Sum:
-    """Terms in the order in which they are printed."""
+    """Terms in printing order."""
 
     terms: list[Term]
 
@@ -29,17 +29,19 @@ ONE: Key = (((), 1),)
 
 
 def fold(factors: list[tuple[int, int]], folded: dict[int, int]) -> list[tuple[int, int]]:
+    """Return factors with each inverse in ``folded`` as a negative power of its generator."""
     if not any(i in folded for i, _ in factors):
         return factors
     return sorted(((folded[i], -e) if i in folded else (i, e) for i, e in factors), reverse=True)
 
 
 def negative(s: Sum) -> Sum:
+    """Return -s."""
     return Sum([Term(-t.coefficient, t.factors) for t in s.terms])
 
 
 def made_positive(body: Sum, number: Any) -> Any:
-    """Make the first term of a bracket positive, and give its sign to the number in front."""
+    """Make the first term of a bracket positive; return the number in front with its sign."""
     if body.terms and body.terms[0].coefficient < 0:
         for t in body.terms:
             t.coefficient = -t.coefficient
@@ -48,7 +50,7 @@ def made_positive(body: Sum, number: Any) -> Any:
 
 
 def content_of(values: list[Fraction]) -> Fraction:
-    """The number to take out of a bracket so that the fewest numbers are left to print."""
+    """Return the number to factor out of a bracket so that the fewest numbers are printed."""
     numerator = gcd(*(v.numerator for v in values)) or 1
     best, least = Fraction(1), sum(abs(v) != 1 for v in values)
     for content in (Fraction(numerator, lcm(*(v.denominator for v in values))), Fraction(numerator)):
@@ -59,7 +61,7 @@ def content_of(values: list[Fraction]) -> Fraction:
 
 
 def common_part(entries: list[tuple[Fraction, Key]]) -> tuple[Fraction, Key, list[tuple[Fraction, Key]]]:
-    """(rational content, common monomial, what is left) of a list of terms."""
+    """Return (rational content, common monomial, cofactors) of a list of terms."""
     if len(entries) == 1:
         return entries[0][0], entries[0][1], [(Fraction(1), ())]
     content = content_of([c for c, _ in entries])
@@ -68,7 +70,7 @@ def common_part(entries: list[tuple[Fraction, Key]]) -> tuple[Fraction, Key, lis
 
 
 def common_divisor(monomials: list[Key]) -> Key:
-    """The largest common divisor of monomials (negative powers divide as they are)."""
+    """Return the largest common divisor of monomials; negative powers have negative common powers."""
     if len(monomials) == 1:
         return monomials[0]
     common = dict(monomials[0])
@@ -76,23 +78,24 @@ def common_divisor(monomials: list[Key]) -> Key:
         if not common:
             break
         powers = dict(m)
-        left = {}
+        shared = {}
         for i, e in common.items():
             f = powers.get(i)
             if f is None:
                 continue
             if isinstance(i, str):  # a wave: all or nothing
                 if f == e:
-                    left[i] = e
+                    shared[i] = e
             elif e > 0 and f > 0:
-                left[i] = min(e, f)
+                shared[i] = min(e, f)
             elif e < 0 and f < 0:
-                left[i] = max(e, f)
-        common = left
+                shared[i] = max(e, f)
+        common = shared
     return tuple(f for f in monomials[0] if f[0] in common for f in [(f[0], common[f[0]])])
 
 
 def without(monomial: Key, divisor: Key) -> Key:
+    """Return a monomial divided by its divisor."""
     if not divisor:
         return monomial
     powers = dict(divisor)
@@ -102,7 +105,7 @@ def without(monomial: Key, divisor: Key) -> Key:
             if i not in powers:
                 result.append((i, e))
             continue
-        left = e - powers.get(i, 0)
-        if left:
-            result.append((i, left))
+        power = e - powers.get(i, 0)
+        if power:
+            result.append((i, power))
     return tuple(result)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .printer import Printer
+from .printer import Printer, signed_sum
 
 
 class Text(Printer):
@@ -11,39 +11,42 @@ class Text(Printer):
     bars = False
 
     def number(self, n: int) -> str:
+        """A whole number."""
         return str(n)
 
     def name(self, name: str, dots: int = 0) -> str:
+        """A name, differentiated ``dots`` times."""
         return name + "'" * dots
 
     def power(self, base: str, e: int) -> str:
+        """A factor to a positive whole power."""
         return base if e == 1 else f"{base}^{e}"
 
     def bracketed(self, s: str) -> str:
+        """A sum as a factor."""
         return f"({s})"
 
     def product(self, p: int, over: list[str], q: int, under: list[str]) -> str:
-        top = "*".join([str(p), *over] if p != 1 or not over else over)
+        """p · over / (q · under)."""
+        top = "*".join(self.numbered(p, over))
         if q == 1 and not under:
             return top
-        below = [str(q), *under] if q != 1 else under
+        below = self.numbered(q, under)
         return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({'*'.join(below)})"
 
     def added(self, terms: list[tuple[bool, str]]) -> str:
-        parts = []
-        for negative, text in terms:
-            parts.append((" - " if negative else " + ") + text)
-        first = parts[0]
-        parts[0] = "-" + first[3:] if terms[0][0] else first[3:]
-        return "".join(parts)
+        """Terms joined by their signs."""
+        return signed_sum(terms)
 
     def function(self, name: str, arguments: list[str], e: int) -> str:
+        """A function to a positive whole power."""
         if name == "pow":
             base, exponent = (f"({a})" if _compound(a) else a for a in arguments)
             return f"{base}^{exponent}" if e == 1 else f"({base}^{exponent})^{e}"
         return self.power(f"{name}({', '.join(arguments)})", e)
 
     def root(self, argument: str) -> str:
+        """A square root."""
         return f"sqrt({argument})"
 
 

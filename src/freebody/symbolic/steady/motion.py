@@ -1,4 +1,4 @@
-"""One steady motion: in closed form, with when it exists and when it is stable, or in numbers."""
+"""One steady motion: in closed form, with its conditions of existence and stability, or in numbers."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ import sympy
 from ...scalar.polynomial import Polynomial
 from ..printing.display import displayed, latex, text
 from ..printing.latex import latex_name
+from ..printing.lines import Result
 from ..printing.show import COMMA, EQUALS, elements, inner, latex_words, shown_name, split, words
-from .solve import Found, sign_kept
+from .factors import signed_part
+from .problem import Problem
+from .solve import Solution
 
 if TYPE_CHECKING:
-    from .stability import Stability
-    from .steady import SteadyMotions
+    from .stability import ProblemStability, Stability
+    from .turning import TurningStability
 
 
 SINGULAR = "coordinates are singular here"
@@ -24,14 +27,14 @@ SINGULAR = "coordinates are singular here"
 
 @dataclass(frozen=True)
 class Words:
-    """What stands between the formulas of a steady motion."""
+    """The words and signs between the formulas of a steady motion."""
 
     equals: str
     comma: str
     any: str
-    given: str
+    condition: str
     greater: str
-    left: str
+    remaining: str
     zero: str
     nothing: str = "-"
 
@@ -46,15 +49,15 @@ MATHML = Words(
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class SteadyState:
+@dataclass(frozen=True, repr=False)
+class SteadyState(Result):
     """One steady motion in numbers.
 
     Attributes
     ----------
     name : str
     values : dict
-        The unknowns that were solved for, and those given, by name.
+        All unknowns by name, both solved for and given.
     state : dict
         All coordinates and speeds by name: an initial state for :func:`freebody.simulate`.
     residual : float
@@ -73,45 +76,41 @@ class SteadyState:
 
     def text(self) -> str:
         """Values and stability as a line of plain text."""
-        return repr(self)
+        shown = ", ".join(f"{name} = {value:.8g}" for name, value in self.values.items())
+        return f"{self.name + ': ' if self.name else ''}{shown}; {self.stability}"
 
     def latex(self) -> str:
-        """The same as LaTeX."""
+        """The motion as LaTeX."""
         parts = [f"{latex_name(*split(name))} = {value:.8g}" for name, value in self.values.items()]
         label = latex_words(f"{self.name}: ") + " " if self.name else ""
         return label + r",\ ".join(parts) + r"\quad" + latex_words(str(self.stability))
 
     def mathml(self) -> str:
-        """The same as presentation MathML."""
+        """The motion as presentation MathML."""
         parts = [f"{shown_name(name)}{EQUALS}<mn>{value:.8g}</mn>" for name, value in self.values.items()]
         label = words(f"{self.name}: ") if self.name else ""
         return elements([label + COMMA.join(parts) + words(f"; {self.stability}")])
 
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
-    def __repr__(self) -> str:
-        shown = ", ".join(f"{name} = {value:.8g}" for name, value in self.values.items())
-        return f"{self.name + ': ' if self.name else ''}{shown}; {self.stability}"
-
-
-class SteadyMotion:
+class SteadyMotion(Result):
     """One steady motion in closed form."""
 
-    def __init__(self, owner: SteadyMotions, found: Found) -> None:
-        self._owner = owner
-        self._p = owner.problem
-        self.found = found
+    def __init__(
+        self, problem: Problem, stability: ProblemStability | TurningStability, canonical: Solution
+    ) -> None:
+        self._p = problem
+        self._stability = stability
+        self.canonical = canonical
 
     @property
     def name(self) -> str:
-        """What the unknowns are; of two values of a quadratic, which: fast or slow."""
-        return ", ".join(self.found.labels) or self._assignments(text, ", ")
+        """The label "fast" or "slow" of the two roots of a quadratic, else the values of the unknowns."""
+        return ", ".join(self.canonical.labels) or self._assignments(text, ", ")
 
     @cached_property
     def solution(self) -> dict[str, Any]:
         """Values of the unknowns as SymPy expressions, by name."""
-        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.found.values.items()}
+        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.canonical.values.items()}
 
     @cached_property
     def existence(self) -> tuple[Any, ...]:
@@ -120,25 +119,27 @@ class SteadyMotion:
 
     @cached_property
     def nonzero(self) -> tuple[Any, ...]:
-        """What the values are divided by and must not be zero, SymPy ``Ne``; roots in numbers need none of it."""
-        shown = dict.fromkeys(displayed(x, self._p.ring) for x in self.found.nonzero if type(x) is Polynomial)
+        """Divisors of the values, which must not be zero, as SymPy ``Ne``; roots in numbers do not need them."""
+        shown = dict.fromkeys(
+            displayed(x, self._p.ring) for x in self.canonical.nonzero if type(x) is Polynomial
+        )
         return tuple(sympy.Ne(x, 0, evaluate=False) for x in shown)
 
     @cached_property
     def assuming(self) -> tuple[Any, ...]:
-        """Inequalities that the name stands under: "fast" and "slow" change places with the sign of the spin."""
-        return tuple(sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False) for x in self.found.positive)
+        """Inequalities that the name assumes: "fast" and "slow" change places with the sign of the spin."""
+        return tuple(sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False) for x in self.canonical.positive)
 
     @cached_property
     def limits(self) -> dict[str, Any]:
-        """Value of an unknown where the discriminant is governed by its square: high spin."""
-        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.found.limits.items()}
+        """Limits of the unknowns for B² much larger than 4 A C in the discriminant: high spin."""
+        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.canonical.limits.items()}
 
     @property
     def _exists(self) -> tuple[Any, ...]:
         result: list[Any] = []
-        for x in self.found.exists:
-            y = sign_kept(self._p.ring, x)
+        for x in self.canonical.exists:
+            y = signed_part(self._p.ring, x)
             if (type(y) is Polynomial or y < 0) and y not in result:
                 result.append(y)
         return tuple(result)
@@ -146,37 +147,39 @@ class SteadyMotion:
     @cached_property
     def left(self) -> tuple[Any, ...]:
         """Conditions without a closed form, as SymPy ``Eq``."""
-        return tuple(sympy.Eq(displayed(x, self._p.ring), 0, evaluate=False) for x in self.found.left)
+        return tuple(
+            sympy.Eq(displayed(x, self._p.ring), 0, evaluate=False) for x in self.canonical.remaining
+        )
 
     @cached_property
     def singular(self) -> bool:
-        """Whether the coordinates are singular there (Euler angles of an upright top).
+        """True if the coordinates are singular at this motion (Euler angles of an upright top).
 
-        A coordinate then says less than it does elsewhere, and so do the conditions: look at the motion in other ones.
+        Coordinates and conditions then do not determine the motion fully: use other coordinates.
         """
-        return self._owner.linear.singular(self.found.values)
+        return self._stability.linear.singular(self.canonical.values)
 
     @cached_property
     def free(self) -> tuple[str, ...]:
         """Unknowns that may have any value (or were given)."""
-        solved = set(self.found.values)
+        solved = set(self.canonical.values)
         return tuple(self._p.name(a) for a in self._p.named if a not in solved)
 
     @cached_property
     def _stable_if(self) -> list[Any] | None:
         from .stability import hurwitz
 
-        c = self._owner.linear.characteristic(self.found.values, sympy.Symbol("s"))
+        c = self._stability.linear.characteristic(self.canonical.values, sympy.Symbol("s"))
         return None if c is None else hurwitz(self._p, c)
 
     @cached_property
     def characteristic(self) -> Any:
         """Characteristic polynomial of small deviations in ``s``, without its zero roots; None if not formed.
 
-        Not formed for systems with constraints, for more than four speeds, and where the coordinates are singular.
+        Not formed for systems with constraints, more than four speeds, or singular coordinates.
         """
         s = sympy.Symbol("s")
-        c = self._owner.linear.characteristic(self.found.values, s)
+        c = self._stability.linear.characteristic(self.canonical.values, s)
         if c is None:
             return None
         return sum((displayed(x, self._p.ring) * s**k for k, x in enumerate(c)), start=sympy.S.Zero)
@@ -185,7 +188,7 @@ class SteadyMotion:
     def stable_if(self) -> tuple[Any, ...] | None:
         """Inequalities under which all eigenvalues are on the imaginary axis (conservative) or left of it.
 
-        Empty if that is always so, None if it is not known in closed form.
+        Empty if that always holds, None if no closed form is known.
         """
         if self._stable_if is None:
             return None
@@ -195,13 +198,13 @@ class SteadyMotion:
 
     @cached_property
     def _energy(self) -> Any:
-        return self._owner.amended.curvature(self.found.values)
+        return self._stability.amended.curvature(self.canonical.values)
 
     @cached_property
     def stable_by_energy_if(self) -> Any:
         """Inequality under which the amended potential has a minimum, so that the motion is stable; None if unknown.
 
-        Known for one coordinate beside the ignorable ones, also where the coordinates are singular (the sleeping top).
+        Known for one coordinate beside the ignorable ones, also if the coordinates are singular (the sleeping top).
         """
         x = self._energy
         if x is None:
@@ -215,51 +218,47 @@ class SteadyMotion:
     def _assignments(self, show: Any, separator: str, equals: str = " = ") -> str:
         ring = self._p.ring
         parts = []
-        for a, x in self.found.values.items():
+        for a, x in self.canonical.values.items():
             parts.append(show(ring.generator(a), ring) + equals + show(x, ring))
         return separator.join(parts)
 
-    def _shown(self, show: Any, say: Words) -> str:
+    def _shown(self, show: Any, signs: Words) -> str:
         ring = self._p.ring
-        line = self._assignments(show, say.comma, say.equals) or say.nothing
-        free = [a for a in self._p.named if a not in self.found.values and a not in self._present]
+        line = self._assignments(show, signs.comma, signs.equals) or signs.nothing
+        free = [a for a in self._p.named if a not in self.canonical.values and a not in self._present]
         if free:
-            line += say.any + say.comma.join(show(ring.generator(a), ring) for a in free)
+            line += signs.any + signs.comma.join(show(ring.generator(a), ring) for a in free)
         if self._exists:
-            line += say.given + say.comma.join(show(x, ring) + say.greater for x in self._exists)
-        if self.found.left:
-            line += say.left + say.comma.join(show(x, ring) + say.zero for x in self.found.left)
+            line += signs.condition + signs.comma.join(show(x, ring) + signs.greater for x in self._exists)
+        if self.canonical.remaining:
+            line += signs.remaining + signs.comma.join(
+                show(x, ring) + signs.zero for x in self.canonical.remaining
+            )
         return line
 
     @property
     def _present(self) -> set[Any]:
         ring = self._p.ring
         result: set[Any] = set()
-        for x in (*self.found.values.values(), *self.found.left):
+        for x in (*self.canonical.values.values(), *self.canonical.remaining):
             result |= ring.atoms_of(x)
         return result
 
     def text(self) -> str:
-        """Values, existence and what is left, as a line of plain text."""
-        label = f"{self.name}: " if self.found.labels else ""
+        """Values, existence and remaining conditions as a line of plain text."""
+        label = f"{self.name}: " if self.canonical.labels else ""
         return label + self._shown(text, TEXT) + (f"  ({SINGULAR})" if self.singular else "")
 
     def latex(self) -> str:
-        """The same as LaTeX."""
-        label = latex_words(f"{self.name}: ") + " " if self.found.labels else ""
+        """The motion as LaTeX."""
+        label = latex_words(f"{self.name}: ") + " " if self.canonical.labels else ""
         mark = r"\quad" + latex_words(f"({SINGULAR})") if self.singular else ""
         return label + self._shown(latex, LATEX) + mark
 
     def mathml(self) -> str:
-        """The same as presentation MathML."""
+        """The motion as presentation MathML."""
         return elements([self._formula()])
 
     def _formula(self) -> str:
-        label = words(f"{self.name}: ") if self.found.labels else ""
+        label = words(f"{self.name}: ") if self.canonical.labels else ""
         return label + self._shown(inner, MATHML) + (words(f" ({SINGULAR})") if self.singular else "")
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()

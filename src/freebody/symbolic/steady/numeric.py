@@ -1,11 +1,11 @@
 """All roots of the conditions of steady motion in numbers.
 
-One unknown: roots of a polynomial, in the unknown itself or in exp(i x) of an angle. Several: Newton's method from many
-starts. Every root is refined by Newton's method with exact derivatives; its residual, relative to the size of the
-terms, and the last step are reported.
+With one unknown they are roots of a polynomial, in the unknown or in exp(i x) of an angle; with several unknowns,
+Newton's method starts from many points. Newton's method with exact derivatives refines every root; its residual,
+relative to the size of the terms, and its last step are reported.
 
-A root is isolated, or open in some unknowns, which then may have any value, or one of a family of roots
-(:mod:`freebody.symbolic.steady.family`), of which one is given for each connected piece.
+A root is isolated, or some unknowns are open (they may have any value), or it is a member of a family of roots
+(:mod:`freebody.symbolic.steady.family`), of which one root for each connected piece is given.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from typing import Any
 
 import numpy as np
 
-from ...scalar.polynomial import Polynomial, Ring
-from ...scalar.substitute import Substitution, arrays
+from ...scalar.algebra import Scalar
+from ...scalar.polynomial import Ring
+from .conditions import EPS, Conditions, vanishes
+from .factors import coefficients, factors
 from .family import deficiency, dimension, representatives
-from .solve import coefficients, factors
 
-EPS = float(np.finfo(float).eps)
 STARTS = 256
-STEPS = 60
+"""Number of random starts."""
 
 
 @dataclass(frozen=True)
-class RootFound:
-    """One root: values of the unknowns, relative residual, last Newton step, and what is free at it.
+class NumericRoot:
+    """One root: values of the unknowns, relative residual, last Newton step, open unknowns and dimension of its family.
 
-    ``open`` marks unknowns that may have any value, given as zero; ``family`` is the dimension of the family of roots
-    in the other ones.
+    ``open`` marks unknowns that may have any value; they are returned as zero. ``family`` is the dimension of the
+    family of roots in the other unknowns.
     """
 
     values: np.ndarray
@@ -42,114 +42,39 @@ class RootFound:
     family: int
 
 
-class Pieces:
-    """Polynomials of some unknowns with all else given in numbers, and their exact derivatives."""
-
-    def __init__(
-        self, ring: Ring, pieces: Sequence[Any], unknowns: Sequence[Any], given: Mapping[Any, Any]
-    ) -> None:
-        self.ring = ring
-        self.pieces = list(pieces)
-        self.unknowns = list(unknowns)
-        self.given = dict(given)
-        self.slopes = [[ring.derivative(x, a) for a in unknowns] for x in pieces]
-        self.angles = np.array([self._is_angle(a) for a in unknowns], dtype=bool)
-        self._terms = sum(_length(x) for x in pieces)
-        self._slope_terms = sum(_length(x) for row in self.slopes for x in row)
-
-    def _is_angle(self, atom: Any) -> bool:
-        g = self.ring.find(atom)
-        x = self.ring.variable(g.index)  # type: ignore[union-attr]
-        used = {one.index: one for piece in self.pieces for one in self.ring.used(piece)}
-        depending = [one for one in used.values() if one.depends & 1 << g.index]  # type: ignore[union-attr]
-        return bool(depending) and all(
-            one.kind in ("sin", "cos") and one.arguments[0] == x for one in depending
-        )
-
-    def _at(self, x: np.ndarray) -> Substitution:
-        return Substitution(self.ring, arrays, {**self.given, **dict(zip(self.unknowns, x, strict=True))})
-
-    def values(self, x: np.ndarray) -> np.ndarray:
-        """(m, N) values at the columns of x (n, N)."""
-        self.ring.budget.evaluation(self._terms, x[:1].size)
-        at = self._at(x)
-        return np.array([np.broadcast_to(at(p), x.shape[1:]) for p in self.pieces], dtype=float)
-
-    def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """(m, n, N)."""
-        self.ring.budget.evaluation(self._slope_terms, x[:1].size)
-        at = self._at(x)
-        return np.array(
-            [[np.broadcast_to(at(d), x.shape[1:]) for d in row] for row in self.slopes], dtype=float
-        )
-
-    def size(self, x: np.ndarray) -> np.ndarray:
-        """Sum of the absolute values of the terms of each polynomial at one point, and of what round-off of x does."""
-        at = self._at(x)
-        result = []
-        near = np.abs(self.jacobian(x)) @ np.maximum(1, np.abs(x)) if len(x) else np.zeros(len(self.pieces))
-        for p in self.pieces:
-            total = 0
-            for monomial, c in p.terms():
-                term = abs(c) / p.den
-                for index, power in monomial:
-                    term = term * abs(float(at.generator(index))) ** power
-                total = total + term
-            result.append(total)
-        return np.array(result, dtype=float) + near
-
-    def newton(self, x: np.ndarray, steps: int = STEPS) -> np.ndarray:
-        """Columns of x after damped Newton steps; those that fail are not finite."""
-        x = np.array(x, dtype=float)
-        active = np.arange(x.shape[1])
-        with np.errstate(all="ignore"):
-            for _ in range(steps):
-                y = x[:, active]
-                F, J = self.values(y), np.moveaxis(self.jacobian(y), -1, 0)
-                bad = ~np.isfinite(J).all(axis=(1, 2)) | ~np.isfinite(F).all(axis=0)
-                J[bad] = np.eye(*J.shape[1:])
-                step = -(np.linalg.pinv(J) @ F.T[:, :, None])[:, :, 0].T
-                most = np.maximum(1, np.abs(y).max(axis=0))
-                step = step * np.minimum(1, most / np.maximum(np.abs(step).max(axis=0), EPS * EPS))
-                step[:, bad] = np.nan
-                x[:, active] = y + step
-                active = active[~bad & (np.abs(step) > 2 * EPS * np.abs(y) + EPS * EPS).any(axis=0)]
-                if not len(active):
-                    break
-        return x
-
-
 def roots(
-    ring: Ring, conditions: Sequence[Any], unknowns: Sequence[Any], given: Mapping[Any, Any],
-    held: Sequence[Any] = (),
-) -> list[RootFound]:  # fmt: skip
-    """Every root found, and of a family one root of each connected piece. In a family ``held`` unknowns are constant.
+    ring: Ring, conditions: Sequence[Scalar], unknowns: Sequence[Any], numbers: Mapping[Any, Any],
+    fixed: Sequence[Any] = (),
+) -> list[NumericRoot]:  # fmt: skip
+    """Return all roots, and for a family one root of each connected piece.
+
+    The ``fixed`` unknowns are constant along a family.
 
     Raises
     ------
     Underdetermined
-        Fewer conditions than unknowns on every branch.
+        There are fewer conditions than unknowns on every branch.
     """
-    known, n = set(unknowns), len(unknowns)
-    conditions = [x for x in conditions if not _holds(ring, x, known, given)]
+    atoms, n = set(unknowns), len(unknowns)
+    conditions = [x for x in conditions if not _holds(ring, x, atoms, numbers)]
     if not conditions:  # all unknowns are open
-        return [RootFound(np.zeros(n), float(0), float(0), np.ones(n, dtype=bool), 0)]
+        return [NumericRoot(np.zeros(n), float(0), float(0), np.ones(n, dtype=bool), 0)]
     choices = []
     for x in conditions:
-        pieces = factors(ring, x, known)
+        pieces = factors(ring, x, atoms)
         if pieces is None:
             return []
         if pieces:
             choices.append(pieces)
-    # what a smaller set of factors allows, a larger one does not add to
+    # the roots of a larger set of factors are among those of a smaller one that it contains
     sets = sorted({frozenset(pieces) for pieces in product(*choices)}, key=len)
     branches = []
     for k, branch in enumerate(sets):
         if any(other < branch for other in sets[:k]):
             continue
-        dead = [p for p in branch if not ring.atoms_of(p) & known]
-        if all(_vanishes(Pieces(ring, [p], [], given)) for p in dead):
-            alive = (p for p in branch if ring.atoms_of(p) & known)
+        dead = [p for p in branch if not ring.atoms_of(p) & atoms]
+        if all(vanishes(Conditions(ring, [p], [], numbers)) for p in dead):
+            alive = (p for p in branch if ring.atoms_of(p) & atoms)
             branches.append(sorted(alive, key=lambda p: (len(p), str(p))))
     determined = [live for live in branches if len(live) >= len(unknowns)]
     if branches and not determined:
@@ -158,91 +83,83 @@ def roots(
     determined += [
         live
         for live in branches
-        if live and live not in determined and all(len(ring.atoms_of(p) & known) == 1 for p in live)
+        if live and live not in determined and all(len(ring.atoms_of(p) & atoms) == 1 for p in live)
     ]
-    found: list[RootFound] = []
+    result: list[NumericRoot] = []
     for live in determined:
-        for root in _of_branch(Pieces(ring, live, unknowns, given), held):
-            if not any(_same(root.values, other.values) for other in found):
-                found.append(root)
-    return sorted(found, key=lambda root: tuple(root.values))
-
-
-def _length(x: Any) -> int:
-    return len(x) if type(x) is Polynomial else 1
+        for root in _branch_roots(Conditions(ring, live, unknowns, numbers), fixed):
+            if not any(_same(root.values, other.values) for other in result):
+                result.append(root)
+    return sorted(result, key=lambda root: tuple(root.values))
 
 
 class Underdetermined(Exception):
-    """Fewer conditions than unknowns."""
+    """There are fewer conditions than unknowns."""
 
 
-def _holds(ring: Ring, x: Any, known: set[Any], given: Mapping[Any, Any]) -> bool:
-    """Whether a condition has a factor without unknowns that vanishes at what is given."""
-    found = (f for f, _ in ring.factor(x)[1])
-    return any(not ring.atoms_of(f) & known and _vanishes(Pieces(ring, [f], [], given)) for f in found)
-
-
-def _vanishes(one: Pieces) -> bool:
-    x = np.zeros((0,))
-    value = np.abs(one.values(x))
-    return bool((value <= 64 * EPS * one.size(x)).all())
+def _holds(ring: Ring, x: Scalar, unknowns: set[Any], numbers: Mapping[Any, Any]) -> bool:
+    """Return True if a condition has a factor without unknowns that is zero at the given numbers."""
+    candidates = (f for f, _ in ring.factor(x)[1])
+    return any(
+        not ring.atoms_of(f) & unknowns and vanishes(Conditions(ring, [f], [], numbers)) for f in candidates
+    )
 
 
 def _same(a: np.ndarray, b: np.ndarray) -> bool:
     return bool((np.abs(a - b) <= np.sqrt(EPS) * (1 + np.abs(a))).all())
 
 
-def _of_branch(one: Pieces, held: Sequence[Any]) -> list[RootFound]:
-    constant = np.array([a in held for a in one.unknowns], dtype=bool)
-    result: list[RootFound] = []
-    for x in _starts(one, dict.fromkeys(range(len(one.pieces))), {}).T:
-        x = one.newton(x[:, None], 8)[:, 0]
+def _branch_roots(conditions: Conditions, fixed: Sequence[Any]) -> list[NumericRoot]:
+    constant = np.array([a in fixed for a in conditions.unknowns], dtype=bool)
+    result: list[NumericRoot] = []
+    for x in _starts(conditions, dict.fromkeys(range(len(conditions.pieces))), {}).T:
+        x = conditions.newton(x[:, None], 8)[:, 0]
         if not np.isfinite(x).all():
             continue
         with np.errstate(all="ignore"):
-            F, size, J = one.values(x), one.size(x), one.jacobian(x)
+            F, size, J = conditions.values(x), conditions.size(x), conditions.jacobian(x)
         if not (np.isfinite(F).all() and np.isfinite(J).all()):
             continue  # |y| has no slope at y = 0
         residual = float((np.abs(F) / np.maximum(size, EPS * EPS)).max(initial=0))
         if residual > 1024 * EPS:
             continue
-        x = np.where(one.angles, np.pi - np.mod(np.pi - x, 2 * np.pi), x)
+        x = np.where(conditions.angles, np.pi - np.mod(np.pi - x, 2 * np.pi), x)
         step = float(np.abs(np.linalg.pinv(J) @ F).max(initial=0))
-        free = _open(one, x)
+        free = _open(conditions, x)
         x = np.where(free, 0, x)
-        rounded = np.where(np.abs(x) <= EPS * EPS, 0, x)  # Newton's method does not tell less from zero
+        rounded = np.where(np.abs(x) <= EPS * EPS, 0, x)  # Newton's method cannot distinguish less from zero
         with np.errstate(all="ignore"):
-            x = rounded if np.isfinite(one.jacobian(rounded)).all() else x
+            x = rounded if np.isfinite(conditions.jacobian(rounded)).all() else x
         if not any(_same(x, other.values) for other in result):
-            result.append(RootFound(x, residual, step, free, deficiency(one, x, free | constant)))
-    kept = [root for root in result if not root.family]
+            result.append(NumericRoot(x, residual, step, free, deficiency(conditions, x, free | constant)))
+    kept_roots = [root for root in result if not root.family]
     for kernel in sorted({root.family for root in result} - {0}):
-        some = [root for root in result if root.family == kernel]
-        for k in representatives(one, [root.values for root in some], constant, kernel):
-            root = some[k]
-            kept.append(replace(root, family=dimension(one, root.values, root.open | constant)))
-    return kept
+        members = [root for root in result if root.family == kernel]
+        for k in representatives(conditions, [root.values for root in members], constant, kernel):
+            root = members[k]
+            kept_roots.append(replace(root, family=dimension(conditions, root.values, root.open | constant)))
+    return kept_roots
 
 
-def _starts(one: Pieces, left: dict[int, None], fixed: dict[Any, float]) -> np.ndarray:
-    """Points (n, N) near all roots: conditions of one unknown first, the others from many starts."""
-    ring = one.ring
-    rest = [a for a in one.unknowns if a not in fixed]
-    given = {**one.given, **fixed}
-    if not rest or not left:
-        return np.array([[fixed.get(a, 0)] for a in one.unknowns], dtype=float)
-    for k in left:
-        alone = [a for a in rest if a in ring.atoms_of(one.pieces[k])]
-        if len(alone) != 1:
+def _starts(conditions: Conditions, unused: dict[int, None], known: dict[Any, float]) -> np.ndarray:
+    """Return points (n, N) near all roots: from conditions in one unknown first, then from many starts."""
+    ring = conditions.ring
+    open_unknowns = [a for a in conditions.unknowns if a not in known]
+    numbers = {**conditions.numbers, **known}
+    if not open_unknowns or not unused:
+        return np.array([[known.get(a, 0)] for a in conditions.unknowns], dtype=float)
+    for k in unused:
+        single = [a for a in open_unknowns if a in ring.atoms_of(conditions.pieces[k])]
+        if len(single) != 1:
             continue
-        values = _univariate(Pieces(ring, [one.pieces[k]], alone, given))
+        values = _univariate(Conditions(ring, [conditions.pieces[k]], single, numbers))
         if values is None:
             continue
-        remaining = {i: None for i in left if i != k}
-        columns = [_starts(one, remaining, {**fixed, alone[0]: float(x)}) for x in values[0]]
-        return np.hstack(columns) if columns else np.zeros((len(one.unknowns), 0))
-    part = Pieces(ring, [one.pieces[k] for k in left], rest, given)
-    n = len(rest)
+        remaining = {i: None for i in unused if i != k}
+        columns = [_starts(conditions, remaining, {**known, single[0]: float(x)}) for x in values[0]]
+        return np.hstack(columns) if columns else np.zeros((len(conditions.unknowns), 0))
+    part = Conditions(ring, [conditions.pieces[k] for k in unused], open_unknowns, numbers)
+    n = len(open_unknowns)
     random = np.random.default_rng(n)
     spread = random.uniform(-1, 1, (n, STARTS)) * np.power(float(10), random.uniform(-2, 2, (n, STARTS)))
     turned = random.uniform(-np.pi, np.pi, (n, STARTS))
@@ -253,45 +170,47 @@ def _starts(one: Pieces, left: dict[int, None], fixed: dict[Any, float]) -> np.n
         near = np.abs(part.values(x)).max(axis=0) <= np.cbrt(EPS) * (1 + np.abs(x).max(axis=0, initial=0))
     x = x[:, near]
     _, first = np.unique(np.round(x, 6), axis=1, return_index=True)
-    rows = {a: row for a, row in zip(rest, x[:, np.sort(first)], strict=True)}
+    rows = {a: row for a, row in zip(open_unknowns, x[:, np.sort(first)], strict=True)}
     count = len(first)
-    return np.array([rows[a] if a in rows else np.full(count, fixed[a]) for a in one.unknowns])
+    return np.array([rows[a] if a in rows else np.full(count, known[a]) for a in conditions.unknowns])
 
 
-def _open(one: Pieces, x: np.ndarray) -> np.ndarray:
-    """Which unknowns may have any value at a root: azimuth of what hangs on the axis."""
+def _open(conditions: Conditions, x: np.ndarray) -> np.ndarray:
+    """Mark the unknowns that may have any value at a root, such as the azimuth of a body on the axis."""
     result = np.zeros(len(x), dtype=bool)
     for i in range(len(x)):
         moved = x.copy()
         moved[i] += 1
-        result[i] = bool((np.abs(one.values(moved)) <= 1024 * EPS * one.size(moved)).all())
+        result[i] = bool((np.abs(conditions.values(moved)) <= 1024 * EPS * conditions.size(moved)).all())
     return result
 
 
-def _univariate(one: Pieces) -> np.ndarray | None:
-    """Starts (1, N) that reach every root of a polynomial in the unknown, or in its sine and cosine."""
-    ring, x = one.ring, one.pieces[0]
-    if len(one.pieces) != 1:
+def _univariate(conditions: Conditions) -> np.ndarray | None:
+    """Return starts (1, N) near every root of a polynomial in the unknown or its sine and cosine; None for others."""
+    ring, x = conditions.ring, conditions.pieces[0]
+    if len(conditions.pieces) != 1:
         return None
-    (atom,) = one.unknowns
+    (atom,) = conditions.unknowns
     index = ring.find(atom).index  # type: ignore[union-attr]
     depending = [g for g in ring.used(x) if g.depends & 1 << index]
     if len(depending) == 1 and depending[0].index == index:
         c = coefficients(ring, x, index)
-        table = [_number(ring, c.get(k, 0), one.given) for k in range(max(c), -1, -1)]
-        found = np.roots(table)
-        near = np.abs(found.imag) <= np.sqrt(EPS) * (np.abs(found) + np.abs(found).max(initial=0) * EPS)
-        return found[near].real[None, :]
-    if not one.angles[0]:
+        table = [_number(ring, c.get(k, 0), conditions.numbers) for k in range(max(c), -1, -1)]
+        roots_found = np.roots(table)
+        near = np.abs(roots_found.imag) <= np.sqrt(EPS) * (
+            np.abs(roots_found) + np.abs(roots_found).max(initial=0) * EPS
+        )
+        return roots_found[near].real[None, :]
+    if not conditions.angles[0]:
         return None
     first = depending[0]
     s, c_ = (first.index, first.partner) if first.kind == "sin" else (first.partner, first.index)
     degree = 0
     parts: dict[tuple[int, int], Any] = {}
-    for power, rest in coefficients(ring, x, s).items():
-        inner = coefficients(ring, ring.coerce(rest), c_)
+    for power, cofactor in coefficients(ring, x, s).items():
+        inner = coefficients(ring, ring.coerce(cofactor), c_)
         for other, value in inner.items():
-            parts[power, other] = _number(ring, value, one.given)
+            parts[power, other] = _number(ring, value, conditions.numbers)
             degree = max(degree, power + other)
     # sin = (z - 1/z)/(2i), cos = (z + 1/z)/2, times z^degree
     total = np.zeros(2 * degree + 1, dtype=complex)
@@ -303,13 +222,13 @@ def _univariate(one: Pieces) -> np.ndarray | None:
                 term = np.convolve(term, factor)
         missing = degree - i - j
         total[missing : len(total) - missing] += term
-    found = np.roots(total)
-    # double roots lie off the circle by the root of round-off; Newton decides
-    near = np.abs(np.abs(found) - 1) <= 1 / np.float64(1024)
-    return np.angle(found[near])[None, :]
+    roots_found = np.roots(total)
+    # double roots lie off the circle by the square root of round-off; Newton's method decides
+    near = np.abs(np.abs(roots_found) - 1) <= 1 / np.float64(1024)
+    return np.angle(roots_found[near])[None, :]
 
 
-def _number(ring: Ring, c: Any, given: Mapping[Any, Any]) -> float:
-    """A coefficient, zero where only round-off is left of its terms: the degree is lower at such values."""
-    part = Pieces(ring, [ring.coerce(c)], [], given)
-    return float(0) if _vanishes(part) else float(part.values(np.zeros((0,)))[0])
+def _number(ring: Ring, c: Scalar, numbers: Mapping[Any, Any]) -> float:
+    """Return a coefficient, zero if its terms cancel up to round-off: the degree is then lower."""
+    part = Conditions(ring, [ring.coerce(c)], [], numbers)
+    return float(0) if vanishes(part) else float(part.values(np.zeros((0,)))[0])

@@ -1,11 +1,11 @@
-"""Conditions of steady motion: the equations of motion with everything constant that can be.
+"""Conditions of steady motion: the equations of motion at constant rates and constant coordinates.
 
 A motion is steady if it runs along a symmetry of the machine: the speeds are u = Σ w_a ξ_a with constant rates w_a,
 where ξ_a are constant directions in the coordinates along which no equation of motion changes:
 
     E_k(q, u = Σ w_a ξ_a, u' = 0) = 0,        φ_i(q) = 0.
 
-Conditions on speeds are met by dependent speeds, so that their forces drop out.
+Conditions on speeds are satisfied by dependent speeds, so that their forces drop out.
 
 Source: J. E. Marsden, Lectures on Mechanics (1992), chapter 4; chapter 6, §6.9.
 """
@@ -21,20 +21,21 @@ import sympy
 
 from ...dynamics.constraints import rows
 from ...errors import ModelError
-from ...scalar.algebra import divide
+from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.polynomial import Polynomial, Ring
 from ...scalar.substitute import Substitution
 from ..derivation.along_motion import residuals_of
 from ..derivation.contact_modes import sticking_only
 from ..derivation.determinant import determinant
 from ..integrals.symmetry import solved
+from .factors import cleared
 
 if TYPE_CHECKING:
     from ..equations import Equations
 
 
 class Problem:
-    """What a steady motion has to satisfy, canonical.
+    """The canonical conditions of the steady motions of a system.
 
     Attributes
     ----------
@@ -45,10 +46,10 @@ class Problem:
     unknowns : tuple of atoms
         Multipliers, rates and coordinates, in the order in which they are solved for.
     conditions : tuple
-        Polynomials that are zero, the trivial ones left out.
+        Polynomials that are zero on a steady motion, without trivial ones.
     """
 
-    def __init__(self, e: Equations, terms: Mapping[Any, Any] | None = None) -> None:
+    def __init__(self, e: Equations, terms: Mapping[Any, Expression] | None = None) -> None:
         self.e = e
         self.ring: Ring = e.ring
         model = e.model
@@ -61,7 +62,7 @@ class Problem:
         self.pivots = tuple(next(iter(family)) for family in self.families)
         self.gauge = {self.coordinates[self.coordinate_of[j]] for j in self.pivots}
         self.rates = tuple(model.speeds[j].symbol for j in self.pivots)
-        values: dict[Any, Any] = {speed.acceleration: 0 for speed in model.speeds}
+        values: dict[Any, Scalar] = {speed.acceleration: 0 for speed in model.speeds}
         values.update({speed.symbol: 0 for speed in model.speeds})
         for family, rate in zip(self.families, self.rates, strict=True):
             w = self.ring.generator(rate)
@@ -71,10 +72,10 @@ class Problem:
         self.steady_values = values
         at = Substitution(self.ring, self.ring, values)
         used = frozenset().union(*(self.ring.atoms_of(x) for x in (*self.residuals, *self.closing)))
-        # a coordinate with a dependent speed that something depends on has to stay where it is
+        # a coordinate with a dependent speed must be constant if an equation depends on it
         self.coupled = tuple(j for j in self.dependent if self.coordinates[self.coordinate_of[j]] in used)
-        held = [self.dependent[j] for j in self.coupled]
-        conditions = [at(E) for E in (*self.residuals, *self.closing, *held)]
+        coupled_speeds = [self.dependent[j] for j in self.coupled]
+        conditions = [at(E) for E in (*self.residuals, *self.closing, *coupled_speeds)]
         self.terms: dict[Any, Any] = {}  # new name's symbol -> its value in rates and coordinates
         self.replaced: dict[Any, Any] = {}  # rate -> its value with the new names
         for key, value in (terms or {}).items():
@@ -87,17 +88,23 @@ class Problem:
     # -- set-up -----------------------------------------------------------------------------------
 
     def _eliminate(self) -> None:
-        """Residuals of the independent speeds, without the forces of conditions on speeds."""
+        """Form the residuals of the independent speeds, without the forces of conditions on speeds."""
         e = self.e
         sticking_only(e.conditions, "A search for steady motions")
         kinds = rows(e.model)
-        held = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
+        on_coordinates = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
         rolling = [i for i, kind in enumerate(kinds) if kind.on_speeds]
-        self.closing = tuple(e.conditions.residual[i] for i in held if e.conditions.residual[i] != 0)
-        self.matrix = [e.conditions.matrix[i] for i in held if any(x != 0 for x in e.conditions.matrix[i])]
-        self.multipliers = [e.multipliers[i] for i in held if any(x != 0 for x in e.conditions.matrix[i])]
+        self.closing = tuple(
+            e.conditions.residual[i] for i in on_coordinates if e.conditions.residual[i] != 0
+        )
+        self.matrix = [
+            e.conditions.matrix[i] for i in on_coordinates if any(x != 0 for x in e.conditions.matrix[i])
+        ]
+        self.multipliers = [
+            e.multipliers[i] for i in on_coordinates if any(x != 0 for x in e.conditions.matrix[i])
+        ]
         n = e.model.n_u
-        self.dependent: dict[int, Any] = {}
+        self.dependent: dict[int, Scalar] = {}
         if not rolling:
             self.free = tuple(range(n))
             self.residuals = residuals_of(e)
@@ -105,11 +112,11 @@ class Problem:
         no_force = Substitution(e.ring, e.ring, {e.multipliers[i]: 0 for i in rolling})
         E = [no_force(x) for x in residuals_of(e)]
         G = [e.conditions.matrix[i] for i in rolling]
-        chosen = self._dependent_speeds(E, G)
-        self.free = tuple(j for j in range(n) if j not in chosen)
+        dependent = self._dependent_speeds(E, G)
+        self.free = tuple(j for j in range(n) if j not in dependent)
         u, udot = e.state.u, e.udot
 
-        def solve(values: Sequence[Any], right: Sequence[Any]) -> tuple[Any, ...]:
+        def solve(values: Sequence[Scalar], right: Sequence[Scalar]) -> tuple[Any, ...]:
             balance = [
                 ({j: x for j, x in enumerate(row) if x != 0}, r) for row, r in zip(G, right, strict=True)
             ]
@@ -119,38 +126,38 @@ class Problem:
 
         drift = [e.conditions.rate[i] - _dot(row, u) for i, row in zip(rolling, G, strict=True)]
         speeds = solve(u, [-x for x in drift])
-        first = Substitution(e.ring, e.ring, {e.model.speeds[j].symbol: speeds[j] for j in chosen})
+        first = Substitution(e.ring, e.ring, {e.model.speeds[j].symbol: speeds[j] for j in dependent})
         accelerations = solve(udot, [-first(e.conditions.bias[i]) for i in rolling])
-        values = {e.model.speeds[j].symbol: speeds[j] for j in chosen}
-        values.update({e.model.speeds[j].acceleration: accelerations[j] for j in chosen})
+        values = {e.model.speeds[j].symbol: speeds[j] for j in dependent}
+        values.update({e.model.speeds[j].acceleration: accelerations[j] for j in dependent})
         at = Substitution(e.ring, e.ring, values)
         put_in = [at(x) for x in E]
-        self.dependent = {j: speeds[j] for j in chosen}
+        self.dependent = {j: speeds[j] for j in dependent}
         result = []
         for k in self.free:
             total = put_in[k]
-            for j in chosen:
+            for j in dependent:
                 total = total + e.ring.derivative(speeds[j], e.model.speeds[k].symbol) * put_in[j]
             result.append(total)
         self.residuals = tuple(result)
 
-    def _dependent_speeds(self, E: Sequence[Any], G: Sequence[Sequence[Any]]) -> tuple[int, ...]:
-        """Speeds that the conditions determine, first of coordinates on which nothing else depends."""
+    def _dependent_speeds(self, E: Sequence[Scalar], G: Sequence[Sequence[Scalar]]) -> tuple[int, ...]:
+        """Choose speeds that the conditions determine, preferring coordinates on which no equation depends."""
         e = self.e
         used = frozenset().union(*(e.ring.atoms_of(x) for x in (*E, *(x for row in G for x in row))))
         order = sorted(range(e.model.n_u), key=lambda j: self.coordinates[self.coordinate_of[j]] in used)
         best: tuple[int, tuple[int, ...]] | None = None
-        for chosen in combinations(order, len(G)):
-            det = determinant([[row[j] for j in chosen] for row in G])
+        for candidate in combinations(order, len(G)):
+            det = determinant([[row[j] for j in candidate] for row in G])
             size = len(det) if isinstance(det, Polynomial) else 0
             if det != 0 and (best is None or size < best[0]):
-                best = (size, tuple(sorted(chosen)))
-            if best is not None and best[0] == 0:  # a plain number in front: no division
+                best = (size, tuple(sorted(candidate)))
+            if best is not None and best[0] == 0:  # the determinant is a number: no division
                 break
         if best is not None:
             return best[1]
         raise ModelError(
-            "The conditions on speeds depend on each other, so that no speeds are determined by them. Leave one out."
+            "The conditions on speeds depend on each other, so that they determine no speeds. Leave one out."
         )
 
     def _refuse_time(self) -> None:
@@ -163,7 +170,7 @@ class Problem:
                 )
 
     def _symmetries(self) -> list[dict[int, Fraction]]:
-        """Constant ξ with Σ ξ_j ∂E_k/∂q_j = 0 for all k, in echelon form."""
+        """Return the constant ξ with Σ ξ_j ∂E_k/∂q_j = 0 for all k, in echelon form."""
         e = self.e
         basis: dict[int, dict[int, Fraction]] = {}  # leading speed -> row of the derivatives' row space
         for E in (*self.residuals, *self.closing):
@@ -188,8 +195,8 @@ class Problem:
             result.append(family)
         return result
 
-    def _introduce(self, key: Any, value: Any) -> None:
-        """A new name for a combination of rates, in place of one of them."""
+    def _introduce(self, key: Any, value: Expression) -> None:
+        """Introduce a new name for a combination of rates, in place of one of them."""
         names = self.e.model.names
         name = str(key)
         symbol = names.atoms.get(name, sympy.Symbol(name, real=True))
@@ -199,8 +206,8 @@ class Problem:
             c = self.ring.derivative(x, rate)
             if rate in self.replaced or isinstance(c, Polynomial) or c == 0:
                 continue
-            rest = x - c * self.ring.generator(rate)
-            new = divide(self.ring.generator(symbol, "parameter") - rest, c)
+            others = x - c * self.ring.generator(rate)
+            new = divide(self.ring.generator(symbol, "parameter") - others, c)
             step = Substitution(self.ring, self.ring, {rate: new})
             self.replaced = {old: step(y) for old, y in self.replaced.items()} | {rate: new}
             self.terms[symbol] = x
@@ -220,76 +227,58 @@ class Problem:
 
     @property
     def named(self) -> tuple[Any, ...]:
-        """The unknowns, and the rates and terms that do not stand in the conditions: these may have any value."""
+        """The unknowns, and the rates and terms that do not occur in the conditions and may have any value."""
         more = [a for a in (*self.rates, *self.terms) if a not in self.replaced and a not in self.unknowns]
         return (*self.unknowns, *more)
 
     # -- numbers ----------------------------------------------------------------------------------
 
     short = True
-    """Whether the conditions are worth solving in closed form."""
+    """True if a closed form is sought."""
 
     @property
-    def exact(self) -> Sequence[Any]:
-        """The equations of motion as they stand, which the conditions are freed of denominators from."""
+    def exact(self) -> Sequence[Scalar]:
+        """The equations of motion with their denominators, which the conditions lack."""
         return self.residuals
 
     def defaults(self) -> dict[Any, Any]:
-        """Numbers of atoms that are the problem's own, where nothing determines them."""
+        """Return numbers for atoms of this problem that nothing determines."""
         return {}
 
     def completed(self, full: Mapping[Any, Any]) -> dict[Any, Any]:
-        """Numbers of coordinates that follow from others on a steady motion."""
+        """Return numbers for coordinates that follow from others on a steady motion."""
         return {}
 
     def distinct(self, states: Sequence[Any], atoms: Mapping[Any, Any]) -> Sequence[Any]:
-        """One state of those that symmetries carry into each other."""
+        """Return one of each set of states that symmetries map to each other."""
         return states
-
-    def linear(self) -> Any:
-        """The linearised equations about any of the motions."""
-        from .stability import Linear
-
-        return Linear(self)
-
-    def amended(self) -> Any:
-        """The amended potential."""
-        from .stability import Amended
-
-        return Amended(self)
-
-    def stability(self, linear: Any, amended: Any, full: Mapping[Any, Any], family: int) -> Any:
-        """Stability of the motion at these numbers, one of a family of that dimension."""
-        from .stability import stability
-
-        return stability(linear, amended, full, family)
 
     # -- names ------------------------------------------------------------------------------------
 
     def name(self, atom: Any) -> str:
-        """The plain name of an unknown."""
+        """Return the name of an unknown."""
         return self.e.model.names.texts.get(atom, str(atom))
 
-    def atom(self, name: Any, known: Sequence[Any]) -> Any:
-        """The unknown with that name or symbol, or None."""
-        return next((a for a in known if name == a or str(name) == self.name(a)), None)
+    def atom(self, name: Any, atoms: Sequence[Any]) -> Any:
+        """Return the unknown with that name or symbol, or None."""
+        return next((a for a in atoms if name == a or str(name) == self.name(a)), None)
 
 
 def _insert(basis: dict[int, dict[int, Fraction]], row: dict[int, Fraction]) -> None:
-    """Add a row to a reduced echelon basis; the last column leads, so that first coordinates name the families."""
+    """Add a row to a reduced echelon basis; its last column leads, so that the first coordinates name the families."""
     row = dict(row)
-    for lead, known in basis.items():
+    for lead, other_row in basis.items():
         c = row.get(lead)
         if c:
-            row = _combined(row, known, -c)
+            row = _combined(row, other_row, -c)
     row = {j: c for j, c in row.items() if c}
     if not row:
         return
     lead = max(row)
     row = {j: c / row[lead] for j, c in row.items()}
-    for other, known in list(basis.items()):
-        if known.get(lead):
-            basis[other] = _combined(known, row, -known[lead])
+    for other, other_row in list(basis.items()):
+        if other_row.get(lead):
+            basis[other] = _combined(other_row, row, -other_row[lead])
     basis[lead] = row
 
 
@@ -300,25 +289,8 @@ def _combined(a: dict[int, Fraction], b: dict[int, Fraction], c: Fraction) -> di
     return {j: x for j, x in result.items() if x}
 
 
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Any:
     total: Any = 0
     for x, y in zip(a, b, strict=True):
         total = total + x * y
     return total
-
-
-def fraction(ring: Ring, x: Any) -> tuple[Any, Any]:
-    """(N, D) without inverse generators, x = N / D."""
-    D: Any = 1
-    while type(x) is Polynomial:
-        inverse = next((g for g in reversed(ring.used(x)) if g.kind == "inverse"), None)
-        if inverse is None:
-            break
-        factor = inverse.arguments[0]
-        x, D = x * factor, D * factor
-    return x, D
-
-
-def cleared(ring: Ring, x: Any) -> Any:
-    """The numerator."""
-    return fraction(ring, x)[0]

@@ -12,189 +12,155 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ...errors import ExpressionError
-from ...scalar.algebra import divide
+from ...scalar.algebra import Scalar, divide
 from ...scalar.polynomial import Polynomial, Ring
-from ...scalar.roots import is_positive, monomial_of
+from ...scalar.roots import is_positive
 from ...scalar.substitute import Substitution
-from .problem import cleared, fraction
+from .factors import cleared, coefficients, factors, fraction, product, signed_part
 
 
 @dataclass(frozen=True)
 class Root:
-    """One value of an unknown, canonical, and what it is subject to.
+    """One canonical value of an unknown and the conditions under which it exists.
 
-    ``exists`` holds polynomials that must not be negative, ``positive`` those assumed positive for the name's sake.
+    ``exists`` are polynomials that must not be negative, ``positive`` polynomials that the label assumes positive,
+    ``nonzero`` polynomials that must not be zero.
     """
 
-    value: Any
-    exists: tuple[Any, ...] = ()
-    positive: tuple[Any, ...] = ()
+    value: Scalar
+    exists: tuple[Scalar, ...] = ()
+    positive: tuple[Scalar, ...] = ()
     label: str = ""
-    limit: Any = None
-    nonzero: tuple[Any, ...] = ()
+    limit: Scalar = None
+    nonzero: tuple[Scalar, ...] = ()
 
 
 @dataclass(frozen=True)
-class Found:
-    """A solution of the conditions: values by unknown, in closed form, and what is left."""
+class Solution:
+    """A solution of the conditions: values by unknown, in closed form, and the remaining conditions."""
 
-    values: dict[Any, Any] = field(default_factory=dict)
-    exists: tuple[Any, ...] = ()
-    positive: tuple[Any, ...] = ()
-    nonzero: tuple[Any, ...] = ()
+    values: dict[Any, Scalar] = field(default_factory=dict)
+    exists: tuple[Scalar, ...] = ()
+    positive: tuple[Scalar, ...] = ()
+    nonzero: tuple[Scalar, ...] = ()
     labels: tuple[str, ...] = ()
-    limits: dict[Any, Any] = field(default_factory=dict)
-    left: tuple[Any, ...] = ()
-    branch: tuple[Any, ...] = ()
+    limits: dict[Any, Scalar] = field(default_factory=dict)
+    remaining: tuple[Scalar, ...] = ()
+    branch: tuple[Scalar, ...] = ()
 
 
 def solutions(
-    ring: Ring, conditions: Sequence[Any], wanted: Sequence[Any], others: Sequence[Any]
-) -> list[Found]:
-    """All solutions of the conditions for the wanted unknowns, one for each choice of factors.
+    ring: Ring, conditions: Sequence[Scalar], unknowns: Sequence[Any], others: Sequence[Any]
+) -> list[Solution]:
+    """Return all solutions of the conditions for the ``unknowns``, one for each choice of factors.
 
-    Factors without a wanted unknown are solved for one of the ``others``.
+    Factors without any of them are solved for one of the ``others``.
     """
-    found = list(_solved(ring, tuple(conditions), tuple(wanted), tuple(others), Found()))
+    candidates = list(_solved(ring, tuple(conditions), tuple(unknowns), tuple(others), Solution()))
     return [
-        one
-        for k, one in enumerate(found)
+        solution
+        for k, solution in enumerate(candidates)
         if not any(
-            _covers(other, one) and (j < k or not _covers(one, other))
-            for j, other in enumerate(found)
+            _covers(other, solution) and (j < k or not _covers(solution, other))
+            for j, other in enumerate(candidates)
             if j != k
         )
     ]
 
 
-def _covers(general: Found, special: Found) -> bool:
-    """Whether one solution is another with more unknowns fixed."""
+def _covers(general: Solution, special: Solution) -> bool:
+    """Return True if ``special`` is ``general`` with more unknowns fixed."""
     return (
-        not general.left
+        not general.remaining
         and set(general.exists) <= set(special.exists)
         and all(a in special.values and special.values[a] == x for a, x in general.values.items())
     )
 
 
 def _solved(
-    ring: Ring, conditions: tuple[Any, ...], wanted: tuple[Any, ...], others: tuple[Any, ...], found: Found
-) -> Iterator[Found]:
-    todo = []
-    known = set(wanted) | set(others)
+    ring: Ring,
+    conditions: tuple[Scalar, ...],
+    unknowns: tuple[Any, ...],
+    others: tuple[Any, ...],
+    solution: Solution,
+) -> Iterator[Solution]:
+    open_conditions = []
+    atoms = set(unknowns) | set(others)
     for x in conditions:
-        pieces = factors(ring, x, known)
+        pieces = factors(ring, x, atoms)
         if pieces is None:
-            return  # a number other than zero, or something positive: no solution
+            return  # a nonzero number or a positive polynomial: no solution
         if pieces:
-            todo.append(pieces)
-    if not todo:
-        yield found
+            open_conditions.append(pieces)
+    if not open_conditions:
+        yield solution
         return
     # the condition that splits into the simplest pieces first
-    todo.sort(key=lambda pieces: max(len(ring.atoms_of(p) & known) * 1000 + len(p) for p in pieces))
-    for piece in todo[0]:
-        rest = tuple(product(pieces) for pieces in todo[1:])
-        atom, roots = _closed_form(ring, piece, wanted, others)
+    open_conditions.sort(
+        key=lambda pieces: max(len(ring.atoms_of(p) & atoms) * 1000 + len(p) for p in pieces)
+    )
+    for piece in open_conditions[0]:
+        later_conditions = tuple(product(pieces) for pieces in open_conditions[1:])
+        atom, roots = _closed_form(ring, piece, unknowns, others)
         if atom is None:
-            yield from _solved(ring, rest, wanted, others, replace(found, left=(*found.left, piece)))
+            yield from _solved(
+                ring,
+                later_conditions,
+                unknowns,
+                others,
+                replace(solution, remaining=(*solution.remaining, piece)),
+            )
             continue
         for root in roots:
             put_in = Substitution(ring, ring, {atom: root.value})
             try:
-                values = {a: put_in(x) for a, x in found.values.items()} | {atom: root.value}
-                step = Found(
+                values = {a: put_in(x) for a, x in solution.values.items()} | {atom: root.value}
+                step = Solution(
                     values=values,
-                    exists=(*(put_in(x) for x in found.exists), *root.exists),
-                    positive=(*found.positive, *root.positive),
-                    nonzero=(*(put_in(x) for x in found.nonzero), *root.nonzero),
-                    labels=(*found.labels, root.label) if root.label else found.labels,
-                    limits=found.limits | ({atom: root.limit} if root.limit is not None else {}),
-                    left=tuple(cleared(ring, put_in(x)) for x in found.left),
-                    branch=(*found.branch, piece),
+                    exists=(*(put_in(x) for x in solution.exists), *root.exists),
+                    positive=(*solution.positive, *root.positive),
+                    nonzero=(*(put_in(x) for x in solution.nonzero), *root.nonzero),
+                    labels=(*solution.labels, root.label) if root.label else solution.labels,
+                    limits=solution.limits | ({atom: root.limit} if root.limit is not None else {}),
+                    remaining=tuple(cleared(ring, put_in(x)) for x in solution.remaining),
+                    branch=(*solution.branch, piece),
                 )
-                still = tuple(cleared(ring, put_in(x)) for x in rest)
+                next_conditions = tuple(cleared(ring, put_in(x)) for x in later_conditions)
             except (ZeroDivisionError, ExpressionError):
-                continue  # an earlier value was divided by what this root makes zero, or is not real there
+                continue  # this root makes a divisor of an earlier value zero, or the value not real
             yield from _solved(
                 ring,
-                still,
-                tuple(a for a in wanted if a != atom),
+                next_conditions,
+                tuple(a for a in unknowns if a != atom),
                 tuple(a for a in others if a != atom),
                 step,
             )
 
 
-def product(pieces: Sequence[Any]) -> Any:
-    """Of all pieces."""
-    total: Any = 1
-    for piece in pieces:
-        total = total * piece
-    return total
-
-
-def factors(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any] | None:
-    """Factors that may be zero; none for zero, None if the product can not be zero.
-
-    Factors of parameters alone are taken as not zero, unless there are no others: then the product is a requirement.
-    """
-    if x == 0:
-        return []
-    if type(x) is not Polynomial:
-        return None
-    found = [
-        f for f, _ in ring.factor(x)[1] if not is_positive(ring, f.num) and not is_positive(ring, -f.num)
-    ]
-    live = [f for f in found if ring.atoms_of(f) & unknowns]
-    return live or ([product(found)] if found else None)
-
-
-def excluded(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any]:
-    """Sums of parameters that :func:`factors` takes as not zero: where one is, its condition says nothing."""
-    kept = factors(ring, x, unknowns)
-    if not kept or not ring.atoms_of(kept[0]) & unknowns:
-        return []
-    rest = (f for f, _ in ring.factor(x)[1] if len(f) > 1 and not ring.atoms_of(f) & unknowns)
-    return [f for f in rest if not is_positive(ring, f.num) and not is_positive(ring, -f.num)]
-
-
-def sign_kept(ring: Ring, x: Any) -> Any:
-    """x without factors that are known to be positive: of the same sign."""
-    if type(x) is not Polynomial:
-        return x
-    content, found = ring.factor(x)
-    result: Any = 1 if content > 0 else -1
-    for f, n in found:
-        if is_positive(ring, f.num):
-            continue
-        if is_positive(ring, -f.num):
-            result = result * (-1) ** n
-        elif n % 2:
-            result = result * f
-    return result
-
-
-def _closed_form(ring: Ring, x: Any, wanted: Sequence[Any], others: Sequence[Any]) -> tuple[Any, list[Root]]:
-    """(unknown, its roots) of one irreducible polynomial; (None, []) if no unknown has a closed form."""
+def _closed_form(
+    ring: Ring, x: Scalar, unknowns: Sequence[Any], others: Sequence[Any]
+) -> tuple[Any, list[Root]]:
+    """Return (unknown, its roots) of an irreducible polynomial; (None, []) if no unknown has a closed form."""
     present = ring.atoms_of(x)
-    some = [a for a in wanted if a in present]
-    for atom in some or [a for a in others if a in present]:
+    preferred = [a for a in unknowns if a in present]
+    for atom in preferred or [a for a in others if a in present]:
         roots = roots_of(ring, x, atom)
         if roots is not None:
             return atom, roots
     return None, []
 
 
-def roots_of(ring: Ring, x: Any, atom: Any) -> list[Root] | None:
-    """Closed forms of ``x = 0`` for one atom; None if there is none known here."""
+def roots_of(ring: Ring, x: Scalar, atom: Any) -> list[Root] | None:
+    """Return the solutions of ``x = 0`` for one atom in closed form; None if there is no closed form."""
     g = ring.find(atom)
     assert g is not None
     bit = 1 << g.index
-    depending = [one for one in ring.used(x) if one.depends & bit]
+    depending = [generator for generator in ring.used(x) if generator.depends & bit]
     if len(depending) == 1 and depending[0].index == g.index:
         return _polynomial(ring, coefficients(ring, x, g.index))
-    pair = {one.index for one in depending}
+    indices = {generator.index for generator in depending}
     first = depending[0]
-    if first.kind not in ("sin", "cos") or not pair <= {first.index, first.partner}:
+    if first.kind not in ("sin", "cos") or not indices <= {first.index, first.partner}:
         return None
     argument = first.arguments[0]
     factor = divide(argument, ring.variable(g.index)) if argument != ring.variable(g.index) else 1
@@ -207,17 +173,7 @@ def roots_of(ring: Ring, x: Any, atom: Any) -> list[Root] | None:
     return [replace(root, value=divide(root.value, factor)) for root in roots]
 
 
-def coefficients(ring: Ring, x: Any, index: int) -> dict[int, Any]:
-    """Of a polynomial in one generator, by power."""
-    result: dict[int, Any] = {}
-    for monomial, c in x.terms():
-        power = next((e for i, e in monomial if i == index), 0)
-        rest = monomial_of(ring, [(i, e) for i, e in monomial if i != index])
-        result[power] = result.get(power, 0) + divide(c, x.den) * rest
-    return {n: ring.reduced(ring.coerce(y)) for n, y in result.items() if y != 0}
-
-
-def _polynomial(ring: Ring, c: dict[int, Any]) -> list[Root] | None:
+def _polynomial(ring: Ring, c: dict[int, Scalar]) -> list[Root] | None:
     degree = max(c)
     if degree == 1:
         return [Root(divide(-c.get(0, 0), c[1]), nonzero=_nonzero(ring, c[1]))]
@@ -231,7 +187,7 @@ def _polynomial(ring: Ring, c: dict[int, Any]) -> list[Root] | None:
     return None
 
 
-def _quadratic(ring: Ring, A: Any, B: Any, C: Any) -> list[Root]:
+def _quadratic(ring: Ring, A: Scalar, B: Scalar, C: Scalar) -> list[Root]:
     if B == 0:
         return _square_roots(ring, Root(divide(-C, A), nonzero=_nonzero(ring, A)))
     D = B * B - 4 * A * C
@@ -242,13 +198,13 @@ def _quadratic(ring: Ring, A: Any, B: Any, C: Any) -> list[Root]:
     nonzero = _nonzero(ring, A)
     if r == 0:
         return [Root(divide(-B, 2 * A), nonzero=nonzero)]
-    side = sign_kept(ring, -B)
+    side = signed_part(ring, -B)
     if type(side) is Polynomial:
-        # by the sign of its content, so that a letter in front, such as a spin, is what is taken as positive
+        # with the sign of its content, so that a leading letter, such as a spin, is assumed positive
         signed = 1 if ring.factor(side)[0] > 0 else -1
-        positive: tuple[Any, ...] = (signed * side,)
+        positive: tuple[Scalar, ...] = (signed * side,)
     else:
-        positive, signed = (), side  # known: the fast root takes the sign of -B
+        positive, signed = (), side  # the sign is known: the fast root has the sign of -B
     roots = []
     for label, sign, limit in (
         ("fast", signed, divide(-B, A)),
@@ -259,7 +215,7 @@ def _quadratic(ring: Ring, A: Any, B: Any, C: Any) -> list[Root]:
 
 
 def _square_roots(ring: Ring, square: Root) -> list[Root]:
-    """±√ of what must not be negative."""
+    """Return ±√ of a value that must not be negative."""
     x = square.value
     if type(x) is not Polynomial:
         if x < 0:
@@ -268,27 +224,27 @@ def _square_roots(ring: Ring, square: Root) -> list[Root]:
             return [square]
     N, D = fraction(ring, x)
     exists = (*square.exists, *_not_negative(ring, N * D))
-    # both signs are meant, so that no absolute value is needed
+    # both signs are roots, so that no absolute value is needed
     r = divide(ring.apply("sqrt", N * D), D)
     return [replace(square, value=sign * r, exists=exists, label="", limit=None) for sign in (1, -1)]
 
 
-def _nonzero(ring: Ring, x: Any) -> tuple[Any, ...]:
-    """x, if it may be zero."""
-    y = sign_kept(ring, x)
+def _nonzero(ring: Ring, x: Scalar) -> tuple[Scalar, ...]:
+    """Return (x,) without its positive factors if it may be zero, else ()."""
+    y = signed_part(ring, x)
     return (y,) if type(y) is Polynomial else ()
 
 
-def _not_negative(ring: Ring, x: Any) -> tuple[Any, ...]:
-    """(x,) if that is a condition at all."""
-    y = sign_kept(ring, x)
+def _not_negative(ring: Ring, x: Scalar) -> tuple[Scalar, ...]:
+    """Return (x,) without its positive factors if x >= 0 is a condition, else ()."""
+    y = signed_part(ring, x)
     if type(y) is not Polynomial and y > 0:
         return ()
     return (y,) if y != 0 else ()
 
 
-def _angle(ring: Ring, x: Any, s: int, c: int) -> list[Root] | None:
-    """Angles of a polynomial in the sine ``s`` and cosine ``c`` of one angle."""
+def _angle(ring: Ring, x: Scalar, s: int, c: int) -> list[Root] | None:
+    """Return the roots of a polynomial in the sine ``s`` and cosine ``c`` of one angle."""
     has_sine = x.mask & 1 << s and any(i == s for m, _ in x.terms() for i, _ in m)
     has_cosine = any(i == c for m, _ in x.terms() for i, _ in m)
     pi = ring.constant("pi")
@@ -336,8 +292,8 @@ def _angle(ring: Ring, x: Any, s: int, c: int) -> list[Root] | None:
     ]
 
 
-def _within_one(ring: Ring, x: Any) -> tuple[Any, ...] | None:
-    """What must not be negative for |x| <= 1; None if it is not."""
+def _within_one(ring: Ring, x: Scalar) -> tuple[Scalar, ...] | None:
+    """Return polynomials that must not be negative for |x| <= 1; None if |x| > 1 always."""
     if type(x) is not Polynomial:
         return () if abs(x) <= 1 else None
     N, D = fraction(ring, x)

@@ -1,12 +1,12 @@
 """Stability of steady motions: by eigenvalues of the linearised equations, and by energy.
 
-Small deviations from a steady motion, with δq along the symmetries left out,
+Small deviations from a steady motion, without δq along the symmetries, satisfy
 
     M δu' + C δu + K δq = 0,      M = ∂E/∂u',  C = ∂E/∂u,  K = ∂E/∂q,
 
-have exact coefficients, since E are canonical polynomials. Of a conservative system the amended potential
-W = -R (Routhian at rest, momenta as they are) has a stationary value; where its second derivative is positive definite
-the motion is stable, and where that has an odd number of negative eigenvalues it is not.
+with exact coefficients, since E are canonical polynomials. For a conservative system the amended potential W = -R
+(Routhian at rest, with constant momenta) is stationary. The motion is stable if the second derivative of W is positive
+definite, and unstable if it has an odd number of negative eigenvalues.
 
 Sources: E. J. Routh, Stability of a Given State of Motion (1877); J. E. Marsden, Lectures on Mechanics (1992), §5.
 """
@@ -16,12 +16,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import sympy
 
-from ...scalar.algebra import HALF
+from ...scalar.algebra import HALF, Scalar
 from ...scalar.polynomial import Polynomial
 from ...scalar.series import Series, SeriesField
 from ...scalar.substitute import Substitution, arrays
@@ -29,31 +30,31 @@ from ..derivation.determinant import determinant
 from ..integrals.conserved_quantities import integrals
 from ..integrals.routh import Routh, ignorable
 from ..printing.lines import COMMA, Lines
-from .problem import Problem, fraction
-from .solve import coefficients, sign_kept
+from .factors import coefficients, fraction, signed_part
+from .problem import Problem
 
 EPS = float(np.finfo(float).eps)
 LARGEST = 4
-"""Speeds up to which determinants are formed in closed form."""
+"""Largest number of speeds for which determinants are formed in closed form."""
 
 
 @dataclass(frozen=True)
 class Stability(Lines):
-    """What is known about the stability of one steady motion.
+    """Verdicts on the stability of one steady motion.
 
     Attributes
     ----------
     spectral : str
-        "asymptotically stable", "stable" (all eigenvalues on the imaginary axis: in the linear approximation),
-        "unstable", "undecided" (more zeros than symmetries, or rolling that positions depend on), or "singular" (the
-        coordinates are, here). Of a member of a family it is said of deviations from the family.
+        "asymptotically stable", "stable" (in the linear approximation: all eigenvalues are on the imaginary axis),
+        "unstable", "undecided" (more zeros than symmetries, or rolling on which positions depend), or "singular" (the
+        coordinates are singular). For a member of a family it applies to deviations from the family.
     energy : str
         "stable" (definite energy), "unstable" (odd number of negative eigenvalues), or "undecided".
     eigenvalues : ndarray of complex, [1/s]
     stiffness : ndarray or None
         Eigenvalues of the second derivative of the amended potential.
     family : int
-        Dimension of the continuous family of steady motions that this one belongs to; 0 for an isolated one.
+        Dimension of the continuous family to which the steady motion belongs; 0 if it is isolated.
     """
 
     spectral: str
@@ -66,8 +67,8 @@ class Stability(Lines):
     def verdict(self) -> str:
         """The stronger statement of the two: "stable" by energy holds for the nonlinear equations.
 
-        A member of a family is "neutral along the family", unless it is unstable: beside it is another steady motion,
-        to which the machine does not return from.
+        A member of a family is "neutral along the family" unless it is unstable: from a neighbouring member the machine
+        does not return.
         """
         if self.family and "unstable" not in (self.spectral, self.energy):
             return "neutral along the family"
@@ -77,8 +78,8 @@ class Stability(Lines):
             return self.energy
         return "undecided" if self.spectral == "singular" else self.spectral
 
-    def _lines(self) -> list[list[Any]]:
-        lines: list[list[Any]] = [[str(self)]]
+    def _lines(self) -> list[list[Scalar]]:
+        lines: list[list[Scalar]] = [[str(self)]]
         if len(self.eigenvalues):
             lines.append(["eigenvalues: ", *_listed(self.eigenvalues.tolist())])
         if self.stiffness is not None:
@@ -96,15 +97,15 @@ def _listed(values: Sequence[Any]) -> list[Any]:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Eigenvalues of M q'' + C q' + K q = 0 and the largest that its entries let expect.
+    """Eigenvalues of M q'' + C q' + K q = 0, and a bound of their size from its entries.
 
     Attributes
     ----------
     values : ndarray of complex
     scale : float
-        max(|C|/|M|, sqrt(|K|/|M|)), before constraints take part of it away.
+        max(|C|/|M|, sqrt(|K|/|M|)) of the matrices before constraints are eliminated.
     damped : bool
-        Whether there are forces of speeds; without them every zero is double.
+        True if forces depend on speeds; otherwise every zero is double.
     """
 
     values: np.ndarray
@@ -113,15 +114,15 @@ class Spectrum:
 
     @classmethod
     def of(cls, A: np.ndarray, M: np.ndarray, C: np.ndarray, K: np.ndarray) -> Spectrum:
-        """The spectrum of A, which is made from these."""
-        found = np.linalg.eigvals(A)
+        """Return the spectrum of A, the first-order matrix of M, C and K."""
+        roots = np.linalg.eigvals(A)
         m, c, k = (float(np.abs(x).max(initial=0)) for x in (M, C, K))
         scale = max(c / m, (k / m) ** float(HALF)) if m else 0
-        return cls(found[np.lexsort((found.imag, found.real))], scale, c > EPS * scale * m)
+        return cls(roots[np.lexsort((roots.imag, roots.real))], scale, c > EPS * scale * m)
 
 
 class Linear:
-    """Exact coefficients of the equations linearised about any steady motion of a problem."""
+    """Exact coefficients of the equations of a problem, linearised about any of its steady motions."""
 
     def __init__(self, problem: Problem) -> None:
         p = self.problem = problem
@@ -131,16 +132,16 @@ class Linear:
         self.M = [[derivative(E, s.acceleration) for s in self.speeds] for E in p.residuals]
         self.C = [[derivative(E, s.symbol) for s in self.speeds] for E in p.residuals]
         self.K = [[derivative(E, c) for c in self.q] for E in p.residuals]
-        # what moves with each family leaves K alone: relative coordinates q_r - ξ_r q_pivot
+        # a motion along a family does not change K: use the relative coordinates q_r - ξ_r q_pivot
         self.relative = [k for k, j in enumerate(p.free) if j not in p.pivots]
 
     def matrices(self, atoms: Mapping[Any, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """M, C and K in numbers."""
+        """Return M, C and K in numbers."""
         at = Substitution(self.problem.ring, arrays, atoms)
         return tuple(np.array([[float(at(x)) for x in row] for row in A]) for A in (self.M, self.C, self.K))  # type: ignore[return-value]
 
     def spectrum(self, atoms: Mapping[Any, Any]) -> Spectrum | None:
-        """Of small deviations; None where the mass matrix is singular."""
+        """Return the spectrum of small deviations; None if the mass matrix is singular."""
         p = self.problem
         M, C, K = whole = self.matrices(atoms)
         n = len(M)
@@ -170,10 +171,10 @@ class Linear:
         A = np.block([[R, S], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
         return Spectrum.of(A, *whole)
 
-    def characteristic(self, values: Mapping[Any, Any], s: Any) -> list[Any] | None:
-        """Coefficients in s, lowest first, of det(M s² + C s + K) over a steady motion, powers of s taken out.
+    def characteristic(self, values: Mapping[Any, Scalar], s: Any) -> list[Scalar] | None:
+        """Return the coefficients, lowest first, of det(M s² + C s + K) on a steady motion, without its zero roots.
 
-        None for systems with constraints, more than four speeds, or coordinates that are singular there.
+        None for systems with constraints, more than four speeds, or singular coordinates.
         """
         p = self.problem
         if p.matrix or p.coupled or len(self.speeds) > LARGEST:
@@ -189,17 +190,19 @@ class Linear:
         lowest = min(in_s)
         return [in_s.get(k, 0) for k in range(lowest, max(in_s) + 1)]
 
-    def _steady(self, A: Sequence[Sequence[Any]], values: Mapping[Any, Any]) -> list[list[Any]]:
-        """A matrix over a steady motion, canonical."""
+    def _steady(self, A: Sequence[Sequence[Scalar]], values: Mapping[Any, Scalar]) -> list[list[Scalar]]:
+        """Return a matrix on a steady motion, canonical."""
         p = self.problem
         steady = Substitution(p.ring, p.ring, p.steady_values)
         again = Substitution(p.ring, p.ring, p.replaced)
         put_in = Substitution(p.ring, p.ring, values)
         return [[put_in(again(steady(x))) for x in row] for row in A]
 
-    def singular(self, values: Mapping[Any, Any]) -> bool:
-        """Whether the coordinates are singular at a steady motion: det M = 0, or M has no value there. Asked up to
-        four speeds."""
+    def singular(self, values: Mapping[Any, Scalar]) -> bool:
+        """Return True if the coordinates are singular at a steady motion: det M = 0, or M has no value.
+
+        Only determined for up to four speeds.
+        """
         if len(self.speeds) > LARGEST:
             return False
         try:
@@ -208,11 +211,11 @@ class Linear:
             return True
 
 
-def hurwitz(problem: Problem, c: Sequence[Any]) -> list[Any] | None:
-    """What must be positive so that all roots of Σ c_k s^k are on the imaginary axis, or left of it.
+def hurwitz(problem: Problem, c: Sequence[Scalar]) -> list[Scalar] | None:
+    """Return what must be positive so that all roots of Σ c_k s^k are on the imaginary axis or left of it.
 
-    Polynomials in s² alone of degree 2 or 4 (conservative systems): the squares are real and negative. Otherwise the
-    Routh-Hurwitz conditions, up to degree 4. None beyond.
+    For polynomials in s² of degree 2 or 4 (conservative systems): the squares are real and negative. For others up to
+    degree 4: the Routh-Hurwitz conditions. None beyond.
     """
     ring = problem.ring
     if len(c) == 1:
@@ -243,22 +246,22 @@ def hurwitz(problem: Problem, c: Sequence[Any]) -> list[Any] | None:
         return None
     result = []
     for x in raw:
-        y = sign_kept(ring, x)
+        y = signed_part(ring, x)
         if (type(y) is Polynomial or y <= 0) and y not in result:
             result.append(y)
     return result
 
 
 class Amended:
-    """The amended potential of a conservative problem, canonical: W(q; p) with the momenta of its rates."""
+    """The canonical amended potential W(q; p) of a conservative problem, with the momenta p of its rates."""
 
     def __init__(self, problem: Problem) -> None:
         e = problem.e
         self.problem = problem
-        self.potential: Any = None
-        chosen = set(problem.pivots)
-        found = integrals(e)
-        conservative = any(name in found.names for name in ("energy", "Jacobi's integral"))
+        self.potential: Scalar = None
+        pivots = set(problem.pivots)
+        conserved = integrals(e)
+        conservative = any(name in conserved.names for name in ("energy", "Jacobi's integral"))
         if (
             not conservative
             or problem.dependent
@@ -266,28 +269,28 @@ class Amended:
             or any(len(f) > 1 for f in problem.families)
         ):
             return
-        if not chosen <= set(ignorable(e)):
+        if not pivots <= set(ignorable(e)):
             return
-        rest = [s.symbol for j, s in enumerate(e.model.speeds) if j not in chosen]
-        if chosen:
+        remaining_speeds = [s.symbol for j, s in enumerate(e.model.speeds) if j not in pivots]
+        if pivots:
             routh = Routh(e, problem.pivots)
             self.potential = routh.canonical_amended_potential
             self.symbols = routh.momenta
         else:
-            still = Substitution(e.ring, e.ring, dict.fromkeys(rest, 0))
-            self.potential = e.energy.canonical_potential - still(e.energy.canonical_kinetic)
+            at_rest = Substitution(e.ring, e.ring, dict.fromkeys(remaining_speeds, 0))
+            self.potential = e.energy.canonical_potential - at_rest(e.energy.canonical_kinetic)
             self.symbols = ()
         self.momenta = [e.ring.derivative(e.energy.canonical_kinetic, rate) for rate in problem.rates]
         self.q = [c for c in problem.coordinates if c not in problem.gauge]
 
     def stiffness(self, atoms: Mapping[Any, Any]) -> np.ndarray | None:
-        """Eigenvalues of ∂²W/∂q² in numbers, the momenta held."""
+        """Return the eigenvalues of ∂²W/∂q² in numbers, at constant momenta."""
         if self.potential is None or not self.q:
             return None
         p = self.problem
         at = Substitution(p.ring, arrays, atoms)
-        held = {symbol: float(at(x)) for symbol, x in zip(self.symbols, self.momenta, strict=True)}
-        full = Substitution(p.ring, arrays, {**atoms, **held})
+        momenta = {symbol: float(at(x)) for symbol, x in zip(self.symbols, self.momenta, strict=True)}
+        full = Substitution(p.ring, arrays, {**atoms, **momenta})
         first = [p.ring.derivative(self.potential, c) for c in self.q]
         with np.errstate(all="ignore"):
             H = np.array([[float(full(p.ring.derivative(x, c))) for c in self.q] for x in first])
@@ -296,7 +299,7 @@ class Amended:
         return None
 
     def singular(self, atoms: Mapping[Any, Any]) -> np.ndarray | None:
-        """Sign of ∂²W/∂q² at a multiple of a right angle where the coordinates are singular, by its limit."""
+        """Return the limit of ∂²W/∂q² (its sign) at a multiple of a right angle with singular coordinates."""
         if self.potential is None or len(self.q) != 1:
             return None
         p = self.problem
@@ -309,10 +312,10 @@ class Amended:
         terms = {symbol: Substitution(p.ring, arrays, atoms)(y) for symbol, y in p.terms.items()}
         return np.array([float(Substitution(p.ring, arrays, {**atoms, **terms})(x))])
 
-    def curvature(self, values: Mapping[Any, Any]) -> Any:
-        """Of the sign of ∂²W/∂q² of one coordinate at a steady motion, canonical; None if it is not known.
+    def curvature(self, values: Mapping[Any, Scalar]) -> Any:
+        """Return a canonical element with the sign of ∂²W/∂q² at a steady motion, for one coordinate; None if unknown.
 
-        W is expanded in powers of the deviation, so that a limit is taken where the coordinates are singular.
+        W is expanded in powers of the deviation, which gives the limit if the coordinates are singular.
         """
         if self.potential is None or len(self.q) != 1:
             return None
@@ -322,17 +325,17 @@ class Amended:
         again = Substitution(ring, ring, p.replaced)
         put_in = Substitution(ring, ring, values)
         (q,) = self.q
-        # where the coordinate stays open, its steady value is held apart from the one that deviates
-        place = sympy.Symbol("_steady", real=True)
-        hold = Substitution(ring, ring, {q: ring.generator(place, "parameter")})
-        held = {
-            symbol: hold(put_in(again(steady(x))))
+        # if the coordinate is free, its steady value needs a symbol different from the varying coordinate
+        steady_value = sympy.Symbol("_steady", real=True)
+        separate = Substitution(ring, ring, {q: ring.generator(steady_value, "parameter")})
+        momenta = {
+            symbol: separate(put_in(again(steady(x))))
             for symbol, x in zip(self.symbols, self.momenta, strict=True)
         }
-        values = {a: hold(v) for a, v in values.items()}
-        start = hold(put_in(ring.generator(q)))
-        others = Substitution(ring, ring, {**held, **{a: v for a, v in values.items() if a != q}})
-        N, D = fraction(ring, others(self.potential))
+        values = {a: separate(v) for a, v in values.items()}
+        start = separate(put_in(ring.generator(q)))
+        put_in_others = Substitution(ring, ring, {**momenta, **{a: v for a, v in values.items() if a != q}})
+        N, D = fraction(ring, put_in_others(self.potential))
         order = 8
         field = SeriesField(ring, order)
         along = _AlongSeries(ring, field, q, field.series([start, 1]))
@@ -346,13 +349,13 @@ class Amended:
             for j in range(i):
                 total = total - quotient[j] * bottom[k + i - j]
             quotient.append(ring.quotient(ring.coerce(total), ring.coerce(bottom[k])) if total != 0 else 0)
-        back = Substitution(ring, ring, {place: ring.generator(q)})
+        back = Substitution(ring, ring, {steady_value: ring.generator(q)})
         N, D = fraction(ring, back(2 * quotient[2]))
-        return sign_kept(ring, N * D)
+        return signed_part(ring, N * D)
 
 
 class _AlongSeries(Substitution):
-    """Atoms other than one stay as they are; that one moves along a series."""
+    """Substitution of a series for one atom; all others stay as they are."""
 
     def __init__(self, ring: Any, field: SeriesField, atom: Any, series: Series) -> None:
         super().__init__(ring, field, {atom: series})
@@ -363,44 +366,63 @@ class _AlongSeries(Substitution):
         return super()._make(index) if g.depends & self._moving else self.ring.variable(index)
 
 
-def stability(linear: Linear, amended: Amended, atoms: Mapping[Any, Any], family: int = 0) -> Stability:
-    """Stability in numbers of one steady motion, of a family of that dimension."""
-    spectrum = linear.spectrum(atoms)
-    found = np.zeros(0, dtype=complex) if spectrum is None else spectrum.values
-    if spectrum is None:
-        spectral, family = "singular", 0
-    elif linear.problem.coupled:
-        spectral = "undecided"
-    else:
-        zeros = len(linear.problem.families) * (2 if linear.problem.matrix else 1)
-        spectral = spectral_verdict(spectrum, zeros, family)
-    stiffness = amended.stiffness(atoms) if spectral != "singular" else amended.singular(atoms)
-    energy = "undecided"
-    if stiffness is not None:
-        small = np.sqrt(EPS) * np.abs(stiffness).max(initial=0)
-        if (stiffness > small).all():
-            energy = "stable"
-        elif (np.abs(stiffness) > small).all() and int((stiffness < 0).sum()) % 2:
-            energy = "unstable"
-    return Stability(spectral, energy, found, stiffness, family)
+class ProblemStability:
+    """Stability of the steady motions of one problem: by eigenvalues and by energy."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The linearised equations about any of the motions."""
+        return Linear(self._problem)
+
+    @cached_property
+    def amended(self) -> Amended:
+        """The amended potential."""
+        return Amended(self._problem)
+
+    def at(self, atoms: Mapping[Any, Any], family: int = 0) -> Stability:
+        """Stability of one steady motion in numbers, a member of a family of dimension ``family``."""
+        problem = self._problem
+        spectrum = self.linear.spectrum(atoms)
+        eigenvalues = np.zeros(0, dtype=complex) if spectrum is None else spectrum.values
+        if spectrum is None:
+            spectral, family = "singular", 0
+        elif problem.coupled:
+            spectral = "undecided"
+        else:
+            zeros = len(problem.families) * (2 if problem.matrix else 1)
+            spectral = spectral_verdict(spectrum, zeros, family)
+        stiffness = self.amended.stiffness(atoms) if spectral != "singular" else self.amended.singular(atoms)
+        energy = "undecided"
+        if stiffness is not None:
+            small = np.sqrt(EPS) * np.abs(stiffness).max(initial=0)
+            if (stiffness > small).all():
+                energy = "stable"
+            elif (np.abs(stiffness) > small).all() and int((stiffness < 0).sum()) % 2:
+                energy = "unstable"
+        return Stability(spectral, energy, eigenvalues, stiffness, family)
 
 
 def spectral_verdict(spectrum: Spectrum, zeros: int, family: int = 0) -> str:
-    """What eigenvalues say, of which so many are zero by the symmetries, and others along a family.
+    """Return the verdict of eigenvalues, of which ``zeros`` are zero by the symmetries and others along a family.
 
-    A family of dimension k has k zeros, each of them double where no force depends on speeds.
+    A family of dimension k has k zeros, which are double if no force depends on speeds.
     """
-    found = spectrum.values
-    scale = np.abs(found).max(initial=0)
+    eigenvalues = spectrum.values
+    scale = np.abs(eigenvalues).max(initial=0)
     if family:
         scale = max(scale, spectrum.scale)
-        found = found[np.argsort(np.abs(found), kind="stable")][family * (1 if spectrum.damped else 2) :]
+        eigenvalues = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")][
+            family * (1 if spectrum.damped else 2) :
+        ]
         zeros += family if spectrum.damped else 0
     # a double eigenvalue is known to the square root of round-off
     small = 16 * np.sqrt(EPS) * scale
-    if (found.real > small).any():
+    if (eigenvalues.real > small).any():
         return "unstable"
-    if int((np.abs(found) <= small).sum()) > zeros:
+    if int((np.abs(eigenvalues) <= small).sum()) > zeros:
         return "undecided"
-    rest = found[np.abs(found) > small]
-    return "asymptotically stable" if len(rest) and (rest.real < -small).all() else "stable"
+    nonzero = eigenvalues[np.abs(eigenvalues) > small]
+    return "asymptotically stable" if len(nonzero) and (nonzero.real < -small).all() else "stable"

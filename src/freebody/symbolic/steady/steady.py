@@ -1,10 +1,10 @@
-"""Steady motions: equilibria and relative equilibria, when they exist, and whether they are stable.
+"""Steady motions: equilibria and relative equilibria, their conditions of existence and their stability.
 
 The conditions are the equations of motion at constant coordinates and constant ignorable rates; see
-:mod:`freebody.symbolic.steady.problem`. They are split into factors, solved in closed form where they are quadratic in
-what is asked for, and in numbers otherwise.
+:mod:`freebody.symbolic.steady.problem`. They are split into factors and solved in closed form if they are quadratic in
+an unknown, else in numbers.
 
-The file is longer than others: it is the one class of their motions, whose questions share its conditions.
+The file is longer than others: all products of one class share its conditions.
 """
 
 from __future__ import annotations
@@ -19,20 +19,25 @@ import sympy
 from ...describe.system import System
 from ...errors import ModelError, TooManyTermsError, nearest
 from ...model.model import Model
+from ...scalar.algebra import Expression, Scalar
 from ...scalar.polynomial import Polynomial
 from ...scalar.substitute import Substitution, arrays
 from ..derivation.along_motion import numbers
 from ..printing.display import displayed, equation_latex, equation_text, text
-from ..printing.show import EQUALS, elements, inner, latex_words, words
+from ..printing.lines import Result
+from ..printing.show import EQUALS, aligned, elements, inner, latex_words, words
+from .factors import excluded, factors, product
 from .motion import SteadyMotion, SteadyState
 from .problem import Problem
-from .solve import Found, excluded, factors, product, solutions
+from .solve import Solution, solutions
+from .stability import ProblemStability
 
 if TYPE_CHECKING:
     from ..equations import Equations
     from .continuation import Branch
     from .equilibrium_near import SteadyNear
-    from .numeric import RootFound
+    from .numeric import NumericRoot
+    from .turning import TurningStability
 
 
 @overload
@@ -40,7 +45,7 @@ def steady_motions(
     system: System | Model | Equations,
     *,
     solve_for: Any = None,
-    terms: Mapping[Any, Any] | None = None,
+    terms: Mapping[Any, Expression] | None = None,
     values: None = None,
     near: None = None,
 ) -> SteadyMotions: ...
@@ -51,9 +56,9 @@ def steady_motions(
     system: System | Model | Equations,
     *,
     solve_for: Any = None,
-    terms: Mapping[Any, Any] | None = None,
-    values: Mapping[Any, Any] | None = None,
-    near: Mapping[Any, Any] | None = None,
+    terms: Mapping[Any, Expression] | None = None,
+    values: Mapping[Any, Expression] | None = None,
+    near: Mapping[Any, Expression] | None = None,
 ) -> SteadyMotions | SteadyNear: ...
 
 
@@ -61,46 +66,46 @@ def steady_motions(
     system: System | Model | Equations,
     *,
     solve_for: Any = None,
-    terms: Mapping[Any, Any] | None = None,
-    values: Mapping[Any, Any] | None = None,
-    near: Mapping[Any, Any] | None = None,
+    terms: Mapping[Any, Expression] | None = None,
+    values: Mapping[Any, Expression] | None = None,
+    near: Mapping[Any, Expression] | None = None,
 ) -> SteadyMotions | SteadyNear:
-    """Motions in which coordinates stay constant, but for those that nothing depends on, which turn at constant rates.
+    """Find motions with constant coordinates, except those on which nothing depends: these have constant rates.
 
         E_k(q, u = Σ w_a ξ_a, u' = 0) = 0
 
-    Of a ball or free joint ``p`` the unknowns are angles: R = R_n(p_psi) R_a(p_theta) R_b(p_phi), n the vertical, b the
-    body's axis of symmetry, if it has one (else n). The rates are p_psi' of turning about the vertical and p_phi' of
-    spin, where these are symmetries, so that a body may spin while it precesses. Of motions in numbers that turn into
-    each other or are mirror images, one is given, and so it is of the members of a continuous family.
+    The unknowns of a ball or free joint ``p`` are angles: R = R_n(p_psi) R_a(p_theta) R_b(p_phi), where n is the
+    vertical and b the body's axis of symmetry (n if it has none). The rates are p_psi' of the turn about the vertical
+    and p_phi' of the spin, if these are symmetries, so that a body may spin while it precesses. In numbers, one motion
+    is given for all that a turn or a reflection maps to each other, and one for each continuous family.
 
     Parameters
     ----------
     system : System, Model or Equations
     solve_for : str, symbol or sequence of them, optional
-        Unknowns to solve for; without it, rates before coordinates. An unknown is a coordinate (``theta``), the rate
+        Unknowns to solve for; by default, rates before coordinates. An unknown is a coordinate (``theta``), the rate
         of an ignorable one (``psi'``), a term, or the force of a constraint.
     terms : mapping, optional
         New names for combinations of rates, each in place of the last rate in it:
         ``{"Omega_zeta": "phi' + psi'*cos(theta)"}`` is the total spin.
     values : mapping, optional
-        Parameters, and unknowns that are given, by name or symbol; then ``.states`` holds all roots in numbers.
+        Parameters, and known unknowns, by name or symbol; then ``.states`` contains all roots in numbers.
     near : mapping, optional
-        Coordinates by name, others zero: the equilibrium in numbers that Newton's method finds from there, and no more.
-        So it is found too, from zero if not given, where the conditions would be too long to be written.
+        A guess of the coordinates by name, others zero: the result is the one equilibrium in numbers that Newton's
+        method finds from it. Also used, with the guess zero by default, if the conditions would be too long to write.
 
     Returns
     -------
     SteadyMotions or SteadyNear
-        The second where the motion was searched for near a guess; ``.reason`` says why.
+        SteadyNear if the motion was searched near a guess; ``.reason`` tells why.
 
     Raises
     ------
     ModelError
-        No steady motion exists (what would have to hold), no closed form for what is asked (what was left), a
-        machine with constraints and unit quaternions, or too few values.
+        No steady motion exists (with the requirement), no closed form for the unknowns (with the remaining
+        conditions), a machine with constraints and unit quaternions, or too few values.
     TooManyTermsError
-        Without values, where the conditions would be too long to be written.
+        Without values, if the conditions would be too long to write.
 
     Examples
     --------
@@ -129,10 +134,12 @@ def steady_motions(
     try:
         with e.ring.budget.question(f"the conditions of steady motion of '{e.model.name}'", NEAR):
             if e.model.quaternions:
-                from .turning import TurningProblem
+                from .turning import TurningProblem, TurningStability
 
-                return SteadyMotions(TurningProblem(e, terms), solve_for, values)
-            return SteadyMotions(Problem(e, terms), solve_for, values)
+                turning = TurningProblem(e, terms)
+                return SteadyMotions(turning, TurningStability(turning), solve_for, values)
+            problem = Problem(e, terms)
+            return SteadyMotions(problem, ProblemStability(problem), solve_for, values)
     except TooManyTermsError as error:
         if values is None:
             raise
@@ -143,58 +150,65 @@ def steady_motions(
 
 NEAR = "With values={...}, and near={...} for a guess, one steady motion is found in numbers."
 CLOSED = 20_000
-"""Terms of what a closed form may need on its way; nobody would read it."""
+"""Largest number of terms of intermediate results of a closed form; nobody would read a longer one."""
 
 
-class SteadyMotions(Sequence[SteadyMotion]):
+class SteadyMotions(Result, Sequence[SteadyMotion]):
     """The steady motions of a system. Made by :func:`steady_motions`.
 
     Attributes
     ----------
     reason : str
-        Why there is no closed form, where it would be too long; the motions are then in ``.states``, in numbers.
+        Why there is no closed form, if it would be too long; the motions are then in ``.states``, in numbers.
     """
 
     reason = ""
 
-    def __init__(self, problem: Problem, solve_for: Any, values: Mapping[Any, Any] | None) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        stability: ProblemStability | TurningStability,
+        solve_for: Any,
+        values: Mapping[Any, Expression] | None,
+    ) -> None:
         self.problem = problem
-        self._asked = self._atoms(solve_for)
-        self._given = values
+        self._stability = stability
+        self._solve_for = self._atoms(solve_for)
+        self._values = values
         p = problem
-        wanted = self._asked or tuple(a for a in p.unknowns if a not in p.terms)
-        others = tuple(a for a in p.unknowns if a not in wanted)
-        found = self._in_closed_form(wanted, others) if p.short else [Found(left=p.conditions)]
-        self._found = tuple(SteadyMotion(self, one) for one in found)
+        unknowns = self._solve_for or tuple(a for a in p.unknowns if a not in p.terms)
+        others = tuple(a for a in p.unknowns if a not in unknowns)
+        solved = self._in_closed_form(unknowns, others) if p.short else [Solution(remaining=p.conditions)]
+        self._motions = tuple(SteadyMotion(p, stability, solution) for solution in solved)
         self._refuse_none()
-        if values is None and self._asked:
+        if values is None and self._solve_for:
             self._refuse_unsolved()
 
-    def _in_closed_form(self, wanted: Sequence[Any], others: Sequence[Any]) -> list[Found]:
-        """The solutions; where they would be too long, the conditions are left for numbers."""
+    def _in_closed_form(self, unknowns: Sequence[Any], others: Sequence[Any]) -> list[Solution]:
+        """Return the solutions; if they would be too long, the conditions remain to be solved in numbers."""
         p = self.problem
         try:
             with p.ring.budget.question("the steady motions in closed form", terms=CLOSED):
-                return solutions(p.ring, p.conditions, wanted, others)
+                return solutions(p.ring, p.conditions, unknowns, others)
         except TooManyTermsError as error:
             self.reason = error.reason
-            return [Found(left=p.conditions)]
+            return [Solution(remaining=p.conditions)]
 
-    def _atoms(self, asked: Any) -> tuple[Any, ...]:
-        if asked is None:
+    def _atoms(self, names: Any) -> tuple[Any, ...]:
+        if names is None:
             return ()
         p = self.problem
-        if isinstance(asked, str):
-            asked = asked.replace(",", " ").split()
-        elif isinstance(asked, sympy.Basic):
-            asked = [asked]
+        if isinstance(names, str):
+            names = names.replace(",", " ").split()
+        elif isinstance(names, sympy.Basic):
+            names = [names]
         result = []
-        for one in asked:
-            atom = p.atom(one, p.unknowns)
+        for key in names:
+            atom = p.atom(key, p.unknowns)
             if atom is None:
-                names = [p.name(a) for a in p.unknowns]
+                known = [p.name(a) for a in p.unknowns]
                 raise ModelError(
-                    f"'{one}' is no unknown of the steady motions of '{p.e.model.name}'; {nearest(str(one), names)}"
+                    f"'{key}' is no unknown of the steady motions of '{p.e.model.name}'; {nearest(str(key), known)}"
                 )
             result.append(atom)
         return tuple(result)
@@ -203,13 +217,13 @@ class SteadyMotions(Sequence[SteadyMotion]):
         p = self.problem
         unknowns = set(p.unknowns)
 
-        def needs(one: Found) -> list[Any]:
-            return [x for x in one.left if not p.ring.atoms_of(x) & unknowns]
+        def needs(solution: Solution) -> list[Any]:
+            return [x for x in solution.remaining if not p.ring.atoms_of(x) & unknowns]
 
-        if self._found and not all(needs(one.found) for one in self._found):
-            self._found = tuple(one for one in self._found if not needs(one.found))
+        if self._motions and not all(needs(motion.canonical) for motion in self._motions):
+            self._motions = tuple(motion for motion in self._motions if not needs(motion.canonical))
             return
-        missing = needs(self._found[0].found) if self._found else self._impossible()
+        missing = needs(self._motions[0].canonical) if self._motions else self._impossible()
         shown = ", ".join(f"{text(x, p.ring) if type(x) is Polynomial else abs(x)} = 0" for x in missing)
         raise ModelError(
             f"'{p.e.model.name}' has no steady motion: it would need {shown}. Change the loads, or choose parameters "
@@ -224,40 +238,40 @@ class SteadyMotions(Sequence[SteadyMotion]):
 
     def _refuse_unsolved(self) -> None:
         p = self.problem
-        for one in self._found:
-            if one.found.left:
-                left = ", ".join(f"{text(x, p.ring)} = 0" for x in one.found.left)
-                asked = ", ".join(p.name(a) for a in self._asked)
+        for motion in self._motions:
+            if motion.canonical.remaining:
+                remaining = ", ".join(f"{text(x, p.ring)} = 0" for x in motion.canonical.remaining)
+                unknowns = ", ".join(p.name(a) for a in self._solve_for)
                 raise ModelError(
-                    f"No closed form for {asked}; left is {left}. Ask for another unknown, or give values= for "
-                    f"roots in numbers."
+                    f"No closed form for {unknowns}; unsolved: {remaining}. Ask for another unknown, or give values= "
+                    "for roots in numbers."
                 )
 
     # -- conditions -------------------------------------------------------------------------------
 
     @cached_property
     def conditions(self) -> tuple[Any, ...]:
-        """The conditions of steady motion as SymPy ``Eq``, trivial ones left out, common factors kept."""
+        """The conditions of steady motion as SymPy ``Eq``, without trivial ones, with common factors."""
         p = self.problem
         return tuple(sympy.Eq(displayed(self._live(x), p.ring), 0, evaluate=False) for x in p.conditions)
 
     @cached_property
     def branches(self) -> tuple[tuple[Any, ...], ...]:
-        """Per condition its factors that may vanish, as SymPy expressions."""
+        """The factors of each condition that may be zero, as SymPy expressions."""
         p = self.problem
         return tuple(tuple(displayed(f, p.ring) for f in self._factors(x)) for x in p.conditions)
 
-    def _factors(self, x: Any) -> list[Any]:
+    def _factors(self, x: Scalar) -> list[Any]:
         return factors(self.problem.ring, x, set(self.problem.unknowns)) or [x]
 
-    def _live(self, x: Any) -> Any:
+    def _live(self, x: Scalar) -> Any:
         return product(self._factors(x))
 
     @cached_property
     def excluded(self) -> tuple[tuple[Any, ...], ...]:
-        """Per condition the sums of parameters that are taken as not zero, SymPy ``Ne``.
+        """Sums of parameters, for each condition, that are taken as not zero, as SymPy ``Ne``.
 
-        Where one of them is zero, the condition holds whatever the unknowns are. Roots in numbers are found there too.
+        If one of them is zero, the condition holds for all unknowns. Roots in numbers are found there too.
         """
         p = self.problem
         return tuple(
@@ -265,7 +279,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
             for x in p.conditions
         )
 
-    def _excluded(self, x: Any) -> list[Any]:
+    def _excluded(self, x: Scalar) -> list[Any]:
         return excluded(self.problem.ring, x, set(self.problem.unknowns))
 
     @property
@@ -275,170 +289,174 @@ class SteadyMotions(Sequence[SteadyMotion]):
 
     @property
     def rates(self) -> tuple[str, ...]:
-        """Names of the rates that are constant."""
+        """Names of the constant rates."""
         return tuple(self.problem.name(a) for a in self.problem.rates)
 
-    @cached_property
+    @property
     def linear(self) -> Any:
         """The linearised equations about any of the motions."""
-        return self.problem.linear()
+        return self._stability.linear
 
-    @cached_property
+    @property
     def amended(self) -> Any:
         """The amended potential."""
-        return self.problem.amended()
+        return self._stability.amended
 
     # -- the motions ------------------------------------------------------------------------------
 
     def __getitem__(self, key: Any) -> Any:
         if isinstance(key, str):
-            for one in self._found:
-                if key == one.name:
-                    return one
+            for motion in self._motions:
+                if key == motion.name:
+                    return motion
             raise ModelError(
-                f"Unknown steady motion '{key}'; {nearest(key, [one.name for one in self._found])}"
+                f"Unknown steady motion '{key}'; {nearest(key, [motion.name for motion in self._motions])}"
             )
-        return self._found[key]
+        return self._motions[key]
 
     def __iter__(self) -> Iterator[SteadyMotion]:
-        return iter(self._found)
+        return iter(self._motions)
 
     def __len__(self) -> int:
-        return len(self._found)
+        return len(self._motions)
 
     # -- numbers ----------------------------------------------------------------------------------
 
     @cached_property
     def states(self) -> tuple[SteadyState, ...]:
-        """All steady motions at the values given; one next to zero, where finding all would take too long."""
+        """All steady motions at the given values; one near zero, if finding all would take too long."""
         try:
-            return self.at(self._given or {})
+            return self.at(self._values or {})
         except TooManyTermsError as error:
             from .equilibrium_near import steady_near
 
-            found = steady_near(self.problem.e.model, self._given or {}, None)
+            near = steady_near(self.problem.e.model, self._values or {}, None)
             self.reason = (
                 f"{error.reason} One motion was found by Newton's method from zero; others may exist."
             )
-            return found.states
+            return near.states
 
-    def at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
-        """All steady motions in numbers; of a continuous family one of each connected piece, marked as such.
+    def at(self, values: Mapping[Any, Expression]) -> tuple[SteadyState, ...]:
+        """Return all steady motions in numbers, and for a continuous family one of each connected piece.
 
         Parameters
         ----------
         values : mapping
-            Parameters and given unknowns, by name or symbol; the other unknowns are solved for.
+            Parameters and known unknowns, by name or symbol; the other unknowns are solved for.
 
         Raises
         ------
         ModelError
-            More unknowns than conditions.
+            There are more unknowns than conditions.
         """
         with self.problem.ring.budget.question("all steady motions in numbers", NEAR):
             return self._at(values)
 
-    def _at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
+    def _at(self, values: Mapping[Any, Expression]) -> tuple[SteadyState, ...]:
         import numpy as np
 
+        from .conditions import Conditions
         from .family import dimension
-        from .numeric import Pieces, Underdetermined, roots
+        from .numeric import Underdetermined, roots
 
         p = self.problem
-        atoms, asked, given = self._numbers(values)
+        atoms, unknowns, known = self._numbers(values)
         moving = [*p.rates, *p.terms]
         try:
-            found = roots(p.ring, p.conditions, asked, atoms, moving)
+            roots_found = roots(p.ring, p.conditions, unknowns, atoms, moving)
         except Underdetermined:
-            names = [p.name(a) for a in asked]
+            names = [p.name(a) for a in unknowns]
             raise ModelError(
                 f"The {len(p.conditions)} condition(s) of steady motion do not determine {', '.join(names)}. Give "
                 f"values of some of them: values={{'{names[-1]}': ...}}."
             ) from None
-        found = [root for root in found if self._balanced(atoms, asked, root.values)]
+        roots_found = [root for root in roots_found if self._balanced(atoms, unknowns, root.values)]
         result = []
-        # a coordinate that is given may pick one of a family
-        placed = {a: x for a, x in given.items() if a in p.coordinates}
-        rest = {a: x for a, x in atoms.items() if a not in placed}
-        whole = Pieces(p.ring, p.conditions, [*asked, *placed], rest)
-        held = np.array([a in moving for a in whole.unknowns], dtype=bool)
-        for k, root in enumerate(found):
+        # a coordinate that is known may pick one of a family
+        placed = {a: x for a, x in known.items() if a in p.coordinates}
+        remaining = {a: x for a, x in atoms.items() if a not in placed}
+        whole = Conditions(p.ring, p.conditions, [*unknowns, *placed], remaining)
+        fixed = np.array([a in moving for a in whole.unknowns], dtype=bool)
+        for k, root in enumerate(roots_found):
             if placed:
                 free = np.append(root.open, np.zeros(len(placed), dtype=bool))
                 x = np.append(root.values, list(placed.values()))
-                root = replace(root, family=dimension(whole, x, held | free))
-            result.append(self._state(self._label(found, k, asked), root, asked, atoms, given))
+                root = replace(root, family=dimension(whole, x, fixed | free))
+            result.append(self._state(self._label(roots_found, k, unknowns), root, unknowns, atoms, known))
         return tuple(p.distinct(result, atoms))
 
-    def _balanced(self, atoms: Mapping[Any, Any], asked: Sequence[Any], x: Any) -> bool:
-        """Whether the equations of motion hold: conditions freed of |y| or 1/y have roots that these do not have."""
+    def _balanced(self, atoms: Mapping[Any, Any], unknowns: Sequence[Any], x: Scalar) -> bool:
+        """Return True if the equations of motion hold: clearing |y| or 1/y from the conditions adds false roots."""
         import numpy as np
 
-        from .numeric import Pieces
+        from .conditions import Conditions
 
         p = self.problem
         with np.errstate(all="ignore"):
-            full = self._full({**atoms, **dict(zip(asked, x, strict=True))})
-            exact = Pieces(p.ring, [E for E in p.exact if type(E) is Polynomial], asked, full)
+            full = self._full({**atoms, **dict(zip(unknowns, x, strict=True))})
+            exact = Conditions(p.ring, [E for E in p.exact if type(E) is Polynomial], unknowns, full)
             missed = np.abs(exact.values(x)) / np.maximum(exact.size(x), 1 / 10**300)
         return not (missed > 1 / 10**6).any()
 
-    def _label(self, found: Sequence[Any], k: int, asked: Sequence[Any]) -> str:
-        """Of two values of one rate, which: fast or slow."""
-        if len(asked) != 1 or asked[0] not in self.problem.rates or len(found) != 2:
+    def _label(self, roots: Sequence[Any], k: int, unknowns: Sequence[Any]) -> str:
+        """Label of one of two roots of a rate: "fast" or "slow"; else ""."""
+        if len(unknowns) != 1 or unknowns[0] not in self.problem.rates or len(roots) != 2:
             return ""
-        mine, other = abs(found[k].values[0]), abs(found[1 - k].values[0])
-        if abs(mine - other) * 10**9 <= mine + other:
+        this, other = abs(roots[k].values[0]), abs(roots[1 - k].values[0])
+        if abs(this - other) * 10**9 <= this + other:
             return ""
-        return "fast" if mine > other else "slow"
+        return "fast" if this > other else "slow"
 
-    def _numbers(self, values: Mapping[Any, Any]) -> tuple[dict[Any, Any], list[Any], dict[Any, float]]:
-        """(numbers of all that is known, unknowns to solve for, unknowns given)."""
+    def _numbers(
+        self, values: Mapping[Any, Expression]
+    ) -> tuple[dict[Any, Any], list[Any], dict[Any, float]]:
+        """Return (numbers by atom, unknowns to solve for, numbers of the known unknowns)."""
         p = self.problem
-        given: dict[Any, float] = {}
-        rest = {}
+        known: dict[Any, float] = {}
+        others = {}
         for key, value in values.items():
             atom = p.atom(key, p.named)
             if atom is None:
-                rest[key] = value
+                others[key] = value
             else:
-                given[atom] = float(sympy.sympify(value) if isinstance(value, str) else value)
-        for key in rest:
+                known[atom] = float(sympy.sympify(value) if isinstance(value, str) else value)
+        for key in others:
             name = str(key)
             if name in p.e.model.coordinate_names or name in p.e.model.speed_names:
                 raise ModelError(
                     f"'{name}' is no unknown of these steady motions; {nearest(name, [p.name(a) for a in p.named])}"
                 )
-        own = [q for q in p.e.model.parameters if q.symbol in p.unknowns and q.default is None]
-        atoms = numbers(p.e, {**rest, **{q.symbol: 0 for q in own}})
-        for symbol in p.terms:  # a term that is a parameter with a default is given by it
+        without_default = [q for q in p.e.model.parameters if q.symbol in p.unknowns and q.default is None]
+        atoms = numbers(p.e, {**others, **{q.symbol: 0 for q in without_default}})
+        for symbol in p.terms:  # a term that is a parameter has its default
             if (
                 symbol in atoms
-                and symbol not in self._asked
-                and symbol not in given
-                and not any(q.symbol == symbol for q in own)
+                and symbol not in self._solve_for
+                and symbol not in known
+                and not any(q.symbol == symbol for q in without_default)
             ):
-                given[symbol] = atoms[symbol]
-        asked = [a for a in p.unknowns if a not in given]
-        atoms.update(given)
-        return atoms, asked, given
+                known[symbol] = atoms[symbol]
+        unknowns = [a for a in p.unknowns if a not in known]
+        atoms.update(known)
+        return atoms, unknowns, known
 
     def _state(
-        self, name: str, root: RootFound, asked: Sequence[Any], atoms: Mapping[Any, Any], given: Mapping[Any, float]
+        self, name: str, root: NumericRoot, unknowns: Sequence[Any], atoms: Mapping[Any, Any],
+        known: Mapping[Any, float],
     ) -> SteadyState:  # fmt: skip
         p = self.problem
-        solved = dict(zip(asked, map(float, root.values), strict=True))
+        solved = dict(zip(unknowns, map(float, root.values), strict=True))
         full = self._full({**atoms, **solved})
         state = {c.name: float(full[c.symbol]) for c in p.e.model.coordinates}
         state.update({s.name: float(full[s.symbol]) for s in p.e.model.speeds})
-        shown = {p.name(a): v for a, v in {**given, **solved}.items()}
+        shown = {p.name(a): v for a, v in {**known, **solved}.items()}
         places = set(p.coordinates)
-        family = root.family + sum(bool(x) for a, x in zip(asked, root.open, strict=True) if a in places)
-        found = p.stability(self.linear, self.amended, full, family)
-        return SteadyState(name, shown, state, root.residual, root.error, found)
+        family = root.family + sum(bool(x) for a, x in zip(unknowns, root.open, strict=True) if a in places)
+        verdict = self._stability.at(full, family)
+        return SteadyState(name, shown, state, root.residual, root.error, verdict)
 
     def _full(self, atoms: dict[Any, Any]) -> dict[Any, Any]:
-        """Numbers of all atoms on a steady motion: rates from terms, speeds from rates, accelerations zero."""
+        """Return numbers for all atoms on a steady motion: rates from terms, speeds from rates, accelerations zero."""
         p = self.problem
         full = {**p.defaults(), **atoms}
         full.update(p.completed(full))
@@ -451,21 +469,21 @@ class SteadyMotions(Sequence[SteadyMotion]):
         return full
 
     def continuation(
-        self, parameter: Any, span: Any, *, values: Mapping[Any, Any] | None = None, points: int = 400
+        self, parameter: Any, span: Any, *, values: Mapping[Any, Expression] | None = None, points: int = 400
     ) -> tuple[Branch, ...]:
-        """The branches of steady motions over a range of one parameter, by pseudo-arclength steps.
+        """Return the branches of steady motions over a range of one parameter, by pseudo-arclength continuation.
 
         Every root at either end of the range starts a branch; folds and bifurcations on it are located.
 
         Parameters
         ----------
         parameter : str or symbol
-            A parameter, or an unknown that is given elsewhere in ``values``.
+            A parameter, or an unknown that ``values`` contains elsewhere.
         span : pair of numbers
         values : mapping, optional
-            Parameters and given unknowns; those of :func:`steady_motions` if not given.
+            Parameters and known unknowns; by default those of :func:`steady_motions`.
         points : int
-            Most points of a branch.
+            Largest number of points of a branch.
 
         Raises
         ------
@@ -476,17 +494,17 @@ class SteadyMotions(Sequence[SteadyMotion]):
 
         a, b = check_span(span)
         p = self.problem
-        given = {self._name(k): v for k, v in (values if values is not None else self._given or {}).items()}
+        fixed = {self._name(k): v for k, v in (values if values is not None else self._values or {}).items()}
         name = self._name(parameter)
-        known = {q.name: q.symbol for q in p.e.model.parameters} | {p.name(u): u for u in p.unknowns}
-        if name not in known:
-            raise ModelError(f"Unknown parameter '{name}' to continue along; {nearest(name, known)}")
+        symbols = {q.name: q.symbol for q in p.e.model.parameters} | {p.name(u): u for u in p.unknowns}
+        if name not in symbols:
+            raise ModelError(f"Unknown parameter '{name}' to continue along; {nearest(name, symbols)}")
         branches: list[Branch] = []
         for end, direction in ((a, 1), (b, -1)):
-            for state in self.at({**given, name: end}):
+            for state in self.at({**fixed, name: end}):
                 if not any(_passes(branch, end, state.values) for branch in branches):
                     branches.append(
-                        self._branch(known[name], name, (a, b), end, direction, given, state, points)
+                        self._branch(symbols[name], name, (a, b), end, direction, fixed, state, points)
                     )
         if not branches:
             raise ModelError(
@@ -500,25 +518,27 @@ class SteadyMotions(Sequence[SteadyMotion]):
 
     def _branch(
         self, symbol: Any, name: str, span: tuple[float, float], end: float, direction: int,
-        given: Mapping[str, Any], state: SteadyState, points: int,
+        fixed: Mapping[str, Any], state: SteadyState, points: int,
     ) -> Branch:  # fmt: skip
         import numpy as np
 
+        from .conditions import Conditions
         from .continuation import Branch, Special, follow
-        from .numeric import Pieces
 
         p = self.problem
-        atoms, asked, _ = self._numbers({**given, name: end})
+        atoms, unknowns, _ = self._numbers({**fixed, name: end})
         live = [self._live(x) for x in p.conditions]
-        one = Pieces(p.ring, live, [*asked, symbol], {a: v for a, v in atoms.items() if a != symbol})
-        start = np.array([*(state.values[p.name(a)] for a in asked), end])
+        conditions = Conditions(
+            p.ring, live, [*unknowns, symbol], {a: v for a, v in atoms.items() if a != symbol}
+        )
+        start = np.array([*(state.values[p.name(a)] for a in unknowns), end])
         sense = direction if span[0] < span[1] else -direction
-        path, special = follow(one, start, span, sense, points)
-        names = [p.name(a) for a in asked]
+        path, special = follow(conditions, start, span, sense, points)
+        names = [p.name(a) for a in unknowns]
         verdicts = []
         for z in path:
-            full = self._full({**atoms, **dict(zip((*asked, symbol), map(float, z), strict=True))})
-            verdicts.append(p.stability(self.linear, self.amended, full, 0).verdict)
+            full = self._full({**atoms, **dict(zip((*unknowns, symbol), map(float, z), strict=True))})
+            verdicts.append(self._stability.at(full).verdict)
         marks = tuple(
             Special(kind, float(z[-1]), {n: float(x) for n, x in zip(names, z, strict=False)})
             for kind, z in special
@@ -536,19 +556,19 @@ class SteadyMotions(Sequence[SteadyMotion]):
             lines.append("0 = " + " or ".join(text(f, ring) for f in self._factors(x)))
             if zero := self._excluded(x):
                 lines[-1] += "  unless " + " or ".join(equation_text(f, 0, ring) for f in zero)
-        return "\n".join([*lines, *(one.text() for one in self._found), *self._handed_over()])
+        return "\n".join([*lines, *(motion.text() for motion in self._motions), *self._handed_over()])
 
     def _handed_over(self) -> list[str]:
-        """That the motions are in numbers, and these."""
+        """Return the lines that tell why the motions are in numbers, with the motions."""
         if not self.reason:
             return []
         head = f"No closed form: {self.reason}"
-        if self._given is None:
+        if self._values is None:
             return [f"{head} With values={{...}} .states holds motions in numbers."]
-        return [f"{head} In numbers:", *(one.text() for one in self.states)]
+        return [f"{head} In numbers:", *(state.text() for state in self.states)]
 
     def latex(self) -> str:
-        """The same as a LaTeX ``aligned`` block."""
+        """Conditions and motions as a LaTeX ``aligned`` block."""
         ring = self.problem.ring
         lines = []
         for x in self.problem.conditions:
@@ -556,12 +576,12 @@ class SteadyMotions(Sequence[SteadyMotion]):
             if zero := self._excluded(x):
                 unless = r"\ \text{or}\ ".join(equation_latex(f, 0, ring) for f in zero)
                 lines[-1] += r"\quad\text{unless }" + unless
-        lines += ["&" + one.latex() for one in self._found]
+        lines += ["&" + motion.latex() for motion in self._motions]
         lines += ["&" + latex_words(line) for line in self._handed_over()]
-        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+        return aligned(lines)
 
     def mathml(self) -> str:
-        """The same as presentation MathML, an element each."""
+        """Conditions and motions as presentation MathML, an element each."""
         ring = self.problem.ring
         lines = []
         for x in self.problem.conditions:
@@ -569,20 +589,17 @@ class SteadyMotions(Sequence[SteadyMotion]):
             lines.append(words("  or  ").join(parts))
             if zero := [inner(f, ring) + EQUALS + "<mn>0</mn>" for f in self._excluded(x)]:
                 lines[-1] += words("  unless  ") + words("  or  ").join(zero)
-        return elements([*lines, *(one._formula() for one in self._found)])
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
+        return elements([*lines, *(motion._formula() for motion in self._motions)])
 
     def __repr__(self) -> str:
         head = f"Steady motions of '{self.problem.e.model.name}'"
-        if self._given is not None:
+        if self._values is not None:
             return "\n".join([head, *map(repr, self.states)])
         return f"{head}\n{self.text()}"
 
 
 def _passes(branch: Branch, end: float, values: Mapping[str, float]) -> bool:
-    """Whether a branch goes through a root at one end of its range."""
+    """Return True if a branch passes through a root at one end of its range."""
     for k in (0, -1):
         if abs(branch.parameters[k] - end) > abs(end) / 10**9 + 1 / 10**12:
             continue

@@ -1,17 +1,17 @@
 """Conditions of steady motion of machines with ball and free joints: relative equilibria of a group of motions.
 
-A motion is steady if it runs along commuting symmetries of the equations of motion: turning of what hangs on a joint
-about the vertical n (from the left), spin of a body about its own axis of symmetry ζ (from the right), displacement,
-and the ignorable coordinates. In the child's axes, with R the rotation of the joint,
+A motion is steady if it runs along commuting symmetries of the equations of motion: the turn of a joint's descendants
+about the vertical n (from the left), the spin of a body about its axis of symmetry ζ (from the right), displacements,
+and ignorable coordinates. In the child's axes, with R the rotation of the joint,
 
     ω = Ω Rᵀ n + σ ζ,      ω' = ω × σ ζ,      E_k(q, u, u') = 0      at one instant, hence at all.
 
-R = R_a(θ) R_b(φ): the turn about n is left out, and the spin φ too where b = ζ. Speeds need not be constant: those of a
+R = R_a(θ) R_b(φ), without the turn about n and, if b = ζ, without the spin φ. Speeds need not be constant: those of a
 body that spins while it precesses turn in its axes. Every symmetry is proven on the canonical equations of motion.
 
 Source: J. E. Marsden, Lectures on Mechanics (1992), chapter 4.
 
-The file is longer than others: which turns are symmetries, and what they leave unknown, is one problem.
+The file is longer than others: symmetries, unknowns and stability of one problem belong together.
 """
 
 from __future__ import annotations
@@ -32,7 +32,9 @@ from ...model.model import GROUND
 from ...scalar.algebra import (
     HALF,
     ZERO,
+    Expression,
     Matrix,
+    Scalar,
     Vector,
     add,
     apply_transpose,
@@ -45,8 +47,10 @@ from ...scalar.algebra import (
 from ...space.quaternion import quaternion_product
 from ...space.turn import matrix_about
 from ..derivation.along_motion import residuals_of
+from ..linear.linearize import terms_at
 from ..linear.operating_point import tangent_drift
-from .problem import Problem, cleared
+from .factors import cleared
+from .problem import Problem
 from .stability import Spectrum, Stability, spectral_verdict
 
 if TYPE_CHECKING:
@@ -54,9 +58,9 @@ if TYPE_CHECKING:
 
 T = sympy.Symbol("t")
 SAME = 1 / 10**6
-"""Relative difference of energies and eigenvalues up to which two motions are the same."""
+"""Relative difference of energies and eigenvalues below which two motions are the same."""
 SHORT = 2
-"""Most angles for which a closed form is sought: those of one joint on the ground."""
+"""Largest number of angles for which a closed form is sought: those of one joint on the ground."""
 
 
 @dataclass(frozen=True)
@@ -64,22 +68,21 @@ class Turning:
     """One ball or free joint: its angles, the axes they turn about, and the rates of its symmetries."""
 
     link: int
-    vertical: Vector  # n in the parent's joint axes
+    vertical: Vector  # n, in the parent's joint axes
     turns: tuple[tuple[Vector, Any], ...]  # (axis, atom), the parent's first; an atom None is zero
     precession: Any  # atom of Ω, or None
     spin: Any  # atom of σ, or None
     axis: Vector  # ζ
-    place: tuple[
-        Any, ...
-    ]  # of a free joint: atoms of the position in the parent's joint axes, None where it is left out
-    drift: tuple[Any, ...]  # of a free joint: atoms of the velocity in these axes, or None
+    # of a free joint: atoms of the position in the parent's joint axes, None if ignorable, and of the velocity, or None
+    place: tuple[Any, ...]
+    drift: tuple[Any, ...]
 
 
 class _Turned(State):
     """A state whose ball and free joints are turned by given matrices."""
 
     def __init__(
-        self, state: State, q: Sequence[Any], u: Sequence[Any], turned: Mapping[int, Matrix]
+        self, state: State, q: Sequence[Scalar], u: Sequence[Scalar], turned: Mapping[int, Matrix]
     ) -> None:
         super().__init__(state.model, state.field, state.t, q, u, state.values)
         self._turned = turned
@@ -98,9 +101,9 @@ class _Turned(State):
 
 
 class TurningProblem(Problem):
-    """What a steady motion of a machine with ball and free joints has to satisfy; attributes as of `Problem`."""
+    """The conditions of the steady motions of a machine with ball and free joints; attributes as in `Problem`."""
 
-    def __init__(self, e: Equations, terms: Mapping[Any, Any] | None = None) -> None:
+    def __init__(self, e: Equations, terms: Mapping[Any, Expression] | None = None) -> None:
         self.e = e
         self.ring = e.ring
         model = e.model
@@ -112,8 +115,8 @@ class TurningProblem(Problem):
             )
         if terms:
             raise ModelError(
-                f"Expected no `terms` for '{model.name}': they are combinations of its own speeds, and the rates of "
-                "its ball and free joints are of the steady motion. Ask for these: psi' of the turn about the "
+                f"Expected no `terms` for '{model.name}': they are combinations of its own speeds, but the rates of "
+                "its ball and free joints belong to the steady motion. Ask for these: psi' of the turn about the "
                 "vertical and phi' of the spin, with the joint's name in front."
             )
         self.names: dict[Any, str] = {}
@@ -127,22 +130,27 @@ class TurningProblem(Problem):
         scalar = {s.name: j for j, s in enumerate(model.speeds)}
         coordinate = {c.name: k for k, c in enumerate(model.coordinates) if c.kind == "scalar"}
         self.scalars = {j: coordinate[name[:-1]] for name, j in scalar.items() if name[:-1] in coordinate}
-        self.families = self._of_scalars()
+        self.families = self._scalar_families()
         self.pivots = tuple(next(iter(family)) for family in self.families)
         self.gauge = {self.coordinates[self.scalars[j]] for j in self.pivots}
-        more = [a for one in self.turnings for a in (one.precession, one.spin, *one.drift) if a is not None]
+        more = [
+            a
+            for turning in self.turnings
+            for a in (turning.precession, turning.spin, *turning.drift)
+            if a is not None
+        ]
         self.rates = (*dict.fromkeys(more), *(model.speeds[j].symbol for j in self.pivots))
         self._form()
         self.terms, self.replaced = {}, {}
-        found = (cleared(self.ring, x) for x in self.raw)
-        self.conditions = tuple(x for x in found if x != 0)
+        numerators = (cleared(self.ring, x) for x in self.raw)
+        self.conditions = tuple(x for x in numerators if x != 0)
         self.short = len(self.unknown_angles) <= SHORT
         self.unknowns = self._unknowns()
 
     # -- joints and their symmetries --------------------------------------------------------------
 
     def _atom(self, joint: str, ending: str) -> Any:
-        """A new coordinate of the steady motion, such as ``pivot_theta``."""
+        """Return a new coordinate of the steady motion, such as ``pivot_theta``."""
         name = f"{joint}_{ending}"
         while name in self.e.model.names.kinds or name in self.names.values():
             name += "_"
@@ -170,14 +178,14 @@ class TurningProblem(Problem):
             if a == ZERO:
                 a = (b[1], b[2], b[0])
             psi, theta, phi = (self._atom(link.joint, name) for name in ("psi", "theta", "phi"))
-            turning = fixed and self._symmetric(i, vertical, left=True)
+            turns = fixed and self._symmetric(i, vertical, left=True)
             place, drift = [], []
             if link.kind == "free":
                 for k in range(3):
                     direction = tuple(int(m == k) for m in range(3))
                     along = fixed and self._displaced(i, direction)
                     name = e.model.coordinates[link.q + k].symbol
-                    # of the displacements nothing depends on, that along the axis of the turn goes on at a rate
+                    # an ignorable displacement along the axis of the turn has a constant rate
                     free = along and direction in (vertical, tuple(-x for x in vertical))
                     place.append(None if free else name)
                     self.names[name] = e.model.coordinates[link.q + k].name
@@ -187,11 +195,11 @@ class TurningProblem(Problem):
                     i,
                     vertical,
                     (
-                        (vertical, None if turning else psi),
+                        (vertical, None if turns else psi),
                         (a, theta),
                         (b, None if spinning is not None else phi),
                     ),
-                    self._rate(psi) if turning else None,
+                    self._rate(psi) if turns else None,
                     self._rate(phi) if spinning is not None else None,
                     b,
                     tuple(place),
@@ -201,7 +209,7 @@ class TurningProblem(Problem):
         return result
 
     def _vertical(self, i: int) -> tuple[Vector, bool]:
-        """The direction against gravity in the parent's joint axes (z without gravity), if these do not turn."""
+        """Return (upward direction in the parent's joint axes or z, True if these axes do not turn)."""
         e = self.e
         model, link = e.model, e.model.links[i]
         parent = link.parent
@@ -226,7 +234,7 @@ class TurningProblem(Problem):
         return tuple(int(k == live[0]) for k in range(3)), True  # type: ignore[return-value]
 
     def _spin_axis(self, i: int) -> Vector | None:
-        """The body axis about which the link has rotational symmetry and may spin, proven on the equations."""
+        """Return the body axis about which the link has rotational symmetry, proven on the equations, or None."""
         model = self.e.model
         if any(link.parent == i for link in model.links):
             return None
@@ -237,7 +245,7 @@ class TurningProblem(Problem):
         return None
 
     def _symmetric(self, i: int, axis: Vector, left: bool) -> bool:
-        """Whether the equations of motion turn with a turn about an axis of the parent (left) or of the child."""
+        """Return True if a turn about an axis of the parent (``left``) or of the child is a symmetry."""
         e = self.e
         link = e.model.links[i]
         start = link.q + (3 if link.kind == "free" else 0)
@@ -266,22 +274,22 @@ class TurningProblem(Problem):
         rates = {e.model.coordinates[link.q + k].symbol: x for k, x in enumerate(direction)}
         return all(e.ring.total_derivative(E, rates) == 0 for E in self.residuals)
 
-    def _of_scalars(self) -> list[dict[int, Any]]:
-        """Families of the coordinates that are displacements and angles, as of any machine."""
-        keep, self.free = self.free, tuple(self.scalars)
+    def _scalar_families(self) -> list[dict[int, Any]]:
+        """Return the families of the scalar coordinates, as for any machine."""
+        free, self.free = self.free, tuple(self.scalars)
         self.coordinate_of = {j: k for j, k in self.scalars.items()}  # type: ignore[assignment]
-        found = self._symmetries()
-        self.free = keep
-        return found
+        families = self._symmetries()
+        self.free = free
+        return families
 
     # -- the conditions ---------------------------------------------------------------------------
 
     def _form(self) -> None:
-        """Values of speeds and accelerations on a steady motion, and the equations of motion at them."""
+        """Form the speeds and accelerations on a steady motion, and the equations of motion at these values."""
         e, ring, model = self.e, self.ring, self.e.model
-        values: dict[Any, Any] = dict.fromkeys(self.gauge, 0)
-        u: list[Any] = [0] * model.n_u
-        udot: list[Any] = [0] * model.n_u
+        values: dict[Any, Scalar] = dict.fromkeys(self.gauge, 0)
+        u: list[Scalar] = [0] * model.n_u
+        udot: list[Scalar] = [0] * model.n_u
         q = [0 if c in self.gauge else ring.generator(c) for c in self.coordinates]
         for family, j in zip(self.families, self.pivots, strict=True):
             w = ring.generator(model.speeds[j].symbol)
@@ -289,10 +297,10 @@ class TurningProblem(Problem):
                 u[k] = u[k] + factor * w
         turned = {}
         self.unknown_angles: list[Any] = []
-        for one in self.turnings:
-            link = model.links[one.link]
+        for turning in self.turnings:
+            link = model.links[turning.link]
             R: Any = None
-            for axis, atom in one.turns:
+            for axis, atom in turning.turns:
                 if atom is None:
                     continue
                 self.unknown_angles.append(atom)
@@ -300,17 +308,17 @@ class TurningProblem(Problem):
                 R = step if R is None else multiply(R, step)
             if R is None:
                 R = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-            turned[one.link] = R
-            n = one.vertical
-            W = scale(ring.generator(one.precession), n) if one.precession is not None else ZERO
-            sigma = scale(ring.generator(one.spin), one.axis) if one.spin is not None else ZERO
+            turned[turning.link] = R
+            n = turning.vertical
+            W = scale(ring.generator(turning.precession), n) if turning.precession is not None else ZERO
+            sigma = scale(ring.generator(turning.spin), turning.axis) if turning.spin is not None else ZERO
             spin = add(apply_transpose(R, W), sigma)
             u[link.u : link.u + 3] = spin
             udot[link.u : link.u + 3] = cross(spin, sigma)
             if link.kind == "free":
-                p = tuple(0 if a is None else ring.generator(a) for a in one.place)
+                p = tuple(0 if a is None else ring.generator(a) for a in turning.place)
                 q[link.q : link.q + 3] = p
-                V = tuple(0 if a is None else ring.generator(a) for a in one.drift)
+                V = tuple(0 if a is None else ring.generator(a) for a in turning.drift)
                 V = add(V, cross(W, p))  # type: ignore[arg-type]
                 v = apply_transpose(R, V)
                 u[link.u + 3 : link.u + 6] = v
@@ -330,13 +338,14 @@ class TurningProblem(Problem):
     def _unknowns(self) -> tuple[Any, ...]:
         used = frozenset().union(*(self.ring.atoms_of(x) for x in self.conditions), ())
         rates = [rate for rate in self.rates if rate not in self.replaced]
-        places = [a for one in self.turnings for a in one.place if a is not None]
+        places = [a for turning in self.turnings for a in turning.place if a is not None]
         q = [self.coordinates[k] for k in self.scalars.values() if self.coordinates[k] not in self.gauge]
         order = [*rates, *self.unknown_angles, *places, *q, *self.terms]
         return tuple(atom for atom in order if atom in used)
 
     @property
     def named(self) -> tuple[Any, ...]:
+        """The unknowns, and the angles, rates and terms that may have any value."""
         more = [
             a
             for a in (*self.rates, *self.unknown_angles, *self.terms)
@@ -345,91 +354,108 @@ class TurningProblem(Problem):
         return (*self.unknowns, *more)
 
     def name(self, atom: Any) -> str:
+        """Return the name of an unknown."""
         return self.names.get(atom) or super().name(atom)
 
     # -- numbers ----------------------------------------------------------------------------------
 
     def completed(self, full: Mapping[Any, Any]) -> dict[Any, Any]:
-        """Quaternions of the angles of a steady motion, by their atoms."""
+        """Return the quaternions at the angles of a steady motion, by atom."""
         model = self.e.model
         result = {}
-        for one in self.turnings:
-            link = model.links[one.link]
+        for turning in self.turnings:
+            link = model.links[turning.link]
             start = link.q + (3 if link.kind == "free" else 0)
             e: Any = (1, 0, 0, 0)
-            for axis, atom in one.turns:
+            for axis, atom in turning.turns:
                 half = 0 if atom is None else float(full.get(atom, 0)) / 2
                 e = quaternion_product(e, (np.cos(half), *(x * np.sin(half) for x in axis)))
             result.update({self.coordinates[start + k]: float(x) for k, x in enumerate(e)})
         return result
 
     @property
-    def exact(self) -> Sequence[Any]:
-        """In the angles of the joints."""
+    def exact(self) -> Sequence[Scalar]:
+        """The equations of motion in the angles of the joints."""
         return self.raw
 
     def defaults(self) -> dict[Any, Any]:
-        """Angles and rates that nothing determines are zero."""
+        """Return zero for angles and rates that nothing determines."""
         return dict.fromkeys((*self.unknown_angles, *self.rates), 0)
 
     def distinct(self, states: Sequence[Any], atoms: Mapping[Any, Any]) -> Sequence[Any]:
-        """One of those that agree in kinetic and potential energy, rates and all eigenvalues.
+        """Return one of the states that agree in kinetic and potential energy, rates and all eigenvalues.
 
-        The others are the same motion, turned or mirrored: the angles (θ, φ) and (-θ, φ + π) say the same, and
-        symmetries leave some angles open.
+        The others are the same motion, turned or mirrored: the angles (θ, φ) and (-θ, φ + π) are equivalent, and
+        symmetries leave some angles free.
         """
-        kept: list[tuple[np.ndarray, Any]] = []
-        for one in sorted(states, key=lambda s: sum(x < 0 for x in s.values.values())):
-            mark = self._mark(one, atoms)
+        distinct: list[tuple[np.ndarray, Any]] = []
+        for state in sorted(states, key=lambda s: sum(x < 0 for x in s.values.values())):
+            mark = self._mark(state, atoms)
             scale = 1 + np.abs(mark).max(initial=0)
             if not any(
                 len(mark) == len(other) and np.abs(mark - other).max(initial=0) <= SAME * scale
-                for other, _ in kept
+                for other, _ in distinct
             ):
-                kept.append((mark, one))
-        chosen = {id(one) for _, one in kept}
-        return [one for one in states if id(one) in chosen]
+                distinct.append((mark, state))
+        representatives = {id(state) for _, state in distinct}
+        return [state for state in states if id(state) in representatives]
 
-    def _mark(self, one: Any, atoms: Mapping[Any, Any]) -> np.ndarray:
+    def _mark(self, steady: Any, atoms: Mapping[Any, Any]) -> np.ndarray:
         model = self.e.model
-        q, u = ([one.state[x] for x in names] for names in (model.coordinate_names, model.speed_names))
+        q, u = ([steady.state[x] for x in names] for names in (model.coordinate_names, model.speed_names))
         state = State(model, floats, 0, q, u, atoms)
         energies = [float(kinetic_energy(model, state)), float(potential_energy(model, state))]
-        found = one.stability.eigenvalues
-        # double roots are known to the square root of round-off: the coefficients of their polynomial are not
-        rates = [one.values[self.name(a)] for a in self.rates if self.name(a) in one.values]
-        return np.array([*energies, *np.poly(found).real, *rates])
+        eigenvalues = steady.stability.eigenvalues
+        # compare the coefficients of the polynomial: its double roots are known only to the square root of round-off
+        rates = [steady.values[self.name(a)] for a in self.rates if self.name(a) in steady.values]
+        return np.array([*energies, *np.poly(eigenvalues).real, *rates])
 
-    def linear(self) -> Any:
-        return _Unknown()
 
-    def amended(self) -> Any:
-        return _Unknown()
+class _NoClosedForm:
+    """Stand-in for `Linear` and `Amended`: no closed forms of stability."""
 
-    def stability(self, linear: Any, amended: Any, full: Mapping[Any, Any], family: int) -> Stability:
-        """By eigenvalues, in axes of the joints that turn back by the spins, in which the coefficients are constant."""
+    def singular(self, values: Any) -> bool:
+        """Return False."""
+        return False
+
+    def characteristic(self, values: Any, s: Any) -> None:
+        """Return None."""
+        return None
+
+    def curvature(self, values: Any) -> None:
+        """Return None."""
+        return None
+
+
+class TurningStability:
+    """Stability of the steady motions of a `TurningProblem`: by eigenvalues, in numbers only."""
+
+    def __init__(self, problem: TurningProblem) -> None:
+        self._problem = problem
+        self.linear = self.amended = _NoClosedForm()
+
+    def at(self, full: Mapping[Any, Any], family: int = 0) -> Stability:
+        """Return the stability by eigenvalues, in axes that do not spin with the bodies: there C and K are constant."""
         spectrum = self._spectrum(full)
         if spectrum is None:
             return Stability("singular", "undecided", np.zeros(0, dtype=complex), None)
-        if any(self._upright(one, full) for one in self.turnings):
-            family = 0  # what is free there may be the angles only
-        verdict = spectral_verdict(spectrum, 2 * len(self.rates), family)
+        if any(self._upright(turning, full) for turning in self._problem.turnings):
+            family = 0  # there the angles may be free although the motion is isolated
+        verdict = spectral_verdict(spectrum, 2 * len(self._problem.rates), family)
         return Stability(verdict, "undecided", spectrum.values, None, family)
 
-    def _upright(self, one: Turning, full: Mapping[Any, Any]) -> bool:
-        """Whether the axis b is vertical, where the turn about n and that about b are the same."""
-        (_, (a, theta), (b, _)) = one.turns
+    def _upright(self, turning: Turning, full: Mapping[Any, Any]) -> bool:
+        """Return True if the axis b is vertical: the turns about n and about b are then the same."""
+        (_, (a, theta), (b, _)) = turning.turns
         angle = float(full[theta])
-        n, b_n = (np.array(v, dtype=float) for v in (one.vertical, b))
+        n, b_n = (np.array(v, dtype=float) for v in (turning.vertical, b))
         turned = b_n * np.cos(angle) + np.cross(np.array(a, dtype=float), b_n) * np.sin(angle)
         return bool(np.abs(np.cross(n, turned)).max() < SAME)
 
     def _spectrum(self, full: Mapping[Any, Any]) -> Spectrum | None:
-        from ..linear.linearize import terms_at
-
-        model = self.e.model
+        model = self._problem.e.model
         numbers = {p.symbol: float(full[p.symbol]) for p in model.parameters}
-        q = [float(full[c]) for c in self.coordinates]
+        q = [float(full[c]) for c in self._problem.coordinates]
         u = [float(full[s.symbol]) for s in model.speeds]
         udot = [float(full[s.acceleration]) for s in model.speeds]
         terms = terms_at(model, floats, q, u, udot, 0, numbers, ())
@@ -438,28 +464,15 @@ class TurningProblem(Problem):
             return None
         A = np.array(tangent_drift(model, u), dtype=float)
         back = np.zeros_like(A)
-        for one in self.turnings:
-            if one.spin is None:
+        for turning in self._problem.turnings:
+            if turning.spin is None:
                 continue
-            x, y, z = (float(full[one.spin]) * c for c in one.axis)
+            x, y, z = (float(full[turning.spin]) * c for c in turning.axis)
             skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-            link = model.links[one.link]
+            link = model.links[turning.link]
             for first in (link.u, link.u + 3)[: 2 if link.kind == "free" else 1]:
                 back[first : first + 3, first : first + 3] = skew
         n = model.n_u
         top = np.hstack([A + back, np.eye(n)])
         low = np.hstack([-np.linalg.solve(M, K), back - np.linalg.solve(M, C)])
         return Spectrum.of(np.vstack([top, low]), M, C, K)
-
-
-class _Unknown:
-    """No closed form of stability."""
-
-    def singular(self, values: Any) -> bool:
-        return False
-
-    def characteristic(self, values: Any, s: Any) -> None:
-        return None
-
-    def curvature(self, values: Any) -> None:
-        return None

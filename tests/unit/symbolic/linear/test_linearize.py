@@ -224,7 +224,7 @@ def test_along_a_trajectory():
     assert "along a trajectory, at" in repr(linear)
     for call in (linear.modes, linear.state_space, linear.response, linear.text):
         with pytest.raises(
-            ModelError, match="change with time; .* is of one instant. Linearise about trajectory.at"
+            ModelError, match="change with time; .* is for one instant. Linearise about trajectory.at"
         ):
             call()
     with pytest.raises(
@@ -584,8 +584,8 @@ def test_messages_of_the_operating_point():
     refused("Expected `about` to be a mapping of coordinates", fb.linearize, s, about=3)
     refused(r"Expected a constant for the operating value of 'theta', got 't', which moves", fb.linearize, s,
             about={"theta": "t"})  # fmt: skip
-    refused("The symbol s in the operating value of 'theta', '2\\*s', is that of the characteristic", fb.linearize, s,
-            about={"theta": 2 * sympy.Symbol("s")})  # fmt: skip
+    refused("The symbol s in the operating value of 'theta', '2\\*s', is the variable of the characteristic",
+            fb.linearize, s, about={"theta": 2 * sympy.Symbol("s")})  # fmt: skip
     refused(
         "Expected a number or an expression for the operating value", fb.linearize, s, about={"theta": [1]}
     )

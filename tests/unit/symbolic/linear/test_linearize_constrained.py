@@ -270,12 +270,12 @@ def test_messages():
         fb.linearize, slider_crank(), {"a": 1},
     )  # fmt: skip
     refused(
-        "The input 'L' stands in the constraints of 'slider_crank': its deviations would move them. Take it out",
+        "The input 'L' occurs in the constraints of 'slider_crank': its deviations would move them. Take it out",
         fb.linearize,
         slider_crank(),
         inputs="L",
     )
-    refused("The input 'L' stands in the constraints of 'slider_crank'", fb.linearize, slider_crank(), {"x": 0.21},
+    refused("The input 'L' occurs in the constraints of 'slider_crank'", fb.linearize, slider_crank(), {"x": 0.21},
             values={}, inputs="L")  # fmt: skip
     refused("with the constraint forces eliminated, the equations of its independent coordinates leave f: g - F in "
             "place of 0", fb.linearize, rod(), {"f": "pi/2", "x": "1/2", "y": 0}, independent="f")  # fmt: skip

@@ -130,7 +130,7 @@ def test_programs_are_recorded_once_and_never_shared():
         (lambda: fb.linearize(pendulum(), values={"q": [1, 2]}), "Unknown parameter 'q'"),
         (lambda: fb.linearize(governor(), {"theta": 0.5}, values={"W": [8, 9]}), "'hoop' at W = 8: .* leave theta: "),
         (lambda: fb.linearize(loop(), {"f": 1}, values={"L": [1, 2]}), "'rod' at L = 1: .* its independent"),
-        (lambda: fb.linearize(pendulum(), values={"c": [1, 2]}).modes(), "at 2 values; modes.. is of one. Take"),
+        (lambda: fb.linearize(pendulum(), values={"c": [1, 2]}).modes(), "at 2 values; modes.. is for one. Take"),
         (lambda: fb.linearize(pendulum(), values={"c": 1})[0], "'pendulum' are of one state: they have no index"),
     ],
 )  # fmt: skip
@@ -148,7 +148,7 @@ def test_coordinates_that_do_not_do_at_all_values_are_refused():
     s = loop()
     s.parameters(alpha=0)
     free = {"g": 0, "k": 0, "alpha": [0.1, 0.2, np.pi / 2]}
-    text = "'rod' chosen at the first state do not do at alpha = 1.5708: .* independent="
+    text = "'rod' chosen at the first state are not independent at alpha = 1.5708: .* independent="
     with pytest.raises(ModelError, match=text):
         fb.linearize(s, {"f": "alpha"}, values=free, independent="x")
     assert fb.linearize(s, {"f": "alpha"}, values=free, independent="f").M.shape == (3, 1, 1)

@@ -185,7 +185,7 @@ def test_double_pendulum_of_ball_joints():
         low, high = nutation(s, one.state, until=0.2)
         assert high - low < 1e-8
     with pytest.raises(
-        ModelError, match="No closed form for p_theta; left is .*give values= for roots in numbers"
+        ModelError, match="No closed form for p_theta; unsolved: .*give values= for roots in numbers"
     ):
         fb.steady_motions(s, solve_for="p_theta")
 
