@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-if TYPE_CHECKING:
-    from .recurrence import Number, Recurrence
+from .recurrence import Number, Recurrence
 
 
 class _Product(NamedTuple):

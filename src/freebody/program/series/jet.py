@@ -28,6 +28,7 @@ from ..code.emit import Module
 from ..code.lower import Program
 from .combining import combined
 from .recurrence import ONE, Number, Recurrence
+from .rewriting import shortened
 
 LANES = 8
 ORDER = 2 * LANES
@@ -83,7 +84,7 @@ def jet(module: Module, program: Program, body: str, name: str, stride: int, pie
     ExpressionError
         A function that bends or jumps.
     """
-    recurrence = Recurrence(program, body)
+    recurrence = shortened(Recurrence(program, body))
     if len(cut(recurrence.order, piece)) == 1:
         combined(recurrence)
     module.functions.append(_Writer(module, recurrence, name, stride, piece).text())

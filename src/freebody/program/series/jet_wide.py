@@ -23,6 +23,7 @@ from ..code.emit import Module
 from ..code.lower import Program
 from .jet import INVERSES, ORDER, cut, names
 from .recurrence import ONE, Number, Recurrence
+from .rewriting import shortened
 
 PIECE = 400
 """Nodes of one piece of a long recurrence."""
@@ -63,7 +64,7 @@ def jet_wide(module: Module, program: Program, body: str, name: str, piece: int 
     ExpressionError
         A function that bends or jumps.
     """
-    writer = _Writer(module, Recurrence(program, body), name, piece)
+    writer = _Writer(module, shortened(Recurrence(program, body)), name, piece)
     module.functions.append(writer.text())
     return WIDTH * (ORDER + 1) * (len(writer.outputs) + len(writer.rows))
 

@@ -21,8 +21,6 @@ from typing import NamedTuple
 from ...errors import ExpressionError
 from ...scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB
 from ..code.lower import FIXED, HOISTED, RECIPROCAL, TIME, VARYING, Program
-from .factors import factored
-from .rewriting import divided, turned_back
 
 
 class Number(NamedTuple):
@@ -91,10 +89,6 @@ class Recurrence:
             if i not in parts:
                 self._of[i] = self._series(i)
         self.outputs = [self._value(i) for i in body.outputs]
-        self.forget()
-        while factored(self) or turned_back(self):
-            self.forget()
-        divided(self)
         self.forget()
 
     def _wanted(self, outputs: list[int]) -> list[int]:

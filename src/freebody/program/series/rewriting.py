@@ -10,12 +10,10 @@ as 1 - cos² for sin², are left alone: near the zeros of the sine they lose the
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from .factors import times, unscaled
-
-if TYPE_CHECKING:
-    from .recurrence import Node, Number, Recurrence
+from .factors import factored, times, unscaled
+from .recurrence import Node, Number, Recurrence
 
 
 class _Part(NamedTuple):
@@ -29,6 +27,15 @@ class _Part(NamedTuple):
         """This times the numbers of another."""
         numbers = tuple(sorted((*self.numbers, *other.numbers), key=repr))
         return _Part(self.value * other.value, numbers, self.base)
+
+
+def shortened(recurrence: Recurrence) -> Recurrence:
+    """Shorten a recurrence in place by all rules of `factors` and of this file, and return it."""
+    while factored(recurrence) or turned_back(recurrence):
+        recurrence.forget()
+    divided(recurrence)
+    recurrence.forget()
+    return recurrence
 
 
 def turned_back(recurrence: Recurrence) -> bool:
