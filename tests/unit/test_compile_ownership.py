@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="users and mo
 def folder(tmp_path, monkeypatch):
     """A cache with one kernel, which nobody was warned about."""
     monkeypatch.setenv("FREEBODY_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(cache, "_told", set())
+    monkeypatch.setattr(cache, "_warned", set())
     build()
     assert build().from_disk
     return tmp_path / "cache" / "kernels"
