@@ -48,7 +48,9 @@ from .products import (
 )
 
 if TYPE_CHECKING:
-    from .export.source_text import CasadiFunctions, CSource, PythonSource
+    from .export.c import CSource
+    from .export.casadi import CasadiFunctions
+    from .export.python import PythonSource
 
 Array = NDArray[np.float64]
 Values: TypeAlias = Mapping[Any, Any] | None
@@ -559,7 +561,7 @@ class Program:
         CSource
             An object with ``source``, ``header`` and ``write(folder)``.
         """
-        from .export.source_text import c_source
+        from .export.c import c_source
 
         return c_source(self.model, products, self._active, name)
 
@@ -568,19 +570,19 @@ class Program:
 
         Functions are called by name, ``result["bias"](q, u)``. Their ``source`` needs NumPy only.
         """
-        from .export.source_text import python_source
+        from .export.python import python_source
 
         return python_source(self.model, products, self._active, "numpy")
 
     def to_jax(self, *products: str) -> PythonSource:
         """Write products as Python functions of JAX arrays, for use with ``jax.jit``, ``grad`` and ``vmap``."""
-        from .export.source_text import python_source
+        from .export.python import python_source
 
         return python_source(self.model, products, self._active, "jax")
 
     def to_casadi(self, *products: str) -> CasadiFunctions:
         """Write products as ``casadi.Function`` by name, of the inputs q, u, ..., t and the parameters p as columns."""
-        from .export.source_text import casadi_functions
+        from .export.casadi import casadi_functions
 
         return casadi_functions(self.model, products, self._active)
 

@@ -326,9 +326,9 @@ class _Writer:
         self._store(outputs)
 
     def _store(self, outputs: Sequence[int]) -> None:
-        for place in outputs:
-            value = self._ref(self.body.outputs[place])
-            array, place = self.places[place]
+        for output in outputs:
+            value = self._ref(self.body.outputs[output])
+            array, place = self.places[output]
             target = self._pointer(self.written[array], place)
             self.lines.append(f"  store {self.T} {value}, ptr {target}, align {self.align}")
 
