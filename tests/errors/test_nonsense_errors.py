@@ -194,7 +194,7 @@ def test_descriptions(make, text):
         ),
         (lambda p: p.derivative(np.zeros(2), "q"), r"Unknown product '\[0\. 0\.\]'"),
         (lambda p: p.derivative([], "q"), r"Unknown product '\[\]'"),
-        (lambda p: p.derivative("bias", {}), "Expected what to differentiate by, .*got '{}'"),
+        (lambda p: p.derivative("bias", {}), "Expected a variable to differentiate by, .*got '{}'"),
         (lambda p: p.describe(np.zeros(1)), r"Unknown product '\[0\.\]'"),
         (lambda p: p.to_c("bias", name=[]), r"Expected name= to be an identifier of C, got '\[\]'"),
         (lambda p: p.to_c("bias").write(None), "Expected the path of a folder to write to, got None"),

@@ -1,12 +1,16 @@
 """Object code on disk, shared by all processes of a user.
 
-One file per program, named by the hash of everything that shapes it. A file is written aside and renamed, so that a
-reader sees all of it or nothing. What lies in it is run, so it must be ours: the folder and the file are this user's
-and nobody else may write to them (`ownership`), and the file begins with a hash of its name and its content that is
-made with a secret, which lies beside it and only this user can read. A file that is damaged, or of another program,
-counts as absent. A folder that can not be used is told once: programs are then compiled each time. So they are,
-without a word, in a process that is older than the source of what it compiles with. The oldest files go when the
-folder grows beyond :data:`LIMIT`.
+Each program has one file, named by the hash of everything that shapes it. A file is written under a temporary name and
+renamed, so that a reader sees all of it or nothing.
+
+The content of a file is executed, so nobody else may have written it. The folder and the file must belong to this user
+and be closed to writing by others (`ownership`). The file begins with a hash of its name and content, keyed with a
+secret that lies beside it and that only this user can read. A file that is damaged, or belongs to another program,
+counts as absent.
+
+A folder that cannot be used causes one warning, and programs are then compiled each time. A process older than the
+source text that it compiles with does not use the cache either, without a warning. The oldest files are removed when
+the folder grows beyond :data:`LIMIT`.
 """
 
 from __future__ import annotations
@@ -25,18 +29,18 @@ from typing import Any
 from . import ownership, sources
 
 LIMIT = 256 * 2**20
-"""Bytes the folder may hold."""
+"""Largest size of the folder in bytes."""
 
 _SECRET, _LENGTH = "secret", 32
 _DAY = 86400.0
-_told: set[Path | None] = set()
-"""Folders that there was a warning about."""
+_warned: set[Path | None] = set()
+"""Folders about which a warning was issued."""
 
 
 def folder() -> Path | None:
-    """Where compiled programs are kept: ``FREEBODY_CACHE``, else the user's cache folder.
+    """Return the folder of compiled programs: ``FREEBODY_CACHE``, else the user's cache folder.
 
-    ``FREEBODY_CACHE=off`` keeps nothing.
+    ``FREEBODY_CACHE=off`` turns the cache off.
     """
     chosen = os.environ.get("FREEBODY_CACHE")
     if chosen is not None:
@@ -49,25 +53,25 @@ def folder() -> Path | None:
         else:
             base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     except RuntimeError:
-        _tell_once(None, "this user has no home folder.")
+        _warn_once(None, "this user has no home folder.")
         return None
     return base / "freebody" / "kernels"
 
 
 def load(key: str) -> tuple[dict[str, Any], bytes] | None:
-    """Header and object code stored under the key; None when absent, damaged, not ours or of another key."""
-    where = _usable()
-    if where is None:
+    """Return header and object code stored under the key; None if absent, damaged, not ours or of another key."""
+    place = _usable()
+    if place is None:
         return None
-    path = where / f"{key}.o"
+    path = place / f"{key}.o"
     try:
-        if not where.exists():
+        if not place.exists():
             return None
-        ownership.check_folder(where)
+        ownership.check_folder(place)
         content = ownership.read(path)
-        secret = None if content is None else _secret(where)
+        secret = None if content is None else _secret(place)
     except (OSError, ownership.Untrusted) as error:
-        _tell_once(where, error)
+        _warn_once(place, error)
         return None
     if content is None or secret is None:
         return None
@@ -78,40 +82,40 @@ def load(key: str) -> tuple[dict[str, Any], bytes] | None:
         return None
     with contextlib.suppress(OSError):
         if time.time() - path.stat().st_mtime > _DAY:
-            os.utime(path)  # recently used: removed last
+            os.utime(path)  # mark as recently used: such files are removed last
     end = start + int.from_bytes(content[_LENGTH:start], "little")
     return json.loads(content[start:end]), content[end:]
 
 
 def store(key: str, header: dict[str, Any], code: bytes) -> bool:
-    """Keep the object code; whether that was possible."""
-    where = _usable()
-    if where is None:
+    """Store the object code and return whether that was possible."""
+    place = _usable()
+    if place is None:
         return False
     text = json.dumps(header).encode()
     payload = b"".join((len(text).to_bytes(4, "little"), text, code))
     try:
-        ownership.make_folder(where)
-        secret = _secret(where)
-        if secret is None:  # of two processes that make one, the second's stays
-            _put(where, _SECRET, os.urandom(_LENGTH))
-            secret = _secret(where) or b""
-        _put(where, f"{key}.o", _signature(secret, key, payload) + payload)
-        trim(where)
+        ownership.make_folder(place)
+        secret = _secret(place)
+        if secret is None:  # if two processes make one at once, the later one stays
+            _put(place, _SECRET, os.urandom(_LENGTH))
+            secret = _secret(place) or b""
+        _put(place, f"{key}.o", _signature(secret, key, payload) + payload)
+        trim(place)
     except (OSError, ownership.Untrusted) as error:
-        _tell_once(where, error)
+        _warn_once(place, error)
         return False
     return True
 
 
 def _usable() -> Path | None:
-    """The folder, unless this process must not use it."""
+    """Return the folder, or None if this process must not use it."""
     return None if sources.changed() else folder()
 
 
-def _secret(where: Path) -> bytes | None:
-    """What the files of a folder are signed with; None if there is none."""
-    secret = ownership.read(where / _SECRET, secret=True)
+def _secret(place: Path) -> bytes | None:
+    """Return the secret that signs the files of a folder; None if there is none."""
+    secret = ownership.read(place / _SECRET, secret=True)
     return secret if secret is not None and len(secret) == _LENGTH else None
 
 
@@ -121,47 +125,47 @@ def _signature(secret: bytes, key: str, payload: bytes | memoryview) -> bytes:
     return digest.digest()
 
 
-def _put(where: Path, name: str, content: bytes) -> None:
-    """Write a file that only this user can read, whole or not at all."""
-    handle, temporary = tempfile.mkstemp(prefix="new-", suffix=".tmp", dir=where)
+def _put(place: Path, name: str, content: bytes) -> None:
+    """Write a file that only this user can read, completely or not at all."""
+    handle, temporary = tempfile.mkstemp(prefix="new-", suffix=".tmp", dir=place)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(content)
-        os.replace(temporary, where / name)
+        os.replace(temporary, place / name)
     except OSError:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
         raise
 
 
-def _tell_once(where: Path | None, why: object) -> None:
+def _warn_once(place: Path | None, reason: object) -> None:
     """Warn about a folder, once in a process."""
-    if where in _told:
+    if place in _warned:
         return
-    _told.add(where)
-    if isinstance(why, OSError):
-        why = f"'{why.filename or where}' can not be used: {why.strerror or why}."
+    _warned.add(place)
+    if isinstance(reason, OSError):
+        reason = f"'{reason.filename or place}' cannot be used: {reason.strerror or reason}."
     warnings.warn(
-        f"Expected a folder of your own for compiled programs, but {why} Nothing of it is used: programs are compiled "
-        "anew, which takes seconds. Set FREEBODY_CACHE to a folder that only you can write, or to off.",
+        f"Expected a folder of your own for compiled programs, but {reason} Nothing of it is used: programs are "
+        "compiled anew, which takes seconds. Set FREEBODY_CACHE to a folder that only you can write, or to off.",
         RuntimeWarning,
         stacklevel=2,
     )
 
 
-def trim(where: Path, limit: int | None = None) -> None:
-    """Remove the oldest files until the rest holds three quarters of the limit, if it held more than the limit."""
+def trim(place: Path, limit: int | None = None) -> None:
+    """If the folder exceeds the limit, remove its oldest files until three quarters of the limit are left."""
     limit = LIMIT if limit is None else limit
     files: list[tuple[float, int, str]] = []
     now = time.time()
-    with os.scandir(where) as entries:
+    with os.scandir(place) as entries:
         for entry in entries:
             with contextlib.suppress(OSError):
                 status = entry.stat(follow_symlinks=False)
                 if entry.name.endswith(".o"):
                     files.append((status.st_mtime, status.st_size, entry.path))
                 elif entry.name.endswith(".tmp") and now - status.st_mtime > _DAY:
-                    os.unlink(entry.path)  # left by a process that was stopped
+                    os.unlink(entry.path)  # left behind by a process that was stopped
     total = sum(size for _, size, _ in files)
     if total <= limit:
         return

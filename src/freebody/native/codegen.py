@@ -1,4 +1,4 @@
-"""LLVM through llvmlite: IR text -> object code -> functions in memory."""
+"""LLVM through llvmlite: from IR text to object code to functions in memory."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ import llvmlite
 import llvmlite.binding as llvm
 
 OPTIMISATION = 1
-"""Level of code generation: 2 and 3 give the same code here, a tenth later."""
+"""Level of code generation. Levels 2 and 3 give the same code here and take a tenth longer."""
 LONG = 1 << 24
-"""Characters of a module that takes six seconds at that level: thousands of contacts in one function."""
+"""Length in characters of a module that takes six seconds at that level: thousands of contacts in one function."""
 
 LIBRARY = (
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2", "log", "log2", "pow",
     "fma", "floor", "ceil", "memcpy", "memset", "memmove",
 )  # fmt: skip
-"""Functions of C that code may call."""
+"""Functions of the C library that code may call."""
 
 
 @lru_cache(maxsize=1)
@@ -45,7 +45,7 @@ def processor() -> tuple[str, str, str]:
 
 @lru_cache(maxsize=1)
 def fused() -> bool:
-    """Whether this processor has a fused multiply-add."""
+    """Return whether this processor has a fused multiply-add."""
     triple, _, features = processor()
     if triple.startswith(("x86", "i386", "i686", "amd64")):
         return "+fma" in features.split(",")
@@ -64,21 +64,21 @@ _machine = lru_cache(maxsize=4)(_new_machine)
 
 
 def layout() -> str:
-    """Data layout of this processor, as LLVM writes it."""
+    """Data layout of this processor in LLVM's notation."""
     return str(_machine().target_data)
 
 
 def version() -> str:
-    """Of everything that shapes the object code."""
+    """Versions of LLVM and of everything else outside the sources that shapes the object code."""
     return f"{llvmlite.__version__} {llvm.llvm_version_info} {' '.join(processor())} O{OPTIMISATION}"
 
 
 def object_code(text: str, optimisation: int | None = None) -> bytes:
     """Object code of a module.
 
-    No passes run on the IR: the tape has already shared and folded what they would find, and code generation
-    itself contracts, schedules and allocates. That takes eight times as long as plain instructions, whose code is a
-    fifth slower: too long for modules of more than :data:`LONG`.
+    No passes run on the IR: the tape has already shared and folded what they would find, and code generation itself
+    contracts, schedules and allocates. Without optimisation, code generation takes an eighth of the time and its code
+    is a fifth slower. Modules longer than :data:`LONG` are compiled so.
     """
     _initialize()
     if optimisation is None:
@@ -88,9 +88,10 @@ def object_code(text: str, optimisation: int | None = None) -> bytes:
 
 
 def optimised_code(text: str) -> tuple[bytes, list[str]]:
-    """Object code of a module that a person has written, after LLVM's passes, and the functions of C that it calls.
+    """Object code of a module written by hand, after LLVM's passes, and the C functions that it calls.
 
-    The passes are those of level 1, and vectorisation: 2 and 3 take up to half as long again, for code as fast.
+    The passes are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code that
+    is no faster.
     """
     _initialize()
     machine, module = _machine(), llvm.parse_assembly(text, context=llvm.create_context())
@@ -98,19 +99,19 @@ def optimised_code(text: str) -> tuple[bytes, list[str]]:
     passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
     passes.getModulePassManager().run(module, passes)
     called = (f.name.removeprefix("llvm.").split(".")[0] for f in module.functions if f.is_declaration)
-    # what else LLVM has becomes instructions
+    # all other declarations of LLVM become instructions
     return machine.emit_object(module), sorted(set(LIBRARY).intersection(called))
 
 
 class Library:
-    """Object code in memory. It is unloaded with this object: keep it as long as its addresses are called."""
+    """Object code in memory. It is unloaded with this object: keep the object as long as its addresses are called."""
 
     needs: Any = None
-    """What the code uses and must live as long."""
+    """Objects that the code uses and that must live as long."""
 
     def __init__(self, code: bytes) -> None:
         _initialize()
-        # the engine owns its machine and frees it
+        # the engine owns and frees its target machine
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _new_machine())
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()

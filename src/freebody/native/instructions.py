@@ -1,4 +1,4 @@
-"""What the compiled loop is made with: C functions, a call by address, and a weighted sum of rows.
+"""Instructions of the compiled language: calls by address, weighted sums of rows, pointers and mathematical functions.
 
     @compiled                              a function to be translated (`translation`)
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
@@ -9,7 +9,7 @@
 
 A kernel has the signature ``void f(double t, const double *y, const double *c, double *out)``. It is called through
 its address, so that one compiled integrator serves every model. The rows of ``work`` are padded to a multiple of
-`WIDTH` numbers: a sum is then whole vector registers, with nothing left over and no test for overlap.
+`WIDTH` numbers: a sum then works on whole vector registers, without a remainder and without a test for overlap.
 """
 
 from __future__ import annotations
@@ -25,36 +25,37 @@ from .registers import WIDTH
 from .row_arithmetic import Eight, Rows, splat
 from .translation import REAL, WHOLE, Compiled, Instruction, called, counted, instruction
 
-Reals = Any  # the first of real numbers in memory
-Integers = Any  # the first of integers in memory
+Reals = Any  # pointer to the first of real numbers in memory
+Integers = Any  # pointer to the first of integers in memory
 EPS = float(np.finfo(float).eps)
 
 
 def compiled(function: Callable[..., Any]) -> Compiled:
-    """A function for the compiled loop."""
+    """Mark a function as one of the compiled language."""
     return Compiled(function)
 
 
 class Parts(list[Callable[..., Any]]):
-    """A decorator that collects functions, which are compiled when they are bound to a method."""
+    """A decorator that collects functions. They become compiled functions when they are bound to a method."""
 
     def __call__(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Collect a function."""
         self.append(function)
         return function
 
     def bound(self, space: dict[str, Any]) -> dict[str, Compiled]:
-        """The functions, with the names in ``space`` in place of the globals of their module; it gets them, too."""
+        """Return the functions with ``space`` in place of their modules' globals, and add them to ``space``."""
         result = {}
-        for given in self:
-            function = FunctionType(given.__code__, space, given.__name__)
-            function.__annotations__ = given.__annotations__
-            space[given.__name__] = result[given.__name__] = Compiled(function)
+        for part in self:
+            function = FunctionType(part.__code__, space, part.__name__)
+            function.__annotations__ = part.__annotations__
+            space[part.__name__] = result[part.__name__] = Compiled(function)
         return result
 
 
 @instruction("int", "float", "Reals", "int", "Reals", "Reals", "int")
 def call(builder: Any, address: Any, t: Any, y: Any, i: Any, c: Any, out: Any, j: Any) -> None:
-    """Call the kernel at ``address`` on ``y[i:]``; it writes ``out[j:]``."""
+    """Call the kernel at ``address`` with ``y[i:]``; it writes ``out[j:]``."""
     pointer = REAL.as_pointer()
     kernel = ir.FunctionType(ir.VoidType(), [REAL, pointer, pointer, pointer])
     builder.call(
@@ -64,33 +65,33 @@ def call(builder: Any, address: Any, t: Any, y: Any, i: Any, c: Any, out: Any, j
 
 @instruction("int")
 def reals_at(builder: Any, address: Any) -> Any:
-    """The pointer to real numbers at an address."""
+    """Pointer to the real numbers at an address."""
     return builder.inttoptr(address, REAL.as_pointer())
 
 
 @instruction("int")
 def integers_at(builder: Any, address: Any) -> Any:
-    """The pointer to integers at an address."""
+    """Pointer to the integers at an address."""
     return builder.inttoptr(address, WHOLE.as_pointer())
 
 
 @instruction("", "int")
 def shifted(builder: Any, p: Any, k: Any) -> Any:
-    """The pointer to ``p[k]``."""
+    """Pointer to ``p[k]``."""
     return builder.gep(p, [k])
 
 
 def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False) -> Any:
-    """Compiled ``(work, n, target, base, h)``: row ``target`` of ``work`` becomes base + h Σ_j row[j] work[j].
-
-    ``chained``: the last row has just been written by a kernel, and the target is read by one next. Its numbers are
-    then added one by one: a wide sum would wait for the slowest of them, while the angles of the next stage follow
-    from speeds, and their sines can be on the way before the accelerations are known.
-
-    ``lanes``: rows hold eight runs side by side, and ``h`` is the place in ``work`` of their eight steps. With
-    ``chained`` the roundings are then those of one run.
+    """Return the instruction ``(work, n, target, base, h)``: row ``target`` becomes base + h Σ_j row[j] work[j].
 
     ``work`` is one flat array of rows of length ``n``, a multiple of `WIDTH`; ``base`` < 0 stands for a row of zeros.
+
+    With ``chained``, the last row has just been written by a kernel and the next kernel reads the target. The numbers
+    of the last row are then added one by one. A wide sum would wait for the slowest of them, whereas the angles of the
+    next stage follow from speeds, so that their sines can be computed before the accelerations are known.
+
+    With ``lanes``, rows hold eight runs side by side, and ``h`` is the place in ``work`` of their eight steps. With
+    ``chained`` as well, the roundings are those of a single run.
     """
     terms = sorted(row.items())
     early, (late, weight) = terms[:-1] if chained else terms, terms[-1]
@@ -115,10 +116,11 @@ def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False)
                 factor = builder.fmul(h, REAL(weight))
                 old, new = (builder.gep(work, [rows.index(row)]) for row in (late, target))
                 for k in range(WIDTH):
-                    # atomic, or LLVM makes them wide again; the instructions are those of any load and store
+                    # atomic, so that LLVM does not join them into vectors; the machine code is an ordinary load and
+                    # store
                     value = builder.load_atomic(builder.gep(old, [WHOLE(k)]), "monotonic", 8)
-                    known = builder.extract_element(result.value, ir.IntType(32)(k))
-                    value = called(builder, "llvm.fmuladd.f64", REAL, factor, value, known)
+                    early_sum = builder.extract_element(result.value, ir.IntType(32)(k))
+                    value = called(builder, "llvm.fmuladd.f64", REAL, factor, value, early_sum)
                     builder.store_atomic(value, builder.gep(new, [WHOLE(k)]), "monotonic", 8)
 
     return Instruction(weighted_sum, "Reals", "int", "int", "int", "int" if lanes else "float")
@@ -126,29 +128,29 @@ def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False)
 
 @instruction("float", "float")
 def greater(builder: Any, a: Any, b: Any) -> Any:
-    """The one of two numbers that is greater, else the second."""
+    """Return a if a > b, else b."""
     return builder.select(builder.fcmp_ordered(">", a, b), a, b)
 
 
 @instruction("float", "float")
 def lesser(builder: Any, a: Any, b: Any) -> Any:
-    """The one of two numbers that is less, else the second."""
+    """Return a if a < b, else b."""
     return builder.select(builder.fcmp_ordered("<", a, b), a, b)
 
 
 @instruction("float")
 def root(builder: Any, a: Any) -> Any:
-    """The square root."""
+    """Square root."""
     return called(builder, "llvm.sqrt.f64", REAL, a)
 
 
 @instruction("float")
 def whole(builder: Any, a: Any) -> Any:
-    """A real number without its fraction, as an integer."""
+    """Integer part of a real number, rounded towards zero."""
     return builder.fptosi(a, WHOLE)
 
 
 @instruction("int")
 def with_bits(builder: Any, a: Any) -> Any:
-    """The real number that has the bits of an integer."""
+    """Real number with the bits of an integer."""
     return builder.bitcast(a, REAL)

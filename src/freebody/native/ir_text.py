@@ -1,4 +1,4 @@
-"""Small pieces of LLVM IR text."""
+"""Small pieces of LLVM IR text: numbers, constants and lines of instructions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import lru_cache
 
 
 def literal(value: float) -> str:
-    """A double, bit for bit.
+    """Return a double as IR text, bit for bit.
 
     >>> literal(1.0), literal(-0.0)
     ('0x3FF0000000000000', '0x8000000000000000')
@@ -22,7 +22,7 @@ def _bits(value: float) -> str:
 
 
 def splat(value: str, lanes: int, element: str = "double") -> str:
-    """A constant in every lane.
+    """Return a vector with the constant in every lane; the constant itself for one lane.
 
     >>> splat("1", 2, "i64")
     '<i64 1, i64 1>'
@@ -33,11 +33,11 @@ def splat(value: str, lanes: int, element: str = "double") -> str:
 
 
 FLAGS = "contract "
-"""A product and a sum may become one instruction; nothing else is rearranged."""
+"""Fast-math flags of arithmetic: a product and a sum may become one instruction; nothing else is rearranged."""
 
 
 class Lines:
-    """Instructions of a function, one after the other, on values of type ``T``."""
+    """Instructions of a function in their order, on values of type ``T``."""
 
     T = "double"
 
@@ -54,7 +54,7 @@ class Lines:
         return self._new(f"{operation} {FLAGS}{self.T} {a}, {b}")
 
     def _signed(self, total: str | None, sign: int, value: str) -> str:
-        """total ± value; None is zero."""
+        """Write total ± value, where a total of None is zero, and return the name of the result."""
         if total is not None:
             return self._arithmetic("fadd" if sign > 0 else "fsub", total, value)
         return value if sign > 0 else self._new(f"fneg {FLAGS}{self.T} {value}")
@@ -74,4 +74,4 @@ done:
   ret void
 }
 """
-"""The function that sets n > 0 doubles to zero."""
+"""IR function that sets n > 0 doubles to zero."""

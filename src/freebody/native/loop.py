@@ -1,9 +1,9 @@
-"""The compiled loop as functions of arrays: its machine code, from the disk or made now.
+"""Compiled loops as functions of arrays, loaded from the disk or compiled now.
 
-The loop of a method (`stepping`, with `dop853` or another) is translated (`translation`) and compiled by LLVM when a
-run first asks for it. Its machine code needs nothing but the library of C, so it is kept with the kernels
-(`native.cache`) under the hash of its source and of what compiles it (`native.sources`); later processes load it as
-they load a kernel.
+The loop of a method (`motion.ode.step_control` with `dop853` or another) is translated (`translation`) and compiled by
+LLVM when a run first needs it. Its machine code needs nothing but the C library, so it is stored with the kernels
+(`cache`) under the hash of its source and of the source that compiles it (`sources`). Later processes load it from the
+disk like a kernel.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from . import cache as disk
 from . import codegen, sources
 
 _REAL, _WHOLE = np.dtype(np.float64), np.dtype(np.int64)
-_ONE = threading.Lock()
+_LOCK = threading.Lock()
 _loops: dict[str, Loop] = {}
 
 
 class Loop(NamedTuple):
-    """The functions that Python calls, by name, and what owns their code."""
+    """The functions that Python calls, by name, and the library that owns their code."""
 
     functions: dict[str, Function]
-    keep: Any
+    library: Any
     from_disk: bool
 
 
@@ -45,12 +45,15 @@ class Function:
         )(address)
 
     def __call__(self, *values: Any) -> Any:
-        """None stands for an array that is not used. Other threads run meanwhile; the keyboard is heard afterwards."""
+        """Call the function; None stands for an array that is not used.
+
+        Other threads run meanwhile. An interrupt from the keyboard takes effect after the call.
+        """
         return self.code(*map(passed, values, self.arguments))
 
 
 def passed(value: Any, kind: str) -> int | None:
-    """What C gets of a value: an integer, or the address of the first number."""
+    """Return a value as C receives it: a number, or the address of the first number of an array."""
     if value.__class__ is not np.ndarray:
         return value
     number = _REAL if kind == "Reals" else _WHOLE
@@ -63,24 +66,24 @@ def passed(value: Any, kind: str) -> int | None:
 
 
 def address(array: Any) -> int:
-    """Of the first number of an array, 0 if there is none."""
+    """Address of the first number of an array; 0 for an empty array."""
     if not array.size:
         return 0
     try:  # several times as fast as .ctypes.data
         return ctypes.addressof(ctypes.c_char.from_buffer(array))
-    except (ValueError, TypeError):  # not to be written
+    except (ValueError, TypeError):  # a read-only array
         return int(array.ctypes.data)
 
 
 def made(
     what: str, modules: Sequence[str], names: Sequence[str], make: Callable[[], Mapping[str, Any]]
 ) -> Loop:
-    """Return functions by name, made of compiled functions that ``make`` returns, once in a process.
+    """Return the functions ``names`` as a loop, made once in a process from the functions that ``make`` returns.
 
-    ``what`` tells loops of the same modules apart; ``modules``, such as ``"motion.ode.dop853"``, are those
-    whose sources shape the code.
+    ``what`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
+    the code.
     """
-    with _ONE:  # two threads would make two, of which one is unloaded while it runs
+    with _LOCK:  # two threads would make two loops, and one would be unloaded while it runs
         if what not in _loops:
             _loops[what] = _made(key(what, *modules), names, make)
         return _loops[what]
@@ -88,8 +91,8 @@ def made(
 
 def code(module: str, name: str) -> Function:
     """Return a compiled function of a module, such as ``"motion.start.gauss_newton"``."""
-    found = made(f"{module} {name}", (module,), (name,), lambda: vars(module_named(module)))
-    return found.functions[name]
+    result = made(f"{module} {name}", (module,), (name,), lambda: vars(module_named(module)))
+    return result.functions[name]
 
 
 def module_named(name: str) -> Any:
@@ -98,54 +101,54 @@ def module_named(name: str) -> Any:
 
 
 def key(what: str, *modules: str) -> str:
-    """Hash of the sources of a loop and of what compiles it."""
+    """Hash of the sources of a loop and of the sources that compile it."""
     source = sources.identity(*modules, __name__.partition(".")[2])
     return hashlib.sha256(f"loop {what} {source} {codegen.version()} {np.__version__}".encode()).hexdigest()
 
 
 def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]]) -> Loop:
-    """Code from the disk, or made and kept there."""
-    found = disk.load(key)
-    loaded = None if found is None else _loaded(*found, names)
+    """Return the loop from the disk, or compile and store it."""
+    stored = disk.load(key)
+    loaded = None if stored is None else _loaded(*stored, names)
     if loaded is not None:
         return Loop(*loaded, True)
-    made = _compiled(make(), names)
-    loaded = _loaded(*made, names)
+    header, code = _compiled(make(), names)
+    loaded = _loaded(header, code, names)
     if loaded is None:
         raise RuntimeError(
-            f"Expected {', '.join(made[0]['needed'])} in this process's library of C, which the compiled loop calls, "
+            f"Expected {', '.join(header['needed'])} in this process's C library, which the compiled loop calls, "
             "but not all of them are there."
         )
-    disk.store(key, *made)
+    disk.store(key, header, code)
     return Loop(*loaded, False)
 
 
 def _loaded(
     header: dict[str, Any], code: bytes, names: Sequence[str]
 ) -> tuple[dict[str, Function], codegen.Library] | None:
-    """Functions in object code; None if it is not what it should be."""
+    """Return the functions in object code and their library; None if the code is not what it should be."""
     if set(header) != {"functions", "needed"} or set(header["functions"]) != set(names):
         return None
-    if not all(map(llvm.address_of_symbol, header["needed"])):  # LLVM would end the process for want of one
+    if not all(map(llvm.address_of_symbol, header["needed"])):  # without one, LLVM would end the process
         return None
     try:
         library = codegen.Library(code)
     except RuntimeError:
         return None
-    found = library.addresses(symbol for symbol, _, _ in header["functions"].values())
-    if not all(found.values()):
+    addresses = library.addresses(symbol for symbol, _, _ in header["functions"].values())
+    if not all(addresses.values()):
         return None
     functions = {
-        name: Function(found[symbol], *types) for name, (symbol, *types) in header["functions"].items()
+        name: Function(addresses[symbol], *types) for name, (symbol, *types) in header["functions"].items()
     }
     return functions, library
 
 
-def _compiled(made: Mapping[str, Any], names: Sequence[str]) -> tuple[dict[str, Any], bytes]:
-    """Header and object code of functions, with what they call."""
-    from .translation import translated  # not where code is found on the disk
+def _compiled(space: Mapping[str, Any], names: Sequence[str]) -> tuple[dict[str, Any], bytes]:
+    """Header and object code of the functions ``names`` of a name space and of the functions that they call."""
+    from .translation import translated  # imported late: not needed if the code is on the disk
 
-    called = {name: made[name] for name in names}
-    code, needed = codegen.optimised_code(translated({f"loop_{name}": one for name, one in called.items()}))
-    functions = {name: (f"loop_{name}", one.arguments, one.result) for name, one in called.items()}
+    chosen = {name: space[name] for name in names}
+    code, needed = codegen.optimised_code(translated({f"loop_{name}": f for name, f in chosen.items()}))
+    functions = {name: (f"loop_{name}", f.arguments, f.result) for name, f in chosen.items()}
     return {"needed": needed, "functions": functions}, code

@@ -1,9 +1,9 @@
-"""Files that nobody else can have written, as ssh looks at its own.
+"""Files that nobody else can have written, checked as ssh checks its own files.
 
-A file is trusted if it is a regular file of this user, in a folder of this user, and nobody else may write to either;
-each folder above may belong to the system's administrator too, and may be open to all only where its sticky bit keeps
-what lies in it its owner's (/tmp). Links on the way to the folder are followed first, one in it is not. On systems
-without users of this kind (Windows) folders have the protection that they inherit, and only links are refused.
+A file is trusted if it is a regular file of this user in a folder of this user, and nobody else may write to either.
+The folders above may also belong to the system's administrator. They may be writable by all only if their sticky bit
+protects each owner's files (/tmp). Links on the way to the folder are followed first; a link inside it is refused. On
+systems without such users (Windows) folders have the protection that they inherit, and only links are refused.
 """
 
 from __future__ import annotations
@@ -22,19 +22,22 @@ _OTHERS = stat.S_IRWXG | stat.S_IRWXO
 
 
 class Untrusted(Exception):
-    """A file or a folder that others can write, and the cure."""
+    """A file or a folder that others can write, with the cure."""
 
-    def __init__(self, path: object, why: str, cure: str) -> None:
-        super().__init__(f"'{path}' {why}. {cure}")
+    def __init__(self, path: object, reason: str, cure: str) -> None:
+        super().__init__(f"'{path}' {reason}. {cure}")
 
 
 def check_folder(folder: Path, *, own: bool = True) -> None:
-    """That nobody else can put files into a folder; or, where it is not to be one's own, into folders made there.
+    """Raise an error if somebody else can put files into a folder.
+
+    With ``own=False`` the folder may belong to the administrator; nobody else may then reach folders made in it.
 
     Raises
     ------
     Untrusted
-    OSError               no such folder
+    OSError
+        If there is no such folder.
     """
     place = os.path.realpath(folder)
     status, shared = os.lstat(place), not own
@@ -53,7 +56,7 @@ def check_folder(folder: Path, *, own: bool = True) -> None:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those above it, for this user alone, where nobody else can interfere."""
+    """Make a folder and its missing parents for this user alone, in a place where nobody else can interfere."""
     missing, place = [], folder
     while not place.exists():
         missing.append(place)
@@ -66,9 +69,9 @@ def make_folder(folder: Path) -> None:
 
 
 def read(path: Path, *, secret: bool = False) -> bytes | None:
-    """Content of a file that nobody else can have written, nor, if it is ``secret``, read; None if there is none.
+    """Return the content of a file that nobody else can have written; None if there is no such file.
 
-    What is no file (a pipe, a device) is not waited for.
+    If it is ``secret``, nobody else can have read it either. A pipe or a device is refused without waiting for it.
 
     Raises
     ------

@@ -3,4 +3,4 @@
 from __future__ import annotations
 
 WIDTH = 8
-"""Doubles in a vector: a register of 512 bits. LLVM splits the vectors on processors with shorter registers."""
+"""Number of doubles in a vector: a register of 512 bits. LLVM splits vectors on processors with shorter registers."""

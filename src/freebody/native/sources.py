@@ -1,14 +1,14 @@
-"""The source text of what writes machine code, as a part of that code's key on disk.
+"""Hashes of the source text that shapes machine code, as a part of that code's key on disk.
 
-Between what is compiled (a trace, whose content is in the key; or a loop, which is source itself) and LLVM stand the
-module that writes LLVM's text and the modules that it imports, directly or not. Nothing else has a say in the code,
-and each of them may: so their texts are hashed, all of them, and found anew in each process by following the import
-statements. A list kept by hand would be wrong one day; the rooms as a whole would make every kernel anew for a
-sentence in a docstring. What describes a machine and what states its dynamics is not followed: it speaks through the
-trace alone.
+The input of a compilation is a trace, whose content is in the key, or a loop, which is source text itself. Between it
+and LLVM stand the module that writes LLVM's text and all modules that this one imports, directly or indirectly. These
+texts, and no others, shape the code. So all of them are hashed. Each process collects them anew by following the import
+statements: a list kept by hand would be wrong one day, and hashing whole rooms would recompile every kernel for a
+sentence in a docstring. Modules that describe machines or state their dynamics are not followed, since they shape the
+code through the trace alone.
 
-Statements are read, not executed, and those within functions count. Only names that are made at run time escape; who
-imports so names the modules to `identity`.
+Import statements are read, not executed, and those within functions count. Imports by names made at run time are not
+seen; code with such imports passes the modules to `identity`.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(rb"from (\.+)([\w.]*) import (\([^)]*\)|[^\n]*)")
 _COMMENT = re.compile(rb"#[^\n]*")
 _stamps: dict[Path, int] = {}
-"""Of each file read: when it was changed last [ns]."""
+"""Time of the last change [ns] of each file that was read."""
 
 
 def identity(*modules: str, package: Path | None = None) -> str:
-    """Hash of modules, such as ``"program.kernels"``, and of all of the package that they import.
+    """Hash of modules, such as ``"program.kernels"``, and of all modules of the package that they import.
 
     ``package`` is the folder of another copy of freebody.
     """
@@ -45,30 +45,31 @@ def _identity(modules: tuple[str, ...], package: Path) -> str:
 
 
 def closure(modules: tuple[str, ...], package: Path = PACKAGE) -> dict[str, bytes]:
-    """Source text of modules and of all that they import, by name."""
-    found: dict[str, bytes] = {}
+    """Source texts of modules and of all modules that they import, by name."""
+    texts: dict[str, bytes] = {}
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
         folder = package.joinpath(*name.split("."))
-        if name in found:
+        if name in texts:
             continue
-        whole = folder.is_dir()
-        file = folder / "__init__.py" if whole else folder.with_suffix(".py")
+        is_room = folder.is_dir()
+        file = folder / "__init__.py" if is_room else folder.with_suffix(".py")
         try:
             _stamps[file] = file.stat().st_mtime_ns  # before it is read
             text = file.read_bytes()
-        except OSError:  # an installation without source: nothing tells its code from another's
+        except OSError:  # an installation without source: its code cannot be told from another's
             _stamps[file], text = -1, b""
-        found[name] = text
-        waiting += _imported(text, name if whole else name.rpartition(".")[0], package)
-    return found
+        texts[name] = text
+        waiting += _imported(text, name if is_room else name.rpartition(".")[0], package)
+    return texts
 
 
 def _imported(text: bytes, room: str, package: Path) -> set[str]:
-    """Modules of the package that a text imports, which stands in a room.
+    """Modules of the package that a text in a room imports.
 
-    A room itself is one of them if a name is taken from its ``__init__``; the package's own, which all share, is not.
+    A room counts as a module if a name is imported from its ``__init__``. The root ``__init__``, which all share, does
+    not count.
     """
     result = set()
     for dots, name, items in _IMPORT.findall(text):
@@ -79,13 +80,13 @@ def _imported(text: bytes, room: str, package: Path) -> set[str]:
             result.add(".".join(parts))
             continue
         for item in re.findall(r"(\w+)(?: as \w+)?", _COMMENT.sub(b"", items).decode()):
-            own = (place / item).is_dir() or (place / f"{item}.py").is_file()
-            result.add(".".join([*parts, item] if own else parts))
+            is_module = (place / item).is_dir() or (place / f"{item}.py").is_file()
+            result.add(".".join([*parts, item] if is_module else parts))
     return result - {""}
 
 
 def changed() -> bool:
-    """Whether a source is younger than this process, in which an older text of it may be at work; or is not there."""
+    """Return whether a source has changed since this process started, which may run an older text, or is missing."""
     try:
         return any(time > IMPORTED or file.stat().st_mtime_ns != time for file, time in _stamps.items())
     except OSError:

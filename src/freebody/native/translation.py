@@ -1,18 +1,18 @@
-"""Functions of numbers and of arrays in memory: from Python's syntax into LLVM's.
+"""Translation of functions of numbers and of arrays in memory from Python's syntax into LLVM's.
 
-What the compiled loops are written in is a small part of Python, each sentence of which is one of a processor:
+Compiled loops are written in a small part of Python. Each of its statements corresponds to instructions of a processor:
 
     integers, real numbers and truth values, and pointers to numbers, p[i];  + - * / // % << **, abs, comparisons,
     and, or, not, a if c else b, several names at once, if, while, for over range, break, continue, return, calls
 
-A name has the type of what is first put into it. Integers become real numbers where those are wanted, never the
-reverse. Globals are constants: numbers, tables (arrays of numpy), other functions of this kind and instructions. What
-follows from them alone is computed here, and a branch that they close is not translated. `Compiled` and `Instruction`
-are what a function may call; anything else is refused.
+A variable has the type of its first value. Integers become real numbers where needed, never the reverse. Globals are
+constants: numbers, tables (NumPy arrays), other functions of this kind, and instructions. Expressions of globals alone
+are evaluated during translation, and a branch that they exclude is not translated. A function may call `Compiled` and
+`Instruction` objects; any other call is refused.
 
-Arithmetic is that of the processor: divisions by zero are infinite or not numbers, and integers have 64 bits.
+Arithmetic is that of the processor: divisions by zero give infinities or nan, and integers have 64 bits.
 
-The file is longer than others: it is one language, whose words stand together.
+The file is longer than others: it defines one language in one place.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ TYPES = {
     "Reals": REAL.as_pointer(),
     "Integers": WHOLE.as_pointer(),
 }
-"""By the annotation of an argument or a result."""
+"""LLVM type of an argument or a result, by its annotation."""
 
 _OF_REALS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _OF_INTEGERS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.LShift: "shl"}
@@ -54,13 +54,14 @@ _COMPARED = {ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: 
 
 
 class Compiled:
-    """A function to be translated, with the types that it is annotated with."""
+    """A function to be translated, with the types of its annotations."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
         *self.arguments, self.result = function.__annotations__.values()
 
     def __call__(self, *arguments: Any) -> Any:
+        """Raise an error: only compiled code can call this object."""
         raise TypeError(
             f"Expected compiled code to call '{self.function.__name__}', got a call from Python. "
             "freebody.native.loop has the functions for Python."
@@ -68,27 +69,29 @@ class Compiled:
 
 
 class Instruction:
-    """What a call writes in its place: ``write(builder, *values)`` gives the result, a value of LLVM or None.
+    """A call that is replaced by instructions: ``write(builder, *values)`` writes them and returns the result.
 
-    ``kinds`` are the types of the arguments (`TYPES`); one of "" may have any."""
+    The result is an LLVM value or None. ``kinds`` are the types of the arguments (`TYPES`); "" accepts any type.
+    """
 
     def __init__(self, write: Callable[..., Any], *kinds: str) -> None:
         self.write, self.kinds = write, kinds
 
     def __call__(self, *arguments: Any) -> Any:
+        """Raise an error: only compiled code can call this object."""
         raise TypeError(f"Expected compiled code to call '{self.write.__name__}', got a call from Python.")
 
 
 def instruction(*kinds: str) -> Callable[[Callable[..., Any]], Any]:
-    """An `Instruction` with arguments of these kinds."""
+    """Return a decorator that makes an `Instruction` with arguments of these kinds."""
     return lambda write: Instruction(write, *kinds)
 
 
-# -- what instructions are written with ----------------------------------------------------------------
+# -- building blocks of instructions -------------------------------------------------------------------
 
 
 def called(builder: Any, name: str, result: Any, *values: Any) -> Any:
-    """An intrinsic function of LLVM."""
+    """Call an intrinsic function of LLVM and return its result."""
     function = builder.module.globals.get(name)
     if function is None:
         kind = ir.FunctionType(result, [value.type for value in values])
@@ -97,7 +100,7 @@ def called(builder: Any, name: str, result: Any, *values: Any) -> Any:
 
 
 def variable(builder: Any, value: Any) -> Any:
-    """Memory of the function with this value."""
+    """Pointer to local memory of the function, set to this value."""
     with builder.goto_entry_block():
         place = builder.alloca(value.type)
     builder.store(value, place)
@@ -106,14 +109,14 @@ def variable(builder: Any, value: Any) -> Any:
 
 @contextmanager
 def counted(builder: Any, stop: Any, step: int) -> Iterator[Any]:
-    """Write a loop: its body, with the number that goes from 0 in steps while it is below ``stop``."""
+    """Write a loop around the body of the context, whose value is the counter: 0, step, … below ``stop``."""
     with _loop(builder, WHOLE(0), stop, step) as (number, _, _):
         yield number
 
 
 @contextmanager
 def _loop(builder: Any, start: Any, stop: Any, step: int) -> Iterator[tuple[Any, Any, Any]]:
-    """(number, block that goes on, block after the loop)."""
+    """Write a loop around the body of the context: (counter, block that continues the loop, block after it)."""
     place = variable(builder, start)
     head, body, again, done = (builder.append_basic_block() for _ in range(4))
     builder.branch(head)
@@ -145,14 +148,15 @@ def _logarithm2(builder: Any, x: Any) -> Any:
     return called(builder, "llvm.log2.f64", REAL, x)
 
 
-_KNOWN = {abs: _absolute, math.isfinite: _finite, math.log2: _logarithm2}
+_EQUIVALENTS = {abs: _absolute, math.isfinite: _finite, math.log2: _logarithm2}
+"""Instructions that stand for functions of Python."""
 
 
 # -- a module ------------------------------------------------------------------------------------------
 
 
 def translated(functions: Mapping[str, Compiled]) -> str:
-    """LLVM's text of functions, under these names, and of all that they call."""
+    """LLVM text of functions under these names, and of all functions that they call."""
     unit = _Unit()
     for name, function in functions.items():
         unit.declare(function, name)
@@ -162,7 +166,7 @@ def translated(functions: Mapping[str, Compiled]) -> str:
 
 
 class _Unit:
-    """Functions of one module; each is translated once."""
+    """The functions of one module, each translated once."""
 
     def __init__(self) -> None:
         self.module = ir.Module()
@@ -171,15 +175,17 @@ class _Unit:
         self._tables: dict[int, Any] = {}
 
     def declare(self, compiled: Compiled, name: str = "") -> Any:
-        """The function, which is translated later; one without a name is no other module's affair."""
+        """Declare a function, which is translated later. A function without a name stays internal to the module."""
         if id(compiled) not in self._declared:
-            kind = ir.FunctionType(TYPES[compiled.result], [TYPES[one] for one in compiled.arguments])
-            own = f"{compiled.function.__name__}.{len(self._declared)}"
-            function = ir.Function(self.module, kind, name or own)
+            kind = ir.FunctionType(
+                TYPES[compiled.result], [TYPES[argument] for argument in compiled.arguments]
+            )
+            internal = f"{compiled.function.__name__}.{len(self._declared)}"
+            function = ir.Function(self.module, kind, name or internal)
             if not name:
                 function.linkage = "internal"
-            # its calls stay calls: that is how many are quickly compiled, and where products and sums are fused does
-            # not depend on who calls
+            # calls are not inlined: large modules then compile quickly, and where products and sums are fused does not
+            # depend on the caller
             function.attributes.add("noinline")
             function.attributes.add("nounwind")
             self._declared[id(compiled)] = function
@@ -193,23 +199,23 @@ class _Unit:
             table = ir.GlobalVariable(self.module, kind, f"table.{len(self._tables)}")
             table.linkage, table.global_constant = "internal", True
             table.initializer = kind([REAL(float(x)) for x in numbers.flat])
-            self._tables[id(numbers)] = table, numbers  # which keep their address
+            self._tables[id(numbers)] = table, numbers  # the reference keeps the id valid
         return self._tables[id(numbers)][0]
 
 
 @cache
 def _syntax(file: str) -> dict[int, ast.FunctionDef]:
-    """Functions of a file by the line that they begin in, decorators included."""
+    """Functions of a file by their first line, decorators included."""
     tree = ast.parse(Path(file).read_bytes())
     return {
-        min([node.lineno, *(one.lineno for one in node.decorator_list)]): node
+        min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)]): node
         for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef)
     }
 
 
 def _kind(value: Any) -> Any:
-    """The type of a value of LLVM, or of a number of Python."""
+    """LLVM type of an LLVM value or of a Python number."""
     for python, kind in ((bool, TRUTH), (int, WHOLE), (float, REAL)):
         if isinstance(value, python):
             return kind
@@ -217,7 +223,7 @@ def _kind(value: Any) -> Any:
 
 
 class _Body:
-    """One function, while it is translated."""
+    """One function during its translation."""
 
     def __init__(self, unit: _Unit, compiled: Compiled, function: Any) -> None:
         code = compiled.function.__code__
@@ -232,6 +238,7 @@ class _Body:
         self.arguments = function.args
 
     def write(self) -> None:
+        """Translate the function."""
         begin = self.builder.append_basic_block()
         self.builder.position_at_end(begin)
         for name, value in zip(self.tree.args.args, self.arguments, strict=True):
@@ -246,22 +253,24 @@ class _Body:
         self.builder.branch(begin)
 
     def refused(self, node: Any, expected: str, got: str = "") -> TypeError:
+        """Error that names the construct that cannot be translated, with its file and line."""
         got = got or f"'{ast.unparse(node).splitlines()[0]}'"
         return TypeError(
             f"Expected {expected} in '{self.tree.name}', which is to be machine code, got {got} "
             f"({Path(self.file).name}, line {node.lineno})."
         )
 
-    # -- sentences --
+    # -- statements --
 
-    def block(self, sentences: Sequence[ast.stmt]) -> None:
-        for sentence in sentences:
+    def block(self, statements: Sequence[ast.stmt]) -> None:
+        """Translate statements, up to the first that leaves the block."""
+        for statement in statements:
             if self.builder.block.is_terminated:
                 return
-            write = getattr(self, f"_{type(sentence).__name__}", None)
+            write = getattr(self, f"_{type(statement).__name__}", None)
             if write is None:
-                raise self.refused(sentence, "a sentence that a processor has")
-            write(sentence)
+                raise self.refused(statement, "a statement of the compiled language")
+            write(statement)
 
     def _Expr(self, node: ast.Expr) -> None:
         if not isinstance(node.value, ast.Constant):
@@ -279,11 +288,12 @@ class _Body:
         )
 
     def put(self, target: ast.expr, value: Any) -> None:
+        """Assign a value to a name, a component of an array, or a tuple of these."""
         if isinstance(target, ast.Tuple):
             if not isinstance(value, tuple) or len(value) != len(target.elts):
                 raise self.refused(target, "as many values as names")
-            for one, of_it in zip(target.elts, value, strict=True):
-                self.put(one, of_it)
+            for element, part in zip(target.elts, value, strict=True):
+                self.put(element, part)
         elif isinstance(target, ast.Name) and target.id not in self.variables:
             kind = _kind(value)
             if kind is None or isinstance(kind, ir.VoidType):
@@ -293,7 +303,7 @@ class _Body:
             self.store(target, value, self.place(target))
 
     def place(self, node: ast.expr) -> Any:
-        """Where the value of a name or of a component stands."""
+        """Pointer to the value of a name or of a component."""
         if isinstance(node, ast.Name) and node.id in self.variables:
             return self.variables[node.id]
         if isinstance(node, ast.Subscript):
@@ -303,18 +313,19 @@ class _Body:
         raise self.refused(node, "a name that has a value, or a component of an array")
 
     def store(self, node: Any, value: Any, place: Any) -> None:
+        """Store a value, converted to the type of its place."""
         self.builder.store(self.cast(node, value, place.type.pointee), place)
 
     def _If(self, node: ast.If) -> None:
-        known = self.known(node.test)
-        if known is not None:
-            self.block(node.body if known else node.orelse)
+        truth = self.constant_truth(node.test)
+        if truth is not None:
+            self.block(node.body if truth else node.orelse)
             return
         yes, no, after = (self.builder.append_basic_block() for _ in range(3))
         self.branch(node.test, yes, no)
-        for block, sentences in ((yes, node.body), (no, node.orelse)):
+        for block, statements in ((yes, node.body), (no, node.orelse)):
             self.builder.position_at_end(block)
-            self.block(sentences)
+            self.block(statements)
             if not self.builder.block.is_terminated:
                 self.builder.branch(after)
         self.builder.position_at_end(after)
@@ -338,13 +349,13 @@ class _Body:
         call = node.iter
         if not isinstance(call, ast.Call) or self.value(call.func) is not range or node.orelse:
             raise self.refused(node, "a loop over range")
-        ends = [self.value(one) for one in call.args]
-        start, stop, step = (0, *ends, 1) if len(ends) == 1 else (*ends, 1)[:3]
+        bounds = [self.value(argument) for argument in call.args]
+        start, stop, step = (0, *bounds, 1) if len(bounds) == 1 else (*bounds, 1)[:3]
         if not isinstance(step, int) or step == 0:
-            raise self.refused(node, "a loop in steps that are known beforehand")
-        start, stop = (self.cast(node, one, WHOLE) for one in (start, stop))
-        with _loop(self.builder, start, stop, step) as (number, again, done):
-            self.put(node.target, number)
+            raise self.refused(node, "a loop with a constant step")
+        start, stop = (self.cast(node, bound, WHOLE) for bound in (start, stop))
+        with _loop(self.builder, start, stop, step) as (counter, again, done):
+            self.put(node.target, counter)
             self.loops.append((again, done))
             self.block(node.body)
             self.loops.pop()
@@ -363,36 +374,36 @@ class _Body:
 
     # -- conditions --
 
-    def known(self, node: ast.expr) -> bool | None:
-        """What a condition is whatever the arguments are, None if that depends on them."""
+    def constant_truth(self, node: ast.expr) -> bool | None:
+        """Truth value of a condition that does not depend on the arguments; None if it does."""
         if isinstance(node, ast.BoolOp):
-            parts = [self.known(one) for one in node.values]
-            settles = isinstance(node.op, ast.Or)
-            if settles in parts:
-                return settles
-            return None if None in parts else not settles
-        for one in ast.walk(node):
+            parts = [self.constant_truth(part) for part in node.values]
+            decisive = isinstance(node.op, ast.Or)
+            if decisive in parts:
+                return decisive
+            return None if None in parts else not decisive
+        for part in ast.walk(node):
             if (
-                isinstance(one, ast.Call | ast.Subscript)
-                or isinstance(one, ast.Name)
-                and one.id in self.locals
+                isinstance(part, ast.Call | ast.Subscript)
+                or isinstance(part, ast.Name)
+                and part.id in self.locals
             ):
                 return None
         return bool(self.value(node))
 
     def branch(self, node: ast.expr, yes: Any, no: Any) -> None:
-        """Go to one of two blocks; what stands behind a part that settles it is not looked at."""
-        known = self.known(node)
-        if known is not None:
-            self.builder.branch(yes if known else no)
+        """Branch to one of two blocks; the parts after a decisive one are not evaluated."""
+        truth = self.constant_truth(node)
+        if truth is not None:
+            self.builder.branch(yes if truth else no)
         elif isinstance(node, ast.BoolOp):
-            *rest, last = (one for one in node.values if self.known(one) is None)
-            for one in rest:
+            *rest, last = (part for part in node.values if self.constant_truth(part) is None)
+            for part in rest:
                 further = self.builder.append_basic_block()
                 if isinstance(node.op, ast.And):
-                    self.branch(one, further, no)
+                    self.branch(part, further, no)
                 else:
-                    self.branch(one, yes, further)
+                    self.branch(part, yes, further)
                 self.builder.position_at_end(further)
             self.branch(last, yes, no)
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
@@ -403,19 +414,19 @@ class _Body:
     # -- values --
 
     def value(self, node: ast.expr) -> Any:
-        """Of LLVM; or what Python has, where it is known beforehand."""
+        """An LLVM value, or a Python constant if it is known at compile time."""
         write = getattr(self, f"_{type(node).__name__}", None)
         if write is None:
-            raise self.refused(node, "what a processor has")
+            raise self.refused(node, "an expression of the compiled language")
         return write(node)
 
     def cast(self, node: Any, value: Any, kind: Any) -> Any:
-        """A value of LLVM of this type."""
-        given = _kind(value)
-        if given == WHOLE and kind == REAL:
+        """The value as an LLVM value of this type."""
+        present = _kind(value)
+        if present == WHOLE and kind == REAL:
             return REAL(float(value)) if isinstance(value, int) else self.builder.sitofp(value, REAL)
-        if given != kind:
-            raise self.refused(node, f"a value of type {kind}", f"{given} of '{ast.unparse(node)}'")
+        if present != kind:
+            raise self.refused(node, f"a value of type {kind}", f"{present} of '{ast.unparse(node)}'")
         return kind(value) if isinstance(value, bool | int | float) else value
 
     def _Constant(self, node: ast.Constant) -> Any:
@@ -429,13 +440,13 @@ class _Body:
         return self.space.get(node.id, getattr(builtins, node.id, None))
 
     def _Attribute(self, node: ast.Attribute) -> Any:
-        of = self.value(node.value)
-        if not isinstance(of, ModuleType):
+        module = self.value(node.value)
+        if not isinstance(module, ModuleType):
             raise self.refused(node, "a name of a module")
-        return getattr(of, node.attr)
+        return getattr(module, node.attr)
 
     def _Tuple(self, node: ast.Tuple) -> Any:
-        return tuple(self.value(one) for one in node.elts)
+        return tuple(self.value(element) for element in node.elts)
 
     def _Subscript(self, node: ast.Subscript) -> Any:
         if isinstance(node.value, ast.Name) and node.value.id not in self.locals:
@@ -458,13 +469,13 @@ class _Body:
             return not value if python else self.builder.not_(value)
         if isinstance(node.op, ast.USub) and kind in (REAL, WHOLE):
             return -value if python else self.builder.fneg(value) if kind == REAL else self.builder.neg(value)
-        raise self.refused(node, "a sign of a number, or not of a truth value")
+        raise self.refused(node, "a sign of a number, or 'not' of a truth value")
 
     def _BinOp(self, node: ast.BinOp) -> Any:
         return self.operated(node, node.op, self.value(node.left), self.value(node.right))
 
     def operated(self, node: Any, operator: Any, a: Any, b: Any) -> Any:
-        """A sum, product, ... of two numbers."""
+        """Sum, product, ... of two numbers."""
         operation = type(operator)
         if isinstance(a, int | float) and isinstance(b, int | float):
             return _OF_PYTHON[operation](a, b)
@@ -481,26 +492,28 @@ class _Body:
         if operation not in (ast.FloorDiv, ast.Mod):
             raise self.refused(node, "an operation on integers")
         # the processor rounds towards zero, and its remainder has the sign of the dividend
-        b_ = self.builder
-        quotient, left = b_.sdiv(a, b), b_.srem(a, b)
-        other = b_.and_(b_.icmp_signed("!=", left, WHOLE(0)), b_.icmp_signed("<", b_.xor(left, b), WHOLE(0)))
+        builder = self.builder
+        quotient, remainder = builder.sdiv(a, b), builder.srem(a, b)
+        opposite = builder.icmp_signed("<", builder.xor(remainder, b), WHOLE(0))
+        corrected = builder.and_(builder.icmp_signed("!=", remainder, WHOLE(0)), opposite)
         if operation is ast.FloorDiv:
-            return b_.sub(quotient, b_.zext(other, WHOLE))
-        return b_.select(other, b_.add(left, b), left)
+            return builder.sub(quotient, builder.zext(corrected, WHOLE))
+        return builder.select(corrected, builder.add(remainder, b), remainder)
 
     def _Compare(self, node: ast.Compare) -> Any:
         values = [self.value(one) for one in (node.left, *node.comparators)]
         result: Any = True
         for operator_, (a, b) in zip(node.ops, pairwise(values), strict=True):
-            one = self.compared(node, type(operator_), a, b)
+            holds = self.compared(node, type(operator_), a, b)
             result = (
-                one
+                holds
                 if result is True
-                else self.builder.and_(*(self.cast(node, x, TRUTH) for x in (result, one)))
+                else self.builder.and_(*(self.cast(node, x, TRUTH) for x in (result, holds)))
             )
         return result
 
     def compared(self, node: Any, operation: Any, a: Any, b: Any) -> Any:
+        """Truth value of a comparison of two numbers."""
         if operation not in _COMPARED:
             raise self.refused(node, "a comparison of two numbers")
         if isinstance(a, int | float) and isinstance(b, int | float):
@@ -509,47 +522,47 @@ class _Body:
         a, b = self.cast(node, a, kind), self.cast(node, b, kind)
         if kind != REAL:
             return self.builder.icmp_signed(_COMPARED[operation], a, b)
-        # of what is no number all are false but !=
+        # with nan, every comparison but != is false
         ordered = self.builder.fcmp_unordered if operation is ast.NotEq else self.builder.fcmp_ordered
         return ordered(_COMPARED[operation], a, b)
 
     def _BoolOp(self, node: ast.BoolOp) -> Any:
-        known = self.known(node)
-        return known if known is not None else self.chosen(node, node, lambda: True, lambda: False)
+        truth = self.constant_truth(node)
+        return truth if truth is not None else self.chosen(node, node, lambda: True, lambda: False)
 
     def _IfExp(self, node: ast.IfExp) -> Any:
-        known = self.known(node.test)
-        if known is not None:
-            return self.value(node.body if known else node.orelse)
+        truth = self.constant_truth(node.test)
+        if truth is not None:
+            return self.value(node.body if truth else node.orelse)
         return self.chosen(node, node.test, lambda: self.value(node.body), lambda: self.value(node.orelse))
 
     def chosen(self, node: Any, test: ast.expr, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-        """One of two values, of which only that one is evaluated."""
+        """One of two values; only that one is evaluated."""
         builder = self.builder
         blocks = [builder.append_basic_block() for _ in range(2)]
         after = builder.append_basic_block()
         self.branch(test, *blocks)
-        found, ends = [], []
+        values, ends = [], []
         for block, value in zip(blocks, (yes, no), strict=True):
             builder.position_at_end(block)
-            found.append(value())
+            values.append(value())
             ends.append(builder.block)
-        kind = REAL if REAL in map(_kind, found) else _kind(found[0])
+        kind = REAL if REAL in map(_kind, values) else _kind(values[0])
         for k, end in enumerate(ends):
             builder.position_at_end(end)
-            found[k] = self.cast(node, found[k], kind)
+            values[k] = self.cast(node, values[k], kind)
             builder.branch(after)
         builder.position_at_end(after)
         result = builder.phi(kind)
-        for value, end in zip(found, ends, strict=True):
+        for value, end in zip(values, ends, strict=True):
             result.add_incoming(value, end)
         return result
 
     def _Call(self, node: ast.Call) -> Any:
         function = self.value(node.func)
-        if function in _KNOWN:
-            function = _KNOWN[function]
-        values = [self.value(one) for one in node.args]
+        if function in _EQUIVALENTS:
+            function = _EQUIVALENTS[function]
+        values = [self.value(argument) for argument in node.args]
         if isinstance(function, Instruction):
             kinds = function.kinds
         elif isinstance(function, Compiled):
@@ -558,10 +571,10 @@ class _Body:
             raise self.refused(node, "a function that is compiled")
         if len(kinds) != len(values) or node.keywords:
             raise self.refused(node, f"{len(kinds)} arguments")
-        given = [
-            self.cast(one, value, TYPES[kind] if kind else _kind(value))
-            for one, value, kind in zip(node.args, values, kinds, strict=True)
+        arguments = [
+            self.cast(argument, value, TYPES[kind] if kind else _kind(value))
+            for argument, value, kind in zip(node.args, values, kinds, strict=True)
         ]
         if isinstance(function, Instruction):
-            return function.write(self.builder, *given)
-        return self.builder.call(self.unit.declare(function), given)
+            return function.write(self.builder, *arguments)
+        return self.builder.call(self.unit.declare(function), arguments)

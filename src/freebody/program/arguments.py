@@ -1,4 +1,4 @@
-"""What the functions of a program are given: checked against the model, one state or a batch."""
+"""Arguments of a program's functions, checked against the model: one state or a batch."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from ..model.values import check_assumption
 
 Array = NDArray[np.float64]
 NUMBERS = frozenset((float, int, np.float64))
-"""Types of a parameter's value that is a number and nothing to be read."""
+"""Types of a parameter's value that need no reading: they are numbers already."""
 
 
 def checked(
-    model: Model, given: Mapping[str, ArrayLike], t: ArrayLike, parameters: Mapping[str, Any]
+    model: Model, arguments: Mapping[str, ArrayLike], t: ArrayLike, parameters: Mapping[str, Any]
 ) -> tuple[dict[str, Array], Array, int | None]:
-    """The arrays, the time, and the number of states; None for one state without a leading axis."""
+    """Return arrays, time and the number of states; None for one state without a leading axis."""
     sizes = {"q": model.n_q, "u": model.n_u, "udot": model.n_u, "forces": model.n_u}
-    arrays = {name: array(value, name) for name, value in given.items()}
+    arrays = {name: array(value, name) for name, value in arguments.items()}
     time = array(t, "t")
     count: int | None = None
     source = ""
@@ -54,20 +54,20 @@ def checked(
     return arrays, time, count
 
 
-def parameters_given(
+def parameters_by_name(
     model: Model, values: Mapping[Any, Any] | None, named: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Parameters by name; arrays are for a batch."""
+    """Return the parameters of a call by name; arrays are for a batch."""
     if values is None and not named:
         return {}
     if not isinstance(values, Mapping | None):
         raise ModelError(f"Expected values of parameters by name, such as {{'m': 2}}, got {values!r}.")
-    known = model.defaults
+    defaults = model.defaults
     result: dict[str, Any] = {}
     for key, value in (*(values or {}).items(), *named.items()):
         name = key if isinstance(key, str) else model.parameter_names.get(key, key)
-        if name not in known:
-            raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), known)}")
+        if name not in defaults:
+            raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), defaults)}")
         if name in result:
             raise ModelError(f"Parameter '{name}' is given twice. Leave one out.")
         if isinstance(value, list | tuple) or isinstance(value, np.ndarray) and value.ndim > 0:
@@ -82,61 +82,66 @@ def parameters_given(
 
 @dataclass(frozen=True)
 class Assumption:
-    """An expression of parameters that was assumed positive, and its value at numbers or arrays of their names."""
+    """An expression of parameters that the user assumed positive, and its value as a function of these parameters."""
 
-    expression: Any
+    expression: sympy.Expr
     names: tuple[str, ...]
     value: Callable[..., Any]
 
+    def values(self, columns: Mapping[str, Array], numbers: Mapping[str, float]) -> Any:
+        """Value of the expression; an array if one of its parameters is a column of a batch."""
+        return self.value(
+            *[columns[name] if name in columns else np.float64(numbers[name]) for name in self.names]
+        )
+
+    def holds(self, columns: Mapping[str, Array], numbers: Mapping[str, float]) -> bool:
+        """Return whether no value contradicts the assumption."""
+        value = self.values(columns, numbers)
+        return not (value <= 0).any() if isinstance(value, np.ndarray) else bool(value > 0)
+
 
 def assumptions(model: Model) -> tuple[Assumption, ...]:
-    """What was assumed of the parameters; of positive multiples of one expression it stands for all."""
+    """Assumptions about the parameters; positive multiples of one expression are listed once."""
     bases = dict.fromkeys(
         e.as_coeff_Mul()[1] if e.as_coeff_Mul()[0].is_positive else e for e in model.assumed if e.free_symbols
     )
     result = []
     for base in bases:
         symbols = sorted(base.free_symbols, key=str)
-        made = (lambda x: x) if base.is_Symbol else sympy.lambdify(symbols, base, "numpy")
-        result.append(Assumption(base, tuple(symbol.name for symbol in symbols), made))
+        value = (lambda x: x) if base.is_Symbol else sympy.lambdify(symbols, base, "numpy")
+        result.append(Assumption(base, tuple(symbol.name for symbol in symbols), value))
     return tuple(result)
 
 
 def check_parameters(
-    model: Model, given: Sequence[Assumption], columns: Mapping[str, Array], numbers: Mapping[str, float]
+    model: Model,
+    assumptions: Sequence[Assumption],
+    columns: Mapping[str, Array],
+    numbers: Mapping[str, float],
 ) -> None:
-    """Refuse values, or values of a batch, that contradict what was assumed of them.
+    """Refuse values, or columns of values of a batch, that contradict the assumptions.
 
-    In a batch NaN is an answer like others.
+    In a batch, NaN is accepted.
 
     Raises
     ------
     ModelError
-        What is not positive, with the values in it and the first state.
+        Names the expression that is not positive, its values and the first state of a batch that has them.
     """
     with np.errstate(all="ignore"):
-        wrong = [one for one in given if not _holds(one, columns, numbers)]
-    for one in wrong:
-        varied = [name for name in one.names if name in columns]
+        broken = [assumption for assumption in assumptions if not assumption.holds(columns, numbers)]
+    for assumption in broken:
+        varied = [name for name in assumption.names if name in columns]
         k = 0
         if varied:
             with np.errstate(all="ignore"):
-                k = int(np.argmax(_value(one, columns, numbers) <= 0))
+                k = int(np.argmax(assumption.values(columns, numbers) <= 0))
         row = {**numbers, **{name: float(columns[name][k]) for name in varied}}
-        check_assumption(model, one.expression, row, f"State {k}: " if varied else "")
-
-
-def _holds(one: Assumption, columns: Mapping[str, Array], numbers: Mapping[str, float]) -> bool:
-    value = _value(one, columns, numbers)
-    return not (value <= 0).any() if isinstance(value, np.ndarray) else bool(value > 0)
-
-
-def _value(one: Assumption, columns: Mapping[str, Array], numbers: Mapping[str, float]) -> Any:
-    return one.value(*[columns[name] if name in columns else np.float64(numbers[name]) for name in one.names])
+        check_assumption(model, assumption.expression, row, f"State {k}: " if varied else "")
 
 
 def signals_at(model: Model, t: ArrayLike) -> dict[str, Any]:
-    """The constants that signals have at a time, or at the times of a batch."""
+    """Constants of the signals at a time, or at the times of a batch."""
     result: dict[str, Any] = {}
     for placed in model.signals:
         result.update(placed.settings(float(array(t, "t"))) if np.ndim(t) == 0 else placed.columns(t))
@@ -144,7 +149,7 @@ def signals_at(model: Model, t: ArrayLike) -> dict[str, Any]:
 
 
 def place_of(model: Model, point: Any) -> Any:
-    """A point of a body of the model; a body, or its name, stands for its origin."""
+    """Return a point of a body of the model; a body, or its name, stands for its origin."""
     if isinstance(point, str):
         if point not in model.bodies:
             raise ModelError(f"Unknown body '{point}'; {nearest(point, model.bodies)}")
@@ -160,19 +165,19 @@ def place_of(model: Model, point: Any) -> Any:
 
 
 def is_plain(x: Any, shape: tuple[int, ...]) -> bool:
-    """Whether x is a contiguous array of doubles of this shape."""
+    """Return whether x is a contiguous array of doubles of this shape."""
     return type(x) is np.ndarray and x.shape == shape and x.dtype == np.float64 and x.flags.c_contiguous
 
 
 def array(value: ArrayLike, name: str) -> Array:
-    """Doubles of any shape."""
+    """Return the value as an array of doubles of any shape."""
     try:
-        given = np.asarray(value)
-        kind = given.dtype.kind
-        # numpy would read None as nan, text as a number, and cut off what is imaginary
-        if kind == "c" or (kind not in "biuf" and any(x is None or isinstance(x, str) for x in given.flat)):
+        result = np.asarray(value)
+        kind = result.dtype.kind
+        # NumPy would read None as nan and text as a number, and would drop imaginary parts
+        if kind == "c" or (kind not in "biuf" and any(x is None or isinstance(x, str) for x in result.flat)):
             raise TypeError
-        return given.astype(float, copy=False)
+        return result.astype(float, copy=False)
     except (TypeError, ValueError):
         raise ModelError(f"Expected real numbers for {name}, got {value!r}.") from None
 

@@ -1,8 +1,8 @@
-"""Kernels of several programs as those of one, with the constants of one set of parameters in them.
+"""Kernels of several programs as one set, with the constants of one set of parameters built in.
 
     f(t, y, out) = F(t, y, c, out)
 
-For callers that take one vector c for all kernels: theirs has length 0.
+They serve callers that take one vector c for all kernels: its length is then 0.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ class Fixed:
 
     hoisted = 0
 
-    def __init__(self, given: Mapping[str, tuple[Kernel, np.ndarray]]) -> None:
-        constants = {name: np.ascontiguousarray(c) for name, (_, c) in given.items()}
+    def __init__(self, kernels: Mapping[str, tuple[Kernel, np.ndarray]]) -> None:
+        constants = {name: np.ascontiguousarray(c) for name, (_, c) in kernels.items()}
         text = [_NOTHING]
-        for k, (name, (kernel, _)) in enumerate(given.items()):
+        for k, (name, (kernel, _)) in enumerate(kernels.items()):
             place = constants[name].ctypes.data
             text.append(_CALL.format(name=f"f{k}", time="double", address=kernel.address, constants=place))
             if kernel.lanes_address:
@@ -35,19 +35,20 @@ class Fixed:
         library = codegen.Library(
             codegen.object_code(f'target triple = "{codegen.processor()[0]}"\n' + "\n".join(text))
         )
-        library.needs = (given, constants)
-        names = [f"f{k}{form}" for k in range(len(given)) for form in ("", ".lanes")]
-        found = library.addresses(["nothing", *names])
-        self._prologue = Kernel("parameters", library, found["nothing"], None, 0, 0, 0, {})
+        library.needs = (kernels, constants)
+        names = [f"f{k}{form}" for k in range(len(kernels)) for form in ("", ".lanes")]
+        addresses = library.addresses(["nothing", *names])
+        self._prologue = Kernel("parameters", library, addresses["nothing"], None, 0, 0, 0, {})
         self.kernels: dict[str, Kernel] = {
             name: Kernel(
-                name, library, found[f"f{k}"], None, kernel.state, 0, kernel.outputs, kernel.operations,
-                found[f"f{k}.lanes"] or None,
+                name, library, addresses[f"f{k}"], None, kernel.state, 0, kernel.outputs, kernel.operations,
+                addresses[f"f{k}.lanes"] or None,
             )
-            for k, (name, (kernel, _)) in enumerate(given.items())
+            for k, (name, (kernel, _)) in enumerate(kernels.items())
         }  # fmt: skip
 
     def __getitem__(self, name: str) -> Kernel:
+        """Return the kernel of this name."""
         return self.kernels[name]
 
     @property

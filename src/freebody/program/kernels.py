@@ -1,9 +1,10 @@
-"""Tapes as machine code.
+"""Machine code of recorded functions: kernels.
 
     void f(double t, const double *y, const double *c, double *out)
 
-is the signature of every kernel: y is the state, c holds what depends on parameters only and is computed once per
-set of parameters by :meth:`KernelSet.constants`. Kernels are pure functions of these; they may run in any thread.
+is the signature of every kernel. y is the state. c holds the values that depend on parameters only;
+:meth:`KernelSet.constants` computes them once per set of parameters. Kernels are pure functions of these arguments and
+may run in any thread.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ _Batch = ctypes.CFUNCTYPE(
 
 
 SHARE = 256
-"""Rows below which a batch is not shared between threads: handing them over costs as much."""
+"""Number of rows below which a batch is not shared between threads: handing the rows over costs as much."""
 
 
 @lru_cache(maxsize=4)
@@ -68,19 +69,19 @@ def compile_tape(
     functions : mapping
         Name -> outputs, scalars of the tape or numbers.
     time, state, parameters
-        Inputs of the tape. Each input that the outputs need is among them.
+        Inputs of the tape. Each input that the outputs need must be among them.
     batch : sequence of names
         Functions that also get code for many states at once.
     series : mapping, optional
-        Functions that are rates of the state, of which the Taylor coefficients of the solution are wanted (`jet`): the
-        length of a row of them. Those that are named in ``batch`` too get code for eight states at once instead.
+        Name -> length of a row, for functions that are rates of the state. Their kernels return the Taylor coefficients
+        of the solution instead (`jet`), for eight states at once if the name is in ``batch`` too.
     form : Form, optional
-        Of functions that are not kernels, but called by a loop: their address is all that there is.
+        Arguments of functions that a loop calls by their address in place of kernels.
 
     Returns
     -------
     KernelSet
-        Taken from the disk if the same program was compiled before.
+        Loaded from the disk if the same program was compiled before.
     """
     names = list(functions)
     unknown = [name for name in batch if name not in functions]
@@ -90,24 +91,26 @@ def compile_tape(
         )
     series = series or {}
     key = _key(tape, functions, time, state, parameters, batch, series, form)
-    found = cache.load(key)
-    if found is not None and not (found[0].get("target") == codegen.version() and key.encode() in found[1]):
-        found = None  # code of another program or processor: it must not run
-    if found is None:
+    stored = cache.load(key)
+    if stored is not None and not (
+        stored[0].get("target") == codegen.version() and key.encode() in stored[1]
+    ):
+        stored = None  # code of another program or processor: it must not run
+    if stored is None:
         start = perf_counter()
         header, code = _compile(tape, functions, time, state, parameters, batch, series, form, key)
         header["seconds"] = perf_counter() - start
         cache.store(key, header, code)
     else:
-        header, code = found
+        header, code = stored
     return KernelSet(
-        header, codegen.Library(code), names, len(state), len(parameters), batch, found is not None, len(code),
+        header, codegen.Library(code), names, len(state), len(parameters), batch, stored is not None, len(code),
         form.lanes if form else 1,
     )  # fmt: skip
 
 
 class KernelSet:
-    """Kernels compiled together: one prologue, one vector of hoisted constants.
+    """Kernels compiled together, with one prologue and one vector of hoisted constants.
 
     Attributes
     ----------
@@ -116,11 +119,11 @@ class KernelSet:
     hoisted : int
         Length of the vector of hoisted constants.
     from_disk : bool
-        Whether the code was found compiled.
+        True if the code was loaded from the disk.
     size : int
-        Of the code and its tables in bytes.
+        Size of the code and its tables in bytes.
     seconds : float
-        That its compilation took, here or when it was put on the disk: lowering, text and LLVM.
+        Time that its compilation took, now or before it was stored: lowering, text and LLVM.
     """
 
     def __init__(
@@ -162,6 +165,7 @@ class KernelSet:
         }  # fmt: skip
 
     def __getitem__(self, name: str) -> Kernel:
+        """Return the kernel of this name."""
         return self.kernels[name]
 
     def constants(self, parameters: Any) -> np.ndarray:
@@ -170,7 +174,7 @@ class KernelSet:
         Parameters
         ----------
         parameters : array-like, shape (parameters,) or (N, parameters)
-            The second gives shape (N, hoisted), for a batch in which each state has its own.
+            The second form gives shape (N, hoisted), for a batch in which each state has its own parameters.
         """
         p = np.ascontiguousarray(parameters, dtype=float)
         if p.ndim == 2:
@@ -183,7 +187,7 @@ class KernelSet:
 
     @property
     def operations(self) -> dict[str, dict[str, int]]:
-        """Counts of operations by kernel; those done once per set of parameters under ``"parameters"``."""
+        """Counts of operations by kernel; ``"parameters"`` has those done once per set of parameters."""
         return {k.name: dict(k.operations) for k in (self._prologue, *self.kernels.values())}
 
 
@@ -193,20 +197,21 @@ class Kernel:
     Attributes
     ----------
     address : int
-        Of ``void f(double t, const double *y, const double *c, double *out)``, valid while this object lives.
+        Address of ``void f(double t, const double *y, const double *c, double *out)``, valid while this object lives.
     batch_address : int or None
-        Of ``void f(int64 n, const double *t, int64 t_step, const int64 *parts, const double *c, int64 c_step,
-        double *out)`` over rows; a step of 0 shares t or c between all. The table ``parts`` says where the arrays
-        stand of which, side by side, the rows y are: address, width, numbers from one row to the next.
+        Address of ``void f(int64 n, const double *t, int64 t_step, const int64 *parts, const double *c, int64 c_step,
+        double *out)`` over rows; a step of 0 shares t or c between all rows. The rows y are those of several arrays
+        side by side. The table ``parts`` holds three numbers for each array: its address, its width, and the number of
+        doubles from one row to the next.
     lanes_address : int or None
-        Of ``void f(const double *t, const double *y, const double *c, double *out)`` over 8 lanes: entry i of lane l at
-        8 i + l, every pointer a multiple of 64.
+        Address of ``void f(const double *t, const double *y, const double *c, double *out)`` over 8 lanes: entry i of
+        lane l stands at 8 i + l, and every pointer is a multiple of 64.
     room : int
-        Numbers that the series of eight lanes writes to ``out``.
+        Number of doubles that the series of eight lanes writes to ``out``.
     outputs : int
         Length of ``out``.
     operations : dict
-        Operation -> how many.
+        Operation -> number of times it is done.
     """
 
     def __init__(
@@ -250,13 +255,13 @@ class Kernel:
         return out
 
     def unchecked(self, t: float, y: np.ndarray, c: np.ndarray) -> np.ndarray:
-        """As a call, for contiguous arrays of doubles of the right shapes."""
+        """Return the outputs without checks, for contiguous arrays of doubles of the right shapes."""
         out = np.empty(self.outputs)
         self._function(t, _pointer(y), _pointer(c), _pointer(out))
         return out
 
     def batch(self, t: Any, Y: Any, C: Any, out: np.ndarray | None = None, threads: int = 1) -> np.ndarray:
-        """Outputs of N states at once, shape (N, outputs); other threads run meanwhile.
+        """Outputs of N states at once, shape (N, outputs). Other threads run meanwhile.
 
         Parameters
         ----------
@@ -265,7 +270,7 @@ class Kernel:
         C : array, shape (hoisted,), shared, or (N, hoisted)
         out : array, shape (N, outputs), optional
         threads : int
-            How many threads share the rows; the results are the same bits.
+            Number of threads that share the rows. The results are the same bits.
         """
         Y = np.ascontiguousarray(Y, dtype=float)
         return self.batch_of_parts(t, [self._checked(Y, (len(Y), self.state), "Y")], C, out, threads)
@@ -273,7 +278,7 @@ class Kernel:
     def batch_of_parts(
         self, t: Any, parts: Sequence[np.ndarray], C: Any, out: np.ndarray | None = None, threads: int = 1
     ) -> np.ndarray:
-        """The same of states that stand side by side in arrays of doubles, each of shape (N, part of the state)."""
+        """Outputs of N states whose parts stand side by side in arrays of doubles of shape (N, part of the state)."""
         if self._batch is None:
             raise ExpressionError(
                 f"Expected a kernel compiled for batches, got '{self.name}'. Name it in batch= of compile_tape."
@@ -294,12 +299,12 @@ class Kernel:
         if n <= rows:
             self._rows(0, n, t, parts, C, out)
             return out
-        work = [
+        tasks = [
             _pool(threads).submit(self._rows, start, min(start + rows, n), t, parts, C, out)
             for start in range(0, n, rows)
         ]
-        for part in work:
-            part.result()
+        for task in tasks:
+            task.result()
         return out
 
     def _rows(
@@ -311,7 +316,7 @@ class Kernel:
         C: np.ndarray,
         out: np.ndarray,
     ) -> None:
-        """Some rows of a batch; other threads run meanwhile."""
+        """Compute the rows of a batch from ``start`` to ``stop``; other threads run meanwhile."""
         assert self._batch is not None
         table: list[int] = []
         for part in parts:
@@ -355,15 +360,15 @@ class Kernel:
 
 
 def _readable(rows: np.ndarray) -> np.ndarray:
-    """The rows, or a copy if the numbers of one do not follow each other."""
-    apart, step = rows.strides
+    """Return the rows, or a copy if the numbers of a row are not contiguous."""
+    row_step, step = rows.strides
     size = rows.itemsize
-    whole = rows.flags.aligned and apart % size == 0 and (step == size or rows.shape[1] < 2)
-    return rows if whole else np.ascontiguousarray(rows)
+    contiguous = rows.flags.aligned and row_step % size == 0 and (step == size or rows.shape[1] < 2)
+    return rows if contiguous else np.ascontiguousarray(rows)
 
 
 def _pointer(values: np.ndarray) -> int:
-    """Address of the first number; `from_buffer` takes a third of the time of `values.ctypes`."""
+    """Address of the first number. `from_buffer` takes a third of the time of `values.ctypes`."""
     if values.size and values.flags.writeable:
         return ctypes.addressof(ctypes.c_double.from_buffer(cast(Any, values)))
     return values.ctypes.data
@@ -380,7 +385,7 @@ def _compile(
     form: Form | None,
     key: str,
 ) -> tuple[dict[str, Any], bytes]:
-    """What the cache keeps: a description, and the object code."""
+    """Compile functions to what the cache stores: a header and the object code."""
     program = lower(tape, functions, time, state, parameters)
     module = Module(codegen.processor()[0], codegen.layout(), codegen.fused())
     hoisted = len(program.hoisted)
@@ -418,13 +423,13 @@ def _compile(
 def _operations(program: Program, name: str) -> dict[str, int]:
     body = program.bodies[name]
     counts = Counter(program.op[i] for i in body.order if i >= 0)
-    named = {("div" if code == RECIPROCAL else NAMES[code]): 0 for code in counts}
+    by_name: Counter[str] = Counter()
     for code, count in counts.items():
-        named["div" if code == RECIPROCAL else NAMES[code]] += count
+        by_name["div" if code == RECIPROCAL else NAMES[code]] += count
     sines = sum(len(g.arguments) for g in body.groups)
     if sines:
-        named["sincos"] = sines
-    return dict(sorted(named.items()))
+        by_name["sincos"] = sines
+    return dict(sorted(by_name.items()))
 
 
 def _key(
@@ -437,7 +442,7 @@ def _key(
     series: Mapping[str, int],
     form: Form | None,
 ) -> str:
-    """Hash of the program and of what compiles it."""
+    """Hash of the program and of the sources that compile it."""
     source = sources.identity(__name__.removeprefix("freebody."))
     digest = hashlib.sha256(f"{source} {codegen.version()} {NAMES} {form or ''}".encode())
     for values in (tape.op, tape.a, tape.b):

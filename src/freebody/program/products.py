@@ -1,7 +1,7 @@
-"""What a program can be asked for: each product records one algorithm on a tape.
+"""Products of a program. Each product records one algorithm on a tape.
 
 A product ``"f_by_x"`` is the derivative of product ``f`` by x: by one of its inputs (q, u, udot, forces), by time t, by
-all ``parameters``, or by the ``displacement``: per unit of each speed, ∂f/∂q G with q' = G(q) u.
+all ``parameters``, by one parameter, or by the ``displacement``: per unit of each speed, ∂f/∂q G with q' = G(q) u.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from ..dynamics.newton_euler import reactions
 from ..errors import ModelError, nearest
 from ..model import Model
 from ..model.closure import Closure
+from ..scalar.algebra import Scalar
 from ..scalar.derivative import forward
 from ..scalar.derivative import jacobian as derivative
 from ..scalar.trace import Tape, Traced
@@ -44,9 +45,9 @@ from .kernels import KernelSet, compile_tape
 
 @dataclass(frozen=True)
 class Product:
-    """A function of some of the inputs q, u, udot (u') and forces, how it is recorded, and the shape of its result.
+    """A function of some of the inputs q, u, udot (u') and forces: its recording and the shape of its result.
 
-    ``moves`` says that the conditions of a constrained model enter; ``point`` is that of a Jacobian.
+    ``moves`` is true if the conditions of a constrained model enter. ``point`` is the point of a Jacobian.
     """
 
     inputs: tuple[str, ...]
@@ -73,16 +74,16 @@ class Recording:
         return [self.state.values[parameter.symbol] for parameter in self.model.parameters]
 
     def inputs(self, names: Sequence[str]) -> list[Traced]:
-        """The inputs of a product, one after the other."""
-        given = {"q": self.state.q, "u": self.state.u, "udot": self.udot, "forces": self.forces}
-        return [x for name in names for x in given[name]]
+        """The inputs of a product in one list."""
+        inputs = {"q": self.state.q, "u": self.state.u, "udot": self.udot, "forces": self.forces}
+        return [x for name in names for x in inputs[name]]
 
     def motion(self) -> Motion:
-        """Accelerations and constraint forces."""
+        """Motion of the model: accelerations and constraint forces."""
         return motion(self.model, self.state, self.active)
 
-    def forced(self) -> tuple[Any, ...]:
-        """Accelerations under the generalized forces besides."""
+    def forced(self) -> tuple[Scalar, ...]:
+        """Accelerations under the additional generalized forces."""
         if self.model.constraints:
             assert self.active is not None
             return constrained_dynamics(self.model, self.state, self.active, self.forces)[0]
@@ -90,7 +91,7 @@ class Recording:
 
 
 def recording(model: Model, active: tuple[int, ...] | None = None) -> Recording:
-    """A model on a new tape."""
+    """Record the state of a model on a new tape."""
     tape = Tape()
     state = traced_state(model, tape)
     udot = tuple(tape.input(f"{speed.name}'") for speed in model.speeds)
@@ -99,7 +100,7 @@ def recording(model: Model, active: tuple[int, ...] | None = None) -> Recording:
 
 
 def compiled(model: Model, product: Product, batch: bool, active: tuple[int, ...] | None = None) -> KernelSet:
-    """The kernel ``"f"`` of a product."""
+    """Compile the kernel ``"f"`` of a product."""
     r = recording(model, active)
     outputs = list(product.record(r))
     return compile_tape(
@@ -108,7 +109,7 @@ def compiled(model: Model, product: Product, batch: bool, active: tuple[int, ...
 
 
 def product_named(model: Model, name: Any) -> Product:
-    """A product by name, or by (name, by, point) for what depends on a point and for derivatives."""
+    """Return a product by its name; ``"f_by_x"`` names a derivative."""
     if isinstance(name, str) and "_by_" in name:
         base, _, by = name.partition("_by_")
         return derivative_of(model, product_named(model, base), by)
@@ -123,15 +124,15 @@ def product_named(model: Model, name: Any) -> Product:
 
 
 def products_of(model: Model) -> tuple[str, ...]:
-    """Names of the products that a machine has: ``conditions`` only with constraints."""
+    """Names of the products of a machine; ``conditions`` only with constraints."""
     return tuple(name for name in PRODUCTS if model.constraints or name != "conditions")
 
 
 def named_variable(model: Model, by: Any) -> Any:
-    """The name of what is differentiated by, where a parameter may stand for its name."""
+    """Return the name of the variable of a derivative; the symbol of a parameter stands for its name."""
     if not isinstance(by, str | sympy.Basic):
         raise ModelError(
-            f"Expected what to differentiate by, such as 'q' or the name of a parameter, got '{by}'."
+            f"Expected a variable to differentiate by, such as 'q' or the name of a parameter, got '{by}'."
         )
     names = {p.symbol: p.name for p in model.parameters}
     if by in ("q", "u", "udot", "forces", "displacement", "parameters") and by in names.values():
@@ -143,13 +144,13 @@ def named_variable(model: Model, by: Any) -> Any:
 
 
 def derivative_of(model: Model, product: Product, by: str) -> Product:
-    """The product ∂f/∂x, its last axis running over x (no axis for time and for one parameter)."""
-    known = (*product.inputs, *(("displacement",) if "q" in product.inputs else ()), "t", "parameters")
+    """Return the product ∂f/∂x, whose last axis runs over x (no such axis for time and for one parameter)."""
     names = [parameter.name for parameter in model.parameters]
-    if by not in (*known, *names):
+    displacement = ("displacement",) if "q" in product.inputs else ()
+    variables = (*product.inputs, *displacement, "t", "parameters", *names)
+    if by not in variables:
         raise ModelError(
-            f"Expected a derivative by one of {', '.join((*known, *names))}, got '{by}'; "
-            f"{nearest(str(by), (*known, *names))}"
+            f"Expected a derivative by one of {', '.join(variables)}, got '{by}'; {nearest(str(by), variables)}"
         )
 
     def record(r: Recording) -> list[Any]:
@@ -157,8 +158,8 @@ def derivative_of(model: Model, product: Product, by: str) -> Product:
         if by == "displacement":
             columns = []
             for k in range(model.n_u):
-                one = State(model, r.tape, r.state.t, r.state.q, _unit(model.n_u, k), r.state.values)
-                columns.append(forward(r.tape, outputs, r.state.q, coordinate_rates(model, one)))
+                unit = State(model, r.tape, r.state.t, r.state.q, _unit(model.n_u, k), r.state.values)
+                columns.append(forward(r.tape, outputs, r.state.q, coordinate_rates(model, unit)))
             return [column[i] for i in range(len(outputs)) for column in columns]
         if by in product.inputs:
             wrt = r.inputs([by])
@@ -186,12 +187,12 @@ def _flat(rows: Iterable[Iterable[Any]]) -> list[Any]:
     return [x for row in rows for x in row]
 
 
-def _poses(r: Recording) -> list[Any]:
+def _poses(r: Recording) -> list[Scalar]:
     postures = poses(r.model, r.state)
     return [x for name in r.model.bodies for x in (*_flat(postures[name].rotation), *postures[name].position)]
 
 
-def _velocities(r: Recording) -> list[Any]:
+def _velocities(r: Recording) -> list[Scalar]:
     result = []
     for name in r.model.bodies:
         origin = place_of(r.model, name)
@@ -202,34 +203,34 @@ def _velocities(r: Recording) -> list[Any]:
     return result
 
 
-def _momentum(r: Recording) -> list[Any]:
-    found = momentum(r.model, r.state)
-    return [*found.linear, *found.angular]
+def _momentum(r: Recording) -> list[Scalar]:
+    total = momentum(r.model, r.state)
+    return [*total.linear, *total.angular]
 
 
-def _reactions(r: Recording) -> list[Any]:
+def _reactions(r: Recording) -> list[Scalar]:
     return _flat(vector for pair in all_reactions(r.model, r.state, r.motion()).values() for vector in pair)
 
 
-def _reactions_at(r: Recording) -> list[Any]:
-    found = reactions(r.model, r.state, r.udot)
-    return [x for name in r.model.joints for vector in found[name] for x in vector]
+def _reactions_at(r: Recording) -> list[Scalar]:
+    by_joint = reactions(r.model, r.state, r.udot)
+    return [x for name in r.model.joints for vector in by_joint[name] for x in vector]
 
 
-def _conditions(r: Recording) -> list[Any]:
+def _conditions(r: Recording) -> list[Scalar]:
     """G and γ of all conditions, by rows."""
-    given = linearized(r.model, r.state)
-    return [x for row, bias in zip(given.matrix, given.bias, strict=True) for x in (*row, bias)]
+    conditions = linearized(r.model, r.state)
+    return [x for row, bias in zip(conditions.matrix, conditions.bias, strict=True) for x in (*row, bias)]
 
 
-def _derivatives(r: Recording) -> list[Any]:
+def _derivatives(r: Recording) -> list[Scalar]:
     return _flat(derivative(r.tape, r.motion().udot, [*r.state.q, *r.state.u]))
 
 
 def transmitting(model: Model) -> tuple[str, ...]:
-    """Names of the joints and constraints whose reactions the product ``reactions`` gives."""
-    held = (name for name, x in model.constraints.items() if isinstance(x, Closure | Rolling))
-    return (*model.joints, *held)
+    """Names of the joints and constraints whose reactions the product ``reactions`` contains."""
+    constraints = (name for name, x in model.constraints.items() if isinstance(x, Closure | Rolling))
+    return (*model.joints, *constraints)
 
 
 def _speeds(model: Model) -> tuple[int, ...]:
@@ -262,14 +263,14 @@ PRODUCTS: dict[str, Product] = {
 
 
 def jacobian_of(point: Any) -> Product:
-    """The product ``jacobian`` of a point."""
+    """Return the product ``jacobian`` of a point."""
     return Product(
         ("q",), lambda r: _flat(jacobian(r.model, r.state, point)), lambda m: (6, m.n_u), point=point
     )
 
 
 def values_of(expressions: Sequence[Any], several: bool) -> Product:
-    """Expressions of the model's names."""
+    """Return the product of expressions of the model's names; a single one has no axis."""
     return Product(
         ("q", "u"),
         lambda r: [r.state(expression) for expression in expressions],
@@ -278,10 +279,10 @@ def values_of(expressions: Sequence[Any], several: bool) -> Product:
 
 
 def check_conditions(model: Model, active: tuple[int, ...] | None) -> None:
-    """Of a machine with constraints it must be known which of their conditions are independent."""
+    """Raise an error if a machine has constraints and its independent conditions are unknown."""
     if model.constraints and active is None:
         raise ModelError(
-            f"'{model.name}' has constraints ({', '.join(model.constraints)}), and its motion follows from those "
+            f"'{model.name}' has constraints ({', '.join(model.constraints)}), and its motion follows from the "
             f"conditions that are independent of each other. Give a configuration near one that fulfils them: "
             f"fb.compile(s, at=[...]), in the order of {', '.join(model.coordinate_names)}."
         )

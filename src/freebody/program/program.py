@@ -2,8 +2,8 @@
 
     M(q, t) u' + h(q, u, t) = τ
 
-for one state or for many at once. Each function is recorded and compiled when it is first called, and found on disk
-the next time.
+for one state or for many at once. Each function is recorded and compiled at its first call, and loaded from the disk by
+later processes.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from .arguments import (
     check_parameters,
     checked,
     is_plain,
-    parameters_given,
+    parameters_by_name,
     place_of,
     signals_at,
 )
-from .export.closed import Singularity, actuator_forces, chosen, completed, singularity
+from .closed_loops import Singularity, actuator_forces, chosen, completed, singularity
 from .kernels import Kernel, KernelSet
 from .large.tree_loop import LoopedKernel, LoopedSet, looped_kernel
 from .products import (
@@ -48,18 +48,21 @@ from .products import (
 )
 
 if TYPE_CHECKING:
-    from .export.source_text import CasadiFunctions, CSource, PythonSource
+    from .export.c import CSource
+    from .export.casadi import CasadiFunctions
+    from .export.python import PythonSource
 
 Array = NDArray[np.float64]
-_KEPT = 8  # sets of parameters whose hoisted constants are remembered
+Values: TypeAlias = Mapping[Any, Any] | None
+"""Values of parameters by name or symbol."""
+_REMEMBERED = 8  # sets of parameters whose hoisted constants are kept
 
-
-_Plain: TypeAlias = tuple[Kernel, Array | None, tuple[tuple[int, ...], ...], tuple[int, ...]]
-"""Kernel, its constants unless parameters were given, shapes of the parts of a state, and of a result."""
+_Shortcut: TypeAlias = tuple[Kernel, Array | None, tuple[tuple[int, ...], ...], tuple[int, ...]]
+"""Kernel, its constants for default parameters (None for others), shapes of the parts of a state and of the result."""
 
 
 class Reaction(NamedTuple):
-    """What a joint does to its child, in ground axes: force [N] and moment about the joint's point on it [N m]."""
+    """Load of a joint on its child in ground axes: force [N], and moment about the joint's point on the child [N m]."""
 
     force: Array
     moment: Array
@@ -73,7 +76,7 @@ class Posture(NamedTuple):
 
 
 class Momentum(NamedTuple):
-    """Linear momentum [kg m/s], and moment of momentum about the ground's origin [kg m²/s], in ground axes."""
+    """Linear momentum [kg m/s] and moment of momentum about the ground's origin [kg m²/s], in ground axes."""
 
     linear: Array
     angular: Array
@@ -87,7 +90,7 @@ class Velocity(NamedTuple):
 
 
 class Derivatives(NamedTuple):
-    """Of the accelerations u' by the coordinates and by the speeds: shapes (n_u, n_q) and (n_u, n_u)."""
+    """Derivatives of the accelerations u' by the coordinates, shape (n_u, n_q), and by the speeds, (n_u, n_u)."""
 
     by_q: Array
     by_u: Array
@@ -97,27 +100,27 @@ class Derivatives(NamedTuple):
 def compile_system(
     machine: System | Model, *, threads: int = 1, at: Sequence[float] | None = None
 ) -> Program:
-    """The dynamics of a machine as compiled functions.
+    """Return the dynamics of a machine as compiled functions.
 
     Parameters
     ----------
     machine : System or Model
     threads : int
-        How many threads share a batch. Results do not depend on it.
+        Number of threads that share a batch. Results do not depend on it.
     at : sequence of float, length n_q, optional
-        Of a machine with constraints, a configuration near one that fulfils them, where it is decided, at the
-        parameters' default values, which conditions are independent of each other.
+        For a machine with constraints: a configuration near one that fulfils them. There, at the parameters' default
+        values, the conditions that are independent of each other are chosen.
 
     Returns
     -------
     Program
-        Functions of the state. Nothing is compiled before it is asked for.
+        Functions of the state. Each is compiled at its first call.
 
     Raises
     ------
     ModelError
-        For what is no machine, for every defect that :func:`assemble` finds, and for constraints that can not be met
-        near ``at``.
+        For an argument that is no machine, for every defect that :func:`assemble` finds, and for constraints that
+        cannot be met near ``at``.
 
     Examples
     --------
@@ -157,21 +160,21 @@ def compile_system(
 
 
 class Program:
-    """Compiled dynamics of one model. Made by :func:`freebody.compile`.
+    """Compiled dynamics of one model, returned by :func:`freebody.compile`.
 
     The arguments are the same in all functions:
 
     q, u : array, shape (n_q,) and (n_u,), or (N, n_q) and (N, n_u)
-        Coordinates and speeds in the order of :attr:`coordinate_names` and :attr:`speed_names` of the model; of one
-        state or of a batch. In a batch what has no leading axis is shared by all states.
+        Coordinates and speeds of one state or of a batch, in the order of :attr:`coordinate_names` and
+        :attr:`speed_names` of the model. In a batch, all states share an argument without a leading axis.
     t : float or array, shape (N,)
         Time [s].
     values : mapping, optional
-        Parameters by name or symbol: a number, or N numbers for a batch. Those not given have their default value.
+        Parameters by name or symbol: a number, or N numbers for a batch. Other parameters have their default values.
     **named
         Parameters by name.
 
-    Results have the leading axis N in a batch. Every function raises :class:`freebody.errors.ModelError` for a wrong
+    In a batch, results have the leading axis N. Every function raises :class:`freebody.errors.ModelError` for a wrong
     shape, an unknown parameter and a parameter without value.
     """
 
@@ -183,13 +186,17 @@ class Program:
         self._large: dict[str, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
-        self._plain: tuple[dict[Any, _Plain], dict[Any, _Plain]] = {}, {}  # of one state, of a batch
+        self._shortcuts: tuple[dict[Any, _Shortcut], dict[Any, _Shortcut]] = (
+            {},
+            {},
+        )  # of one state, of a batch
 
     def __reduce__(self) -> Any:
-        """Another process, or a copy, compiles what it is asked for, or finds it on disk."""
+        """Pickle without compiled code: another process, or a copy, compiles or loads each function."""
         return type(self), (self.model, self.threads, self._active)
 
     def __repr__(self) -> str:
+        """Return the model and the names of the products compiled so far."""
         return (
             f"Program of {self.model!r}; compiled so far: {', '.join(map(_title, self._sets)) or 'nothing'}"
         )
@@ -203,7 +210,7 @@ class Program:
         t: ArrayLike = 0.0,
         *,
         forces: ArrayLike | None = None,
-        values: Mapping[Any, Any] | None = None,
+        values: Values = None,
         **named: Any,
     ) -> Array:
         """Accelerations u' = M⁻¹ (τ - h), shape (n_u,).
@@ -213,10 +220,9 @@ class Program:
         forces : array, shape (n_u,), optional
             Generalized forces τ conjugate to the speeds, beyond the model's own loads [N, N m].
         """
-        given = {"q": q, "u": u}
         if forces is None:
-            return self._run("forward_dynamics", given, t, values, named)
-        return self._run("forced_dynamics", {**given, "forces": forces}, t, values, named)
+            return self._run("forward_dynamics", {"q": q, "u": u}, t, values, named)
+        return self._run("forced_dynamics", {"q": q, "u": u, "forces": forces}, t, values, named)
 
     def inverse_dynamics(
         self,
@@ -226,7 +232,7 @@ class Program:
         t: ArrayLike = 0.0,
         *,
         actuators: Any = None,
-        values: Mapping[Any, Any] | None = None,
+        values: Values = None,
         **named: Any,
     ) -> Array:
         """Generalized forces τ that the motion needs beyond the model's loads [N, N m].
@@ -234,21 +240,21 @@ class Program:
         Parameters
         ----------
         udot : array, shape (n_u,)
-            Accelerations. With ``actuators`` they keep the constraints, as :meth:`accelerations` finds them.
+            Accelerations. With ``actuators`` they must keep the constraints, as those of :meth:`accelerations` do.
         actuators : "all", or names of coordinates or joints, optional
-            Of a machine with constraints: where forces act. Of more actuators than degrees of freedom, the
-            smallest forces Σ τ² of all that give the motion.
+            For a machine with constraints: the coordinates on which forces act. With more actuators than degrees of
+            freedom, the result is the smallest Σ τ² of all forces that produce the motion.
 
         Returns
         -------
         ndarray
-            One force for each actuator, in their order (all speeds for "all"); without ``actuators``, τ = M u' + h of
+            One force for each actuator, in their order (all speeds for "all"). Without ``actuators``, τ = M u' + h of
             the tree without its constraints, shape (n_u,).
 
         Raises
         ------
         ModelError
-            Accelerations that break the constraints, too few actuators, and positions in which they lock up.
+            For accelerations that break the constraints, too few actuators, and positions in which they lock up.
         """
         tau = self._run("inverse_dynamics", {"q": q, "u": u, "udot": udot}, t, values, named)
         if actuators is None:
@@ -264,10 +270,10 @@ class Program:
         given: Mapping[Any, float],
         t: float = 0.0,
         *,
-        values: Mapping[Any, Any] | None = None,
+        values: Values = None,
         **named: Any,
     ) -> Array:
-        """All accelerations u' that keep the constraints, where those of some coordinates are given, shape (n_u,).
+        """All accelerations u' that keep the constraints and have given values for some coordinates, shape (n_u,).
 
         Parameters
         ----------
@@ -277,7 +283,7 @@ class Program:
         Raises
         ------
         ModelError
-            Accelerations that leave others open or contradict the constraints.
+            For accelerations that leave others undetermined or contradict the constraints.
         """
         G, gamma = self._conditions(q, u, t, values, named)
         if G.ndim != 2:
@@ -285,52 +291,45 @@ class Program:
         if not isinstance(given, Mapping):
             raise ModelError(f"Expected accelerations by name, such as {{'crank': 2.0}}, got {given!r}.")
         places = chosen(self.model, list(given)) if given else []
-        wanted = np.zeros(len(places))
+        prescribed = np.zeros(len(places))
         for k, (name, x) in enumerate(given.items()):
             number = array(x, f"the acceleration of '{name}'")
             if number.shape != () or not np.isfinite(number):
                 raise ModelError(f"Expected a finite number for the acceleration of '{name}', got {x!r}.")
-            wanted[k] = number
-        return completed(self.model, G, gamma, places, wanted)
+            prescribed[k] = number
+        return completed(self.model, G, gamma, places, prescribed)
 
     def singularity(
-        self,
-        q: ArrayLike,
-        t: float = 0.0,
-        *,
-        actuators: Any = None,
-        values: Mapping[Any, Any] | None = None,
-        **named: Any,
+        self, q: ArrayLike, t: float = 0.0, *, actuators: Any = None, values: Values = None, **named: Any
     ) -> Singularity:
-        """Whether a machine with loops is in, or near, a singular position: a branch, or a lock-up of ``actuators``.
+        """Return how near a machine with loops is to a singular position: a branch, or a lock-up of ``actuators``.
 
         Parameters
         ----------
         q : array, shape (n_q,)
             A position that closes the loops.
         actuators : names of coordinates or joints, optional
-            Which of them drive the machine; without, only branches are looked for.
+            Coordinates that drive the machine. Without them, only branches are sought.
 
         Returns
         -------
         Singularity
         """
         check_conditions(self.model, self._active)
-        x = np.zeros(self.model.n_u)
-        found = self._all_conditions(q, x, t, values, named)
-        if found.ndim != 2:
+        conditions = self._all_conditions(q, np.zeros(self.model.n_u), t, values, named)
+        if conditions.ndim != 2:
             raise ModelError("Expected one position for singularity, got a batch.")
-        if not np.isfinite(found).all():
+        if not np.isfinite(conditions).all():
             raise ModelError(
                 f"Expected a position in which the conditions of '{self.model.name}' have values, got q = {q!r}."
             )
         M = self._run("mass_matrix", {"q": q}, t, values, named)
         active = self._active or ()
         places = None if actuators is None else chosen(self.model, actuators)
-        return singularity(self.model, found[:, :-1], M, len(active), active, places)
+        return singularity(self.model, conditions[:, :-1], M, len(active), active, places)
 
     def _conditions(
-        self, q: ArrayLike, u: ArrayLike, t: Any, values: Mapping[Any, Any] | None, named: Mapping[str, Any]
+        self, q: ArrayLike, u: ArrayLike, t: Any, values: Values, named: Mapping[str, Any]
     ) -> tuple[Array, Array]:
         """G and γ of the independent conditions."""
         check_conditions(self.model, self._active)
@@ -339,55 +338,35 @@ class Program:
         return x[..., :-1], x[..., -1]
 
     def _all_conditions(
-        self, q: ArrayLike, u: ArrayLike, t: Any, values: Mapping[Any, Any] | None, named: Mapping[str, Any]
+        self, q: ArrayLike, u: ArrayLike, t: Any, values: Values, named: Mapping[str, Any]
     ) -> Array:
         """G and γ of all conditions by rows, shape (..., rows, n_u + 1); no rows without constraints."""
-        given = {"q": q, "u": u}
+        state = {"q": q, "u": u}
         if self.model.constraints:
-            return self._run("conditions", given, t, values, named)
-        *_, count = checked(self.model, given, t, parameters_given(self.model, values, named))
+            return self._run("conditions", state, t, values, named)
+        *_, count = checked(self.model, state, t, parameters_by_name(self.model, values, named))
         return np.zeros((*(() if count is None else (count,)), 0, self.model.n_u + 1))
 
-    def mass_matrix(
-        self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
-    ) -> Array:
-        """M, symmetric, shape (n_u, n_u) [kg, kg m, kg m²]."""
+    def mass_matrix(self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any) -> Array:
+        """Mass matrix M, symmetric, shape (n_u, n_u) [kg, kg m, kg m²]."""
         return self._run("mass_matrix", {"q": q}, t, values, named)
 
     def bias(
-        self,
-        q: ArrayLike,
-        u: ArrayLike,
-        t: ArrayLike = 0.0,
-        *,
-        values: Mapping[Any, Any] | None = None,
-        **named: Any,
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:
-        """h: what remains of M u' + h at u' = 0, the model's loads included, shape (n_u,) [N, N m]."""
+        """Bias h: the value of M u' + h at u' = 0, including the model's loads, shape (n_u,) [N, N m]."""
         return self._run("bias", {"q": q, "u": u}, t, values, named)
 
     def coordinate_rates(
-        self,
-        q: ArrayLike,
-        u: ArrayLike,
-        t: ArrayLike = 0.0,
-        *,
-        values: Mapping[Any, Any] | None = None,
-        **named: Any,
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:
-        """q', shape (n_q,): u itself, but for ball and free joints."""
+        """Coordinate rates q', shape (n_q,): equal to u except for ball and free joints."""
         return self._run("coordinate_rates", {"q": q, "u": u}, t, values, named)
 
     def derivatives(
-        self,
-        q: ArrayLike,
-        u: ArrayLike,
-        t: ArrayLike = 0.0,
-        *,
-        values: Mapping[Any, Any] | None = None,
-        **named: Any,
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Derivatives:
-        """Exact derivatives of :meth:`forward_dynamics` by q and u (of a quaternion, by its four components)."""
+        """Exact derivatives of :meth:`forward_dynamics` by q and u (for a quaternion, by its four components)."""
         n_q = self.model.n_q
         J = self._run("derivatives", {"q": q, "u": u}, t, values, named)
         return Derivatives(J[..., :n_q], J[..., n_q:])
@@ -395,25 +374,19 @@ class Program:
     # --- energies, places, forces --------------------------------------------------------------
 
     def kinetic_energy(
-        self,
-        q: ArrayLike,
-        u: ArrayLike,
-        t: ArrayLike = 0.0,
-        *,
-        values: Mapping[Any, Any] | None = None,
-        **named: Any,
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Any:
         """Kinetic energy of all bodies [J], a number or shape (N,)."""
         return self._run("kinetic_energy", {"q": q, "u": u}, t, values, named)
 
     def potential_energy(
-        self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
+        self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Any:
-        """Potential energy of weight (zero at the ground's origin) and springs [J], a number or shape (N,)."""
+        """Potential energy of weight (zero at the ground's origin) and of springs [J], a number or shape (N,)."""
         return self._run("potential_energy", {"q": q}, t, values, named)
 
     def poses(
-        self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
+        self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> dict[str, Posture]:
         """Rotation (3, 3) and position (3,) of every body, by name."""
         x = self._run("poses", {"q": q}, t, values, named)
@@ -423,26 +396,14 @@ class Program:
         }
 
     def momentum(
-        self,
-        q: ArrayLike,
-        u: ArrayLike,
-        t: ArrayLike = 0.0,
-        *,
-        values: Mapping[Any, Any] | None = None,
-        **named: Any,
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Momentum:
-        """Momentum of all bodies (3,), and its moment about the ground's origin (3,)."""
+        """Momentum of all bodies (3,) and its moment about the ground's origin (3,)."""
         x = self._run("momentum", {"q": q, "u": u}, t, values, named)
         return Momentum(x[..., :3], x[..., 3:])
 
     def velocities(
-        self,
-        q: ArrayLike,
-        u: ArrayLike,
-        t: ArrayLike = 0.0,
-        *,
-        values: Mapping[Any, Any] | None = None,
-        **named: Any,
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> dict[str, Velocity]:
         """Angular velocity (3,) of every body and velocity (3,) of its origin, by name."""
         x = self._run("velocities", {"q": q, "u": u}, t, values, named)
@@ -455,7 +416,7 @@ class Program:
         udot: ArrayLike | None = None,
         t: ArrayLike = 0.0,
         *,
-        values: Mapping[Any, Any] | None = None,
+        values: Values = None,
         **named: Any,
     ) -> dict[str, Reaction]:
         """Force (3,) and moment (3,) of every joint on its child, by name.
@@ -463,27 +424,21 @@ class Program:
         Parameters
         ----------
         udot : array, shape (n_u,), optional
-            Accelerations; without them, those of the motion.
+            Accelerations. By default those of the motion.
         """
-        name, given = ("reactions", {"q": q, "u": u})
-        if udot is not None:
-            name, given = "reactions_at", {**given, "udot": udot}
-        x = self._run(name, given, t, values, named)
+        if udot is None:
+            x = self._run("reactions", {"q": q, "u": u}, t, values, named)
+        else:
+            x = self._run("reactions_at", {"q": q, "u": u, "udot": udot}, t, values, named)
         names = transmitting(self.model) if udot is None else self.model.joints
         return {name: Reaction(x[..., k, :3], x[..., k, 3:]) for k, name in enumerate(names)}
 
     def jacobian(
-        self,
-        point: Any,
-        q: ArrayLike,
-        t: ArrayLike = 0.0,
-        *,
-        values: Mapping[Any, Any] | None = None,
-        **named: Any,
+        self, point: Any, q: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:
         """J of a point of a body, shape (6, n_u): (angular velocity of the body, velocity of the point) = J u.
 
-        Both are in ground axes; the motion that driven joints give is not part of J u.
+        Both are in ground axes. The motion imposed by driven joints is not part of J u.
 
         Parameters
         ----------
@@ -501,22 +456,22 @@ class Program:
         u: ArrayLike,
         t: ArrayLike = 0.0,
         *,
-        values: Mapping[Any, Any] | None = None,
+        values: Values = None,
         **named: Any,
     ) -> Any:
-        """An expression of the model's names, or a sequence of them, shape (number of expressions,)."""
+        """Value of an expression of the model's names, or of a sequence of them, shape (number of expressions,)."""
         several = isinstance(expressions, Sequence) and not isinstance(expressions, str)
-        given = [
+        parsed = [
             self.model.names.expression(e, "an expression to evaluate")
             for e in (expressions if several else [expressions])
         ]
-        key = ("value", tuple(given), several)
-        return self._run(key, {"q": q, "u": u}, t, values, named, values_of(given, several))
+        key = ("value", tuple(parsed), several)
+        return self._run(key, {"q": q, "u": u}, t, values, named, values_of(parsed, several))
 
     # --- derivatives ---------------------------------------------------------------------------
 
     def derivative(self, product: str, by: Any, *, point: Any = None) -> Callable[..., Any]:
-        """The exact derivative of a product as a function, recorded from its trace: no differences are taken.
+        """Return the exact derivative of a product as a function, recorded from its trace without differences.
 
         Parameters
         ----------
@@ -527,19 +482,19 @@ class Program:
             and with constraints ``"conditions"`` (G and γ of G u' + γ = 0, by rows).
         by : str or Symbol
             An input of the product (``"q"``, ``"u"``, ``"udot"``, ``"forces"``), ``"t"``, ``"parameters"`` (all, in the
-            model's order), one parameter, or ``"displacement"``. By q, the four components of a
-            quaternion count as independent numbers; by displacement, the configuration is turned and moved by a
-            unit of each speed, ∂f/∂q G with q' = G(q) u, which has n_u columns.
+            model's order), one parameter, or ``"displacement"``. By q, the four components of a quaternion count as
+            independent numbers. By displacement, the configuration is turned and moved by a unit of each speed:
+            ∂f/∂q G with q' = G(q) u, which has n_u columns.
         point : Point, Body or str
-            For ``"jacobian"``.
+            The point of the product ``"jacobian"``.
 
         Returns
         -------
         function
-            Of the product's inputs, one after the other, then t, ``values=`` and parameters by name, as of the other
-            methods. Result: the shape of the product with one more axis; none for time and for one parameter.
-            Bodies and joints stand in the order of the model, as (12,) for a pose (rotation by rows, position) and
-            (6,) for a velocity (angular, linear) and a reaction (force, moment).
+            A function of the product's inputs in their order, then t, ``values=`` and parameters by name, as in the
+            other methods. Its result has the shape of the product with one more axis, or without it for time and for
+            one parameter. Bodies and joints are in the order of the model: (12,) for a pose (rotation by rows,
+            position), (6,) for a velocity (angular, linear) and for a reaction (force, moment).
 
         Raises
         ------
@@ -563,27 +518,27 @@ class Program:
         if isinstance(product, str) and product == "jacobian" and point is not None:
             place = place_of(self.model, point)
             base, key = jacobian_of(place), ("jacobian", place.body.name, place.components, by)
-            found = derivative_of(self.model, base, by)
+            derived = derivative_of(self.model, base, by)
         else:
             if point is not None or isinstance(product, str) and product == "jacobian":
                 raise ModelError("Expected point= together with the product 'jacobian', and only there.")
-            found = derivative_of(self.model, product_named(self.model, product), by)
+            derived = derivative_of(self.model, product_named(self.model, product), by)
             key = f"{product}_by_{by}"  # type: ignore[assignment]
 
-        def function(*arrays: ArrayLike, values: Mapping[Any, Any] | None = None, **named: Any) -> Any:
-            names = (*found.inputs, "t")
-            given = dict(zip(names, arrays, strict=False))
+        def function(*arrays: ArrayLike, values: Values = None, **named: Any) -> Any:
+            names = (*derived.inputs, "t")
+            arguments = dict(zip(names, arrays, strict=False))
             for name in names:
-                if name in named and name not in given:
-                    given[name] = named.pop(name)
-            missing = [name for name in found.inputs if name not in given]
+                if name in named and name not in arguments:
+                    arguments[name] = named.pop(name)
+            missing = [name for name in derived.inputs if name not in arguments]
             if missing or len(arrays) > len(names):
                 raise ModelError(
-                    f"Expected {', '.join(found.inputs)} and, if it matters, t for the derivative of '{product}', "
+                    f"Expected {', '.join(derived.inputs)} and, if it matters, t for the derivative of '{product}', "
                     f"got {len(arrays)} arguments."
                 )
-            t = given.pop("t", 0.0)
-            return self._run(key, given, t, values, named, found)
+            t = arguments.pop("t", 0.0)
+            return self._run(key, arguments, t, values, named, derived)
 
         function.__name__ = function.__qualname__ = f"{product}_by_{by}"
         return function
@@ -591,69 +546,68 @@ class Program:
     # --- export --------------------------------------------------------------------------------
 
     def to_c(self, *products: str, name: str | None = None) -> CSource:
-        """Products as one C99 source file and its header, which need nothing but the C library's mathematics.
+        """Write products as one C99 source file and its header, which need nothing but the C library's mathematics.
 
         Parameters
         ----------
         *products : str
-            As of :meth:`derivative`; ``"forward_dynamics_by_q"`` is a derivative. Without any, all that the
-            machine has but derivatives.
+            Names as in :meth:`derivative`; ``"forward_dynamics_by_q"`` is a derivative. By default, all products of
+            the machine without derivatives.
         name : str, optional
-            Of the files and before the functions; the model's name if not given.
+            Name of the files and prefix of the functions. By default the model's name.
 
         Returns
         -------
         CSource
-            With ``source``, ``header`` and ``write(folder)``.
+            An object with ``source``, ``header`` and ``write(folder)``.
         """
-        from .export.source_text import c_source
+        from .export.c import c_source
 
         return c_source(self.model, products, self._active, name)
 
     def to_numpy(self, *products: str) -> PythonSource:
-        """Products as Python functions f(q, u, ..., t, p) of NumPy arrays, with any leading axes.
+        """Write products as Python functions f(q, u, ..., t, p) of NumPy arrays, with any leading axes.
 
-        The result is called by name, ``result["bias"](q, u)``; its ``source`` needs NumPy only.
+        Functions are called by name, ``result["bias"](q, u)``. Their ``source`` needs NumPy only.
         """
-        from .export.source_text import python_source
+        from .export.python import python_source
 
         return python_source(self.model, products, self._active, "numpy")
 
     def to_jax(self, *products: str) -> PythonSource:
-        """Products as Python functions of JAX arrays, to be given to ``jax.jit``, ``grad`` and ``vmap``."""
-        from .export.source_text import python_source
+        """Write products as Python functions of JAX arrays, for use with ``jax.jit``, ``grad`` and ``vmap``."""
+        from .export.python import python_source
 
         return python_source(self.model, products, self._active, "jax")
 
     def to_casadi(self, *products: str) -> CasadiFunctions:
-        """Products as ``casadi.Function`` by name, of the inputs q, u, ..., t and the parameters p as columns."""
-        from .export.source_text import casadi_functions
+        """Write products as ``casadi.Function`` by name, of the inputs q, u, ..., t and the parameters p as columns."""
+        from .export.casadi import casadi_functions
 
         return casadi_functions(self.model, products, self._active)
 
-    # --- what lies below -----------------------------------------------------------------------
+    # --- kernels -------------------------------------------------------------------------------
 
     def kernel(self, name: str, batch: bool = False) -> Kernel:
-        """The machine code of a product (``"forward_dynamics"``, ...), for callers that use addresses.
+        """Return the machine code of a product (``"forward_dynamics"``, ...), for callers that use addresses.
 
-        The state y of the kernel is what the product depends on, one after the other: q, u, u' or forces.
+        The state y of the kernel holds the product's inputs in their order: q, u, u' or forces.
         """
-        made = self._compiled(name, self._product(name), batch)
-        return made.of_rows(shared=False) if batch and isinstance(made, LoopedKernel) else made["f"]
+        kernels = self._compiled(name, product_named(self.model, name), batch)
+        return kernels.of_rows(shared=False) if batch and isinstance(kernels, LoopedKernel) else kernels["f"]
 
-    def constants(
-        self, name: str = "forward_dynamics", values: Mapping[Any, Any] | None = None, **named: Any
-    ) -> Array:
-        """The vector c for the kernel of a product at these values of the parameters."""
-        given = parameters_given(self.model, values, named)
-        return self._hoisted(name, self._compiled(name, self._product(name), False), given).copy()
+    def constants(self, name: str = "forward_dynamics", values: Values = None, **named: Any) -> Array:
+        """Return the vector c for the kernel of a product at these values of the parameters."""
+        parameters = parameters_by_name(self.model, values, named)
+        kernels = self._compiled(name, product_named(self.model, name), False)
+        return self._hoisted(name, kernels, parameters).copy()
 
     def describe(self, *names: str) -> str:
-        """Operations, size and compile time of the products named, or of all compiled so far, a line each.
+        """Report operations, size and compile time of products, a line each; by default of all compiled so far.
 
-        Operations are those of one state, ``once`` those done once per set of parameters; the size is that of the
-        object code with its batch form where there is one; the time is that
-        of compiling the recorded program, and ``from the disk`` says that it was spent earlier.
+        The first count is that of the operations for one state, the second that of the operations done once per set of
+        parameters. The size is that of the object code, including its batch form if there is one. The time is that of
+        compiling the recorded program; ``from the disk`` means that an earlier process spent it.
 
         Examples
         --------
@@ -672,59 +626,56 @@ class Program:
         for name in chosen:
             if name not in self._sets:
                 self.kernel(name)
-            made = self._sets[name][0]
-            operations = made.operations
+            kernels = self._sets[name][0]
+            operations = kernels.operations
             once = sum(operations["parameters"].values())
             parts = ", ".join(f"{count} {code}" for code, count in operations["f"].items())
             total = sum(operations["f"].values())
             lines.append(
                 f"{_title(name)}: {total} operations ({parts or 'none'}); {once} once per parameters; "
-                f"{made.size / 1e3:.1f} kB, compiled in {made.seconds * 1e3:.0f} ms"
-                f"{' (from the disk)' if made.from_disk else ''}{made.remark}"
+                f"{kernels.size / 1e3:.1f} kB, compiled in {kernels.seconds * 1e3:.0f} ms"
+                f"{' (from the disk)' if kernels.from_disk else ''}{kernels.remark}"
             )
         return "\n".join(lines)
 
-    def _product(self, name: str) -> Product:
-        return product_named(self.model, name)
-
     def _compiled(self, key: Any, product: Product, batch: bool) -> KernelSet | LoopedKernel:
-        kept = self._sets.get(key)
-        if kept is None or (batch and not kept[1]):
+        """Return the kernels of a product, compiled if they or their batch form are missing."""
+        entry = self._sets.get(key)
+        if entry is None or (batch and not entry[1]):
             if product.moves:
                 check_conditions(self.model, self._active)
-            kept = self._sets[key] = self._looped(key, product) or (
-                compiled(self.model, product, batch, self._active),
-                batch,
-            )
+            looped = looped_kernel(
+                self.model, key, product, self._large
+            )  # of a large tree: with its batch form
+            if looped is not None:
+                entry = (looped, True)
+            else:
+                entry = (compiled(self.model, product, batch, self._active), batch)
+            self._sets[key] = entry
             self._constants.pop(key, None)
-            for plain in self._plain:
-                plain.pop(key, None)
-        return kept[0]
-
-    def _looped(self, key: Any, product: Product) -> tuple[Any, bool] | None:
-        """The kernel of a large tree, of one state and of batches."""
-        found = looped_kernel(self.model, key, product, self._large)
-        return None if found is None else (found, True)
+            for shortcuts in self._shortcuts:
+                shortcuts.pop(key, None)
+        return entry[0]
 
     def _run(
         self,
         key: Any,
-        given: Mapping[str, ArrayLike],
+        arguments: Mapping[str, ArrayLike],
         t: ArrayLike,
-        values: Mapping[Any, Any] | None,
+        values: Values,
         named: Mapping[str, Any],
         product: Product | None = None,
     ) -> Any:
-        """Result of a product, in its shape."""
-        parameters = parameters_given(self.model, values, named)
-        state = tuple(given.values())
+        """Evaluate a product; the result has its shape."""
+        parameters = parameters_by_name(self.model, values, named)
+        state = tuple(arguments.values())
         batch = type(state[0]) is np.ndarray and state[0].ndim == 2
-        plain = self._plain[batch].get(key) if type(t) is float else None
-        if plain is not None:
-            kernel, c, widths, shape = plain
+        shortcut = self._shortcuts[batch].get(key) if type(t) is float else None
+        if shortcut is not None:
+            kernel, c, widths, shape = shortcut
             shapes = [state[0].shape[:1] + width for width in widths] if batch else widths
             if all(map(is_plain, state, shapes)) and NUMBERS.issuperset(map(type, parameters.values())):
-                # the most common calls in a third of the time
+                # the most common calls take a third of the time
                 if c is None or parameters:
                     c = self._hoisted(key, self._sets[key][0], parameters)
                 if batch:
@@ -734,9 +685,9 @@ class Program:
                 return out if len(shape) == 1 else out.reshape(shape) if shape else float(out[0])
         if self.model.signals:
             parameters = {**signals_at(self.model, t), **parameters}
-        arrays, time, count = checked(self.model, given, t, parameters)
+        arrays, time, count = checked(self.model, arguments, t, parameters)
         if product is None:
-            product = self._product(key)
+            product = product_named(self.model, key)
         program = self._compiled(key, product, count is not None)
         shape = product.shape(self.model)
         c = self._hoisted(key, program, parameters)
@@ -745,7 +696,7 @@ class Program:
             kernel = program.of_rows(shared=c.ndim == 1)
         if c.ndim == 1 and not self.model.signals:
             widths = tuple(x.shape[-1:] for x in arrays.values())
-            self._plain[count is not None][key] = (kernel, None if parameters else c, widths, shape)
+            self._shortcuts[count is not None][key] = (kernel, None if parameters else c, widths, shape)
         if count is None:
             out = kernel(float(time), np.concatenate(list(arrays.values())), c)
             return out.reshape(shape) if shape else float(out[0])
@@ -754,30 +705,30 @@ class Program:
         return out.reshape(count, *shape)
 
     def _hoisted(self, key: Any, program: KernelSet | LoopedKernel, parameters: Mapping[str, Any]) -> Array:
-        """The vector c, or one for each state; the last few are kept."""
-        known = self._constants.setdefault(key, OrderedDict())
+        """Return the vector c, or one for each state; the last few are remembered."""
+        remembered = self._constants.setdefault(key, OrderedDict())
         columns = {name: value for name, value in parameters.items() if isinstance(value, np.ndarray)}
         label: Any = None
         if not columns:
             if not NUMBERS.issuperset(map(type, parameters.values())):  # a text and a number may print alike
                 parameters = self.model.values(parameters)
             label = tuple(sorted(parameters.items()))
-            if label in known:
-                known.move_to_end(label)
-                return known[label]
+            if label in remembered:
+                remembered.move_to_end(label)
+                return remembered[label]
         single = {name: value for name, value in parameters.items() if name not in columns}
-        one = self.model.values({**single, **{name: 0 for name in columns}})
+        numbers = self.model.values({**single, **{name: 0 for name in columns}})
         if self._assumptions is None:
             self._assumptions = assumptions(self.model)
-        check_parameters(self.model, self._assumptions, columns, one)
+        check_parameters(self.model, self._assumptions, columns, numbers)
         if not columns:
-            c = known[label] = program.constants([*one.values()])
-            while len(known) > _KEPT:
-                known.popitem(last=False)
+            c = remembered[label] = program.constants([*numbers.values()])
+            while len(remembered) > _REMEMBERED:
+                remembered.popitem(last=False)
             return c
         count = len(next(iter(columns.values())))
-        P = np.empty((count, len(one)))
-        for k, (name, number) in enumerate(one.items()):
+        P = np.empty((count, len(numbers)))
+        for k, (name, number) in enumerate(numbers.items()):
             P[:, k] = columns.get(name, number)
         return program.constants(P)
 

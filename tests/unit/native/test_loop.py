@@ -228,7 +228,7 @@ def test_library_of_c_without_what_a_loop_calls_is_told(monkeypatch, kept):
     kept.unlink()
     monkeypatch.setattr(native.llvm, "address_of_symbol", lambda name: None)
     with pytest.raises(
-        RuntimeError, match=r"Expected memset, pow in this process's library of C, .* not all of them"
+        RuntimeError, match=r"Expected memset, pow in this process's C library, .* not all of them"
     ):
         make()
     assert not kept.exists()

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="users and mo
 def folder(tmp_path, monkeypatch):
     """A cache with one kernel, which nobody was warned about."""
     monkeypatch.setenv("FREEBODY_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(cache, "_told", set())
+    monkeypatch.setattr(cache, "_warned", set())
     build()
     assert build().from_disk
     return tmp_path / "cache" / "kernels"
@@ -194,7 +194,7 @@ def test_home_that_can_not_be_written(folder, tmp_path, monkeypatch):
 
     monkeypatch.setenv("FREEBODY_CACHE", str(tmp_path / "other"))
     monkeypatch.setattr(pathlib.Path, "mkdir", refuse)
-    check_refused("other' can not be used: Read-only file system")
+    check_refused("other' cannot be used: Read-only file system")
 
 
 def test_file_that_can_not_be_opened(folder, monkeypatch):
@@ -203,4 +203,4 @@ def test_file_that_can_not_be_opened(folder, monkeypatch):
 
     monkeypatch.setattr(ownership.os, "open", refuse)
     monkeypatch.setattr(ownership, "make_folder", lambda where: None)
-    check_refused("can not be used: Permission denied")
+    check_refused("cannot be used: Permission denied")

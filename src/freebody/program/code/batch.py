@@ -1,15 +1,15 @@
 """The loop of a batch as LLVM IR: rows of arrays in, lanes of vectors through a function, rows out.
 
-A row may stand in several arrays: a table with three numbers for each (address, width, numbers from one row to the
-next; 0 where all share one) says where its parts are.
+The parts of a row may stand in several arrays. A table holds three numbers for each array: its address, its width, and
+the number of doubles from one row to the next, which is 0 where all rows share one.
 
-Rows become lanes in registers, 4 (2, 1) columns at a time. They fill as many vectors: rows k, k + 4, ... side by side
-make vector k, and squares of 4 x 4 numbers in them are transposed by halves,
+Rows become lanes in registers, 4 (2, 1) columns at a time, in as many vectors. Vector k holds the rows k, k + 4, ...
+side by side, and the squares of 4 x 4 numbers in the vectors are transposed by halves,
 
     (a b)     (a c)
     (c d)  →  (b d),
 
-of neighbours first, then of pairs. Twice that changes nothing: it leads from lanes to rows as well.
+first of neighbours, then of pairs. The transposition is its own inverse, so it leads from lanes to rows as well.
 """
 
 from __future__ import annotations
@@ -19,19 +19,22 @@ from collections.abc import Callable, Sequence
 from ...native.ir_text import Lines
 
 DECLARATION = "declare void @llvm.prefetch(ptr, i32, i32, i32)"
-"""What the functions here call."""
+"""Declaration of the function that the functions of this file call."""
 BLOCKS = 2
-"""Of as many rows as there are lanes, that each piece of a function takes in turn, if it has more than LONG pieces:
-code that does not fit into the first-level cache is fetched as often less."""
+"""Number of blocks of rows that each piece of a long function takes in turn; a block has as many rows as lanes.
+
+Code that does not fit into the first-level cache is then fetched half as often.
+"""
 LONG = 6
+"""Number of pieces above which a function is long."""
 COLUMNS = (4, 2, 1)
-"""How many are transposed at once, as long as so many are left."""
+"""Numbers of columns that are transposed at once, the largest that still fits."""
 
 
 def loop(name: str, state: int, hoisted: int, outputs: int, lanes: int, blocks: int = 1) -> str:
     """``void name.batch(n, t, t_step, parts, c, c_step, out)`` around ``name.lanes``, or ``name.blocks`` (`tiled`).
 
-    The steps are 1 and the length of c; or 0, where all rows share t or c.
+    The steps are 1 and the length of c, or 0 if all rows share t or c.
     """
     T = f"<{lanes} x double>"
     call = f"@{name}.lanes(ptr %tt, ptr %yy, ptr %cc, ptr %oo)"
@@ -106,7 +109,7 @@ done:
 def tiled(name: str, state: int, outputs: int, lanes: int, pieces: Sequence[str], frame: int) -> str:
     """``void name.blocks(n, t, t_step, y, c, c_step, out)``: each piece of a long function for n blocks in turn.
 
-    Pieces leave ``frame`` vectors to each other.
+    ``frame`` is the number of vectors that pieces pass on to later ones.
     """
     T = f"<{lanes} x double>"
     return f"""@{name}.pieces = private constant [{len(pieces)} x ptr] [{", ".join(f"ptr {x}" for x in pieces)}]
@@ -149,23 +152,24 @@ done:
 def gather(lanes: int) -> str:
     """Rows to lanes: target[j][k] = source[row + k][j]. Lanes past the last row repeat it.
 
-    ``gather_parts`` does so with rows in parts.
+    ``gather_parts`` does the same for rows in several parts.
     """
-    given = "ptr noalias %source, i64 %row, i64 %n, i64 %width, i64 %stride, ptr noalias %target"
-    text = _Transposition(lanes, "source", "%stride").function("gather", given, _Transposition.read)
+    parameters = "ptr noalias %source, i64 %row, i64 %n, i64 %width, i64 %stride, ptr noalias %target"
+    text = _Transposition(lanes, "source", "%stride").function("gather", parameters, _Transposition.read)
     return text + _PARTS.replace("LANES", str(lanes))
 
 
 def scatter(lanes: int) -> str:
-    """Lanes to rows, those before the end: target[row + k][j] = source[j][k]."""
-    given = "ptr noalias %source, i64 %row, i64 %n, i64 %width, ptr noalias %target"
-    return _Transposition(lanes, "target", "%width").function("scatter", given, _Transposition.write)
+    """Lanes to the rows before the end: target[row + k][j] = source[j][k]."""
+    parameters = "ptr noalias %source, i64 %row, i64 %n, i64 %width, ptr noalias %target"
+    return _Transposition(lanes, "target", "%width").function("scatter", parameters, _Transposition.write)
 
 
 def deliver(lanes: int) -> str:
-    """Lanes to rows, those before the end: target[row + k][j] = source[places[j]][k]."""
-    given = "ptr noalias %source, ptr noalias %places, i64 %row, i64 %n, i64 %width, ptr noalias %target"
-    return _Transposition(lanes, "target", "%width").function("deliver", given, _Transposition.write_placed)
+    """Lanes to the rows before the end: target[row + k][j] = source[places[j]][k]."""
+    parameters = "ptr noalias %source, ptr noalias %places, i64 %row, i64 %n, i64 %width, ptr noalias %target"
+    writer = _Transposition(lanes, "target", "%width")
+    return writer.function("deliver", parameters, _Transposition.write_placed)
 
 
 class _Transposition(Lines):
@@ -177,15 +181,17 @@ class _Transposition(Lines):
         self.T = f"<{lanes} x double>"
         self.rows = []
         last = self._new("sub i64 %n, 1")
-        for k in range(lanes):  # past the end the last one again
+        for k in range(lanes):  # rows past the end are the last one again
             row = self._new(f"add i64 %row, {k}")
             inside = self._new(f"icmp slt i64 {row}, {last}")
             row = self._new(f"select i1 {inside}, i64 {row}, i64 {last}")
             self.rows.append(self._address("double", f"%{array}", self._new(f"mul i64 {row}, {stride}")))
         self.following = self._address("double", self.rows[0], self._new(f"mul i64 {stride}, {lanes}"))
 
-    def function(self, name: str, given: str, columns: Callable[[_Transposition, str, int], None]) -> str:
-        """As many ``columns`` as are transposed at once, again and again, then those left over."""
+    def function(
+        self, name: str, parameters: str, columns: Callable[[_Transposition, str, int], None]
+    ) -> str:
+        """Write a function that applies ``columns`` to as many columns as possible at once, then to the remaining."""
         counts = [count for count in COLUMNS if count <= self.lanes]
         before, reached = "entry", "0"
         for count, after in zip(counts, [*(f"test{c}" for c in counts[1:]), "done"], strict=True):
@@ -201,11 +207,11 @@ class _Transposition(Lines):
             columns(self, f"%j{count}", count)
             self.lines.append(f"  br label %test{count}")
             before, reached = f"test{count}", f"%j{count}"
-        head = f"define internal void @{name}.{self.lanes}({given}) nounwind noinline {{\nentry:"
+        head = f"define internal void @{name}.{self.lanes}({parameters}) nounwind noinline {{\nentry:"
         return "\n".join([head, *self.lines, "done:", "  ret void", "}", ""])
 
     def read(self, j: str, count: int) -> None:
-        """Columns j, j + 1, ... of the rows, to vectors."""
+        """Read columns j, j + 1, ... of the rows into vectors."""
         R, width = f"<{count} x double>", count
         parts = [self._load(R, self._address("double", row, j), 8) for row in self.rows]
         self._ahead(j, count, 0)
@@ -222,11 +228,11 @@ class _Transposition(Lines):
             self.lines.append(f"  store {self.T} {x}, ptr {target}, align {8 * self.lanes}")
 
     def write(self, j: str, count: int) -> None:
-        """Vectors j, j + 1, ..., to columns of the rows."""
+        """Write vectors j, j + 1, ... to columns of the rows."""
         self._write(j, [self._new(f"add i64 {j}, {k}") for k in range(count)])
 
     def write_placed(self, j: str, count: int) -> None:
-        """The same where a table says which vectors."""
+        """Write the vectors at the places j, j + 1, ... of a table to columns of the rows."""
         places = [self._address("i64", "%places", self._new(f"add i64 {j}, {k}")) for k in range(count)]
         self._write(j, [self._load("i64", place, 8) for place in places])
 
@@ -236,7 +242,7 @@ class _Transposition(Lines):
             self._load(self.T, self._address(self.T, "%source", place), 8 * self.lanes) for place in places
         ]
         vectors = self._transposed(vectors)
-        for k in reversed(range(self.lanes)):  # the last row comes after those that stand for it
+        for k in reversed(range(self.lanes)):  # the last row is written after the lanes that repeat it
             start = k - k % count
             x = self._shuffle(self.lanes, vectors[k % count], "poison", range(start, start + count))
             target = self._address("double", self.rows[k], j)
@@ -244,7 +250,7 @@ class _Transposition(Lines):
         self._ahead(j, count, 1)
 
     def _ahead(self, j: str, count: int, written: int) -> None:
-        """Bring as many vectors' worth of the next rows near, so that nothing waits for them then: a hint, no more."""
+        """Prefetch the same number of vectors of the next rows: a hint to the processor."""
         if self.lanes == 1:
             return
         for k in range(count):
@@ -253,18 +259,18 @@ class _Transposition(Lines):
             self.lines.append(f"  call void @llvm.prefetch(ptr {address}, i32 {written}, i32 3, i32 1)")
 
     def _transposed(self, vectors: Sequence[str]) -> list[str]:
-        """Squares in vectors of which there are 1, 2, 4, ..., turned about their diagonals."""
-        found, lanes, size = list(vectors), range(self.lanes), 1
-        while size < len(found):
-            for k in range(len(found)):
+        """Transpose the squares in 1, 2, 4, ... vectors."""
+        result, lanes, size = list(vectors), range(self.lanes), 1
+        while size < len(result):
+            for k in range(len(result)):
                 if not k & size:
-                    a, b = found[k], found[k + size]
+                    a, b = result[k], result[k + size]
                     low = [self.lanes + i - size if i & size else i for i in lanes]
                     high = [self.lanes + i if i & size else i + size for i in lanes]
-                    found[k] = self._shuffle(self.lanes, a, b, low)
-                    found[k + size] = self._shuffle(self.lanes, a, b, high)
+                    result[k] = self._shuffle(self.lanes, a, b, low)
+                    result[k + size] = self._shuffle(self.lanes, a, b, high)
             size *= 2
-        return found
+        return result
 
     def _address(self, T: str, base: str, place: str) -> str:
         return self._new(f"getelementptr {T}, ptr {base}, i64 {place}")
@@ -273,7 +279,7 @@ class _Transposition(Lines):
         return self._new(f"load {T}, ptr {address}, align {align}")
 
     def _shuffle(self, width: int, a: str, b: str, places: Sequence[int]) -> str:
-        """Numbers of two vectors of ``width``, by their places in both."""
+        """Vector of the numbers at these places of two vectors of ``width`` side by side."""
         T, mask = f"<{width} x double>", ", ".join(f"i32 {place}" for place in places)
         return self._new(f"shufflevector {T} {a}, {T} {b}, <{len(places)} x i32> <{mask}>")
 

@@ -1,13 +1,13 @@
 """A lowered program as LLVM IR text.
 
-Text and not a builder: one line costs a tenth of what an object costs. Every function is straight-line code on
-``double`` or on vectors of 8. A long function is cut into pieces, since the time LLVM takes grows faster than the
-length of a block; what crosses a cut lives in a frame on the stack. A piece gets the frame twice, to read what earlier
-pieces left (``%frame``, never written by it) and to leave its own (``%left``): loads that no store can touch need no
-place in the order of memory operations, the bookkeeping of which took two thirds of LLVM's time.
+The IR is written as text, since a line costs a tenth of an object of a builder. Every function is straight-line code on
+``double`` or on vectors of 8. A long function is cut into pieces, since LLVM's time grows faster than the length of a
+block. Values that cross a cut live in a frame on the stack. A piece receives the frame twice: ``%frame`` to read the
+values of earlier pieces, which it never writes, and ``%left`` to store its own. Loads that no store can touch need no
+place in the order of memory operations, and the bookkeeping of that order took two thirds of LLVM's time.
 
-Arithmetic carries the flag ``contract`` only: a product and a sum may become one fused multiply-add. NaN and
-infinity keep their meaning, and nothing is reordered.
+Arithmetic carries the flag ``contract`` only: a product and a sum may become one fused multiply-add. NaN and infinity
+keep their meaning, and nothing is reordered.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from .batch import BLOCKS, DECLARATION, LONG, gather, loop, scatter, tiled
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, Body, Group, Program
 
 PIECE = 800
-"""Operations of one piece of a long function; up to three times as many stay together."""
+"""Number of operations in one piece of a long function; up to three times as many are not cut."""
 
 RUN = 8
-"""Zeros in a row among the outputs from which a loop sets them: matrices of large machines are mostly zero."""
+"""Number of consecutive zero outputs from which a loop sets them: matrices of large machines are mostly zero."""
 
 _ARITHMETIC = {
     ADD: f"fadd {FLAGS}", SUB: f"fsub {FLAGS}", MUL: f"fmul {FLAGS}", DIV: f"fdiv {FLAGS}",
@@ -41,27 +41,27 @@ _SIGN = CODES["sign"]
 
 @dataclass(frozen=True)
 class Form:
-    """How functions that a loop calls get what they read, and where they leave what they write.
+    """Arrays that the functions called by a loop read and write.
 
-    Theirs is the signature of a kernel, of one lane or of several, with more pointers behind it: to the arrays they
-    read but the first, then to those they write but the first.
+    Their signature is that of a kernel, for one lane or several, with more pointers behind it: to all arrays that they
+    read except the first, then to all arrays that they write except the first.
     """
 
     lanes: int = 1
     shared: bool = True
-    """Whether the constants are the same in all lanes: one double each, read into every lane."""
+    """True if the constants are the same in all lanes: one double each, read into every lane."""
     arrays: tuple[int, ...] = ()
-    """Lengths of the arrays of which the state is made; one if empty."""
+    """Lengths of the arrays that make up the state; a single array if empty."""
     reads: tuple[tuple[int, ...], ...] = ()
-    """Of each function, which of them it is given."""
+    """For each function, the arrays that it receives."""
     writes: tuple[tuple[tuple[int, int], ...], ...] = ()
-    """Of each function, where its outputs go: number of the array written, place; one array in their order if empty."""
+    """For each function, (number of the array, place) of its outputs; one array in their order if empty."""
     written: tuple[int, ...] = ()
-    """How many arrays each writes."""
+    """For each function, the number of arrays that it writes."""
 
 
 class Module:
-    """Collects functions; :meth:`text` is the whole module."""
+    """A module of functions; :meth:`text` returns it as a whole."""
 
     def __init__(self, triple: str, layout: str, fused: bool) -> None:
         self.triple = triple
@@ -70,10 +70,10 @@ class Module:
         self.functions: list[str] = []
         self.declarations: set[str] = set()
         self.helpers: dict[str, str] = {}
-        self.made: dict[str, tuple[list[str], int]] = {}
+        self.parts: dict[str, tuple[list[str], int]] = {}
 
     def text(self) -> str:
-        """The module."""
+        """Text of the module."""
         defined = set(self.declarations)
         head = [f'target triple = "{self.triple}"']
         if self.layout:
@@ -82,23 +82,23 @@ class Module:
         return "\n".join([*head, *sorted(defined), *self.helpers.values(), *self.functions]) + "\n"
 
     def need_sincos(self, lanes: int) -> str:
-        """The name of the function, defined on first need."""
+        """Return the name of the function for sine and cosine, defined at its first use."""
         name = sincos.name(lanes)
         if name not in self.helpers:
             self.helpers[name] = sincos.definition(lanes, self.fused)
             self.declarations.update(sincos.declarations(lanes))
             if lanes > 1 and self.fused:
-                self.need_sincos(1)  # takes the huge arguments
+                self.need_sincos(1)  # for huge arguments
         return name
 
     def need_intrinsic(self, name: str, lanes: int, arguments: int) -> str:
-        """The name of an LLVM intrinsic, declared on first need."""
+        """Return the name of an LLVM intrinsic, declared at its first use."""
         T, suffix = ("double", "f64") if lanes == 1 else (f"<{lanes} x double>", f"v{lanes}f64")
         self.declarations.add(f"declare {T} @llvm.{name}.{suffix}({', '.join([T] * arguments)})")
         return f"@llvm.{name}.{suffix}"
 
     def need_library(self, name: str, lanes: int, arguments: int) -> str:
-        """A function of the C library; for a vector, one that applies it lane by lane."""
+        """Return the name of a function of the C library; for a vector, of one that applies it lane by lane."""
         self.declarations.add(f"declare double @{name}({', '.join(['double'] * arguments)})")
         if lanes == 1:
             return f"@{name}"
@@ -122,7 +122,7 @@ class Module:
         return key
 
     def need_function(self, name: str, lanes: int, arguments: int) -> str:
-        """An elementary function: our own where there is a fused multiply-add, else the C library's."""
+        """Return the name of an elementary function: ours with a fused multiply-add, else the C library's."""
         if name not in vector_math.FUNCTIONS or not self.fused:
             return self.need_library(name, lanes, arguments)
         key = vector_math.name(name, lanes)
@@ -135,20 +135,20 @@ class Module:
         return key
 
     def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:
-        """The function ``name``: of the kernel's signature for one lane, of pointers to vectors for 8."""
+        """Add the function ``name``: with the kernel's signature for one lane, of pointers to vectors for 8."""
         writer = _Writer(self, program, body, name, Form(lanes, shared=False), 0, piece or PIECE)
         self.functions.append(writer.text())
-        self.made[writer.name] = writer.parts()
+        self.parts[writer.name] = writer.parts()
 
     def add_formed(self, program: Program, body: Body, name: str, form: Form, k: int) -> None:
-        """A function that a loop calls, number ``k`` of the form's."""
+        """Add a function that a loop calls, the ``k``-th of the form."""
         self.functions.append(_Writer(self, program, body, name, form, k, PIECE).text())
 
     def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
-        """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
+        """Add the loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
         self.declarations.add(DECLARATION)
         self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
-        pieces, frame = self.made[f"{name}.lanes"]
+        pieces, frame = self.parts[f"{name}.lanes"]
         blocks = BLOCKS if len(pieces) > LONG else 1
         if blocks > 1:
             self.functions.append(tiled(name, state, outputs, lanes, pieces, frame))
@@ -156,7 +156,7 @@ class Module:
 
 
 class _Writer:
-    """One function."""
+    """Writer of one function."""
 
     def __init__(
         self, module: Module, program: Program, body: Body, name: str, form: Form, k: int, piece: int
@@ -168,7 +168,7 @@ class _Writer:
         self.name = name if lanes == 1 else f"{name}.lanes"
         self.lanes = lanes
         self.broadcast = form.shared and lanes > 1
-        self.starts = list(accumulate(form.arrays[:-1], initial=0))  # first number of each array
+        self.starts = list(accumulate(form.arrays[:-1], initial=0))  # place of the first number of each array
         reads = form.reads[k] if form.reads else (0,)
         self.read = dict(zip(reads, ["%y", *(f"%y{n}" for n in range(1, len(reads)))], strict=True))
         self.places = form.writes[k] if form.writes else [(0, n) for n in range(len(body.outputs))]
@@ -184,8 +184,8 @@ class _Writer:
         self.slots = self._slots(sines)
         self.lines: list[str] = []
         self.left = "%left" if len(self.pieces) > 1 else "%frame"
-        self.known: dict[int, str] = {}
-        self.turned: set[int] = set()  # arguments whose sines were found in this piece
+        self.values: dict[int, str] = {}
+        self.turned: set[int] = set()  # arguments whose sines were computed in this piece
         self.count = 0
 
     def _places_of_sines(self) -> dict[int, tuple[int, int]]:
@@ -202,7 +202,7 @@ class _Writer:
         return places
 
     def _slots(self, start: int) -> dict[int, int]:
-        """Places in the frame of the values that cross a cut; a place is used again once its value is dead."""
+        """Places in the frame of the values that cross a cut. A place is reused once its value is dead."""
         if len(self.pieces) == 1:
             return {}
         program, owner = self.program, self.owner
@@ -241,9 +241,9 @@ class _Writer:
                 *(f"ptr noalias {x}" for x in self.written[1:]),
             ]
         )
-        # what does not fit in registers goes to whole lines of the cache
-        kept = "nounwind" if lanes == 1 else f"nounwind alignstack({self.align})"
-        # pieces are passed a frame, also where no value crosses a cut
+        # values that do not fit in registers are spilled to whole cache lines
+        attributes = "nounwind" if lanes == 1 else f"nounwind alignstack({self.align})"
+        # pieces receive a frame even if no value crosses a cut
         size = max(self.frame_size, int(len(self.pieces) > 1))
         frame = f"  %frame = alloca {T}, i64 {size}, align 64" if size else ""
         stored: dict[int, list[int]] = {}
@@ -256,18 +256,18 @@ class _Writer:
             self._start()
             self._zeros(runs)
             self._piece(0, stored.get(0, []))
-            head = f"define void @{self.name}({arguments}) {kept} {{"
+            head = f"define void @{self.name}({arguments}) {attributes} {{"
             return "\n".join([head, frame, *self.lines, "  ret void", "}", ""])
         result = []
         call = "double %t" if lanes == 1 else "ptr %t"
-        main = [f"define void @{self.name}({arguments}) {kept} {{", frame]
+        main = [f"define void @{self.name}({arguments}) {attributes} {{", frame]
         for k in range(len(self.pieces)):
             self._start()
             if k == 0:
                 self._zeros(runs)
             self._piece(k, stored.get(k, []))
             frames = "ptr noalias readonly %frame, ptr noalias %left"
-            head = f"define internal void @{self.name}.{k}({arguments}, {frames}) {kept} noinline {{"
+            head = f"define internal void @{self.name}.{k}({arguments}, {frames}) {attributes} noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
             passed = ", ".join(
                 f"ptr {x}" for x in ("%y", "%c", "%out", *[*self.read.values()][1:], *self.written[1:])
@@ -277,19 +277,19 @@ class _Writer:
         return "\n".join(result)
 
     def parts(self) -> tuple[list[str], int]:
-        """What is called one after the other, and how many vectors these leave to each other; 0 if it is one."""
+        """Names of the pieces in their order, and the number of vectors in their frame (0 for a single piece)."""
         if len(self.pieces) == 1:
             return [f"@{self.name}"], 0
         return [f"@{self.name}.{k}" for k in range(len(self.pieces))], max(self.frame_size, 1)
 
     def _runs_of_zeros(self) -> list[tuple[int, int]]:
-        """(first place, length) of long runs of outputs that are 0 whatever the inputs."""
+        """(first place, length) of long runs of outputs that are always zero."""
         program, result, start = self.program, [], 0
-        for nothing, run in groupby(
+        for zero, run in groupby(
             program.kind[i] == FIXED and program.constants[program.a[i]] == 0 for i in self.body.outputs
         ):
             length = len(list(run))
-            if nothing and length >= RUN and len(self.starts) == 1:
+            if zero and length >= RUN and len(self.starts) == 1:
                 result.append((start, length))
             start += length
         return result
@@ -302,14 +302,13 @@ class _Writer:
 
     def _start(self) -> None:
         self.lines = []
-        self.known = {}
+        self.values = {}
         self.turned.clear()
         self.count = 0
 
     def _piece(self, k: int, outputs: Sequence[int]) -> None:
-        at_once: dict[
-            int, list[int]
-        ] = {}  # a value kept for the end of a long function would fill a register
+        # a value stored at the end of a long function would occupy a register until then
+        at_once: dict[int, list[int]] = {}
         if len(self.pieces) > 1:
             for place in outputs:
                 at_once.setdefault(self.body.outputs[place], []).append(place)
@@ -327,9 +326,9 @@ class _Writer:
         self._store(outputs)
 
     def _store(self, outputs: Sequence[int]) -> None:
-        for place in outputs:
-            value = self._ref(self.body.outputs[place])
-            array, place = self.places[place]
+        for output in outputs:
+            value = self._ref(self.body.outputs[output])
+            array, place = self.places[output]
             target = self._pointer(self.written[array], place)
             self.lines.append(f"  store {self.T} {value}, ptr {target}, align {self.align}")
 
@@ -347,7 +346,7 @@ class _Writer:
         return f"%l{self.count}"
 
     def _broadcast(self, base: str, place: int) -> str:
-        """One double in every lane."""
+        """Load one double into every lane."""
         T, lanes = self.T, self.lanes
         self.count += 1
         k = self.count
@@ -360,8 +359,8 @@ class _Writer:
         return f"%l{k}"
 
     def _ref(self, i: int) -> str:
-        """The operand that stands for node ``i`` here; loads it on first use."""
-        value = self.known.get(i)
+        """Return the value of node ``i`` in this piece; it is loaded at its first use."""
+        value = self.values.get(i)
         if value is not None:
             return value
         program = self.program
@@ -381,7 +380,7 @@ class _Writer:
             value = self._load(frame, self.trig[program.a[i]][code == COS])
         else:
             value = self._load("%frame", self.slots[i])
-        self.known[i] = value
+        self.values[i] = value
         return value
 
     def _node(self, i: int) -> None:
@@ -412,13 +411,13 @@ class _Writer:
                 function = self.module.need_function(NAMES[code], self.lanes, len(operands))
             operation = f"call {T} {function}({', '.join(f'{T} {z}' for z in operands)})"
         self.lines.append(f"  %v{i} = {operation}")
-        self.known[i] = f"%v{i}"
+        self.values[i] = f"%v{i}"
         if i in self.slots:
             pointer = self._pointer(self.left, self.slots[i])
             self.lines.append(f"  store {T} %v{i}, ptr {pointer}, align {self.align}")
 
     def _group(self, group: Group) -> None:
-        """Sines and cosines of up to 8 scalars in one vector."""
+        """Write sines and cosines of up to 8 scalars in one vector."""
         lanes = group.lanes
         function = self.module.need_sincos(lanes)
         operands = [self._ref(i) for i in group.arguments]
@@ -436,7 +435,7 @@ class _Writer:
         self.lines.append(f"  call void {function}({T} {vector}, ptr {s}, ptr {c})")
 
     def _sincos(self, argument: int) -> None:
-        """Sine and cosine of one vector."""
+        """Write sine and cosine of one vector."""
         function = self.module.need_sincos(self.lanes)
         x = self._ref(argument)
         s, c = (self._pointer(self.left, place) for place in self.trig[argument])
@@ -445,7 +444,7 @@ class _Writer:
 
 
 def _cut(order: list[int], piece: int) -> list[list[int]]:
-    """Equal pieces no longer than ``piece``, or all in one."""
+    """Cut nodes into equal pieces no longer than ``piece``, or leave them in one."""
     count = 1 if len(order) <= 3 * piece else -(-len(order) // piece)
     size = -(-len(order) // count) if order else 1
     return [order[k * size : (k + 1) * size] for k in range(count)]

@@ -1,11 +1,11 @@
-"""From a tape to what is worth computing, and when.
+"""From a tape to a program: the computations worth doing, in their order.
 
-- Dead code is left out.
+- Dead code is dropped.
 - A subexpression of parameters and constants only is computed once, by the prologue: a *hoisted constant*.
-- Products with several hoisted factors keep one of them: the factors are joined once.
-- A division by a hoisted expression, or by one that several divisions share, is a multiplication by its reciprocal.
-- Sines and cosines of one argument are computed together, and arguments that are ready at the
-  same time are computed side by side in one vector (:class:`Group`).
+- The hoisted factors of a product are multiplied once, so that one of them remains.
+- A division by a hoisted expression, or by one that several divisions share, becomes a product with its reciprocal.
+- Sine and cosine of an argument are computed together, and arguments that are ready at the same time are computed side
+  by side in one vector (:class:`Group`).
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ class Group:
     """Arguments whose sines and cosines are computed in one vector."""
 
     arguments: list[int]
-    place: int = 0  # of its first sine in the frame; cosines follow after `lanes`
+    place: int = 0  # place of the first sine in the frame; the cosines follow after `lanes`
 
     @property
     def lanes(self) -> int:
-        """1, 2, 4 or 8."""
+        """Number of lanes: 1, 2, 4 or 8."""
         return 1 << (len(self.arguments) - 1).bit_length()
 
 
 @dataclass
 class Body:
-    """One function: the nodes in the order of their computation, and where its outputs come from.
+    """One function: its nodes in the order of their computation, and the nodes of its outputs.
 
-    ``order`` holds nodes, and ``-1 - g`` where group ``g`` is to be computed.
+    ``order`` holds nodes, and ``-1 - g`` at the point where group ``g`` is computed.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Body:
 
 @dataclass
 class Program:
-    """Nodes as on a tape, with ``kind`` and, of inputs, the place in the vector they are read from."""
+    """Nodes as on a tape, each with its ``kind``. Inputs have their place in the vector that they are read from."""
 
     op: list[int] = field(default_factory=list)
     a: list[int] = field(default_factory=list)
@@ -76,7 +76,7 @@ def lower(
     state: Sequence[Traced],
     parameters: Sequence[Traced],
 ) -> Program:
-    """The functions as a :class:`Program`, with the prologue as the body named :data:`PROLOGUE`."""
+    """Return the functions as a :class:`Program`, with the prologue as the body named :data:`PROLOGUE`."""
     program = Program()
     add = _Adder(program)
     places: dict[int, tuple[int, int]] = {}
@@ -117,9 +117,9 @@ def lower(
         elif code == DIV:
             p, q = new[a[i]], new[b[i]]
             kinds = program.kind
-            one = program.op[p] == CONST and program.constants[program.a[p]] == 1
+            is_reciprocal = program.op[p] == CONST and program.constants[program.a[p]] == 1
             shared = divisions[b[i]] > 1 if kinds[q] == VARYING else kinds[q] < kinds[p]
-            if one:
+            if is_reciprocal:
                 new[i] = add(RECIPROCAL, q, NONE, kinds[q])
             elif shared:
                 new[i] = _product(add, p, add(RECIPROCAL, q, NONE, kinds[q]), uses[a[i]] == 1, False)
@@ -147,7 +147,7 @@ def lower(
 
 
 class _Adder:
-    """Appends nodes, each once."""
+    """Appends nodes to a program, each once."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -155,18 +155,20 @@ class _Adder:
         self.numbers: dict[str, int] = {}
 
     def __call__(self, code: int, p: int, q: int, kind: int) -> int:
+        """Return the place of a node, appended if it is new."""
         key = (code, p, q)
-        found = self.memo.get(key)
-        if found is None:
+        place = self.memo.get(key)
+        if place is None:
             program = self.program
-            found = self.memo[key] = len(program.op)
+            place = self.memo[key] = len(program.op)
             program.op.append(code)
             program.a.append(p)
             program.b.append(q)
             program.kind.append(kind)
-        return found
+        return place
 
     def constant(self, value: float) -> int:
+        """Return the node of a constant."""
         key = value.hex()
         if key not in self.numbers:
             self.program.constants.append(value)
@@ -175,7 +177,7 @@ class _Adder:
 
 
 def _product(add: _Adder, p: int, q: int, p_once: bool, q_once: bool) -> int:
-    """p q; where one is a hoisted factor and the other a product with one, used nowhere else, the two are joined.
+    """p q. Hoisted factors are joined if one is p or q, or a factor of p or q in a product without another use.
 
     (c₁ x) c₂ = x (c₁ c₂),    (x c₁) (y c₂) = (x y) (c₁ c₂)
     """
@@ -189,7 +191,7 @@ def _product(add: _Adder, p: int, q: int, p_once: bool, q_once: bool) -> int:
 
 
 def _parts(program: Program, i: int, once: bool) -> tuple[int, int]:
-    """(what varies, hoisted factor) of a product used once; NONE for what is missing."""
+    """(varying factor, hoisted factor) of a product used once; NONE for a missing factor."""
     kinds, a, b = program.kind, program.a, program.b
     if kinds[i] == HOISTED:
         return NONE, i
@@ -215,7 +217,7 @@ def _collect_hoisted(program: Program, body: Body) -> None:
 
 
 def _body(program: Program, name: str, outputs: list[int], kind: int) -> Body:
-    """The nodes of this kind that the outputs need, sines and cosines first and in groups."""
+    """Nodes of this kind that the outputs need, with sines and cosines first and in groups."""
     op, a, b, kinds = program.op, program.a, program.b, program.kind
     needed = bytearray(len(op))
     for i in outputs:
@@ -227,7 +229,7 @@ def _body(program: Program, name: str, outputs: list[int], kind: int) -> Body:
                 needed[b[i]] = 1
     nodes = [i for i in range(len(op)) if needed[i] and kinds[i] == kind and op[i] > INPUT]
 
-    # level[i]: how many sines stand on the longest path to node i
+    # level[i]: number of sines on the longest path to node i
     level: dict[int, int] = {}
     levels: list[dict[int, None]] = []
     for i in nodes:
@@ -259,14 +261,14 @@ def _body(program: Program, name: str, outputs: list[int], kind: int) -> Body:
 
 
 def _pack(arguments: list[int]) -> list[list[int]]:
-    """Groups of 8, the rest in one of 8, 4, 2 or 1 lanes."""
+    """Split arguments into groups of 8; the last group has 8, 4, 2 or 1 lanes."""
     return [arguments[k : k + WIDTH] for k in range(0, len(arguments), WIDTH)]
 
 
-def _schedule(program: Program, wanted: list[int], kind: int, done: bytearray, order: list[int]) -> None:
-    """Append what these nodes need, operands first."""
+def _schedule(program: Program, nodes: list[int], kind: int, done: bytearray, order: list[int]) -> None:
+    """Append these nodes and the nodes that they need to the order, operands first."""
     op, a, b, kinds = program.op, program.a, program.b, program.kind
-    stack = wanted[::-1]
+    stack = nodes[::-1]
     while stack:
         i = stack[-1]
         if done[i] or kinds[i] != kind or op[i] <= INPUT or op[i] == SIN or op[i] == COS:

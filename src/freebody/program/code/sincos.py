@@ -9,23 +9,24 @@ next to multiples of π/2: with π/2 = P1 + P2 + P3,
 - P2 has 33 bits and n fewer than 20, so n P2 is exact and so is the rounding error of its subtraction;
 - P3 and that error form a correction y, which enters as sin(r + y) ≈ sin r + y cos r.
 
-Larger arguments, infinities and NaN are reduced one lane at a time, on a branch marked unlikely, with as many digits of
-2/π as their place asks for (Payne and Hanek): of |x| = M 2^E, the product of M with 192 bits of 2/π that begin at the
-weight 2^(1-E), modulo 4, has 126 bits after the point, and no double comes nearer to a multiple of π/2 than 2^-62.
+Larger arguments, infinities and NaN are reduced one lane at a time, on a branch marked unlikely, with the digits of 2/π
+that they need (Payne and Hanek). For |x| = M 2^E, M is multiplied by 192 bits of 2/π that begin at the weight 2^(1-E).
+The product modulo 4 has 126 bits after the point, and no double comes nearer to a multiple of π/2 than 2^-62. The C
+library is no substitute: next to zeros of huge arguments, glibc 2.36 errs by thousands of units in the last place.
+
 The polynomials are minimax in relative error on [-π/4, π/4] (3e-18 and 5e-20), found with Remez's algorithm.
 
 Sources: W. J. Cody and W. Waite, Software Manual for the Elementary Functions (1980), ch. 8; Muller et al.,
-Handbook of Floating-Point Arithmetic (2018), §10.2 (reduction of huge arguments there, too).
+Handbook of Floating-Point Arithmetic (2018), §10.2 (also on the reduction of huge arguments).
 """
 
 from __future__ import annotations
 
-from typing import Any
-
-from ...native.ir_text import literal, splat
+from ...native.ir_text import literal
+from .vector_writer import VectorWriter
 
 LIMIT = 5e5
-"""Arguments beyond this are reduced with more digits: 2 x / π must stay below 2^19."""
+"""Largest argument of the short reduction: 2 x / π must stay below 2^19."""
 
 _hex = float.fromhex
 _P1, _P2, _P3 = _hex("0x1.921fb54442d18p0"), _hex("0x1.1a62633100000p-54"), _hex("0x1.1701b839a2520p-88")
@@ -50,7 +51,7 @@ _COS = (
 
 
 def name(lanes: int) -> str:
-    """The IR name of the function of this many lanes."""
+    """IR name of the function for this number of lanes."""
     return f"@sincos.{lanes}"
 
 
@@ -59,109 +60,58 @@ def definition(lanes: int, fused: bool) -> str:
 
     Without fused multiply-add (``fused=False``) the whole function is the C library's.
     """
-    T = "double" if lanes == 1 else f"<{lanes} x double>"
+    w = VectorWriter(lanes)
     head = (
-        f"define internal void {name(lanes)}({T} %x, ptr noalias %s, ptr noalias %c) nounwind noinline {{\n"
+        f"define internal void {name(lanes)}({w.T} %x, ptr noalias %s, ptr noalias %c) nounwind noinline {{\n"
     )
     if not fused:
-        return head + _library(lanes, T) + "}\n"
-    J = "i64" if lanes == 1 else f"<{lanes} x i64>"
-    B = "i1" if lanes == 1 else f"<{lanes} x i1>"
-    suffix = "f64" if lanes == 1 else f"v{lanes}f64"
-    lines = [head + "entry:"]
-
-    def emit(target: str, operation: str) -> str:
-        lines.append(f"  %{target} = {operation}")
-        return f"%{target}"
-
-    def k(value: float) -> str:
-        return splat(literal(value), lanes)
-
-    def fma(target: str, a: str, b: str, c: str) -> str:
-        return emit(target, f"call {T} @llvm.fma.{suffix}({T} {a}, {T} {b}, {T} {c})")
-
-    def integer(value: int) -> str:
-        return splat(str(value), lanes, "i64")
-
-    def horner(target: str, coefficients: tuple[float, ...]) -> str:
-        """Σ coefficients z^i in two interleaved chains (Estrin's first step): shorter to wait for."""
-        even, odd = coefficients[0::2], coefficients[1::2]
-        sums = []
-        for label, part in (("e", even), ("o", odd)):
-            value = k(part[-1])
-            for i, c in reversed(list(enumerate(part[:-1]))):
-                value = fma(f"{target}{label}{i}", value, "%zz", k(c))
-            sums.append(value)
-        return fma(target, sums[1], "%z", sums[0])
-
-    emit("size", f"call {T} @llvm.fabs.{suffix}({T} %x)")
-    emit("large", f"fcmp ugt {T} %size, {k(LIMIT)}")
+        return head + _library(lanes, w.T) + "}\n"
+    size = w.size("%x")
+    large = w.compare("ugt", size, w.number(LIMIT))
     if lanes == 1:
-        lines += ["  br i1 %large, label %huge, label %reduce, !prof !0", *_huge(), "reduce:"]
-    r, y, bits = ("r", "y", "bits") if lanes > 1 else ("near.r", "near.y", "near.bits")
-    fma("shifted", "%x", k(_TWO_OVER_PI), k(_ROUND))
-    emit("n", f"fsub {T} %shifted, {k(_ROUND)}")
-    emit("m", f"fneg {T} %n")
-    fma("r0", "%m", k(_P1), "%x")
-    emit("p", f"fmul {T} %n, {k(_P2)}")
-    emit(r, f"fsub {T} %r0, %p")
-    emit("d", f"fsub {T} %r0, %{r}")
-    emit("e", f"fsub {T} %d, %p")
-    fma(y, "%m", k(_P3), "%e")
-    emit(bits, f"bitcast {T} %shifted to {J}")
+        w.lines += [f"  br i1 {large}, label %huge, label %reduce, !prof !0", *_huge(size), "reduce:"]
+    bits, r, y = _reduced(w, "%x")
     if lanes == 1:
-        lines += ["  br label %both", "both:"]
-        for either, kind in (("r", "double"), ("y", "double"), ("bits", "i64")):
-            emit(either, f"phi {kind} [%near.{either}, %reduce], [%huge.{either}, %huge]")
-    emit("z", f"fmul {T} %r, %r")
-    emit("zz", f"fmul {T} %z, %z")
-    # sin(r + y) = r + (r³ (S1 + z S) + y (1 - z/2))
-    emit("h", f"fmul {T} %z, {k(0.5)}")
-    emit("w", f"fsub {T} {k(1.0)}, %h")
-    emit("rz", f"fmul {T} %r, %z")
-    horner("S", _SIN)
-    emit("yw", f"fmul {T} %y, %w")
-    fma("sr", "%rz", "%S", "%yw")
-    emit("sin", f"fadd {T} %r, %sr")
-    # cos(r + y) = w + (((1 - w) - z/2) + (z² C - r y)),  w = 1 - z/2
-    horner("C", _COS)
-    emit("v", f"fsub {T} {k(1.0)}, %w")
-    emit("vh", f"fsub {T} %v, %h")
-    emit("minus_r", f"fneg {T} %r")
-    fma("ry", "%minus_r", "%y", "%vh")
-    fma("cr", "%zz", "%C", "%ry")
-    emit("cos", f"fadd {T} %w, %cr")
+        w.lines += ["  br label %both", "both:"]
+        r, y = (
+            w.emit(f"phi double [{near}, %reduce], [%huge.{x}, %huge]") for near, x in ((r, "r"), (y, "y"))
+        )
+        bits = w.emit(f"phi i64 [{bits}, %reduce], [%huge.bits, %huge]")
+    (sine, cosine) = (w.add(*parts) for parts in _sine_and_cosine(w, r, y))
     # the quadrant: swap when n is odd, signs from its second bit
-    emit("low", f"and {J} %bits, {integer(1)}")
-    emit("swap", f"icmp ne {J} %low, {integer(0)}")
-    emit("next", f"add {J} %bits, {integer(1)}")
-    for target, source, first, second in (("s", "bits", "cos", "sin"), ("c", "next", "sin", "cos")):
-        emit(f"{target}0", f"select {B} %swap, {T} %{first}, {T} %{second}")
-        emit(f"{target}1", f"bitcast {T} %{target}0 to {J}")
-        emit(f"{target}2", f"and {J} %{source}, {integer(2)}")
-        emit(f"{target}3", f"shl {J} %{target}2, {integer(62)}")
-        emit(f"{target}4", f"xor {J} %{target}1, %{target}3")
-        emit(f"{target}5", f"bitcast {J} %{target}4 to {T}")
-        lines.append(f"  store {T} %{target}5, ptr %{target}, align 8")
+    swap = w.emit(f"icmp ne {w.J} {w.whole('and', bits, w.integer(1))}, {w.integer(0)}")
+    following = w.whole("add", bits, w.integer(1))
+    for target, quadrant, odd, even in (("s", bits, cosine, sine), ("c", following, sine, cosine)):
+        value = w.bits(w.choose(swap, odd, even))
+        sign = w.whole("shl", w.whole("and", quadrant, w.integer(2)), w.integer(62))
+        w.lines.append(f"  store {w.T} {w.double(w.whole('xor', value, sign))}, ptr %{target}, align 8")
     if lanes == 1:
-        return "\n".join([_table(), *lines, "  ret void"]) + "\n}\n"
-    emit("mask", f"bitcast {B} %large to i{lanes}")
-    emit("any", f"icmp ne i{lanes} %mask, 0")
-    lines += ["  br i1 %any, label %alone, label %done, !prof !0", "alone:"]
-    for i in range(lanes):  # the lanes beside a large one keep what they have alone
-        emit(f"l{i}", f"extractelement {B} %large, i32 {i}")
-        lines += [f"  br i1 %l{i}, label %call{i}, label %next{i}", f"call{i}:"]
-        emit(f"x{i}", f"extractelement {T} %x, i32 {i}")
-        for target in "sc":
-            emit(f"a{target}{i}", f"getelementptr double, ptr %{target}, i64 {i}")
-        lines.append(f"  call void {name(1)}(double %x{i}, ptr %as{i}, ptr %ac{i})")
-        lines += [f"  br label %next{i}", f"next{i}:"]
-    return "\n".join([*lines, "  br label %done", "done:", "  ret void"]) + "\n}\n"
+        return "\n".join([_table(), head + "entry:", *w.lines, "  ret void"]) + "\n}\n"
+    mask = w.emit(f"bitcast {w.B} {large} to i{lanes}")
+    some = w.emit(f"icmp ne i{lanes} {mask}, 0")
+    w.lines += [f"  br i1 {some}, label %alone, label %done, !prof !0", "alone:"]
+    for i in range(lanes):  # the lanes beside a large one keep the bits that they have alone
+        is_large = w.emit(f"extractelement {w.B} {large}, i32 {i}")
+        w.lines += [f"  br i1 {is_large}, label %call{i}, label %next{i}", f"call{i}:"]
+        x = w.emit(f"extractelement {w.T} %x, i32 {i}")
+        s, c = (w.emit(f"getelementptr double, ptr %{target}, i64 {i}") for target in "sc")
+        w.lines.append(f"  call void {name(1)}(double {x}, ptr {s}, ptr {c})")
+        w.lines += [f"  br label %next{i}", f"next{i}:"]
+    return "\n".join([head + "entry:", *w.lines, "  br label %done", "done:", "  ret void"]) + "\n}\n"
 
 
-def reduced(w: Any, x: str) -> tuple[str, tuple[str, str], tuple[str, str]]:
-    """(n in its low bits, sin r, cos r) with x = n π/2 + r, for |x| below :data:`LIMIT`; sine and cosine as sums of two
-    doubles. The writer ``w`` is that of :mod:`freebody.program.code.vector_math`."""
+def reduced(w: VectorWriter, x: str) -> tuple[str, tuple[str, str], tuple[str, str]]:
+    """(n in its low bits, sin r, cos r) with x = n π/2 + r, for |x| below :data:`LIMIT`.
+
+    Sine and cosine are sums of two doubles.
+    """
+    bits, r, y = _reduced(w, x)
+    sine, cosine = (w.two_sum(*parts) for parts in _sine_and_cosine(w, r, y))
+    return bits, sine, cosine
+
+
+def _reduced(w: VectorWriter, x: str) -> tuple[str, str, str]:
+    """(n in its low bits, r, y) with x = n π/2 + r + y."""
     shifted = w.fma(x, w.number(_TWO_OVER_PI), w.number(_ROUND))
     n = w.sub(shifted, w.number(_ROUND))
     m = w.neg(n)
@@ -169,6 +119,11 @@ def reduced(w: Any, x: str) -> tuple[str, tuple[str, str], tuple[str, str]]:
     p = w.mul(n, w.number(_P2))
     r = w.sub(r0, p)
     y = w.fma(m, w.number(_P3), w.sub(w.sub(r0, r), p))
+    return w.bits(shifted), r, y
+
+
+def _sine_and_cosine(w: VectorWriter, r: str, y: str) -> tuple[tuple[str, str], tuple[str, str]]:
+    """Sine and cosine of r + y, each as a large and a small term."""
     z = w.mul(r, r)
     zz = w.mul(z, z)
     # sin(r + y) = r + (r³ S + y (1 - z/2)),  cos(r + y) = W + (((1 - W) - z/2) + (z² C - r y)),  W = 1 - z/2
@@ -177,17 +132,17 @@ def reduced(w: Any, x: str) -> tuple[str, tuple[str, str], tuple[str, str]]:
     sine = w.fma(w.mul(r, z), w.polynomial(_SIN, z, zz), w.mul(y, W))
     rest = w.fma(w.neg(r), y, w.sub(w.sub(w.number(1.0), W), h))
     cosine = w.fma(zz, w.polynomial(_COS, z, zz), rest)
-    return w.bits(shifted), w.two_sum(r, sine), w.two_sum(W, cosine)
+    return (r, sine), (W, cosine)
 
 
 def _table() -> str:
-    """The digits, after a word of zeros: E + 62 is the place of the first bit that is read."""
+    """Table of the digits, after a word of zeros: E + 62 is the place of the first bit that is read."""
     words = ", ".join(f"i64 {word}" for word in (0, *_DIGITS))
     return f"@two.over.pi = private constant [{1 + len(_DIGITS)} x i64] [{words}]"
 
 
-def _huge() -> list[str]:
-    """The block that reduces a huge %x, with |x| in %size: %huge.r, %huge.y and the quadrant in %huge.bits."""
+def _huge(size: str) -> list[str]:
+    """Block that reduces a huge %x, whose |x| is ``size``, to %huge.r, %huge.y and the quadrant in %huge.bits."""
     lines = ["huge:"]
 
     def emit(target: str, operation: str) -> None:
@@ -196,7 +151,7 @@ def _huge() -> list[str]:
     def fma(target: str, a: str, b: str, c: str) -> None:
         emit(target, f"call double @llvm.fma.f64(double {a}, double {b}, double {c})")
 
-    emit("word", "bitcast double %size to i64")
+    emit("word", f"bitcast double {size} to i64")
     emit("exponent", "lshr i64 %word, 52")
     emit("fraction", f"and i64 %word, {(1 << 52) - 1}")
     emit("M", f"or i64 %fraction, {1 << 52}")
@@ -219,7 +174,7 @@ def _huge() -> list[str]:
     emit("carried", "trunc i128 %carry1 to i64")
     emit("P0", "mul i64 %M, %W0")
     emit("upper", "add i64 %P0, %carried")
-    # the nearest quarter, and what is left of it, H 2^-126
+    # the nearest quarter, and the remainder H 2^-126
     emit("half", f"add i64 %upper, {1 << 61}")
     emit("quarter", "lshr i64 %half, 62")
     emit("whole", "shl i64 %quarter, 62")
@@ -262,7 +217,7 @@ def _huge() -> list[str]:
     emit("h4", "fadd double %h0, %h3")
     emit("h5", "fsub double %h0, %h4")
     emit("huge.y", "fadd double %h5, %h3")
-    emit("none", "fsub double %x, %x")  # NaN, of infinities and NaN
+    emit("none", "fsub double %x, %x")  # NaN for infinities and NaN
     emit("huge.r", "fadd double %h4, %none")
     emit("minus.quarter", "sub i64 0, %quarter")
     emit("huge.bits", "select i1 %negative, i64 %minus.quarter, i64 %quarter")
@@ -270,7 +225,7 @@ def _huge() -> list[str]:
 
 
 def _library(lanes: int, T: str) -> str:
-    """Each lane through the C library."""
+    """IR of the calls of the C library for each lane."""
     lines = []
     for i in range(lanes):
         x = "%x"
@@ -286,7 +241,7 @@ def _library(lanes: int, T: str) -> str:
 
 
 def declarations(lanes: int) -> list[str]:
-    """What the definition calls."""
+    """Declarations of the functions that the definition calls."""
     T, suffix = ("double", "f64") if lanes == 1 else (f"<{lanes} x double>", f"v{lanes}f64")
     return [
         "declare double @sin(double)",

@@ -1,8 +1,9 @@
 """exp, log, tan, atan, atan2, asin, acos and pow as LLVM IR, for one double or a vector of doubles.
 
-No branch depends on a value, so that all lanes do the same and one lane of eight gives the bits of one alone. The
-exceptions go lane by lane: of pow, a base that is not positive and finite and a result next to overflow, through the C
-library; of tan, what is beyond :data:`freebody.program.code.sincos.LIMIT`, through sine and cosine.
+No branch depends on a value, so that all lanes do the same and a lane of eight gives the same bits as a single one.
+There are two exceptions, which are computed lane by lane. pow uses the C library for a base that is not positive and
+finite and for results next to overflow. tan uses sine and cosine beyond
+:data:`freebody.program.code.sincos.LIMIT`.
 
     exp     x = n ln 2 + r,         2^n (1 + r + r² E(r)),                                  |r| ≤ ½ ln 2
     log     x = 2^k (1 + f),        k ln 2 + f - (f²/2 - s (f²/2 + s² L(s²))),              s = f / (2 + f)
@@ -11,9 +12,8 @@ library; of tan, what is beyond :data:`freebody.program.code.sincos.LIMIT`, thro
     tan     sine / cosine of the argument less n π/2, each as the sum of two doubles
     pow     exp(y log x), log x in two doubles (relative error below 2^-63)
 
-The polynomials interpolate in Chebyshev points. All errors are below two units in the last place (measured: see
-tests/unit/program/code/test_vector_math.py). What needs a fused multiply-add is left to the C library where there is
-none.
+The polynomials interpolate at Chebyshev points. All errors are below two units in the last place (measured in
+tests/unit/program/code/test_vector_math.py). Without a fused multiply-add the C library's functions are used instead.
 
 Sources: W. J. Cody and W. Waite, Software Manual for the Elementary Functions (1980); Muller et al., Handbook of
 Floating-Point Arithmetic (2018), ch. 4 (double-double arithmetic), ch. 10.
@@ -24,9 +24,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ...native.ir_text import literal, splat
 from .sincos import LIMIT, reduced
 from .sincos import name as sincos
+from .vector_writer import VectorWriter
 
 FUNCTIONS = frozenset({"exp", "log", "tan", "atan", "atan2", "asin", "acos", "pow"})
 
@@ -64,13 +64,13 @@ _ASIN = (
 
 
 def name(function: str, lanes: int) -> str:
-    """The IR name of a function of this many lanes."""
+    """IR name of a function for this number of lanes."""
     return f"@{function}.lanes.{lanes}"
 
 
 def definition(function: str, lanes: int) -> str:
     """IR of ``T function(T x)`` or ``T function(T x, T y)``."""
-    w = _Writer(lanes)
+    w = VectorWriter(lanes)
     two = function in ("atan2", "pow")
     arguments = f"{w.T} %x, {w.T} %y" if two else f"{w.T} %x"
     result = {
@@ -88,7 +88,7 @@ def definition(function: str, lanes: int) -> str:
 
 
 def declarations(function: str, lanes: int) -> list[str]:
-    """What the definition calls."""
+    """Declarations of the functions that the definition calls."""
     T, suffix = ("double", "f64") if lanes == 1 else (f"<{lanes} x double>", f"v{lanes}f64")
     result = [
         f"declare {T} @llvm.fma.{suffix}({T}, {T}, {T})",
@@ -99,103 +99,8 @@ def declarations(function: str, lanes: int) -> list[str]:
     return [*result, "declare double @pow(double, double)"] if function == "pow" else result
 
 
-class _Writer:
-    """Lines of one function; every method returns the name of its result."""
-
-    def __init__(self, lanes: int) -> None:
-        self.lanes = lanes
-        self.T, self.suffix = ("double", "f64") if lanes == 1 else (f"<{lanes} x double>", f"v{lanes}f64")
-        self.J = "i64" if lanes == 1 else f"<{lanes} x i64>"
-        self.B = "i1" if lanes == 1 else f"<{lanes} x i1>"
-        self.lines: list[str] = []
-
-    def emit(self, operation: str) -> str:
-        target = f"%v{len(self.lines)}"
-        self.lines.append(f"  {target} = {operation}")
-        return target
-
-    def number(self, value: float) -> str:
-        return splat(literal(value), self.lanes)
-
-    def integer(self, value: int) -> str:
-        return splat(str(value), self.lanes, "i64")
-
-    def add(self, a: str, b: str) -> str:
-        return self.emit(f"fadd {self.T} {a}, {b}")
-
-    def sub(self, a: str, b: str) -> str:
-        return self.emit(f"fsub {self.T} {a}, {b}")
-
-    def mul(self, a: str, b: str) -> str:
-        return self.emit(f"fmul {self.T} {a}, {b}")
-
-    def div(self, a: str, b: str) -> str:
-        return self.emit(f"fdiv {self.T} {a}, {b}")
-
-    def neg(self, a: str) -> str:
-        return self.emit(f"fneg {self.T} {a}")
-
-    def fma(self, a: str, b: str, c: str) -> str:
-        return self.emit(f"call {self.T} @llvm.fma.{self.suffix}({self.T} {a}, {self.T} {b}, {self.T} {c})")
-
-    def size(self, a: str) -> str:
-        return self.emit(f"call {self.T} @llvm.fabs.{self.suffix}({self.T} {a})")
-
-    def sqrt(self, a: str) -> str:
-        return self.emit(f"call {self.T} @llvm.sqrt.{self.suffix}({self.T} {a})")
-
-    def signed(self, a: str, sign: str) -> str:
-        return self.emit(f"call {self.T} @llvm.copysign.{self.suffix}({self.T} {a}, {self.T} {sign})")
-
-    def compare(self, how: str, a: str, b: str) -> str:
-        return self.emit(f"fcmp {how} {self.T} {a}, {b}")
-
-    def either(self, a: str, b: str) -> str:
-        return self.emit(f"or {self.B} {a}, {b}")
-
-    def choose(self, condition: str, a: str, b: str) -> str:
-        return self.emit(f"select {self.B} {condition}, {self.T} {a}, {self.T} {b}")
-
-    def bits(self, a: str) -> str:
-        return self.emit(f"bitcast {self.T} {a} to {self.J}")
-
-    def double(self, a: str) -> str:
-        return self.emit(f"bitcast {self.J} {a} to {self.T}")
-
-    def whole(self, operation: str, a: str, b: str) -> str:
-        return self.emit(f"{operation} {self.J} {a}, {b}")
-
-    def polynomial(self, coefficients: Sequence[float], z: str, zz: str) -> str:
-        """Σ coefficients z^i in two chains, of even and of odd powers."""
-        sums = []
-        for part in (coefficients[0::2], coefficients[1::2]):
-            value = self.number(part[-1])
-            for c in reversed(part[:-1]):
-                value = self.fma(value, zz, self.number(c))
-            sums.append(value)
-        return self.fma(sums[1], z, sums[0])
-
-    # double-double arithmetic: a pair is the sum of its members, the second far below the first
-
-    def two_sum(self, a: str, b: str) -> tuple[str, str]:
-        """a + b for |a| ≥ |b|, with its rounding error (Dekker)."""
-        s = self.add(a, b)
-        return s, self.sub(b, self.sub(s, a))
-
-    def two_product(self, a: str, b: str) -> tuple[str, str]:
-        """a b with its rounding error."""
-        p = self.mul(a, b)
-        return p, self.fma(a, b, self.neg(p))
-
-    def product(self, a: tuple[str, str], b: tuple[str, str]) -> tuple[str, str]:
-        h, low = self.two_product(a[0], b[0])
-        low = self.fma(a[0], b[1], low)
-        low = self.fma(a[1], b[0], low)
-        return self.two_sum(h, low)
-
-
-def _exp(w: _Writer, x: str, rest: str | None) -> str:
-    """exp(x + rest), rest far below x; beyond ±800 the result overflows or vanishes anyway."""
+def _exp(w: VectorWriter, x: str, rest: str | None) -> str:
+    """exp(x + rest) for a rest far below x. Beyond ±800 the result overflows or vanishes anyway."""
     for how, limit in (("ogt", 800.0), ("olt", -800.0)):
         x = w.choose(w.compare(how, x, w.number(limit)), w.number(limit), x)
     shifted = w.fma(x, w.number(_LOG2_E), w.number(_ROUND))
@@ -220,8 +125,8 @@ def _exp(w: _Writer, x: str, rest: str | None) -> str:
     return value
 
 
-def _split(w: _Writer, x: str) -> tuple[str, str]:
-    """k and m = x / 2^k in [√½, √2), for finite x > 0."""
+def _split(w: VectorWriter, x: str) -> tuple[str, str]:
+    """(k, m) with x = m 2^k and m in [√½, √2), for finite x > 0."""
     tiny = w.compare("olt", x, w.number(2.0**-1000))
     x = w.choose(tiny, w.mul(x, w.number(2.0**54)), x)
     bits = w.bits(x)
@@ -233,7 +138,7 @@ def _split(w: _Writer, x: str) -> tuple[str, str]:
     return w.choose(tiny, w.sub(count, w.number(54.0)), count), m
 
 
-def _log(w: _Writer, x: str) -> str:
+def _log(w: VectorWriter, x: str) -> str:
     k, m = _split(w, x)
     f = w.sub(m, w.number(1.0))
     s = w.div(f, w.add(w.number(2.0), f))
@@ -248,7 +153,7 @@ def _log(w: _Writer, x: str) -> str:
     return w.choose(w.compare("ult", x, w.number(math.inf)), w.choose(w.compare("uno", x, x), x, value), x)
 
 
-def _atan2(w: _Writer, y: str, x: str) -> str:
+def _atan2(w: VectorWriter, y: str, x: str) -> str:
     ay, ax = w.size(y), w.size(x)
     steep = w.compare("ogt", ay, ax)
     small, large = w.choose(steep, ax, ay), w.choose(steep, ay, ax)
@@ -283,8 +188,8 @@ def _atan2(w: _Writer, y: str, x: str) -> str:
     return w.choose(w.compare("uno", x, y), w.number(math.nan), value)
 
 
-def _arc(w: _Writer, x: str) -> tuple[str, str, str, str]:
-    """(inside, s, p, size): |x| ≤ ½, and asin of s, which is |x| or √((1 - |x|)/2), as s + p."""
+def _arc(w: VectorWriter, x: str) -> tuple[str, str, str, str]:
+    """(|x| ≤ ½, s, p, |x|), where s is |x| or √((1 - |x|)/2) and s + p is asin s."""
     size = w.size(x)
     inside = w.compare("ole", size, w.number(0.5))
     t = w.mul(w.sub(w.number(1.0), size), w.number(0.5))
@@ -298,7 +203,7 @@ def _arc(w: _Writer, x: str) -> tuple[str, str, str, str]:
     return inside, s, w.choose(inside, p, w.add(p, error)), size
 
 
-def _asin(w: _Writer, x: str) -> str:
+def _asin(w: VectorWriter, x: str) -> str:
     inside, s, p, _ = _arc(w, x)
     double = w.mul(w.number(-2.0), s)
     high, lost = w.two_sum(w.number(2 * _PIO4), double)
@@ -307,7 +212,7 @@ def _asin(w: _Writer, x: str) -> str:
     return w.signed(value, x)
 
 
-def _acos(w: _Writer, x: str) -> str:
+def _acos(w: VectorWriter, x: str) -> str:
     inside, s, p, _ = _arc(w, x)
     left = w.compare("olt", x, w.number(0.0))
     s_x, p_x = w.signed(s, x), w.choose(left, w.neg(p), p)
@@ -319,7 +224,7 @@ def _acos(w: _Writer, x: str) -> str:
     return w.choose(inside, middle, w.choose(left, far, right))
 
 
-def _pow(w: _Writer, x: str, y: str) -> str:
+def _pow(w: VectorWriter, x: str, y: str) -> str:
     k, m = _split(w, x)
     # log m = 2 s (1 + s² (⅓ + s² Q)) in two doubles,  s = f / (2 + f)
     f = w.sub(m, w.number(1.0))
@@ -354,7 +259,7 @@ def _pow(w: _Writer, x: str, y: str) -> str:
     return _unless(w, plain, fast, "pow", (x, y))
 
 
-def _tan(w: _Writer, x: str) -> str:
+def _tan(w: VectorWriter, x: str) -> str:
     inside = w.compare("ole", w.size(x), w.number(LIMIT))
     bits, sine, cosine = reduced(w, x)
     odd = w.emit(f"icmp ne {w.J} {w.whole('and', bits, w.integer(1))}, {w.integer(0)}")
@@ -376,11 +281,11 @@ HUGE_TAN = f"""define internal double @tan.huge(double %x) nounwind noinline {{
   ret double %tan
 }}
 """
-"""Of an argument beyond `sincos.LIMIT`: three roundings, of which two are below one unit."""
+"""Tangent of an argument beyond `sincos.LIMIT`: three roundings, two of them below one unit."""
 
 
-def _unless(w: _Writer, plain: str, fast: str, function: str, arguments: Sequence[str]) -> str:
-    """``fast`` where ``plain`` holds; another function, mostly the C library's, in the other lanes."""
+def _unless(w: VectorWriter, plain: str, fast: str, function: str, arguments: Sequence[str]) -> str:
+    """``fast`` in the lanes where ``plain`` holds; another function, usually the C library's, in the others."""
     if w.lanes == 1:
         every = plain
     else:
@@ -392,8 +297,8 @@ def _unless(w: _Writer, plain: str, fast: str, function: str, arguments: Sequenc
     else:
         slow = "poison"
         for i in range(w.lanes):
-            ones = [w.emit(f"extractelement {w.T} {a}, i32 {i}") for a in arguments]
-            value = w.emit(f"call double @{function}({', '.join(f'double {a}' for a in ones)})")
+            scalars = [w.emit(f"extractelement {w.T} {a}, i32 {i}") for a in arguments]
+            value = w.emit(f"call double @{function}({', '.join(f'double {a}' for a in scalars)})")
             slow = w.emit(f"insertelement {w.T} {slow}, double {value}, i32 {i}")
     mixed = w.choose(plain, fast, slow)
     w.lines += ["  br label %done", "done:"]

@@ -1,16 +1,15 @@
-"""The loops over the links of a large tree as LLVM IR, of one state or of several side by side.
+"""The loops over the links of a large tree as LLVM IR, for one state or for several side by side.
 
-Where everything stands is decided in :mod:`freebody.program.large.tree_loop`.
+:mod:`freebody.program.large.tree_parts` decides the place of every number.
 
-Every call has a workspace of its own, so that any number of threads may call it. Places in it, and addresses of the
-steps and of the straight parts, are constants of the code or of the tables that it reads. A number is one double, or
-one of every lane: nothing else differs between the two.
+Every call has a workspace of its own, so that any number of threads may call at once. Places in the workspace, and
+addresses of the steps and of the straight parts, are constants of the code or of the tables that it reads. A number is
+one double, or a vector of one double for each lane; nothing else differs between the two.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from ...model.model import GROUND
 from ...native import codegen
@@ -34,34 +33,31 @@ from .link_text import (
     STARTS,
     VARY,
 )
-
-if TYPE_CHECKING:
-    from .tree_loop import LoopedSet, Parts
+from .tree_parts import Parts
 
 
 class Driver:
-    """The loops as LLVM IR."""
+    """Writer of the loops as LLVM IR."""
 
-    def __init__(self, owner: LoopedSet, parts: Parts) -> None:
-        self.owner = owner
+    def __init__(self, parts: Parts) -> None:
         self.parts = parts
-        self.lanes = owner.lanes
+        self.lanes = parts.lanes
         self.count = len(parts.model.links)
-        self.moved = owner.directions is not None
-        self.width = self.lanes * (1 + self.moved)  # of a number, with its derivative
+        self.with_derivatives = parts.directions is not None
+        self.width = self.lanes * (1 + self.with_derivatives)  # doubles of a number
         self.T = "double" if self.width == 1 else f"<{self.width} x double>"
-        self.own_constants = self.lanes > 1 and not owner.shared  # a vector for each
+        self.constants_by_lane = self.lanes > 1 and not parts.shared
         self.fill = {
-            "T": self.T, "align": 8 * self.width, "C": self.T if self.own_constants else "double",
+            "T": self.T, "align": 8 * self.width, "C": self.T if self.constants_by_lane else "double",
             "time": "double 0.0" if self.lanes == 1 else "ptr %S",
         }  # fmt: skip
-        self.steps = (*owner.loops, "place", "moved", "pressed")
+        self.steps = (*parts.loops, "place", "moved", "pressed")
         rows: list[int] = []
         joints: list[int] = []
         for i, link in enumerate(parts.model.links):
-            step = owner.step(i)
+            step = parts.step(i)
             above = -1 if link.parent == GROUND else link.parent
-            rows += [owner.offset(i), len(joints), len(parts.joints[i])]
+            rows += [parts.offsets[i], len(joints), len(parts.joints[i])]
             rows += [parts.sums.of[i], parts.sums.passed[i], parts.sums.added[i]]
             rows += [
                 parts.at(i, link_step.V),
@@ -70,17 +66,17 @@ class Driver:
             rows += [parts.accelerations[i], parts.accelerations[above], parts.at(above, SECOND)]
             rows += [step[name].address for name in self.steps]
             joints += parts.joints[i]
-        self.links, self.joints = owner.table(rows), owner.table(joints)
+        self.links, self.joints = parts.table(rows), parts.table(joints)
 
     def text(self) -> str:
-        """The module."""
+        """Text of the module."""
         triple = codegen.processor()[0]
         head = f'target triple = "{triple}"\ntarget datalayout = "{codegen.layout()}"\n'
         widths = {self.lanes}
         if "column" in self.parts.outputs:
             functions = [self._mass_matrix()]
             widths.add(1)
-        elif self.moved:
+        elif self.with_derivatives:
             functions = [self._derivative()]
             widths = {1}
         else:
@@ -90,14 +86,14 @@ class Driver:
         return "\n".join([head + helpers, batch.DECLARATION, *rows, *self._loops(), *functions])
 
     def _function(self, name: str) -> str:
-        """The kernel of one state (or of as many as there are lanes) and of rows."""
+        """Kernel of one state (or of one state per lane) and of rows."""
         parts = self.parts
         outputs = parts.outputs[name]
         fill = {
             **self.fill, "name": name, "lanes": self.lanes, "state": parts.states[name], "outputs": len(outputs),
-            "bytes": 8 * self.lanes * (parts.size + self.owner.hoisted * self.own_constants) + 64,
-            "constants": parts.size, "hoisted": self.owner.hoisted,
-            "table": self.owner.table(outputs),
+            "bytes": 8 * self.lanes * (parts.size + parts.hoisted * self.constants_by_lane) + 64,
+            "constants": parts.size, "hoisted": parts.hoisted,
+            "table": parts.table(outputs),
         }  # fmt: skip
         if not outputs:
             return NOTHING.format(**fill)
@@ -105,20 +101,20 @@ class Driver:
             "symbol": name if self.lanes == 1 else f"{name}.lanes",
             "given": "double %t" if self.lanes == 1 else "ptr %tt",
             "moment": "" if self.lanes == 1 else f"  %t = load {self.T}, ptr %tt, align {8 * self.lanes}\n",
-            "vary": VARY.format(**fill) if self.own_constants else ONE.format(**fill),
+            "vary": VARY.format(**fill) if self.constants_by_lane else ONE.format(**fill),
         }
         return f"{self._core(name)}\n{CALL.format(**fill)}\n{BATCH.format(**fill)}"
 
     def _core(self, name: str) -> str:
-        """What is done once time and state stand in S."""
+        """Function that computes the outputs in S from time and state in S."""
         parts = self.parts
         reactions = name == "reactions"
-        moving = name in ("rates", "accelerations") or reactions or self.owner.back
+        moving = name in ("rates", "accelerations") or reactions or parts.back
         placed = not moving or reactions or parts.placed
         lines = self._begun(f"{name}.core", parts.states[name])
         lines.append(f"  call void @outward.{'placed' if placed else 'plain'}(ptr %S, ptr %c)")
         fetched = [parts.at(i, k) for i, k in parts.fetched]
-        first = 2 + parts.given
+        first = 2 + parts.inputs
         early = parts.loads_end - first
         late = fetched[early:]
         if early and name not in ("poses", "postures", "velocities", "momentum"):
@@ -126,14 +122,14 @@ class Driver:
         if moving:
             lines += self._straight("loads")
             if parts.pressed:
-                targets = self.owner.table([a for a, _ in parts.pressed])
-                sources = self.owner.table([b for _, b in parts.pressed])
+                targets = parts.table([a for a, _ in parts.pressed])
+                sources = parts.table([b for _, b in parts.pressed])
                 lines.append(
                     f"  call void @press(ptr %S, ptr inttoptr (i64 {targets} to ptr), "
                     f"ptr inttoptr (i64 {sources} to ptr), i64 {len(parts.pressed)})"
                 )
-            # accelerations follow from articulated inertias, or the wrenches from accelerations
-            order = ("final", "inward") if self.owner.back else ("inward", "final")
+            # accelerations follow from articulated inertias, or wrenches from accelerations
+            order = ("final", "inward") if parts.back else ("inward", "final")
             lines += [f"  call void @{loop}(ptr %S, ptr %c)" for loop in order]
             if reactions:
                 lines.append("  call void @pressed(ptr %S, ptr %c)")
@@ -152,21 +148,21 @@ class Driver:
         return "\n".join([*lines, "  ret void", "}", ""])
 
     def _finish(self, late: Sequence[int]) -> list[str]:
-        """What follows from the records, fetched from these places."""
+        """Fetch these places of the records and run the part "finish"."""
         lines = [self._fetched("late", self.parts.loads_end, late)] if late else []
         return lines + self._straight("finish")
 
     def _begun(self, name: str, state: int) -> list[str]:
-        """The head of a function of ``state`` numbers, which stand in S: the front, the sums, and the ground."""
+        """Head of a function of ``state`` numbers in S: it sets the front, the sums and the ground."""
         parts, T = self.parts, self.T
-        each = [*[1.0] * self.lanes, *[0.0] * (self.width - self.lanes)]
-        one = ", ".join(f"double {literal(x)}" for x in each)
+        numbers = [*[1.0] * self.lanes, *[0.0] * (self.width - self.lanes)]
+        one = ", ".join(f"double {literal(x)}" for x in numbers)
         one = f"<{one}>" if self.width > 1 else literal(1.0)
         lines = [
             f"define internal void @{name}(ptr %S, ptr %c) nounwind noinline {{",
             "entry:",
             self._zeros("zero", 0, 1),
-            self._zeros("rest", 2 + state, parts.given - state),
+            self._zeros("rest", 2 + state, parts.inputs - state),
             self._zeros("begun", parts.sums.cleared, parts.sums.aside - parts.sums.cleared),
             self._zeros("ground", parts.base, WIDTH),
             self._zeros("rest_of_ground", parts.accelerations[-1], 3),
@@ -181,24 +177,25 @@ class Driver:
         return lines
 
     def _straight(self, name: str) -> list[str]:
+        """Call of a straight part; no lines for an empty one."""
         if name in self.parts.empty:
             return []
-        address = self.owner.straight[name].address
-        one = self.lanes == 1
+        address = self.parts.straight[name].address
+        single = self.lanes == 1
         lines = [
-            f"  %{name}.c = getelementptr {self.fill['C']}, ptr %c, i64 {self.owner.straight_offset}",
+            f"  %{name}.c = getelementptr {self.fill['C']}, ptr %c, i64 {self.parts.straight_offset}",
             f"  %{name}.out = getelementptr {self.T}, ptr %S, i64 {self.parts.start[name]}",
             f"  %{name}.at = getelementptr {self.T}, ptr %S, i64 1",
         ]
-        if one:
+        if single:
             lines.append(f"  %{name}.t = load double, ptr %{name}.at, align 8")
-        time = f"double %{name}.t" if one else f"ptr %{name}.at"
+        time = f"double %{name}.t" if single else f"ptr %{name}.at"
         call = f"  call void inttoptr (i64 {address} to ptr)({time}, ptr %S, ptr %{name}.c, ptr %{name}.out)"
         return [*lines, call]
 
     def _fetched(self, name: str, target: int, places: Sequence[int]) -> str:
-        """From these places in S to others one after the other."""
-        table = self.owner.table(places)
+        """Copy numbers from these places in S to consecutive places."""
+        table = self.parts.table(places)
         return f"""  %{name} = getelementptr {self.T}, ptr %S, i64 {target}
   call void @fetch(ptr %{name}, ptr %S, ptr inttoptr (i64 {table} to ptr), i64 {len(places)})"""
 
@@ -212,14 +209,14 @@ class Driver:
   %table = getelementptr i64, ptr inttoptr (i64 {self.joints} to ptr), i64 %places
   call void @fetch(ptr %joint, ptr %S, ptr %table, i64 %many)"""
         outward = f"{gather}\n{self._step(0)}"
-        # inertias and wrenches of the tips add up, or wrenches alone
+        # inertias and wrenches of the tips are added up, or wrenches alone
         inward = f"""{gather}
 {self._step(1)}
   %several = icmp sge i64 %added, 0
   br i1 %several, label %add, label %on
 add:
   %sum = getelementptr {T}, ptr %S, i64 %added
-  call void @add(ptr %sum, ptr %passed, i64 {6 if self.owner.back else SUM})
+  call void @add(ptr %sum, ptr %passed, i64 {6 if self.parts.back else SUM})
   br label %on
 on:"""
         total = f"""
@@ -246,7 +243,7 @@ on:"""
         ]
 
     def _step(self, k: int) -> str:
-        """One of the steps: see :func:`freebody.program.large.link_step.compiled_step`."""
+        """Call of a step: see :func:`freebody.program.large.link_step.compiled_step`."""
         (first, *reads), (target, *writes) = STEPS[self.steps[k]]
         arrays = ", ".join(f"ptr %{x}" for x in (first, "constants", target, *reads, *writes))
         return f"""  %row{k} = getelementptr i64, ptr %row, i64 {len(STARTS) + k}
@@ -255,12 +252,12 @@ on:"""
   call void %f{k}({self.fill["time"]}, {arrays})"""
 
     def _derivative(self) -> str:
-        """Of one kernel along one direction, or by some numbers of its state, eight columns at a time."""
-        base, first, count = self.owner.directions or ("", 0, 0)
+        """Derivative of one kernel along a direction, or by some numbers of its state, eight columns at a time."""
+        base, first, count = self.parts.directions or ("", 0, 0)
         outputs = self.parts.outputs[base]
         fill = {
             **self.fill, "name": base, "state": self.parts.states[base], "outputs": len(outputs), "width": self.width,
-            "bytes": 8 * self.width * self.parts.size + 64, "table": self.owner.table(outputs), "lanes": self.lanes,
+            "bytes": 8 * self.width * self.parts.size + 64, "table": self.parts.table(outputs), "lanes": self.lanes,
             "first": first, "count": count, "columns": count or 1, "V": f"<{self.lanes} x double>",
             "begin": BY.format(first=first, count=count, lanes=self.lanes) if count else ALONG.format(first=first),
         }  # fmt: skip
@@ -270,11 +267,11 @@ on:"""
         return f"{self._core(base)}\n{DERIVATIVE.format(**fill)}\n{rows}"
 
     def _mass_matrix(self) -> str:
-        """Postures once, then forces at rest for unit accelerations, as many columns at a time as there are lanes."""
+        """Mass matrix: postures once, then forces at rest for unit accelerations, one column per lane at a time."""
         parts = self.parts
         outputs = parts.outputs["column"]
         n_u = len(outputs)
-        n_q = parts.given - 2 * n_u
+        n_q = parts.inputs - 2 * n_u
         late = [parts.at(i, k) for i, k in parts.fetched]
         column = [
             *self._straight("front"),
@@ -286,7 +283,7 @@ on:"""
         begun = "\n".join([*core, "  call void @outward.plain(ptr %S, ptr %c)", "  ret void", "}"])
         columns = COLUMNS.format(
             **self.fill, n_u=n_u, first=2 + n_q + n_u, bytes=8 * self.lanes * parts.size + 64, state=n_q,
-            column="\n".join(column), lanes=self.lanes, table=self.owner.table(outputs),
+            column="\n".join(column), lanes=self.lanes, table=parts.table(outputs),
         )  # fmt: skip
         return begun + columns + self._rows("mass_matrix", n_q, n_u * n_u)
 

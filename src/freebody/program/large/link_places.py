@@ -1,7 +1,7 @@
-"""Where the loops over links keep what only neighbours need: sums of what tips pass on, and accelerations.
+"""Places of the numbers that only neighbouring links need: sums of the loads that tips pass on, and accelerations.
 
-A place is used again once nobody waits for what stands there, so that a chain of any length needs two of each: they
-stay in the fastest cache, where a place for every link would not.
+A place is reused once its number is no longer needed. A chain of any length then needs two places of each sort, which
+stay in the fastest cache; a place for every link would not.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from ...model.model import GROUND
 
 
 class Sums(NamedTuple):
-    """Of each link, where the sum of what its tips pass on stands, where it leaves its own, and where that is added.
+    """Places of sums for each link: the sum over its tips, its own contribution, and the sum to which that is added.
 
-    ``added`` is -1 of the first that a parent gets. From ``cleared`` up to ``aside`` there must be zeros to begin
-    with: first those for links without tips, then the sums that are kept.
+    ``added`` is -1 for the first contribution that a parent receives. The places from ``cleared`` up to ``aside`` must
+    be zero at first: the sum of links without tips, then the sums that are kept.
     """
 
     of: list[int]
@@ -28,15 +28,15 @@ class Sums(NamedTuple):
 
 
 def sums(parents: Sequence[int], kept: Collection[int], start: int, size: int) -> Sums:
-    """Places from ``start`` on, of ``size`` numbers each, of a loop from the last link to the first.
+    """Places from ``start`` on, of ``size`` numbers each, for a loop from the last link to the first.
 
-    The sums of the links ``kept`` begin with loads and stay.
+    The sums of the links ``kept`` begin with loads and keep their places.
     """
-    nothing, own = start, {i: start + size * (k + 1) for k, i in enumerate(kept)}
-    aside = start + size * (1 + len(own))
+    empty, permanent = start, {i: start + size * (k + 1) for k, i in enumerate(kept)}
+    aside = start + size * (1 + len(permanent))
     end = aside + size
     free: list[int] = []
-    waiting = dict(own)
+    waiting = dict(permanent)
     of, passed, added = ([-1] * len(parents) for _ in range(3))
     for i in range(len(parents) - 1, -1, -1):
         parent = parents[i]
@@ -48,16 +48,16 @@ def sums(parents: Sequence[int], kept: Collection[int], start: int, size: int) -
                 free.append(end)
                 end += size
             passed[i] = waiting[parent] = free.pop()
-        of[i] = waiting.pop(i, nothing)
-        if of[i] != nothing and i not in own:
+        of[i] = waiting.pop(i, empty)
+        if of[i] != empty and i not in permanent:
             free.append(of[i])
-    return Sums(of, passed, added, nothing, aside, end)
+    return Sums(of, passed, added, empty, aside, end)
 
 
 def accelerations(parents: Sequence[int], keep: bool, start: int) -> tuple[list[int], int]:
-    """Places from ``start`` on of a loop from the first link to the last, the ground's at the end; and their end.
+    """Return places from ``start`` on for a loop from the first link to the last, the ground's last, and their end.
 
-    An acceleration is needed up to the last of the tips; with ``keep`` it stays.
+    An acceleration is needed up to the last tip of its link; with ``keep`` it keeps its place.
     """
     last = {parent: i for i, parent in enumerate(parents)}
     places: list[int] = []

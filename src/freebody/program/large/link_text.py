@@ -1,16 +1,16 @@
-"""The loops over the links of a large tree as LLVM IR: what stands around the steps, with its gaps.
+"""Templates of the loops over the links of a large tree as LLVM IR.
 
 T is a number: a double, a vector of one double for each lane, or either with its derivatives behind it. S is the
-workspace of `tree_loop`, c the constants, out the outputs. A kernel is a loop with a way in and a
-way out:
+workspace of `tree_parts`, c the constants, out the outputs. A kernel reads its arguments, loops over the links and
+writes its outputs:
 
-    CALL         a state, or eight side by side, given as they stand in S
-    BATCH        rows, as many at a time as there are lanes
-    COLUMNS      a mass matrix: one state, with an acceleration of its own in each lane
-    DERIVATIVE   one state, with a direction of its own in each lane
-    ROWS         either of these row by row
+    CALL         one state, or eight side by side, in the order of S
+    BATCH        rows, one for each lane at a time
+    COLUMNS      a mass matrix: one state, with a different acceleration in each lane
+    DERIVATIVE   one state, with a different direction in each lane
+    ROWS         COLUMNS or DERIVATIVE row by row
 
-The file is longer than others: it is templates.
+The file is longer than others: it contains templates only.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from __future__ import annotations
 STARTS = (
     "constants", "places", "many", "tips", "passed", "added", "record", "parent", "own", "above", "parents_second",
 )  # fmt: skip
-"""Of a link: where its constants and the places of its joint variables begin, how many those are, and places in S."""
-ROW = len(STARTS) + 6  # and addresses of steps
+"""A link's row of the table: start of its constants, start and number of its joint variables' places, places in S."""
+ROW = len(STARTS) + 6  # the addresses of the steps follow
 
 LOOP = (
     """
@@ -117,7 +117,7 @@ done:
 # the constants of a row, or those of all
 ONE = """  %ic = mul i64 %row, %cs
   %C = getelementptr double, ptr %c, i64 %ic"""
-# constants of every lane, gathered anew where they differ between the rows
+# constants of every lane, gathered for each block if they differ between rows
 VARY = """  %C = getelementptr {T}, ptr %S, i64 {constants}
   %begin = icmp eq i64 %row, 0
   %differ = icmp ne i64 %cs, 0
@@ -187,7 +187,7 @@ done:
 }}
 """
 
-# one row after another
+# row after row
 ROWS = """
 define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %parts, ptr %c, i64 %cs, ptr %out) nounwind {{
 entry:
@@ -305,7 +305,7 @@ done:
 
 
 def _each(name: str, arguments: str, body: str) -> str:
-    """A loop of %k from 0 to %n."""
+    """A function with a loop over %k from 0 to %n."""
     return f"""
 define internal void @{name}({arguments}, i64 %n) nounwind noinline {{{{
 entry:

@@ -1,38 +1,37 @@
 """Common factors in the sums of a recurrence: f x + f y becomes f (x + y), one product of series in place of two.
 
-A product of two series takes as many multiplications as they have coefficients, one by a number a single one. So
-numbers are looked through, and moved to where no series is multiplied by another. Equal products of opposite sign,
-which a rotation there and back leaves, cancel.
+A product of two series takes as many multiplications per order as they have coefficients; a product with a number takes
+one. So numbers are moved out of products, to places where no series is multiplied by another. Equal products of
+opposite sign, which a rotation there and back leaves, cancel.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-if TYPE_CHECKING:
-    from .recurrence import Number, Recurrence
+from .recurrence import Number, Recurrence
 
 
 class _Product(NamedTuple):
-    """value · numbers · a · b, with the pair of nodes in their order; ``was`` is how the sum had it."""
+    """value · numbers · a · b, with the pair of nodes in order; ``original`` is the term or product of the sum."""
 
     value: float
     numbers: tuple[Number, ...]
     pair: tuple[int, int]
-    was: tuple[Any, ...]
+    original: tuple[Any, ...]
 
 
 def factored(recurrence: Recurrence) -> bool:
-    """Draw common factors out of the sums of products; whether there were any."""
-    return _Factoring(recurrence).done()
+    """Draw common factors out of the sums of products, and return whether there were any."""
+    return _Factoring(recurrence).factored()
 
 
 def unscaled(
     recurrence: Recurrence, x: int, uses: Mapping[int, int] | None = None
 ) -> tuple[float, tuple[Number, ...], int, bool]:
-    """Numbers and a series whose product node ``x`` is, and whether nothing else needs what lies between."""
+    """Value, numbers and series whose product node ``x`` is, and whether the nodes between have no other use."""
     value, alone = 1.0, True
     numbers: tuple[Number, ...] = ()
     while True:
@@ -58,15 +57,17 @@ def unscaled(
 
 
 def times(recurrence: Recurrence, x: int, value: float, numbers: tuple[Number, ...]) -> tuple[int, int]:
-    """A sign and a series: a series times numbers."""
+    """Multiply a series by numbers; return a sign and a series."""
     for number in numbers:
         x = recurrence.product(x, number)
     if abs(value) != 1:
-        x = recurrence.product(x, recurrence.number(abs(value)))
+        x = recurrence.product(x, Number(abs(value)))
     return (1 if value > 0 else -1), x
 
 
 class _Factoring:
+    """One pass of factoring over a recurrence."""
+
     def __init__(self, recurrence: Recurrence) -> None:
         self.recurrence, self.nodes = recurrence, recurrence.nodes
         self.former = recurrence.order
@@ -74,7 +75,8 @@ class _Factoring:
         self.uses = Counter(x for i in self.former for x in recurrence.used(i))
         self.uses.update(x for x in recurrence.outputs if isinstance(x, int))
 
-    def done(self) -> bool:
+    def factored(self) -> bool:
+        """Factor all sums, and return whether one has changed."""
         changed = False
         for i in self.former:
             before = self.recurrence.used(i)
@@ -88,24 +90,23 @@ class _Factoring:
         return changed
 
     def _place(self, i: int) -> None:
-        """A new sum after what it is the sum of."""
+        """Place a new sum after its parts."""
         if i not in self.placed:
             for x in self.recurrence.used(i):
                 self._place(x)
             self.placed[i] = None
 
     def _multiplied(
-        self, sign: float, numbers: tuple[Number, ...], a: int, b: int, was: tuple[Any, ...]
+        self, sign: float, numbers: tuple[Number, ...], a: int, b: int, original: tuple[Any, ...]
     ) -> _Product:
-        one, more, x, _ = unscaled(self.recurrence, a)
-        two, others, y, _ = unscaled(self.recurrence, b)
-        return _Product(
-            sign * one * two, tuple(sorted((*numbers, *more, *others), key=repr)), (min(x, y), max(x, y)), was
-        )
+        value_a, numbers_a, x, _ = unscaled(self.recurrence, a)
+        value_b, numbers_b, y, _ = unscaled(self.recurrence, b)
+        sorted_numbers = tuple(sorted((*numbers, *numbers_a, *numbers_b), key=repr))
+        return _Product(sign * value_a * value_b, sorted_numbers, (min(x, y), max(x, y)), original)
 
     def _draw(self, i: int) -> bool:
-        """Draw common factors out of node ``i``."""
-        terms, found = [], []
+        """Draw common factors out of node ``i``, and return whether there were any."""
+        terms, expanded = [], []
         for term in self.nodes[i].terms:
             sign, x = term
             if isinstance(x, int):
@@ -118,28 +119,27 @@ class _Factoring:
                     and not below.terms
                     and len(below.products) == 1
                 ):
-                    other, a, b = below.products[0]
-                    found.append(self._multiplied(sign * value * other, numbers, a, b, term))
+                    product_sign, a, b = below.products[0]
+                    expanded.append(self._multiplied(sign * value * product_sign, numbers, a, b, term))
                     continue
             terms.append(term)
-        found += [self._multiplied(sign, (), a, b, (sign, a, b)) for sign, a, b in self.nodes[i].products]
-        left = self._collected(found)
+        expanded += [self._multiplied(sign, (), a, b, (sign, a, b)) for sign, a, b in self.nodes[i].products]
+        remaining = self._collected(expanded)
         products: list[tuple[int, int, int]] = []
-        while left:
-            (f, count), *_ = sorted(
-                Counter(x for p in left for x in set(p.pair)).items(), key=lambda one: (-one[1], one[0])
-            )
-            group = [p for p in left if f in p.pair] if count > 1 else left
-            left = [p for p in left if p not in group]
+        while remaining:
+            uses = Counter(x for p in remaining for x in set(p.pair))
+            f, count = min(uses.items(), key=lambda item: (-item[1], item[0]))  # the most common factor
+            group = [p for p in remaining if f in p.pair] if count > 1 else remaining
+            remaining = [p for p in remaining if p not in group]
             if count > 1:
                 parts = [times(self.recurrence, p.pair[p.pair[0] == f], p.value, p.numbers) for p in group]
                 products.append((1, f, self.recurrence.sum(*parts)))
                 continue
             for p in group:
-                if len(p.was) == 2:
-                    terms.append(p.was)
-                elif p.was:
-                    products.append(p.was)
+                if len(p.original) == 2:
+                    terms.append(p.original)
+                elif p.original:
+                    products.append(p.original)
                 else:
                     sign, x = times(self.recurrence, p.pair[1], p.value, p.numbers)
                     products.append((sign, p.pair[0], x))
@@ -148,10 +148,10 @@ class _Factoring:
         self.nodes[i] = self.nodes[i]._replace(terms=tuple(terms), products=tuple(products))
         return True
 
-    def _collected(self, found: list[_Product]) -> list[_Product]:
-        """Equal products together, without those that cancel."""
+    def _collected(self, products: list[_Product]) -> list[_Product]:
+        """Add up equal products and drop those that cancel."""
         result: dict[object, _Product] = {}
-        for p in found:
+        for p in products:
             key = p.numbers, p.pair
             if key in result:
                 p = _Product(result[key].value + p.value, p.numbers, p.pair, ())

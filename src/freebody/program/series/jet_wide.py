@@ -1,47 +1,50 @@
-"""Taylor coefficients of eight motions at once, as LLVM IR: each number of a register is another motion.
+"""Taylor coefficients of eight motions at once, as LLVM IR: each place of a register belongs to one motion.
 
     p_k = Σ_i a_i b_(k-i) = a_0 b_k + a_k b_0 + Σ_(0<j<k/2) (a_j b_(k-j) + a_(k-j) b_j) + [k even] a_(k/2) b_(k/2)
 
-With a motion in each place of a register a recurrence (`recurrence`) is what it is on paper: nothing is spread over a
-register, shifted in it or added up across it, as it is for one motion (`jet`). Coefficients lie in memory, those of a
-series one after the other. An order begins with the sums above, without the ends, of all its products together: from
-the middle outwards, so that the coefficients of the order before are wanted last, and the sums do not wait for them.
-The numbers j and k - j of a series are read once for all products it is in. Of a square half the sum is made; numbers
-that multiply a factor are taken out of it, so that products which differ by them are one.
+With a motion in each place of a register, a recurrence (`recurrence`) is computed as written on paper. Nothing is
+spread over a register, shifted in it or added up across it, as for one motion (`jet`). The coefficients of a series lie
+in memory one after the other.
 
-Loops, and not one text for each order: unrolled, the kernel of a heavy top took ten times as long to compile and
-twice as long to run.
+An order begins with the sums above, without their end terms, for all its products together. A sum runs from the middle
+outwards: it needs the coefficients of the previous order last, so that it does not wait for them. The coefficients j
+and k - j of a series are read once for all its products. For a square, only half of the sum is computed. Numbers that
+multiply a factor are taken out of it, so that products which differ only by numbers are computed once.
 
-The file is longer than others: an order is one text, whose parts share what is known so far.
+Orders are a loop. Unrolled, the kernel of a heavy top took ten times as long to compile and twice as long to run.
+
+The file is longer than others: an order is one text, whose parts share the values computed so far.
 """
 
 from __future__ import annotations
 
-from ...native.ir_text import Lines, literal, splat
+from typing import TypeAlias
+
 from ...native.registers import WIDTH
 from ..code.emit import Module
 from ..code.lower import Program
-from .jet import INVERSES, ORDER, cut, names
 from .recurrence import ONE, Number, Recurrence
+from .rewriting import shortened
+from .writer import INVERSES, ORDER, PIECE, SeriesWriter, arguments_of
 
-PIECE = 400
-"""Nodes of one piece of a long recurrence."""
 TOGETHER = 22
-"""Products that are summed side by side: with their factors they fill the registers."""
+"""Number of products that are summed side by side: with their factors they fill the registers."""
 
 _V = f"<{WIDTH} x double>"
 _BYTES = 8 * WIDTH
-_ROW = _BYTES * (
+_ROW = (
     ORDER + 1
-)  # an odd number of lines of the cache, so that rows do not lie in the same sets of it
-Pair = tuple[int, int]
+)  # vectors of a series: an odd number of cache lines, so that rows fall into different sets of the cache
+Pair: TypeAlias = tuple[int, int]
+Factors: TypeAlias = list[tuple[int, tuple[Number, ...]]]
+"""Signs and numbers that multiply a product."""
 
 
 def jet_wide(module: Module, program: Program, body: str, name: str, piece: int = PIECE) -> int:
-    """Add the function ``name`` on eight motions, which writes the rows y_0 ... y_p of eight times the state.
+    """Add the function ``name`` for eight motions, which writes the rows y_0 ... y_p of eight times the state.
 
-    Its signature is that of the kernels for eight lanes: component i of motion l stands at 8 i + l. After the rows it
-    needs room for the coefficients of other series, which a stack may not have.
+    Its signature is that of the kernels for eight lanes: component i of motion l stands at 8 i + l. It stores the
+    coefficients of other series behind the rows, since a stack may be too small for them.
 
     Parameters
     ----------
@@ -51,77 +54,70 @@ def jet_wide(module: Module, program: Program, body: str, name: str, piece: int 
         Name of the body whose outputs are the rates, in the order of the state.
     name : str
     piece : int
-        Nodes of one piece of a long recurrence.
+        Number of nodes in one piece of a long recurrence.
 
     Returns
     -------
     int
-        How many numbers it writes, with those in that room.
+        Number of doubles that it writes, including the other series.
 
     Raises
     ------
     ExpressionError
-        A function that bends or jumps.
+        For a function with a kink or a jump.
     """
-    writer = _Writer(module, Recurrence(program, body), name, piece)
+    writer = _Writer(module, shortened(Recurrence(program, body)), name, piece)
     module.functions.append(writer.text())
     return WIDTH * (ORDER + 1) * (len(writer.outputs) + len(writer.rows))
 
 
-class _Writer(Lines):
-    """The function that fills the coefficients."""
-
-    T = _V
+class _Writer(SeriesWriter):
+    """Writer of the function that fills the coefficients of eight motions."""
 
     def __init__(self, module: Module, recurrence: Recurrence, name: str, piece: int) -> None:
-        self.module, self.name = module, name
-        self.nodes, self.outputs = recurrence.nodes, recurrence.outputs
-        self.zero = recurrence.starts_at_zero
+        super().__init__(module, recurrence, name, piece, lanes=WIDTH)
         order = recurrence.order
-        self.pieces = cut(order, piece)
-        self.owner = {i: j for j, part in enumerate(self.pieces) for i in part}
         self.pairs = {i: self._pairs(i) for i in order}
         self.rows = self._rows(order)
-        super().__init__()
         self._start()
 
-    # -- what is kept -------------------------------------------------------------------------
+    # -- series in memory ---------------------------------------------------------------------
 
     def _unscaled(self, x: int) -> tuple[int, tuple[Number, ...]]:
-        """The series and the numbers whose product a series is."""
+        """A series and numbers whose product is the series x."""
         numbers: tuple[Number, ...] = ()
         while self.nodes[x].rule == "scaled":
             numbers += (self.nodes[x].number,)
             x = self.nodes[x].operand
         return x, numbers
 
-    def _pairs(self, i: int) -> dict[Pair, list[tuple[int, tuple[Number, ...]]]]:
-        """Products that node ``i`` adds up, and their factors: signs and numbers."""
+    def _pairs(self, i: int) -> dict[Pair, Factors]:
+        """Products that node ``i`` adds up, and their factors."""
         node = self.nodes[i]
         if node.rule == "quotient":
             return {_pair(self._unscaled(node.operand)[0], i): []}
         if node.rule == "root":
             return {(i, i): []}
-        found: dict[Pair, list[tuple[int, tuple[Number, ...]]]] = {}
+        pairs: dict[Pair, Factors] = {}
         for sign, *ab in node.products:
             (a, first), (b, second) = map(self._unscaled, ab)
-            found.setdefault(_pair(a, b), []).append((sign, first + second))
-        return found
+            pairs.setdefault(_pair(a, b), []).append((sign, first + second))
+        return pairs
 
     def _rows(self, order: list[int]) -> dict[int, int]:
-        """Rows of memory: of the factors of products, of what other pieces read and, as -1 - i, of inverses."""
-        kept = dict.fromkeys(x for pairs in self.pairs.values() for pair in pairs for x in pair)
+        """Rows of memory for factors of products, for series that other pieces read and, as -1 - i, for inverses."""
+        stored = dict.fromkeys(x for pairs in self.pairs.values() for pair in pairs for x in pair)
         for i in order:
-            kept.update(dict.fromkeys(x for x in self._read(i) if self.owner[x] != self.owner[i]))
+            stored.update(dict.fromkeys(x for x in self._operands(i) if self.owner[x] != self.owner[i]))
         inverses = [-1 - i for i in order if self.nodes[i].rule in ("quotient", "root")]
-        return {x: j for j, x in enumerate([*kept, *inverses])}
+        return {x: j for j, x in enumerate([*stored, *inverses])}
 
-    def _read(self, i: int) -> list[int]:
+    def _operands(self, i: int) -> list[int]:
         """Series whose coefficients node ``i`` needs."""
         node = self.nodes[i]
-        found = [x for x in (node.operand, *node.arguments) if isinstance(x, int) and x >= 0]
-        found += [x for _, x in node.terms if isinstance(x, int)]
-        return [self._unscaled(x)[0] for x in found] + [x for pair in self.pairs[i] for x in pair]
+        operands = [x for x in (node.operand, *node.arguments) if isinstance(x, int) and x >= 0]
+        operands += [x for _, x in node.terms if isinstance(x, int)]
+        return [self._unscaled(x)[0] for x in operands] + [x for pair in self.pairs[i] for x in pair]
 
     # -- text ---------------------------------------------------------------------------------
 
@@ -137,12 +133,12 @@ class _Writer(Lines):
             self._zero(j)
             head = f"define internal void @{self.name}.z{j}(ptr noalias %t, {shared}) nounwind noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
-            main.append(f"  call void @{self.name}.z{j}(ptr %t, {names(shared)})")
+            main.append(f"  call void @{self.name}.z{j}(ptr %t, {arguments_of(shared)})")
             self._start()
             self._order(j)
             head = f"define internal void @{self.name}.k{j}({orders}) nounwind noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
-            loop.append(f"  call void @{self.name}.k{j}({names(orders)})")
+            loop.append(f"  call void @{self.name}.k{j}({arguments_of(orders)})")
         self.module.helpers["@jet.inverse"] = INVERSES
         width = _BYTES * len(self.outputs)
         main = [
@@ -160,9 +156,9 @@ class _Writer(Lines):
             "  %next0 = load double, ptr %after, align 8",
             *(
                 line
-                for name, one in (("x", "k0"), ("by", "by0"), ("next", "next0"))
+                for name, scalar in (("x", "k0"), ("by", "by0"), ("next", "next0"))
                 for line in (
-                    f"  %{name}.1 = insertelement {_V} poison, double %{one}, i32 0",
+                    f"  %{name}.1 = insertelement {_V} poison, double %{scalar}, i32 0",
                     f"  %{name} = shufflevector {_V} %{name}.1, {_V} poison, <{WIDTH} x i32> zeroinitializer",
                 )
             ),
@@ -182,50 +178,31 @@ class _Writer(Lines):
         return "\n".join([*result, *main])
 
     def _start(self) -> None:
+        """Begin a new function: no value is known in it yet."""
         self.lines = []
         self.block, self.here = "0", "%here"
-        self.values: dict[int, str] = {}
+        self.values = {}
+        self.numbers = {}
+        self.sines = {}
         self.sums: dict[Pair, str] = {}
-        self.whole: dict[Pair, str] = {}
-        self.numbers: dict[object, str] = {}
-        self.sines: dict[int | Number, tuple[str, str]] = {}
-
-    def _load(self, base: str, bytes_: int) -> str:
-        pointer = base if bytes_ == 0 else self._new(f"getelementptr i8, ptr {base}, i64 {bytes_}")
-        return self._new(f"load {_V}, ptr {pointer}, align 64")
-
-    def _store(self, value: str, base: str, bytes_: int) -> None:
-        pointer = base if bytes_ == 0 else self._new(f"getelementptr i8, ptr {base}, i64 {bytes_}")
-        self.lines.append(f"  store {_V} {value}, ptr {pointer}, align 64")
+        self.products: dict[Pair, str] = {}
 
     def _fused(self, a: str, b: str, total: str | None) -> str:
-        """a b + total; None is zero."""
+        """a b + total, where a total of None is zero."""
         if total is None:
             return self._arithmetic("fmul", a, b)
         function = self.module.need_intrinsic("fmuladd", WIDTH, 3)
         return self._new(f"call {_V} {function}({_V} {a}, {_V} {b}, {_V} {total})")
 
-    def _number(self, x: Number) -> str:
-        if x not in self.numbers:
-            value = self._load("%c", _BYTES * x.place) if x.value is None else splat(literal(x.value), WIDTH)
-            if x.function == "square":
-                value = self._arithmetic("fmul", value, value)
-            elif x.function:
-                value = self._new(
-                    f"call {_V} {self.module.need_function(x.function, WIDTH, 1)}({_V} {value})"
-                )
-            self.numbers[x] = value
-        return self.numbers[x]
-
-    def _factor(self, factors: list[tuple[int, tuple[Number, ...]]]) -> str | int:
-        """Σ ± products of numbers, as a sign where it is one."""
+    def _factor(self, factors: Factors) -> str | int:
+        """Σ ± products of numbers; an integer if it is a sign only."""
         if len(factors) == 1 and not factors[0][1]:
             return factors[0][0]
         key = tuple(factors)
         if key not in self.numbers:
             total: str | None = None
             for sign, numbers in factors:
-                value = splat(literal(1.0), WIDTH)
+                value = self._constant(1.0)
                 for j, x in enumerate(numbers):
                     value = self._number(x) if j == 0 else self._arithmetic("fmul", value, self._number(x))
                 total = self._signed(total, sign, value)
@@ -234,7 +211,6 @@ class _Writer(Lines):
         return self.numbers[key]
 
     def _value(self, x: int | Number) -> str:
-        """The coefficient at this order; of a number, that at order 0."""
         if isinstance(x, Number):
             return self._number(x)
         if x not in self.values:
@@ -251,8 +227,8 @@ class _Writer(Lines):
         """The coefficient at order 0 of a factor."""
         return self._load("%frame", _ROW * self.rows[x])
 
-    def _mine(self, j: int) -> list[tuple[int, int | Number]]:
-        """Outputs, with their places, that piece ``j`` writes."""
+    def _outputs_of(self, j: int) -> list[tuple[int, int | Number]]:
+        """Outputs that piece ``j`` writes, with their places."""
         return [
             (k, x)
             for k, x in enumerate(self.outputs)
@@ -262,7 +238,7 @@ class _Writer(Lines):
     # -- order 0 ------------------------------------------------------------------------------
 
     def _zero(self, j: int) -> None:
-        """Values of a piece."""
+        """Write the values of a piece at order 0."""
         self.here = "%frame"
         for i in self.pieces[j]:
             if self.nodes[i].rule == "scaled":
@@ -270,16 +246,16 @@ class _Writer(Lines):
             value = self.values[i] = self._first(i)
             if i in self.rows:
                 self._store(value, "%frame", _ROW * self.rows[i])
-        for place, x in self._mine(j):
-            self._store(self._load("%y", _BYTES * place), "%out", _BYTES * place)
-            self._store(self._value(x), "%out", _BYTES * (len(self.outputs) + place))
+        for place, x in self._outputs_of(j):
+            self._store(self._load("%y", place), "%out", place)
+            self._store(self._value(x), "%out", len(self.outputs) + place)
 
     def _first(self, i: int) -> str:
-        """The value of node ``i`` at the start."""
+        """The value of node ``i`` at order 0."""
         node = self.nodes[i]
         match node.rule:
             case "state":
-                return self._load("%y", _BYTES * node.place)
+                return self._load("%y", node.place)
             case "time":
                 return self._load("%t", 0)
             case "moment":
@@ -288,39 +264,28 @@ class _Writer(Lines):
                 return self._sum(i, True)
             case "quotient":
                 divisor, base = self._value(node.operand), self._value(self._unscaled(node.operand)[0])
-                inverse = self._arithmetic("fdiv", splat(literal(1.0), WIDTH), divisor)
+                inverse = self._arithmetic("fdiv", self._constant(1.0), divisor)
                 self._store(inverse, "%frame", _ROW * self.rows[-1 - i])
-                of_base = inverse
+                base_inverse = inverse
                 if base != divisor:
-                    of_base = self._arithmetic("fdiv", splat(literal(1.0), WIDTH), base)
-                self._store(of_base, "%frame", _ROW * self.rows[-1 - i] + _BYTES)
+                    base_inverse = self._arithmetic("fdiv", self._constant(1.0), base)
+                self._store(base_inverse, "%frame", _ROW * self.rows[-1 - i] + 1)
                 above = node.arguments[0]
                 return inverse if above == ONE else self._arithmetic("fdiv", self._value(above), divisor)
             case "root":
-                function = self.module.need_intrinsic("sqrt", WIDTH, 1)
-                value = self._new(f"call {_V} {function}({_V} {self._value(node.operand)})")
-                inverse = self._arithmetic("fdiv", splat(literal(0.5), WIDTH), value)
-                for place in (0, _BYTES):
+                value = self._called(
+                    self.module.need_intrinsic("sqrt", WIDTH, 1), [self._value(node.operand)]
+                )
+                inverse = self._arithmetic("fdiv", self._constant(0.5), value)
+                for place in (0, 1):
                     self._store(inverse, "%frame", _ROW * self.rows[-1 - i] + place)
                 return value
-        if node.function in ("sin", "cos"):
-            return self._load(self._sine_and_cosine(node.arguments[0])[node.function == "cos"], 0)
-        arguments = ", ".join(f"{_V} {self._value(x)}" for x in node.arguments)
-        function = self.module.need_function(node.function, WIDTH, len(node.arguments))
-        return self._new(f"call {_V} {function}({arguments})")
-
-    def _sine_and_cosine(self, x: int | Number) -> tuple[str, str]:
-        """Where they are."""
-        if x not in self.sines:
-            value, s, c = self._value(x), *(self._new(f"alloca {_V}, align 64") for _ in range(2))
-            self.lines.append(f"  call void {self.module.need_sincos(WIDTH)}({_V} {value}, ptr {s}, ptr {c})")
-            self.sines[x] = (s, c)
-        return self.sines[x]
+        return self._function_at_start(node)
 
     # -- order k ------------------------------------------------------------------------------
 
     def _order(self, j: int) -> None:
-        """Coefficients of a piece at order k."""
+        """Write the coefficients of a piece at order k."""
         pairs = list(dict.fromkeys(pair for i in self.pieces[j] for pair in self.pairs[i]))
         if pairs:
             self.lines += [
@@ -333,28 +298,28 @@ class _Writer(Lines):
                 "  %half = lshr i64 %k.1, 1",
                 "  %any = icmp ne i64 %half, 0",
             ]
-        for q, some in enumerate(_gathered(pairs)):
-            self._convolve(f"{j}.{q}", some)
+        for q, group in enumerate(_grouped(pairs)):
+            self._convolve(f"{j}.{q}", group)
         for i in self.pieces[j]:
             if self.nodes[i].rule == "scaled":
                 continue
             value = self.values[i] = self._later(i)
             if i in self.rows:
                 self._store(value, "%here", _ROW * self.rows[i])
-        for place, x in self._mine(j):
+        for place, x in self._outputs_of(j):
             value = "zeroinitializer"
             if not isinstance(x, Number):
                 value = self._arithmetic("fmul", self._value(x), "%next")
-            self._store(value, "%to", _BYTES * place)
+            self._store(value, "%to", place)
 
     def _convolve(self, name: str, pairs: list[Pair]) -> None:
-        """Σ_(0<i<k) a_i b_(k-i) of some products, of squares half of it."""
+        """Write Σ_(0<i<k) a_i b_(k-i) of a group of products; for squares, half of it."""
         before, factors = self.block, list(dict.fromkeys(x for pair in pairs for x in pair))
         self.lines += [f"  br i1 %even, label %mid.{name}, label %begin.{name}", f"mid.{name}:"]
         at = {x: self._load("%mid", _ROW * self.rows[x]) for x in factors}
         first = []
         for a, b in pairs:
-            x = self._arithmetic("fmul", at[a], splat(literal(0.5), WIDTH)) if a == b else at[a]
+            x = self._arithmetic("fmul", at[a], self._constant(0.5)) if a == b else at[a]
             first.append(self._arithmetic("fmul", x, at[b]))
         self.lines += [f"  br label %begin.{name}", f"begin.{name}:"]
         started = [self._new(f"phi {_V} [ zeroinitializer, %{before} ], [ {x}, %mid.{name} ]") for x in first]
@@ -392,51 +357,43 @@ class _Writer(Lines):
             self.sums[pair] = self._new(f"phi {_V} [ {x}, %begin.{name} ], [ {y}, %loop.{name} ]")
         self.block = f"end.{name}"
 
-    def _ended(self, pair: Pair, total: str, sign: int) -> str:
-        """A sum of products with the two that have a_0 or b_0, of a square half of them."""
-        a, b = pair
-        for x, y in ((a, b), (b, a))[: 1 if a == b else 2]:
-            if x not in self.zero:
-                value = self._value(y)
-                if sign < 0:
-                    value = self._new(f"fneg {_V} {value}")
-                total = self._fused(value, self._at_start(x), total)
-        return total
-
     def _product(self, pair: Pair) -> str:
-        """The coefficient of a product."""
-        if pair not in self.whole:
-            total = self._ended(pair, self.sums[pair], 1)
-            self.whole[pair] = self._arithmetic("fadd", total, total) if pair[0] == pair[1] else total
-        return self.whole[pair]
+        """The coefficient of a product: the sum and the end terms, which contain a_0 or b_0."""
+        if pair not in self.products:
+            a, b = pair
+            total = self.sums[pair]
+            for x, y in ((a, b), (b, a))[: 1 if a == b else 2]:
+                if x not in self.zero:
+                    total = self._fused(self._value(y), self._at_start(x), total)
+            self.products[pair] = self._arithmetic("fadd", total, total) if a == b else total
+        return self.products[pair]
 
     def _later(self, i: int) -> str:
         """The coefficient of node ``i`` at order k."""
         node = self.nodes[i]
         match node.rule:
             case "state":
-                return self._load("%from", _BYTES * node.place)
+                return self._load("%from", node.place)
             case "time":
                 first = self._new("icmp eq i64 %k, 1")
-                one = splat(literal(1.0), WIDTH)
-                return self._new(f"select i1 {first}, {_V} {one}, {_V} zeroinitializer")
+                return self._new(f"select i1 {first}, {_V} {self._constant(1.0)}, {_V} zeroinitializer")
             case "sum":
                 return self._sum(i, False)
             case "quotient":
                 base, _ = self._unscaled(node.operand)
-                known = self.sums[_pair(base, i)]
+                partial = self.sums[_pair(base, i)]
                 if i not in self.zero:
-                    known = self._fused(self._value(base), self._at_start(i), known)
-                return self._divided(i, node.arguments[0], known)
+                    partial = self._fused(self._value(base), self._at_start(i), partial)
+                return self._divided(i, node.arguments[0], partial)
             case "root":
-                known = self.sums[(i, i)]
-                return self._divided(i, node.operand, self._arithmetic("fadd", known, known))
+                half = self.sums[(i, i)]
+                return self._divided(i, node.operand, self._arithmetic("fadd", half, half))
             case "moment":
                 return self._arithmetic("fmul", self._value(node.operand), "%x")
         return self._arithmetic("fmul", self._value(node.operand), "%by")
 
     def _sum(self, i: int, start: bool) -> str:
-        """The coefficient of a sum, at the start or at order k."""
+        """The coefficient of a sum, at order 0 (``start``) or at order k."""
         total: str | None = None
         for sign, x in self.nodes[i].terms:
             if (start and x in self.zero) or (not start and isinstance(x, Number)):
@@ -445,7 +402,7 @@ class _Writer(Lines):
                 total = self._signed(total, sign, self._number(x))
                 continue
             base, numbers = self._unscaled(x)
-            total = self._with(total, self._value(base), self._factor([(sign, numbers)]))
+            total = self._plus(total, self._value(base), self._factor([(sign, numbers)]))
         for pair, factors in self.pairs[i].items():
             if start and (pair[0] in self.zero or pair[1] in self.zero):
                 continue
@@ -453,35 +410,35 @@ class _Writer(Lines):
                 product = self._arithmetic("fmul", self._value(pair[0]), self._value(pair[1]))
             else:
                 product = self._product(pair)
-            total = self._with(total, product, self._factor(factors))
+            total = self._plus(total, product, self._factor(factors))
         return "zeroinitializer" if total is None else total
 
-    def _with(self, total: str | None, value: str, factor: str | int) -> str:
-        """total + factor value."""
+    def _plus(self, total: str | None, value: str, factor: str | int) -> str:
+        """total + factor · value."""
         if isinstance(factor, int):
             return self._signed(total, factor, value)
         return self._fused(value, factor, total)
 
-    def _divided(self, i: int, above: int | Number, known: str) -> str:
-        """(above - known) / divisor, where ``above`` comes last."""
-        of_whole, of_base = (self._load("%frame", _ROW * self.rows[-1 - i] + place) for place in (0, _BYTES))
-        known = self._signed(None, -1, self._arithmetic("fmul", known, of_base))
-        return known if isinstance(above, Number) else self._fused(self._value(above), of_whole, known)
+    def _divided(self, i: int, above: int | Number, partial: str) -> str:
+        """(above - partial) / divisor, with ``above`` used last since it is ready last."""
+        inverse, base_inverse = (self._load("%frame", _ROW * self.rows[-1 - i] + place) for place in (0, 1))
+        partial = self._signed(None, -1, self._arithmetic("fmul", partial, base_inverse))
+        return partial if isinstance(above, Number) else self._fused(self._value(above), inverse, partial)
 
 
-def _gathered(pairs: list[Pair]) -> list[list[Pair]]:
-    """Products that are summed side by side, those with factors in common together."""
-    left, result = list(pairs), list[list[Pair]]()
-    size = -(-len(left) // -(-len(left) // TOGETHER)) if left else 0
-    while left:
-        some, factors = list[Pair](), set[int]()
-        while left and len(some) < size:
-            best = min(left, key=lambda pair: len({*pair} - factors))
-            left.remove(best)
-            some.append(best)
+def _grouped(pairs: list[Pair]) -> list[list[Pair]]:
+    """Group the products that are summed side by side: those with common factors together."""
+    remaining, groups = list(pairs), list[list[Pair]]()
+    size = -(-len(remaining) // -(-len(remaining) // TOGETHER)) if remaining else 0
+    while remaining:
+        group, factors = list[Pair](), set[int]()
+        while remaining and len(group) < size:
+            best = min(remaining, key=lambda pair: len({*pair} - factors))
+            remaining.remove(best)
+            group.append(best)
             factors |= {*best}
-        result.append(some)
-    return result
+        groups.append(group)
+    return groups
 
 
 def _pair(a: int, b: int) -> Pair:

@@ -1,7 +1,7 @@
 """Rates as recurrences for Taylor coefficients.
 
-f_k, the k-th coefficient of the rates along the solution, follows from y_0 ... y_k by a recurrence for each
-operation. All are made of four (ϑ = τ d/dτ, so that (ϑx)_k = k x_k):
+The k-th coefficient f_k of the rates along the solution follows from y_0 ... y_k by a recurrence for each operation.
+All are combinations of four (ϑ = τ d/dτ, so that (ϑx)_k = k x_k):
 
     products    p = Σ ± a b     p_k = Σ_i a_i b_(k-i)
     quotient    q = a / b       q_k = (a_k - Σ_(i<k) q_i b_(k-i)) / b_0
@@ -16,17 +16,18 @@ Source: Griewank and Walther, Evaluating Derivatives (2008), section 13.2.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from ...errors import ExpressionError
 from ...scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB
 from ..code.lower import FIXED, HOISTED, RECIPROCAL, TIME, VARYING, Program
-from .factors import factored
-from .rewriting import divided, turned_back
+
+Product: TypeAlias = tuple[int, int, int]
+"""A sign and two nodes whose series are multiplied."""
 
 
 class Number(NamedTuple):
-    """What does not depend on time: a literal, a place in c, a function of one, or a sum of products (`combining`)."""
+    """A value independent of time: a literal, a place in c, a function of one, or a sum of products (`combining`)."""
 
     value: float | None = None
     place: int = -1
@@ -38,7 +39,7 @@ ONE = Number(1.0)
 
 
 class Node(NamedTuple):
-    """A series: its rule and what that needs.
+    """A series: its rule and the data of the rule.
 
     state     place in y
     time
@@ -46,8 +47,8 @@ class Node(NamedTuple):
     scaled    number, node
     quotient  node or number, node
     root      node
-    moment    node: ϑ of it
-    integral  node w with ϑx = w; function and arguments that give x_0, or the place of a node that does
+    moment    node x; the series is ϑx
+    integral  node w with ϑx = w; x_0 as a function and its arguments, or as the place of a node with this value
     """
 
     rule: str
@@ -67,8 +68,11 @@ class Recurrence:
     ----------
     nodes : list of Node
     order : list of int
-        Nodes; each needs of those before it the coefficients 0 to k, and of those after it the ones below k.
+        Nodes in the order of computation: the k-th coefficient of a node needs the coefficients 0 to k of the nodes
+        before it, and those below k of the nodes after it.
     outputs : list of int or Number
+    starts_at_zero : set of int
+        Nodes whose coefficient at order 0 is zero.
     """
 
     def __init__(self, program: Program, name: str) -> None:
@@ -76,28 +80,24 @@ class Recurrence:
         self.nodes: list[Node] = []
         self.order: list[int] = []
         self.starts_at_zero: set[int] = set()
-        self._known: dict[object, int] = {}
-        self._of: dict[int, int | Number] = {}
+        self._places: dict[object, int] = {}
+        self._series_of: dict[int, int | Number] = {}
         body = program.bodies[name]
         self._uses: dict[int, int] = {}
-        wanted = self._wanted(body.outputs)
-        for i in wanted:
+        needed = self._needed(body.outputs)
+        for i in needed:
             for x in (program.a[i], program.b[i]):
                 self._uses[x] = self._uses.get(x, 0) + 1
         for i in body.outputs:
             self._uses[i] = self._uses.get(i, 0) + 1
-        parts = {x for i in wanted if program.op[i] in _LINEAR for x in self._absorbed(i)}
-        for i in wanted:
+        parts = {x for i in needed if program.op[i] in _LINEAR for x in self._absorbed(i)}
+        for i in needed:
             if i not in parts:
-                self._of[i] = self._series(i)
+                self._series_of[i] = self._series(i)
         self.outputs = [self._value(i) for i in body.outputs]
         self.forget()
-        while factored(self) or turned_back(self):
-            self.forget()
-        divided(self)
-        self.forget()
 
-    def _wanted(self, outputs: list[int]) -> list[int]:
+    def _needed(self, outputs: list[int]) -> list[int]:
         """The varying nodes that the outputs need, operands first."""
         program = self.program
         needed: set[int] = set()
@@ -111,7 +111,7 @@ class Recurrence:
         return sorted(needed)
 
     def _absorbed(self, i: int) -> list[int]:
-        """Operands of a sum that are nothing but a part of it."""
+        """Operands of a sum that have no other use and become parts of it."""
         program = self.program
         return [
             x
@@ -123,7 +123,7 @@ class Recurrence:
         ]
 
     def forget(self) -> None:
-        """Leave out what no output needs, such as products whose factor cancels."""
+        """Drop nodes that no output needs, such as products whose factor cancels."""
         needed: set[int] = set()
         stack = [x for x in self.outputs if isinstance(x, int)]
         while stack:
@@ -135,15 +135,11 @@ class Recurrence:
         self.order = [i for i in self.order if i in needed]
 
     def used(self, i: int) -> list[int]:
-        """The series that node ``i`` names, each as often as it does."""
+        """Series that node ``i`` uses, each as often as it is used."""
         node = self.nodes[i]
-        found = [node.operand, *node.arguments, *(x for _, x in node.terms)]
-        found += [x for _, *ab in node.products for x in ab]
-        return [x for x in found if isinstance(x, int) and x >= 0]
-
-    def number(self, value: float) -> Number:
-        """A number that does not depend on anything."""
-        return Number(value)
+        operands = [node.operand, *node.arguments, *(x for _, x in node.terms)]
+        operands += [x for _, *ab in node.products for x in ab]
+        return [x for x in operands if isinstance(x, int) and x >= 0]
 
     def _is_product(self, i: int) -> bool:
         program = self.program
@@ -154,7 +150,7 @@ class Recurrence:
         )
 
     def _value(self, i: int) -> int | Number:
-        """The series or number that node ``i`` of the program is."""
+        """Series or number of node ``i`` of the program."""
         program = self.program
         if program.kind[i] == FIXED:
             return Number(program.constants[program.a[i]])
@@ -162,7 +158,7 @@ class Recurrence:
             return Number(None, program.hoisted[i])
         if program.op[i] == INPUT:
             return self._once(Node("time") if program.a[i] == TIME else Node("state", program.a[i]))
-        return self._of[i]
+        return self._series_of[i]
 
     def _add(self, node: Node) -> int:
         self.nodes.append(node)
@@ -184,11 +180,11 @@ class Recurrence:
         return i
 
     def _once(self, node: Node) -> int:
-        """A node, the same for the same recurrence."""
-        if node not in self._known:
-            self._known[node] = self._add(node)
-            self.order.append(self._known[node])
-        return self._known[node]
+        """Add a node unless an equal one exists, and return its place."""
+        if node not in self._places:
+            self._places[node] = self._add(node)
+            self.order.append(self._places[node])
+        return self._places[node]
 
     # -- operations ---------------------------------------------------------------------------
 
@@ -197,10 +193,10 @@ class Recurrence:
         code, a, b = program.op[i], program.a[i], program.b[i]
         if code in _LINEAR:
             terms: list[tuple[int, int | Number]] = []
-            products: list[tuple[int, int, int]] = []
+            products: list[Product] = []
             self._collect(i, 1, terms, products, True)
-            if not terms and len(products) == 2 and (turned := self._turned(*products)) is not None:
-                return turned
+            if not terms and len(products) == 2 and (series := self._angle_sum(*products)) is not None:
+                return series
             return self._once(Node("sum", terms=tuple(terms), products=tuple(products)))
         if code == MUL:
             return self.product(self._value(a), self._value(b))
@@ -220,10 +216,10 @@ class Recurrence:
         i: int,
         sign: int,
         terms: list[tuple[int, int | Number]],
-        products: list[tuple[int, int, int]],
+        products: list[Product],
         top: bool = False,
     ) -> None:
-        """The terms and products of a sum, through its parts."""
+        """Collect the terms and products of a sum and of its parts."""
         program = self.program
         code = program.op[i]
         if not top and not (
@@ -242,14 +238,14 @@ class Recurrence:
         self._collect(program.a[i], sign, terms, products)
         self._collect(program.b[i], -sign if code == SUB else sign, terms, products)
 
-    def _turned(self, one: tuple[int, int, int], two: tuple[int, int, int]) -> int | None:
-        """sin x cos y ± cos x sin y and cos x cos y ± sin x sin y as functions of x ± y, if these products are that.
+    def _angle_sum(self, first: Product, second: Product) -> int | None:
+        """Sine or cosine of x ± y, if two products are its expansion in sines and cosines of x and y; else None.
 
-        They take two products each, and those of an angle one; those of x and y go where nothing else needs them. Only
-        their values at the start are made of the products.
+        The expansions take two products each, sine and cosine of an angle one. Those of x and y are dropped unless
+        needed elsewhere. Only the values at order 0 are computed from the products.
         """
         parts: list[list[tuple[int, str]]] = []
-        for _, *ab in (one, two):
+        for _, *ab in (first, second):
             nodes = [self.nodes[i] for i in ab]
             if any(
                 node.function not in ("sin", "cos") or not isinstance(node.arguments[0], int)
@@ -260,7 +256,7 @@ class Recurrence:
         ((x, f), (y, g)), ((u, h), (v, k)) = parts
         if x == y or (x, y) != (u, v) or f == h or g == k:
             return None
-        sign, other = one[0], two[0]
+        sign, other = first[0], second[0]
         if f == "sin" if f == g else f == "cos":  # begin with cos cos or sin cos
             sign, other = other, sign
         relative = sign * other if f != g else -sign * other
@@ -270,10 +266,11 @@ class Recurrence:
             self._once(Node("sum", products=((1, sx, cy), (relative, cx, sy)))),
             self._once(Node("sum", products=((1, cx, cy), (-relative, sx, sy)))),
         )
-        found = _sine_and_cosine(self, self.sum((1, x), (relative, y)), f == g, starts)
-        return found if sign > 0 else self.sum((-1, found))
+        series = _sine_and_cosine(self, self.sum((1, x), (relative, y)), f == g, starts)
+        return series if sign > 0 else self.sum((-1, series))
 
     def product(self, a: int | Number, b: int | Number) -> int:
+        """Series a b."""
         if isinstance(a, Number):
             a, b = b, a
         assert isinstance(a, int)
@@ -282,31 +279,35 @@ class Recurrence:
         return self._once(Node("sum", products=((1, a, b),)))
 
     def _factors(self, i: int) -> tuple[int, ...]:
-        """The two series whose product a node is, else none."""
+        """The two factors of a node that is a product of series; empty for other nodes."""
         node = self.nodes[i]
         if node.rule != "sum" or node.terms or len(node.products) != 1:
             return ()
         return node.products[0][1:]
 
     def quotient(self, a: int | Number, b: int | Number) -> int:
+        """Series a / b."""
         assert isinstance(b, int)  # a division by a number is a product in a lowered program
         if isinstance(a, int):
             above, below = self._factors(a), self._factors(b)
             for f in above:
                 if f in below:  # (f x) / (f y)
                     x, y = (pair[1] if pair[0] == f else pair[0] for pair in (above, below))
-                    found = self.quotient(x, y)
+                    quotient = self.quotient(x, y)
                     sign = self.nodes[a].products[0][0] * self.nodes[b].products[0][0]
-                    return found if sign > 0 else self.sum((-1, found))
+                    return quotient if sign > 0 else self.sum((-1, quotient))
         return self._once(Node("quotient", arguments=(a,), operand=b))
 
-    def sum(self, *terms: tuple[int, int | Number], products: tuple[tuple[int, int, int], ...] = ()) -> int:
+    def sum(self, *terms: tuple[int, int | Number], products: tuple[Product, ...] = ()) -> int:
+        """Series of a sum of signed terms and products."""
         return self._once(Node("sum", terms=terms, products=products))
 
     def root(self, x: int) -> int:
+        """Series √x."""
         return self._once(Node("root", operand=x))
 
     def moment(self, x: int) -> int:
+        """Series ϑx."""
         return self._once(Node("moment", operand=x))
 
     def integrals(
@@ -316,19 +317,20 @@ class Recurrence:
         rates: Callable[[list[int]], list[int]],
         places: tuple[int, ...] = (),
     ) -> list[int]:
-        """Series x with ϑx = w, where w may depend on them; made once for each key. Their values at the start are those
-        of the nodes ``places``, if there are any."""
-        known = self._known.get((key, 0))
-        if known is None:
+        """Series x with ϑx = w, where the rates w may depend on them; added once for each key.
+
+        Their values at order 0 are the functions ``starts``, or those of the nodes ``places`` if there are any.
+        """
+        if (key, 0) not in self._places:
             new = []
             for j, (function, arguments) in enumerate(starts):
                 place = places[j] if places else -1
                 new.append(self._add(Node("integral", place, function=function, arguments=arguments)))
-                self._known[(key, j)] = new[-1]
+                self._places[(key, j)] = new[-1]
             for x, w in zip(new, rates(new), strict=True):
                 self.nodes[x] = self.nodes[x]._replace(operand=w)
             self.order += new
-        return [self._known[(key, j)] for j in range(len(starts))]
+        return [self._places[(key, j)] for j in range(len(starts))]
 
 
 _LINEAR = frozenset((ADD, SUB, NEG))
@@ -360,15 +362,15 @@ def _tangent(name: str, sign: int) -> Callable[[Recurrence, int], int]:
         z = r.moment(x)
 
         def rates(f: list[int]) -> list[int]:
-            grown = r.sum((1, ONE), products=((sign, f[0], f[0]),))
-            r.order.remove(grown)  # after what it is the square of
-            late.append(grown)
-            return [r.sum(products=((1, z, grown),))]
+            growth = r.sum((1, ONE), products=((sign, f[0], f[0]),))
+            r.order.remove(growth)  # it must follow f, whose square it contains
+            late.append(growth)
+            return [r.sum(products=((1, z, growth),))]
 
         late: list[int] = []
-        found = r.integrals((name, x), [(name, (x,))], rates)[0]
+        series = r.integrals((name, x), [(name, (x,))], rates)[0]
         r.order += late
-        return found
+        return series
 
     return rule
 
@@ -406,12 +408,12 @@ def _atan2(r: Recurrence, y: int | Number, x: int | Number) -> int:
 
     def rates(_: list[int]) -> list[int]:
         terms: list[tuple[int, int | Number]] = []
-        products: list[tuple[int, int, int]] = []
-        squares: list[tuple[int, int, int]] = []
-        rest: list[tuple[int, int | Number]] = []
+        products: list[Product] = []
+        squares: list[Product] = []
+        constants: list[tuple[int, int | Number]] = []
         for sign, p, q in ((1, x, y), (-1, y, x)):  # ± p ϑq
             if isinstance(q, Number):
-                rest.append((1, Number(q.value, q.place, "square")))
+                constants.append((1, Number(q.value, q.place, "square")))
                 continue
             squares.append((1, q, q))
             if isinstance(p, Number):
@@ -419,7 +421,7 @@ def _atan2(r: Recurrence, y: int | Number, x: int | Number) -> int:
             else:
                 products.append((sign, r.moment(q), p))
         above = r._once(Node("sum", terms=tuple(terms), products=tuple(products)))
-        below = r._once(Node("sum", terms=tuple(rest), products=tuple(squares)))
+        below = r._once(Node("sum", terms=tuple(constants), products=tuple(squares)))
         return [r.quotient(above, below)]
 
     return r.integrals(("atan2", y, x), [("atan2", (y, x))], rates)[0]

@@ -1,21 +1,19 @@
-"""Products of series that a recurrence does not need: rotations there and back, reciprocals.
+"""Removal of products that a recurrence does not need: rotations there and back, reciprocals.
 
     s (c x + s y) + c (c y - s x) = y,   s = sin φ, c = cos φ        x (1 / d) = x / d
 
-A force is found in the axes of a link and taken back to those of its parent, with what it is there; a quotient takes as
-many products as 1 / d does, so that it pays to divide what else would be multiplied by it. Identities that subtract,
-as 1 - cos² for sin², are left alone: near the zeros of the sine they lose the digits by which something is divided.
+A force is computed in the axes of a link and turned back to those of its parent, where it may cancel a rotation. A
+quotient x / d takes as many products as 1 / d does, so dividing by d saves the product with its reciprocal. Identities
+that subtract, such as 1 - cos² = sin², are not used: near the zeros of the sine they lose the digits of a divisor.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from .factors import times, unscaled
-
-if TYPE_CHECKING:
-    from .recurrence import Node, Number, Recurrence
+from .factors import factored, times, unscaled
+from .recurrence import Node, Number, Recurrence
 
 
 class _Part(NamedTuple):
@@ -26,23 +24,32 @@ class _Part(NamedTuple):
     base: int
 
     def by(self, other: _Part) -> _Part:
-        """This times the numbers of another."""
+        """Product of this part and the value and numbers of another."""
         numbers = tuple(sorted((*self.numbers, *other.numbers), key=repr))
         return _Part(self.value * other.value, numbers, self.base)
 
 
+def shortened(recurrence: Recurrence) -> Recurrence:
+    """Shorten a recurrence in place by all rules of `factors` and of this file, and return it."""
+    while factored(recurrence) or turned_back(recurrence):
+        recurrence.forget()
+    divided(recurrence)
+    recurrence.forget()
+    return recurrence
+
+
 def turned_back(recurrence: Recurrence) -> bool:
-    """Leave out rotations there and back; whether there were any."""
+    """Remove rotations there and back, and return whether there were any."""
     nodes, former, changed = recurrence.nodes, list(recurrence.order), False
     for i in former:
-        while nodes[i].rule == "sum" and (found := _without(recurrence, nodes[i])) is not None:
-            nodes[i], changed = found, True
+        while nodes[i].rule == "sum" and (shorter := _without(recurrence, nodes[i])) is not None:
+            nodes[i], changed = shorter, True
     arrange(recurrence, former)
     return changed
 
 
 def divided(recurrence: Recurrence) -> None:
-    """Divide by what else would be multiplied by its reciprocal, where nothing needs the reciprocal itself."""
+    """Replace products with a reciprocal by quotients, where nothing needs the reciprocal itself."""
     nodes, former = recurrence.nodes, list(recurrence.order)
     uses = Counter(x for i in former for x in recurrence.used(i))
     uses.update(x for x in recurrence.outputs if isinstance(x, int))
@@ -80,7 +87,7 @@ def _is_one(node: Node) -> bool:
 
 
 def arrange(recurrence: Recurrence, former: list[int]) -> None:
-    """New nodes after what they need, before what needs them."""
+    """Order the nodes anew: each new node after its operands and before its uses."""
     old, placed = set(former), dict[int, None]()
 
     def place(i: int) -> None:
@@ -95,35 +102,36 @@ def arrange(recurrence: Recurrence, former: list[int]) -> None:
 
 
 def _without(recurrence: Recurrence, node: Node) -> Node | None:
-    """A sum without a rotation there and back; None if there is none in it."""
+    """Return a sum without a rotation there and back; None if it contains none."""
     products = [(sign, *ab) for sign, a, b in node.products for ab in {(a, b), (b, a)}]
     sines, cosines = (
-        [one for one in products if recurrence.nodes[one[1]].function == name] for name in ("sin", "cos")
+        [product for product in products if recurrence.nodes[product[1]].function == name]
+        for name in ("sin", "cos")
     )
-    for one, s, first in sines:
-        for two, c, second in cosines:
+    for sign_s, s, factor_s in sines:
+        for sign_c, c, factor_c in cosines:
             if recurrence.nodes[s].arguments != recurrence.nodes[c].arguments:
                 continue
-            for p in _parts(recurrence, one, first):
-                for q in _parts(recurrence, two, second):
-                    left = _left(recurrence, s, c, p, q)
-                    if left is None:
+            for p in _parts(recurrence, sign_s, factor_s):
+                for q in _parts(recurrence, sign_c, factor_c):
+                    result = _unturned(recurrence, s, c, p, q)
+                    if result is None:
                         continue
                     rest = [
-                        (f, [x for x in _parts(recurrence, sign, e) if x != gone])
-                        for sign, f, e, gone in ((one, s, first, p), (two, c, second, q))
+                        (f, [x for x in _parts(recurrence, sign, e) if x != removed])
+                        for sign, f, e, removed in ((sign_s, s, factor_s, p), (sign_c, c, factor_c, q))
                     ]
-                    kept = list(node.products)
-                    for sign, f, e in ((one, s, first), (two, c, second)):
-                        kept.remove((sign, f, e) if (sign, f, e) in kept else (sign, e, f))
-                    kept += [(1, f, _sum(recurrence, parts)) for f, parts in rest if parts]
-                    terms = (*node.terms, times(recurrence, left.base, left.value, left.numbers))
-                    return node._replace(terms=terms, products=tuple(kept))
+                    remaining = list(node.products)
+                    for sign, f, e in ((sign_s, s, factor_s), (sign_c, c, factor_c)):
+                        remaining.remove((sign, f, e) if (sign, f, e) in remaining else (sign, e, f))
+                    remaining += [(1, f, _sum(recurrence, parts)) for f, parts in rest if parts]
+                    terms = (*node.terms, times(recurrence, result.base, result.value, result.numbers))
+                    return node._replace(terms=terms, products=tuple(remaining))
     return None
 
 
 def _parts(recurrence: Recurrence, sign: int, x: int) -> list[_Part]:
-    """sign x as a linear combination; nothing if it holds a number that stands alone."""
+    """Parts of the linear combination sign · x; none if it has a term without a series."""
     value, numbers, base, _ = unscaled(recurrence, x)
     node, outer = recurrence.nodes[base], _Part(sign * value, numbers, base)
     if node.rule != "sum" or node.products:
@@ -138,13 +146,13 @@ def _parts(recurrence: Recurrence, sign: int, x: int) -> list[_Part]:
 
 
 def _sum(recurrence: Recurrence, parts: list[_Part]) -> int:
-    found = [times(recurrence, part.base, part.value, part.numbers) for part in parts]
-    return found[0][1] if len(found) == 1 and found[0][0] > 0 else recurrence.sum(*found)
+    terms = [times(recurrence, part.base, part.value, part.numbers) for part in parts]
+    return terms[0][1] if len(terms) == 1 and terms[0][0] > 0 else recurrence.sum(*terms)
 
 
-def _left(recurrence: Recurrence, s: int, c: int, p: _Part, q: _Part) -> _Part | None:
-    """What s p + c q is, where p = c x + s y and q = c y - s x; None where they are not."""
-    found = []
+def _unturned(recurrence: Recurrence, s: int, c: int, p: _Part, q: _Part) -> _Part | None:
+    """Return y = s p + c q if p = c x + s y and q = c y - s x, else None."""
+    rotated = []
     for part in (p, q):
         node = recurrence.nodes[part.base]
         if node.rule != "sum" or node.terms or len(node.products) != 2:
@@ -156,8 +164,8 @@ def _left(recurrence: Recurrence, s: int, c: int, p: _Part, q: _Part) -> _Part |
             by[factor] = _Part(sign * value, numbers, base).by(part)
         if by.keys() != {s, c}:
             return None
-        found.append(by)
-    there, back = found
-    if there[s] != back[c] or there[c] != back[s]._replace(value=-back[s].value):
+        rotated.append(by)
+    along, across = rotated
+    if along[s] != across[c] or along[c] != across[s]._replace(value=-across[s].value):
         return None
-    return there[s]
+    return along[s]

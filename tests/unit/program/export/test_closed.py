@@ -144,7 +144,7 @@ def test_dead_point_of_a_slider_crank():
         for e in (1e-2, 1e-3)
     ]  # fmt: skip
     assert ratios[0] / ratios[1] == pytest.approx(10, rel=0.01)
-    with pytest.raises(ModelError, match="Actuators on x can not hold 'slider-crank'.*locked up"):
+    with pytest.raises(ModelError, match="Actuators on x cannot hold 'slider-crank'.*locked up"):
         program.inverse_dynamics(dead, [0, 0, 0], [0, 0, 0], actuators="x")
     with pytest.raises(ModelError, match="leave 1 degree of freedom.*dead point"):
         program.accelerations(dead, [0, 0, 0], {"x": 0.0})

@@ -11,7 +11,7 @@ import pytest
 
 import freebody as fb
 from freebody.errors import ModelError
-from freebody.program.export.source_text import identifier
+from freebody.program.export.recording import identifier
 from freebody.program.products import PRODUCTS, product_named, products_of
 from freebody.testing import random_system
 

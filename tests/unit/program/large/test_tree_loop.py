@@ -16,6 +16,7 @@ from freebody.program.arguments import place_of
 from freebody.program.large import link_step, tree_loop
 from freebody.program.large.link_places import accelerations, sums
 from freebody.program.large.tree_loop import LoopedSet
+from freebody.program.products import product_named
 from freebody.testing import random_chain, random_state, random_system
 
 
@@ -388,7 +389,7 @@ def test_derivatives_loop_over_links(monkeypatch, product, seed):
     random = np.random.default_rng(seed)
     q, u = random_state(model, seed)
     given = {"q": q, "u": u, "udot": random.normal(size=model.n_u), "forces": random.normal(size=model.n_u)}
-    names = fb.compile(model)._product(product).inputs
+    names = product_named(model, product).inputs
     arguments = [given[name] for name in names]
     M = fb.compile(model).mass_matrix(q)
     B = fb.compile(model).derivative("coordinate_rates", "u")(q, u, 0.4)

@@ -24,6 +24,7 @@ from freebody.program.kernels import compile_tape
 from freebody.program.series import jet, jet_wide
 from freebody.program.series.combining import combined
 from freebody.program.series.recurrence import Node, Recurrence
+from freebody.program.series.rewriting import shortened
 from freebody.scalar.trace import ADD, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
 from freebody.testing import JOINTS, random_state, random_system
 
@@ -290,7 +291,7 @@ def test_a_factor_in_common_is_left_out_of_a_quotient():
     tape = Tape()
     x, y = tape.input("x"), tape.input("y")
     rates = [(x * y) / (x * (y + 3)), x]
-    recurrence = Recurrence(lower(tape, {"series": rates}, None, [x, y], []), "series")
+    recurrence = shortened(Recurrence(lower(tape, {"series": rates}, None, [x, y], []), "series"))
     kept = [recurrence.nodes[i] for i in recurrence.order]
     assert [node.rule for node in kept if node.products or node.rule == "quotient"] == ["quotient"]
 
@@ -298,7 +299,9 @@ def test_a_factor_in_common_is_left_out_of_a_quotient():
 def products_of(rates, state, parameters=()):
     """How many products of series their recurrence takes."""
     tape = next(x.tape for x in rates if isinstance(x, Traced))
-    recurrence = Recurrence(lower(tape, {"series": rates}, None, state, list(parameters)), "series")
+    recurrence = shortened(
+        Recurrence(lower(tape, {"series": rates}, None, state, list(parameters)), "series")
+    )
     nodes = [recurrence.nodes[i] for i in recurrence.order]
     return sum(len(node.products) + (node.rule in ("quotient", "root")) for node in nodes)
 
@@ -347,7 +350,7 @@ def test_sums_of_sums_are_sums_of_what_these_are_made_of():
     both = x + y + 1
     state, parameters = [x, y, z], [p, q]
     rates = [p * both - p * x + 2 * q * both, p * both - q * (p * x) - p * y, both * z - (x - y + z) * 3]
-    recurrence = Recurrence(lower(tape, {"series": rates}, None, state, parameters), "series")
+    recurrence = shortened(Recurrence(lower(tape, {"series": rates}, None, state, parameters), "series"))
     combined(recurrence)
     terms = [recurrence.nodes[i].terms for i in recurrence.outputs]
     assert [len(found) for found in terms[:2]] == [3, 2]  # x, y and a number; x and a number
@@ -423,7 +426,7 @@ def test_a_recurrence_in_pieces_is_the_same(monkeypatch):
     model = assemble(random_system(5, 2, ("hinge", "universal")))
     tape, rates, t, y, parameters = rates_of(model)
     program = lower(tape, {"series": rates}, t, y, parameters)
-    assert 100 < len(Recurrence(program, "series").order) < 2 * jet.PIECE
+    assert 100 < len(shortened(Recurrence(program, "series")).order) < 2 * jet.PIECE
     q, u = random_state(model, 3)
     arguments = (tape, rates, t, y, parameters, 0.4, [*q, *u], list(model.values().values()))
     whole = coefficients(*arguments)

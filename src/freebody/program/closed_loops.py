@@ -1,9 +1,9 @@
-"""Closed loops as numbers: forces that a motion needs, accelerations that keep loops closed, singular positions.
+"""Closed loops in numbers: actuator forces for a motion, accelerations that keep loops closed, singular positions.
 
     M u' + h = S τ + Gᵀ λ,   G u' + γ = 0,   G N = 0      =>      (Nᵀ S) τ = Nᵀ (M u' + h)
 
-S picks the coordinates on which actuators act. With as many actuators as degrees of freedom τ is unique; of more, the
-smallest is taken. Where Nᵀ S is singular, the actuators can not hold the machine: a dead point (lock-up). Where G
+S selects the coordinates on which actuators act. With as many actuators as degrees of freedom τ is unique; with more,
+the smallest τ is taken. Where Nᵀ S is singular, the actuators cannot hold the machine: a dead point (lock-up). Where G
 itself loses rank, the machine has more freedom than elsewhere: a branch.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §8.12; Gosselin and Angeles, IEEE Trans. Robotics and
@@ -19,16 +19,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dynamics.constraints import rows
-from ...errors import ModelError, nearest
-from ...model import Model
+from ..dynamics.constraints import rows
+from ..errors import ModelError, nearest
+from ..model import Model
 
 Array = NDArray[np.float64]
 
 OPEN = 1e-7
-"""Part of the largest term by which accelerations may miss the conditions: round-off of what is read from a run."""
+"""Largest violation of the conditions by accelerations, relative to the largest term: round-off of a run's values."""
 SINGULAR = 1e-9
-"""Ratio of singular values below which a position is singular: what is left of it is round-off."""
+"""Ratio of singular values below which a position is singular: a smaller ratio is round-off."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class Singularity:
     ----------
     kind : str
         ``"regular"``; ``"branch"``: conditions depend on each other here and not elsewhere, so that the machine can
-        go on in more ways than one; ``"lock-up"``: the actuators can not move or hold the machine here.
+        move on in more ways than one; ``"lock-up"``: the actuators cannot move or hold the machine here.
     ratio : float
-        Smallest to largest singular value: 0 at a singular position, at most 1.
+        Ratio of the smallest to the largest singular value: 0 at a singular position, at most 1.
     conditions : tuple of str
-        Those that depend on each other (nearly, where the position is regular).
+        Conditions that depend on each other (nearly so, if the position is regular).
     speeds : tuple of str
-        What the additional motion moves, or what moves while the actuators stand still.
+        Speeds of the additional motion, or of the motion that remains while the actuators stand still.
     """
 
     kind: str
@@ -54,6 +54,7 @@ class Singularity:
     speeds: tuple[str, ...]
 
     def __str__(self) -> str:
+        """Return the result as a sentence."""
         if self.kind == "branch":
             return (
                 f"branch: {' and '.join(self.conditions)} depend on each other here, and "
@@ -65,30 +66,30 @@ class Singularity:
 
 
 def chosen(model: Model, actuators: Any) -> list[int]:
-    """Places of speeds, by the names of speeds, coordinates or joints; "all" are all of them."""
+    """Places of speeds, by the names of speeds, coordinates or joints; "all" stands for all speeds."""
     if isinstance(actuators, str):
         if actuators == "all":
             return list(range(model.n_u))
         actuators = actuators.replace(",", " ").split()
     if not isinstance(actuators, Iterable):
         actuators = [actuators]
-    known = {name: i for i, name in enumerate(model.speed_names)}
-    known |= {name[:-1]: i for name, i in known.items() if name.endswith("'")}
+    places = {name: i for i, name in enumerate(model.speed_names)}
+    places |= {name[:-1]: i for name, i in places.items() if name.endswith("'")}
     result = []
-    for one in actuators:
-        text = getattr(one, "name", None) or model.names.text_of(one)
-        if text not in known and text in model.joints:
+    for actuator in actuators:
+        text = getattr(actuator, "name", None) or model.names.text_of(actuator)
+        if text not in places and text in model.joints:
             links = [model.links[k] for k in model.joints[text].links]
             free = [j for link in links for j, _ in link.partials]
             if len(free) == 1:
                 text = model.speed_names[free[0]]
-        if text not in known:
+        if text not in places:
             raise ModelError(
-                f"Expected coordinates with an actuator, got '{text}'; {nearest(text, [*known, *model.joints])}"
+                f"Expected coordinates with an actuator, got '{text}'; {nearest(text, [*places, *model.joints])}"
             )
-        if known[text] in result:
+        if places[text] in result:
             raise ModelError(f"The actuator '{text}' is named twice.")
-        result.append(known[text])
+        result.append(places[text])
     if not result:
         raise ModelError("Expected at least one coordinate with an actuator, or actuators='all'.")
     return result
@@ -97,15 +98,15 @@ def chosen(model: Model, actuators: Any) -> list[int]:
 def actuator_forces(
     model: Model, tau: Array, G: Array, gamma: Array, udot: Array, places: list[int]
 ) -> Array:
-    """Forces of the actuators, shape (..., number of actuators); see the module."""
-    missed = np.abs(np.einsum("...ij,...j->...i", G, udot) + gamma)
+    """Forces of the actuators, shape (..., number of actuators), by the equation of the module."""
+    violation = np.abs(np.einsum("...ij,...j->...i", G, udot) + gamma)
     size = 1 + np.einsum("...ij,...j->...i", np.abs(G), np.abs(udot)) + np.abs(gamma)
-    if missed.size and not (missed <= OPEN * size).all():
-        worst = np.unravel_index(np.argmax(missed / size), missed.shape)
+    if violation.size and not (violation <= OPEN * size).all():
+        worst = np.unravel_index(np.argmax(violation / size), violation.shape)
         raise ModelError(
-            f"The accelerations do not keep the constraints of '{model.name}': one is missed by "
-            f"{missed[worst]:.3g}. Give those of some coordinates to accelerations(q, u, given={{...}}), which finds "
-            "the rest."
+            f"The accelerations do not keep the constraints of '{model.name}': one condition is violated by "
+            f"{violation[worst]:.3g}. Give those of some coordinates to accelerations(q, u, given={{...}}), which "
+            "finds the rest."
         )
     N = _free(model, G)
     A = np.swapaxes(N, -1, -2)[..., places]
@@ -120,7 +121,7 @@ def actuator_forces(
         )
     if f and not (s[..., f - 1] > SINGULAR * s[..., 0]).all():
         raise ModelError(
-            f"Actuators on {names} can not hold '{model.name}' in this position: it is locked up, since it can move "
+            f"Actuators on {names} cannot hold '{model.name}' in this position: it is locked up, since it can move "
             "while they stand still. program.singularity(q, actuators=...) tells which coordinates move."
         )
     return np.einsum("...ij,...j->...i", np.linalg.pinv(A, rcond=SINGULAR), b)
@@ -140,28 +141,32 @@ def _free(model: Model, G: Array) -> Array:
     return np.swapaxes(V[..., m:, :], -1, -2)
 
 
-def completed(model: Model, G: Array, gamma: Array, places: list[int], given: Array) -> Array:
-    """Accelerations that keep the conditions, those at ``places`` given, shape (n_u,)."""
+def completed(model: Model, G: Array, gamma: Array, places: list[int], prescribed: Array) -> Array:
+    """Accelerations that keep the conditions and are prescribed at ``places``, shape (n_u,)."""
     n = model.n_u
     E = np.zeros((len(places), n))
     E[np.arange(len(places)), places] = 1.0
-    A, b = np.vstack([G, E]), np.concatenate([-gamma, given])
-    found, _, rank, _ = np.linalg.lstsq(A, b, rcond=SINGULAR)
+    A, b = np.vstack([G, E]), np.concatenate([-gamma, prescribed])
+    udot, _, rank, _ = np.linalg.lstsq(A, b, rcond=SINGULAR)
     names = ", ".join(model.speed_names[i] for i in places)
     if rank < n:
         raise ModelError(
             f"Accelerations of {names or 'nothing'} leave {n - rank} degree{'s' if n - rank > 1 else ''} of freedom of "
             f"'{model.name}' open here. Name more, or others where this position is a dead point of these."
         )
-    if not np.abs(A @ found - b).max(initial=0) <= OPEN * (1 + np.abs(b).max(initial=0)):
-        raise ModelError(f"The accelerations given of {names} contradict the constraints of '{model.name}'.")
-    return found
+    if not np.abs(A @ udot - b).max(initial=0) <= OPEN * (1 + np.abs(b).max(initial=0)):
+        raise ModelError(f"The accelerations given for {names} contradict the constraints of '{model.name}'.")
+    return udot
 
 
 def singularity(
     model: Model, G: Array, M: Array, usual: int, active: Sequence[int], places: list[int] | None
 ) -> Singularity:
-    """See :class:`Singularity`; ``G`` has all conditions, of which ``usual`` are independent in general."""
+    """Return how near a position is to a singular one.
+
+    ``G`` has the rows of all conditions, of which ``usual`` are independent in general, and ``active`` is a set of
+    independent rows. ``places`` are those of the actuators; None looks for branches only.
+    """
     names = [row.name for row in rows(model)]
     scale = 1 / np.sqrt(np.maximum(M.diagonal(), np.finfo(float).tiny))
     W = G * scale
@@ -172,9 +177,9 @@ def singularity(
         U, s, V = np.linalg.svd(W)
         ratio = float(s[usual - 1] / s[0]) if s[0] > 0 else 0.0
         if ratio <= SINGULAR or places is None:
-            # of the independent conditions, what is lost with the smallest singular value
-            own = np.linalg.svd(W[list(active)])
-            parts = _large(np.abs(own[0][:, -1]))
+            # the independent conditions that take part in the smallest singular value
+            left_vectors = np.linalg.svd(W[list(active)])[0]
+            parts = _large(np.abs(left_vectors[:, -1]))
             return Singularity(
                 "branch" if ratio <= SINGULAR else "regular",
                 ratio,
