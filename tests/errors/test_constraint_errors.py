@@ -348,7 +348,7 @@ def test_start_in_a_singular_position():
         in message
     )
     assert "The start is a singular position, such as bars in line" in message
-    assert message.endswith("Start a little beside it.")
+    assert message.endswith("Start beside it.")
 
 
 def test_unknown_name_near():

@@ -43,7 +43,7 @@ SIMULATE = [
     ),
     (
         dict(until=1, store="/dev/zero"),
-        "Expected the path of a file for store=, got '/dev/zero', which is none.",
+        "Expected the path of a file for store=, got '/dev/zero', which is no file.",
     ),
 ]
 

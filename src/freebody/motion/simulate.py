@@ -13,6 +13,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..errors import SimulationError, arguments_named
+from ..scalar.algebra import Expression
 from .kernels.kernels import kernels_of
 from .single import single_motion
 from .start.initial import asks_for_many
@@ -21,7 +22,7 @@ from .start.initial import asks_for_many
 @arguments_named
 def simulate(
     s: Any,
-    until: Any,
+    until: Expression,
     *,
     initial: Mapping[Any, Any] | None = None,
     near: Mapping[Any, Any] | None = None,
@@ -33,10 +34,10 @@ def simulate(
     impacts: str = "simultaneous",
     indeterminate: str = "refuse",
     method: str = "auto",
-    step: Any = None,
+    step: float | None = None,
     times: ArrayLike | None = None,
     samples: int | None = None,
-    start: Any = 0,
+    start: Expression = 0,
     max_step: float | None = None,
     max_steps: int | None = None,
     progress: bool | Callable[[float], Any] | None = None,
@@ -171,6 +172,6 @@ def simulate(
         )
     if threads is not None:
         raise SimulationError(
-            f"Expected several motions for threads=, got one of '{model.name}', which is one thread's. Leave it out."
+            f"Expected several motions for threads=, got one of '{model.name}', which runs in one thread. Leave it out."
         )
     return single_motion(s, until, **options)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import SimulationError
+from ..scalar.algebra import Expression
 from .kernels.kernels import Kernels, kernels_of
 from .kernels.methods import Way, check_method, check_method_of_contacts, first_method
 from .legs.blow import Blow, blows_of, struck_path, watching_blows, watching_specs
@@ -48,7 +49,7 @@ from .trajectory.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Request:
-    """One motion, as it is asked for; arguments of :func:`freebody.simulate`, read and checked.
+    """One motion to compute: arguments of :func:`freebody.simulate`, read and checked.
 
     ``kernels``      programs of the machine, with the conditions that are independent at the start
     ``numbers``      value of every parameter, by name
@@ -65,7 +66,7 @@ class Request:
     begin: float
     end: float
     specs: tuple[EventSpec, ...]
-    expressions: tuple[Any, ...]
+    expressions: tuple[Expression, ...]
     tolerances: Array
     times: Array | None
     samples: int | None
@@ -79,7 +80,7 @@ class Request:
 
 def single_motion(
     machine: Any,
-    until: Any,
+    until: Expression,
     *,
     initial: Mapping[Any, Any] | None = None,
     near: Mapping[Any, Any] | None = None,
@@ -91,10 +92,10 @@ def single_motion(
     impacts: str = "simultaneous",
     indeterminate: str = "refuse",
     method: str = "auto",
-    step: Any = None,
+    step: float | None = None,
     times: ArrayLike | None = None,
     samples: int | None = None,
-    start: Any = 0,
+    start: Expression = 0,
     max_step: float | None = None,
     max_steps: int | None = None,
     progress: bool | Callable[[float], Any] | None = None,
@@ -211,7 +212,9 @@ def _absolute_tolerances(request: Request, state: Array, rates: Rates) -> Array:
     kernels, tolerances = request.kernels, request.tolerances
     # the energy is observed by the loop of the method, so that no other loop is compiled
     loops.use(first_method(kernels, request.method, tolerances))
-    energies = loops.observed(kernels.motion().address("energy"), 2, request.begin, state, rates.arguments[-1])
+    energies = loops.observed(
+        kernels.motion().address("energy"), 2, request.begin, state, rates.arguments[-1]
+    )
     energy = max(map(abs, energies))
     result = tolerances.copy()
     result[-1] *= energy if energy > 0 and all(map(math.isfinite, energies)) else 1.0

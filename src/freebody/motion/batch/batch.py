@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import SimulationError, arguments_named
+from ...scalar.algebra import Expression
 from ..trajectory.progress import Progress
 from .interruption import Keyboard
 from .job import Job, check_memory, job_of
@@ -33,7 +34,7 @@ _SECONDS = 3.0  # between two writes to a store
 @arguments_named
 def simulate_batch(
     machine: Any,
-    until: Any,
+    until: Expression,
     *,
     initial: Mapping[Any, Any] | None = None,
     near: Mapping[Any, Any] | None = None,
@@ -48,7 +49,7 @@ def simulate_batch(
     step: Any = None,
     times: Any = None,
     samples: int | None = None,
-    start: Any = 0,
+    start: Expression = 0,
     max_step: float | None = None,
     max_steps: int | None = None,
     progress: bool | Callable[[float], Any] | None = None,

@@ -17,6 +17,7 @@ from ...model import Model
 from ...model.values import check_assumptions
 from ...native.registers import WIDTH
 from ...program.large.tree_loop import is_large
+from ...scalar.algebra import Expression
 from ..contact.impacts import ORDERS
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import FINE, check_method, check_method_of_contacts, first_method
@@ -71,7 +72,7 @@ class Job:
     end: float
     times: Array
     specs: tuple[EventSpec, ...]
-    expressions: tuple[Any, ...]
+    expressions: tuple[Expression | OfLimit, ...]
     outputs: Output
     tolerances: Array
     method: str
@@ -156,7 +157,7 @@ class Job:
 
 def job_of(
     machine: Any,
-    until: Any,
+    until: Expression,
     *,
     initial: Mapping[Any, Any] | None,
     near: Mapping[Any, Any] | None,
@@ -171,7 +172,7 @@ def job_of(
     step: Any,
     times: Any,
     samples: int | None,
-    start: Any,
+    start: Expression,
     max_step: float | None,
     max_steps: int | None,
     outputs: Any,
@@ -258,7 +259,7 @@ def _check_near(model: Model, near: Any) -> None:
             )
 
 
-def _common_time(model: Model, lanes: Lanes, value: Any, what: str) -> float:
+def _common_time(model: Model, lanes: Lanes, value: Expression, what: str) -> float:
     """Return a time, which must be the same in all lanes."""
     if np.ndim(value) > 0:
         raise SimulationError(

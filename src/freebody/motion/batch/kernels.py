@@ -16,6 +16,7 @@ from ...dynamics.motion import motion, total_power
 from ...errors import ExpressionError
 from ...program.fixed import Fixed
 from ...program.kernels import KernelSet, compile_tape
+from ...scalar.algebra import Expression, Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
@@ -65,8 +66,8 @@ class BatchProgram:
 
 
 def batch_program(
-    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], method: str,
-    wide: bool = False,
+    kernels: Kernels, outputs: Sequence[Expression], reduced: Sequence[Expression],
+    events: Sequence[Expression | OfLimit], method: str, wide: bool = False,
 ) -> BatchProgram:  # fmt: skip
     """Return the program of a batch; it is compiled once for the same outputs and events.
 
@@ -94,8 +95,8 @@ def batch_program(
 
 
 def _recorded(
-    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool,
-    series: bool, wide: bool,
+    kernels: Kernels, outputs: Sequence[Expression], reduced: Sequence[Expression],
+    events: Sequence[Expression | OfLimit], tangent: bool, series: bool, wide: bool,
 ) -> BatchProgram:  # fmt: skip
     model, tape = kernels.model, Tape()
     state = traced_state(model, tape)
@@ -104,7 +105,7 @@ def _recorded(
     energy = [kinetic_energy(model, state), potential_energy(model, state)]
     y = [*state.q, *state.u]
     rates = [*coordinate_rates(model, state), *moving.udot]
-    work: Any = 0
+    work: Scalar = 0
     if kernels.works:
         work = tape.input("work done")
         y.append(work)
@@ -113,7 +114,7 @@ def _recorded(
 
     limits = kernels._limits(state, moving) if any(isinstance(x, OfLimit) for x in events) else []
 
-    def value(expression: Any) -> Any:
+    def value(expression: Expression | OfLimit) -> Scalar:
         if isinstance(expression, OfLimit):
             return limits[expression.place]
         return named[expression] if isinstance(expression, str) else state(expression)

@@ -45,7 +45,7 @@ class Results:
     ``counts``        how often each event happened
     ``outcomes``      code of the status, steps, rejected steps, component or event to blame
     ``end_times``     time at which the run ended
-    ``texts``         what is told in words
+    ``texts``         results that are texts: the timeline of modes, the reason of a failure
     """
 
     low: int

@@ -1,4 +1,4 @@
-"""Where the lanes of a batch begin: numbers, arrays and expressions of the user become one row per lane."""
+"""Parameters and initial values of the lanes of a batch: numbers, arrays and expressions become one row per lane."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Lanes:
 
     ``count``     number of lanes
     ``columns``   value of every parameter: a number, or an array of length ``count``
-    ``initial``   what the user gave for the start, by name: numbers, texts, expressions, or arrays of length ``count``
+    ``initial``   initial values by name: numbers, texts, expressions, or arrays of length ``count``
     ``varied``    names of the parameters, and names of the initial values, that differ between lanes
     """
 
@@ -42,16 +42,16 @@ class Lanes:
     varied: tuple[tuple[str, ...], tuple[str, ...]]
 
     def values_of(self, lane: int) -> dict[str, float]:
-        """Parameters of one lane by name."""
+        """Return the parameters of one lane by name."""
         return {name: float(x[lane]) if np.ndim(x) else float(x) for name, x in self.columns.items()}
 
     def initial_of(self, lane: int) -> dict[str, Any]:
-        """Initial values of one lane by name."""
-        found = {name: x[lane] if name in self.varied[1] else x for name, x in self.initial.items()}
-        return {name: float(x) if isinstance(x, np.floating) else x for name, x in found.items()}
+        """Return the initial values of one lane by name."""
+        values = {name: x[lane] if name in self.varied[1] else x for name, x in self.initial.items()}
+        return {name: float(x) if isinstance(x, np.floating) else x for name, x in values.items()}
 
     def part(self, lanes: NDArray[np.int64]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Values and initial values of some lanes, as a user would give them."""
+        """Return values and initial values of some lanes, as a user would give them."""
         columns = {name: x[lanes] if np.ndim(x) else float(x) for name, x in self.columns.items()}
         start = {
             name: ([x[k] for k in lanes] if isinstance(x, list) else x[lanes])
@@ -63,12 +63,12 @@ class Lanes:
 
     @property
     def extremes(self) -> tuple[int, ...]:
-        """A few lanes that tell whether something depends on the lane."""
+        """A few lanes that show whether a value depends on the lane."""
         n = self.count
         return tuple(dict.fromkeys((0, n // 3, n // 2, n - 1))) if self.varied[0] else (0,)
 
     def parameters(self, lanes: NDArray[np.int64]) -> Array:
-        """Rows of parameters, in the order of the model."""
+        """Return rows of parameters, in the order of the model."""
         result = np.empty((len(lanes), max(1, len(self.model.parameters))))
         for j, parameter in enumerate(self.model.parameters):
             x = self.columns[parameter.name]
@@ -76,7 +76,7 @@ class Lanes:
         return np.ascontiguousarray(result[:, : len(self.model.parameters)])
 
     def suspects(self) -> Iterable[int]:
-        """Lanes whose values have to be looked at: one of them, and those that seem impossible."""
+        """Yield the lanes whose values must be checked: the first, and lanes whose values seem impossible."""
         yield 0
         if not self.varied[0]:
             return
@@ -102,29 +102,30 @@ class Lanes:
     def states(
         self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels
     ) -> tuple[Array, dict[int, str], tuple[int, ...], tuple[int, ...]]:
-        """Start (q, u) of all lanes, shape (count, n) or (1, n); why single lanes have none; independent conditions;
-        lanes in which others are independent."""
+        """Return the initial states of the lanes.
+
+        They are (q, u), shape (count, n) or (1, n); the reasons of lanes without an initial state; the independent
+        conditions; and the lanes in which other conditions are independent.
+        """
         if self.model.constraints:
             return self._closed(near, begin, project, kernels)
         y, _ = named_state(self.model, self.values_of(0), self.initial_of(0))
         if not self.varied[0] and not self.varied[1]:
             return y[None], {}, (), ()
         names = [*self.model.coordinate_names, *self.model.speed_names]
-        turned = quaternions_by_joint(self.model)
+        quaternions = quaternions_by_joint(self.model)
         result = np.tile(y, (self.count, 1))
-        given: set[int] = set()
+        named: set[int] = set()
         for name, value in self.initial.items():
-            if name in turned:
+            if name in quaternions:
                 if name in self.varied[1]:
-                    start = turned[name]
-                    rows = [
-                        x.as_quaternion() if isinstance(x, Rotation) else x for x in value
-                    ]  # by lane; a Rotation is an object
+                    start = quaternions[name]
+                    rows = [x.as_quaternion() if isinstance(x, Rotation) else x for x in value]
                     result[:, start : start + 4] = np.asarray(rows, dtype=float)
             else:
                 i = names.index(name)
                 result[:, i] = self._column(value, name)
-                given.add(i)
+                named.add(i)
         for start in self.model.quaternions:
             four = result[:, start : start + 4]
             length = np.linalg.norm(four, axis=1, keepdims=True)
@@ -133,12 +134,12 @@ class Lanes:
                     f"Expected quaternions ({', '.join(names[start : start + 4])}) of length 1, got all zeros in lane "
                     f"{int(np.flatnonzero(length == 0)[0])}."
                 )
-            if given & set(range(start, start + 4)) or self.varied[1]:
+            if named & set(range(start, start + 4)) or self.varied[1]:
                 four /= length
         return result, {}, (), ()
 
     def _column(self, value: Any, name: str) -> Any:
-        """An initial value in all lanes."""
+        """Return an initial value in all lanes."""
         if name in self.varied[1]:
             return np.asarray(value, dtype=float)
         expression = self.model.names.expression(value, f"the initial value of '{name}'")
@@ -146,95 +147,97 @@ class Lanes:
             return float(expression)
         lookup = {p.symbol: column(self.columns[p.name]) for p in self.model.parameters}
         with np.errstate(all="ignore"):
-            found = np.asarray(evaluate(expression, lookup, arrays), dtype=float)
-        found = np.broadcast_to(found, (self.count,))
-        if not np.isfinite(found).all():
-            lane = int(np.flatnonzero(~np.isfinite(found))[0])
+            result = np.asarray(evaluate(expression, lookup, arrays), dtype=float)
+        result = np.broadcast_to(result, (self.count,))
+        if not np.isfinite(result).all():
+            lane = int(np.flatnonzero(~np.isfinite(result))[0])
             raise SimulationError(
                 f"Expected finite numbers for the initial value of '{name}', but '{value}' has no value in lane {lane}."
             )
-        return found
+        return result
 
     def _closed(
         self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels
     ) -> tuple[Array, dict[int, str], tuple[int, ...], tuple[int, ...]]:
-        """The start of a machine with constraints is solved for in each lane."""
+        """Return :meth:`states` of a machine with constraints, solved for in each lane."""
         same = not self.varied[0] and not self.varied[1]
         rows: dict[int, Any] = {}
-        failed: dict[int, str] = {}
+        no_start: dict[int, str] = {}
         apart: list[int] = []
         active: tuple[int, ...] | None = None
         for lane in range(1 if same else self.count):
             try:
-                y, held = closed_start(
+                y, independent = closed_start(
                     kernels, self.values_of(lane), self.initial_of(lane), near, begin, project
                 )
             except SimulationError as error:
                 if same:
                     raise
-                failed[lane] = str(error)
+                no_start[lane] = str(error)
                 continue
-            active = held if active is None else active
-            if held != active:
+            active = independent if active is None else active
+            if independent != active:
                 apart.append(lane)
             rows[lane] = y
         if active is None:
-            raise SimulationError(f"No lane has a start. Lane 0: {failed[0]}")
+            raise SimulationError(f"No lane has a start. Lane 0: {no_start[0]}")
         if same:
             return rows[0][None], {}, active, ()
         result = np.full((self.count, self.model.n_q + self.model.n_u), np.nan)
         for lane, y in rows.items():
             result[lane] = y
-        return result, failed, active, tuple(apart)
+        return result, no_start, active, tuple(apart)
 
 
 def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]) -> Lanes:
-    """The lanes that arrays among values and initial values ask for: all of one length.
+    """Return the lanes that arrays among values and initial values ask for, all of one length.
 
     Raises
     ------
     SimulationError
         Arrays of different lengths or of more axes, and numbers that are not finite, by name and lane.
     """
-    for what, given in (("values", values), ("initial", initial)):
-        if not isinstance(given, Mapping):
-            raise SimulationError(f"Expected {what}= by name, such as {{'theta': 0.1}}, got {given!r}.")
+    for what, argument in (("values", values), ("initial", initial)):
+        if not isinstance(argument, Mapping):
+            raise SimulationError(f"Expected {what}= by name, such as {{'theta': 0.1}}, got {argument!r}.")
     texts = model.names.texts
     symbols = {parameter.symbol: parameter.name for parameter in model.parameters}
-    turned = quaternions_by_joint(model)
-    long: dict[str, int] = {}
-    by_value: dict[str, Any] = {}
-    by_start: dict[str, Any] = {}
+    quaternions = quaternions_by_joint(model)
+    lengths: dict[str, int] = {}
+    given_values: dict[str, Any] = {}
+    given_initial: dict[str, Any] = {}
     for key, value in values.items():
         name = key if isinstance(key, str) else symbols.get(key, str(key))
-        by_value[name] = _array(model, value, name, False, long, f"values of '{name}'")
+        given_values[name] = _array(model, value, name, False, lengths, f"values of '{name}'")
     for key, value in initial.items():
         name = key if isinstance(key, str) else texts.get(key, str(key))
-        by_start[name] = _array(model, value, name, name in turned, long, f"initial values of '{name}'")
-    count = max(long.values(), default=1)
+        given_initial[name] = _array(
+            model, value, name, name in quaternions, lengths, f"initial values of '{name}'"
+        )
+    count = max(lengths.values(), default=1)
     if count == 0:
         raise SimulationError(
-            f"Expected at least one lane, got no {next(iter(long))}. Give one for each lane."
+            f"Expected at least one lane, got no {next(iter(lengths))}. Give one for each lane."
         )
-    wrong = {what: n for what, n in long.items() if n not in (1, count)}
-    if wrong:
-        largest = next(what for what, n in long.items() if n == count)
-        (what, n), *_ = wrong.items()
+    others = {what: n for what, n in lengths.items() if n not in (1, count)}
+    if others:
+        largest = next(what for what, n in lengths.items() if n == count)
+        (what, n), *_ = others.items()
         raise SimulationError(
             f"Expected arrays of one length, got {count} {largest} and {n} {what}. Entry k of every array belongs to "
             "lane k; for all combinations use fb.sweep."
         )
-    numbers = model.values({k: v[0] if isinstance(v, np.ndarray) else v for k, v in by_value.items()})
+    numbers = model.values({k: v[0] if isinstance(v, np.ndarray) else v for k, v in given_values.items()})
     columns: dict[str, Any] = dict(numbers)
     varied: tuple[list[str], list[str]] = ([], [])
-    for name, value in by_value.items():
+    for name, value in given_values.items():
         if isinstance(value, np.ndarray):
             columns[name] = np.broadcast_to(value, (count,))
             varied[0].append(name)
     start: dict[str, Any] = {}
-    for name, value in by_start.items():
-        many = (isinstance(value, np.ndarray) and value.ndim > int(name in turned)) or (
-            name in turned and isinstance(value, list) and bool(value) and isinstance(value[0], Rotation)
+    for name, value in given_initial.items():
+        many = (isinstance(value, np.ndarray) and value.ndim > int(name in quaternions)) or (
+            name in quaternions and isinstance(value, list) and bool(value) and isinstance(value[0], Rotation)
         )
         start[name] = value
         if many:
@@ -245,23 +248,23 @@ def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]
     return Lanes(model, count, columns, start, (tuple(varied[0]), tuple(varied[1])))
 
 
-def numbers_in(model: Model, given: Any, name: str, what: str) -> Any:
-    """Several values of a parameter, or of the start, with numbers in place of texts."""
-    if not isinstance(given, list | tuple | np.ndarray) or not any(isinstance(x, str) for x in given):
-        return given
-    found = []
-    for lane, x in enumerate(given):
+def numbers_in(model: Model, values: Any, name: str, what: str) -> Any:
+    """Return several values of a parameter, or of an initial value, with numbers in place of texts."""
+    if not isinstance(values, list | tuple | np.ndarray) or not any(isinstance(x, str) for x in values):
+        return values
+    numbers = []
+    for lane, x in enumerate(values):
         if isinstance(x, str):
             try:
                 if name in model.defaults:
-                    found.append(finite(quantity(x, model.about.get(name, ("", ""))[0], f"'{x}'"), what))
+                    numbers.append(finite(quantity(x, model.about.get(name, ("", ""))[0], f"'{x}'"), what))
                     continue
                 expression = model.names.expression(x, what)
             except ExpressionError as error:
                 if name not in model.defaults:
                     refuse_unit(x, f"the {what}")
                 raise SimulationError(
-                    f"Expected an array of numbers for the {what}, got {given!r}. {error}"
+                    f"Expected an array of numbers for the {what}, got {values!r}. {error}"
                 ) from None
             if getattr(expression, "free_symbols", None):
                 raise SimulationError(
@@ -269,34 +272,34 @@ def numbers_in(model: Model, given: Any, name: str, what: str) -> Any:
                     f"for all lanes: initial={{'{name}': '{x}'}}."
                 )
             x = float(expression)
-        found.append(x)
-    return found
+        numbers.append(x)
+    return numbers
 
 
-def _array(model: Model, value: Any, name: str, turns: bool, long: dict[str, int], what: str) -> Any:
-    """A value as an array with an axis of lanes, if it has one."""
-    if turns and isinstance(value, list) and value and all(isinstance(x, Rotation) for x in value):
-        long[what] = len(value)
+def _array(model: Model, value: Any, name: str, quaternion: bool, lengths: dict[str, int], what: str) -> Any:
+    """Return a value as an array with an axis of lanes, if it has one; else the value."""
+    if quaternion and isinstance(value, list) and value and all(isinstance(x, Rotation) for x in value):
+        lengths[what] = len(value)
         return value
     if isinstance(value, set | frozenset | Iterator):
         raise SimulationError(f"Expected a list or an array for the {what}, got {value!r}. Write list(...).")
-    given = several(value)
-    if given is None:
+    entries = several(value)
+    if entries is None:
         return float(value) if isinstance(value, np.ndarray) else value
     try:
-        if np.iscomplexobj(given):
+        if np.iscomplexobj(entries):
             raise TypeError
-        array = np.array(given if turns else numbers_in(model, given, name, what), dtype=float)
+        array = np.array(entries if quaternion else numbers_in(model, entries, name, what), dtype=float)
     except (TypeError, ValueError):
         cure = "Give one number for each lane."
-        if turns:
+        if quaternion:
             cure = "Give four components of a quaternion for each lane, or a list of Rotations only."
         raise SimulationError(f"Expected an array of numbers for the {what}, got {value!r}. {cure}") from None
-    if turns and array.shape == (4,):
+    if quaternion and array.shape == (4,):
         return value
-    if array.ndim != 1 + turns or (turns and array.shape[1] != 4):
+    if array.ndim != 1 + quaternion or (quaternion and array.shape[1] != 4):
         shape, cure = "(lanes,)", "For a grid of several parameters use fb.sweep."
-        if turns:
+        if quaternion:
             shape, cure = "(lanes, 4)", "Give four components of a quaternion for each lane, or Rotations."
         raise SimulationError(
             f"Expected an array of shape {shape} for the {what}, got shape {array.shape}. {cure}"
@@ -307,5 +310,5 @@ def _array(model: Model, value: Any, name: str, turns: bool, long: dict[str, int
             f"Expected finite numbers for the {what}, got {array[lane]} in lane {lane}. Leave that lane out, of every "
             "array."
         )
-    long[what] = len(array)
+    lengths[what] = len(array)
     return array

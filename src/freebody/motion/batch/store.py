@@ -1,8 +1,8 @@
 """Results of a batch as a dataset, in memory or in a file that is filled lane by lane.
 
-The file is laid out whole before the first lane runs: every variable has its place and its size, filled with nan.
-Later only numbers are written into these places, first the results of a lane and then how it ended; a run that is
-stopped, even by force, leaves a file that can be read, and goes on with the lanes that are still waiting.
+The whole file is laid out before the first lane runs: every variable has its place and its size, filled with nan. Later
+only numbers are written into these places, first the results of a lane and then its status. A run that is stopped, even
+by force, leaves a file that can be read, and the same call continues with the lanes that are still waiting.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import SimulationError, path_of
+from ...model import Model
 from ...version import VERSION
 from ..files.replacing import explained, lock, replacing, reserve
 from ..lanes import lanes_layout as at
@@ -29,13 +30,13 @@ if TYPE_CHECKING:
 
 
 _MARK = "runs"  # attribute that holds the identity of the runs, part by part
-_WHOLE = "The lanes that were written before are whole, and the same call goes on with the others. "
-_SMALL = 1 << 28  # bytes that are read at once
+_REST = "The lanes that were written before are whole, and the same call goes on with the others. "
+_SMALL = 1 << 28  # bytes of a file that is read into memory
 _HEAP = (
     1 << 16
-)  # bytes at most by which HDF5 grows a file for texts, besides these, and of what names the file
-_ADDRESS = 16  # bytes in the file that tell the length and the place of a text
-_EACH = 1 << 12  # bytes at most that describe a variable
+)  # greatest number of bytes that HDF5 adds to a file for texts, and for the attributes of the file
+_ADDRESS = 16  # bytes in the file for the length and the address of a text
+_EACH = 1 << 12  # greatest number of bytes that describe a variable
 TEXTS = {
     TIMELINE: "modes of contacts: [contact, mode, start, end, why], ...; read by freebody.timeline",
     REASON: "why the run failed, or is not physical",
@@ -43,7 +44,7 @@ TEXTS = {
 
 
 def _variables(job: Job) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
-    """Name -> dimensions, type, attributes of everything that depends on the lane."""
+    """Return name -> dimensions, type, attributes of all variables that depend on the lane."""
     model, outputs = job.kernels.model, job.outputs
     result: dict[str, Any] = {}
     for name, value in zip(outputs.timed, outputs.timed_values, strict=True):
@@ -72,7 +73,8 @@ def _variables(job: Job) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]
 _UNITS = {"gap": "m", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
 
 
-def _about(model: Any, name: str, value: Any) -> dict[str, Any]:
+def _about(model: Model, name: str, value: Any) -> dict[str, Any]:
+    """Return the attributes of an output."""
     if isinstance(value, OfContact):
         about = {"long_name": f"{value.what} of contact {model.contacts[value.contact].name}"}
         if value.what == "mode":
@@ -90,7 +92,7 @@ def _about(model: Any, name: str, value: Any) -> dict[str, Any]:
 
 
 def _coordinates(job: Job) -> dict[str, Any]:
-    """Coordinates of the dataset: lane, time, events, and what was varied."""
+    """Return the coordinates of the dataset: lane, time, events, and varied parameters and initial values."""
     lanes = job.lanes
     result: dict[str, Any] = {"lane": ("lane", np.arange(lanes.count))}
     if job.outputs.timed:
@@ -109,18 +111,19 @@ def _coordinates(job: Job) -> dict[str, Any]:
 
 
 def check_names(job: Job) -> None:
-    """Refuse outputs and events of which the dataset could hold only one, since another variable has their name.
+    """Refuse outputs and events whose name another variable of the dataset has.
 
     Raises
     ------
     SimulationError
-        The name, and what has it already.
+        Names the output or event, and the variable.
     """
-    own = [
+    fixed = [
         name for name in _variables(job) if name not in job.outputs.timed and name not in job.outputs.numbers
     ]
     taken = dict.fromkeys(
-        [*own, "event_time", "event_last", "event_count", "event", "status", REASON], "tells how lanes ended"
+        [*fixed, "event_time", "event_last", "event_count", "event", "status", REASON],
+        "tells how lanes ended",
     )
     taken |= dict.fromkeys(("lane", "time"), "counts the lanes and the times")
     for name in job.lanes.varied[0]:
@@ -147,7 +150,7 @@ def check_names(job: Job) -> None:
 
 
 def _attributes(job: Job) -> dict[str, Any]:
-
+    """Return the attributes of the dataset."""
     model, lanes = job.kernels.model, job.lanes
     fixed = {name: x for name, x in lanes.values_of(0).items() if name not in lanes.varied[0]}
     return {
@@ -162,7 +165,7 @@ def _attributes(job: Job) -> dict[str, Any]:
 
 
 def _parts(job: Job, part: Results) -> dict[str, Any]:
-    """Arrays of a part by the names of the variables; how a lane ended comes last."""
+    """Return the arrays of results by the names of the variables; the status comes last."""
     result: dict[str, Any] = {name: part.values[:, :, i] for i, name in enumerate(job.outputs.timed)}
     for name in job.outputs.numbers:
         result[name] = job.outputs.number(name, part.reduced)
@@ -178,21 +181,21 @@ def _parts(job: Job, part: Results) -> dict[str, Any]:
 
 
 def dataset_of(job: Job, part: Results) -> xarray.Dataset:
-    """Results in memory."""
+    """Return the dataset of results in memory."""
     import xarray
 
-    found = _parts(job, part)
+    arrays = _parts(job, part)
     variables = {
-        name: (dims, found[name], about)
+        name: (dims, arrays[name], about)
         for name, (dims, _, about) in _variables(job).items()
         if name != "status"
     }
     data = xarray.Dataset(variables, coords=_coordinates(job), attrs=_attributes(job))
-    return _told(data, found["status"], found["blame"], job)
+    return _told(data, arrays["status"], arrays["blame"], job)
 
 
 def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Job) -> xarray.Dataset:
-    """With statuses and names in place of numbers."""
+    """Return the dataset with statuses and names in place of numbers."""
     widest = max(map(len, STATUS.values()))
     words = np.full(len(codes), "", dtype=f"<U{widest}")
     for code in np.unique(codes):
@@ -230,7 +233,7 @@ class Store:
     Raises
     ------
     SimulationError
-        No such folder; a file of other runs, or no netCDF file at all.
+        No such folder, a file of other runs, or no netCDF file.
     """
 
     def __init__(self, path: Any, job: Job) -> None:
@@ -247,43 +250,47 @@ class Store:
                     f"Cannot write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
                     "path."
                 )
-            there = self.path.exists()
-            if there and not self.path.is_file():  # HDF5 would wait for a pipe
+            exists = self.path.exists()
+            if exists and not self.path.is_file():  # HDF5 would wait for a pipe
                 raise SimulationError(
-                    f"Expected the path of a file for store=, got '{self.path}', which is none."
+                    f"Expected the path of a file for store=, got '{self.path}', which is no file."
                 )
-        if there:
+        if exists:
             self._check()
         else:
             self._create()
 
     def _check(self) -> None:
+        """Refuse a file of other runs; repair one whose last write was interrupted."""
         import h5py
 
         try:
             with h5py.File(self.path, "r") as file:
-                said = file.attrs.get(_MARK, "")
+                mark = file.attrs.get(_MARK, "")
                 waiting = "status" in file and bool((file["status"][:] == WAITING).any())
         except OSError as error:
             raise SimulationError(
                 f"Expected results of a batch in '{self.path}', but it cannot be read: {error}. Choose another path."
             ) from None
-        said = said.decode() if isinstance(said, bytes) else str(said)
-        known = json.loads(said) if said.startswith("{") else {}
-        others = [name for name, mark in self.parts.items() if known.get(name) != mark]
+        mark = mark.decode() if isinstance(mark, bytes) else str(mark)
+        stored = json.loads(mark) if mark.startswith("{") else {}
+        others = [name for name, digest in self.parts.items() if stored.get(name) != digest]
         if others:
-            what = f"runs that differ in the {', the '.join(others)}" if known else "something else"
+            what = f"runs that differ in the {', the '.join(others)}" if stored else "something else"
             raise SimulationError(
                 f"Expected '{self.path}' to hold results of the same runs, to go on with them, but it holds those of "
                 f"{what}. Choose another path, or remove the file."
             )
         if waiting:
-            with explained(self.path, more=_WHOLE):
+            with explained(self.path, more=_REST):
                 self._mend()
 
     def _mend(self) -> None:
-        """Empty the texts of lanes that were not run: a process that was killed as it wrote them has left addresses
-        there of what it did not write any more, with which HDF5 reads no text at all."""
+        """Empty the texts of lanes that were not run.
+
+        A process that was killed while it wrote them left addresses of texts that it did not write, and HDF5 then
+        cannot read any text.
+        """
         import h5py
 
         with h5py.File(self.path, "r") as file:
@@ -299,6 +306,7 @@ class Store:
                     raw.write(bytes(_ADDRESS * (last - first)))
 
     def _create(self) -> None:
+        """Lay out the file."""
         import h5netcdf
         import h5py
 
@@ -316,27 +324,27 @@ class Store:
             for name, (dims, values, *about) in _coordinates(job).items():
                 values = np.asarray(values)
                 if values.dtype == object:
-                    made = file.create_variable(name, (dims,), dtype=h5py.string_dtype())
-                    made[:] = values
+                    variable = file.create_variable(name, (dims,), dtype=h5py.string_dtype())
+                    variable[:] = values
                 else:
                     file.create_variable(name, (dims,), data=values)
                 for key, text in (about[0] if about else {}).items():
                     file[name].attrs[key] = text
-            beside = [name for name in _coordinates(job) if name not in sizes]
+            other_coordinates = [name for name in _coordinates(job) if name not in sizes]
             for name, (dims, kind, about) in _variables(job).items():
                 if kind == "text":
-                    made = file.create_variable(_escaped(name), dims, dtype=h5py.string_dtype())
-                    made[:] = ""
-                    made.attrs.update(about)
+                    variable = file.create_variable(_escaped(name), dims, dtype=h5py.string_dtype())
+                    variable[:] = ""
+                    variable.attrs.update(about)
                     continue
-                # a first number takes the whole place in the file, filled
+                # writing one number makes HDF5 allocate and fill the whole variable
                 empty = np.nan if kind == "f8" else -1
-                made = file.create_variable(_escaped(name), dims, dtype=kind, fillvalue=empty)
-                made[(0,) * len(dims)] = empty
+                variable = file.create_variable(_escaped(name), dims, dtype=kind, fillvalue=empty)
+                variable[(0,) * len(dims)] = empty
                 for key, text in about.items():
-                    made.attrs[key] = text
-                if beside:
-                    made.attrs["coordinates"] = " ".join(beside)
+                    variable.attrs[key] = text
+                if other_coordinates:
+                    variable.attrs["coordinates"] = " ".join(other_coordinates)
             codes = {code: text for code, text in STATUS.items() if code >= 0}
             file["status"].attrs["flag_values"] = np.array(list(codes), dtype="i1")
             words = [text.replace(",", "").replace(" ", "_") for text in codes.values()]
@@ -346,39 +354,45 @@ class Store:
             file.attrs[_MARK] = json.dumps(self.parts)
 
     def _size(self) -> int:
-        """Bytes of the file as it is laid out, at most."""
+        """Return the greatest size of the file before the first lane runs."""
         job = self.job
         sizes = {"lane": job.lanes.count, "time": job.times.size, "event": len(job.specs)}
-        laid = _variables(job).values()
+        variables = _variables(job).values()
         columns = [np.asarray(values).size for _, values, *_ in _coordinates(job).values()]
         return (
-            sum(_EACH + 16 * math.prod(sizes[d] for d in dims) for dims, kind, _ in laid if kind == "text")
-            + sum(_EACH + 8 * math.prod(sizes[d] for d in dims) for dims, kind, _ in laid if kind != "text")
+            sum(
+                _EACH + 16 * math.prod(sizes[d] for d in dims)
+                for dims, kind, _ in variables
+                if kind == "text"
+            )
+            + sum(
+                _EACH + 8 * math.prod(sizes[d] for d in dims) for dims, kind, _ in variables if kind != "text"
+            )
             + sum(_EACH + 16 * count for count in columns)
             + _HEAP
         )
 
     def waiting(self, low: int, high: int) -> Any:
-        """Which lanes of a range were not run, as 0 or 1."""
+        """Return 1 for each lane of a range that was not run, else 0."""
         import h5py
 
         with h5py.File(self.path, "r") as file:
             return (file["status"][low:high] == WAITING).astype(np.int64)
 
     def write(self, part: Results) -> None:
-        """Results of lanes; those that were not run stay as they are."""
+        """Write the results of lanes; lanes that were not run keep their place."""
         import h5py
 
-        found = _parts(self.job, part)
-        done = np.flatnonzero(found["status"] != WAITING)
+        arrays = _parts(self.job, part)
+        done = np.flatnonzero(arrays["status"] != WAITING)
         if not done.size:
             return
-        texts = {name: [x.encode() for x in found[name][done]] for name in self.job.texts}
-        growth = sum(_HEAP + sum(2 * len(x) + 64 for x in some) for some in texts.values())
-        with explained(self.path, growth, _WHOLE):
+        texts = {name: [x.encode() for x in arrays[name][done]] for name in self.job.texts}
+        growth = sum(_HEAP + sum(2 * len(x) + 64 for x in column) for column in texts.values())
+        with explained(self.path, growth, _REST):
             reserve(self.path, growth)
             with h5py.File(self.path, "r+") as file:
-                for name, array in found.items():
+                for name, array in arrays.items():
                     if name == "status":
                         file.flush()
                     if array.size:
@@ -386,7 +400,7 @@ class Store:
                             file[_escaped(name)][part.low + first : part.low + last] = array[first:last]
 
     def dataset(self) -> xarray.Dataset:
-        """What the file holds: read into memory, or from the file as it is used where it is large."""
+        """Return the results in the file: read into memory, or on demand if the file is large."""
         import xarray
 
         opened = xarray.open_dataset(self.path, engine="h5netcdf", mask_and_scale=False, decode_times=False)
@@ -401,11 +415,11 @@ class Store:
 
 
 def _runs(places: Any) -> list[tuple[int, int]]:
-    """Ranges of consecutive numbers."""
+    """Return the ranges of consecutive numbers."""
     breaks = np.flatnonzero(np.diff(places) > 1) + 1
     return [(int(x[0]), int(x[-1]) + 1) for x in np.split(places, breaks)]
 
 
 def _escaped(name: str) -> str:
-    """A name without the separator of groups."""
+    """Return a name without the separator of HDF5 groups."""
     return name.replace("/", "÷")

@@ -1,4 +1,4 @@
-"""Identity of a study: a digest of everything that its results depend on, and of nothing else.
+"""Identity of a study: a digest of all that its results depend on, and of nothing else.
 
 The content counts (`content_digest`), not where it is computed: the machine with its constants and controllers, the
 values and initial values of all lanes, times, outputs, events, blows and options as they are after reading, and the
@@ -30,13 +30,13 @@ from .content_digest import NoContentError, digest
 from .job import Job
 
 _NAMED = (Body, Joint, Parameter)
-"""What the rest of a machine refers to: its content is in the links, its values in those of the lanes."""
-_SHOWING = ("cli", "exact", "formats", "gallery", "picture")
+"""Types to which the rest of a machine refers: their content is in the links, their values in those of the lanes."""
+_ROOMS_LEFT_OUT = ("cli", "exact", "formats", "gallery", "picture")
 """Rooms whose sources change no result."""
 
 
 def identity(job: Job) -> str:
-    """Digest of a study.
+    """Return the digest of a study.
 
     Parameters
     ----------
@@ -46,13 +46,13 @@ def identity(job: Job) -> str:
     Raises
     ------
     SimulationError
-        A controller that holds something of which no content can be read, such as an open file.
+        A controller that holds an object whose content cannot be read, such as an open file.
     """
     return digest(parts(job))
 
 
 def parts(job: Job) -> dict[str, str]:
-    """Digests of what makes up a study, by what it is called."""
+    """Return the digests of the parts of a study, by the name of the part."""
     model, lanes, options = job.kernels.model, job.lanes, job.options
     aliases = _aliases(model)
 
@@ -61,7 +61,7 @@ def parts(job: Job) -> dict[str, str]:
             return digest(value, _NAMED, aliases)
         except NoContentError as error:
             raise SimulationError(
-                f"Expected numbers, expressions and points for a study that is kept in a file, got {error.args[0]!r}."
+                f"Expected numbers, expressions and points for a study that is stored in a file, got {error.args[0]!r}."
             ) from None
 
     machine = [
@@ -73,7 +73,7 @@ def parts(job: Job) -> dict[str, str]:
     method = [job.method, job.step, job.max_step, job.max_steps, job.tolerances]
     return {
         "machine": of(machine),
-        "controllers": digest([_controller(one, aliases) for one in model.controllers]),
+        "controllers": digest([_controller(controller, aliases) for controller in model.controllers]),
         "signals": of([vars(placed.signal) for placed in model.signals]),
         "values": of([lanes.count, lanes.varied, columns]),
         "starts": of([*starts, bool(options["project"])]),
@@ -87,7 +87,7 @@ def parts(job: Job) -> dict[str, str]:
 
 
 def _aliases(model: Model) -> dict[str, str]:
-    """Names of the constants of signals by their order: a signal without a name has another in each process."""
+    """Return names of the constants of signals by their order: unnamed signals have other names in each process."""
     return {
         symbol.name: f"constant {k} of signal {i}"
         for i, placed in enumerate(model.signals)
@@ -95,43 +95,43 @@ def _aliases(model: Model) -> dict[str, str]:
     }
 
 
-def _by_name(model: Model, given: Any) -> Any:
-    """Values by name, numbers as they are used."""
-    if not isinstance(given, Mapping):
-        return given
-    named = {model.names.text_of(key): x for key, x in given.items()}
-    # one array given twice is two arrays of one content
+def _by_name(model: Model, values: Any) -> Any:
+    """Return values in the order of their names, numbers as floats."""
+    if not isinstance(values, Mapping):
+        return values
+    named = {model.names.text_of(key): x for key, x in values.items()}
+    # copies, since one array used twice has the content of two arrays
     return [
         (name, float(x) if is_number(x) else copy(x)) for name, x in sorted(named.items(), key=itemgetter(0))
     ]
 
 
-def _controller(one: Controller, aliases: Mapping[str, str]) -> str:
-    """Digest of a controller as a run finds it: begun anew, if it has a ``reset``."""
-    begin = getattr(one.function, "reset", None)
-    if callable(begin):
-        begin()
-    law = digest([one.name, one.period, one.inputs, one.sensors], (), aliases)
+def _controller(controller: Controller, aliases: Mapping[str, str]) -> str:
+    """Return the digest of a controller as a run finds it: reset, if it has a ``reset``."""
+    reset = getattr(controller.function, "reset", None)
+    if callable(reset):
+        reset()
+    law = digest([controller.name, controller.period, controller.inputs, controller.sensors], (), aliases)
     try:
-        return digest([law, one.function])
+        return digest([law, controller.function])
     except NoContentError as error:
-        held, _, *where = error.args
+        value, _, *where = error.args
         inside = f" (in {', in '.join(where[:-1][-3:])})" if where[:-1] else ""
         raise SimulationError(
-            f"Expected a controller whose content can be read, so that a file of results is not gone on with by "
-            f"another one, but '{one.name}' holds a {type(held).__module__}.{type(held).__qualname__}{inside}. Open or "
-            "make it within the function, or leave out store=."
+            f"Expected a controller whose content can be read, so that another controller cannot continue a file of "
+            f"results, but '{controller.name}' holds a {type(value).__module__}.{type(value).__qualname__}{inside}. "
+            "Open or make it within the function, or leave out store=."
         ) from None
 
 
 @cache
 def version() -> str:
-    """Digest of the sources that compute."""
+    """Return the digest of the sources that compute."""
     package = Path(__file__).parents[2]
-    found = hashlib.sha256()
+    result = hashlib.sha256()
     for file in sorted(package.rglob("*.py")):
         where = file.relative_to(package)
-        if where.parts[0] not in _SHOWING:
+        if where.parts[0] not in _ROOMS_LEFT_OUT:
             content = file.read_bytes()
-            found.update(f"{where.as_posix()} {len(content)}\n".encode() + content)
-    return found.hexdigest()
+            result.update(f"{where.as_posix()} {len(content)}\n".encode() + content)
+    return result.hexdigest()

@@ -109,7 +109,7 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
         )
     kind = next(name for name, cls in KINDS.items() if type(motion) is cls)
     segments = segments_of(motion.path, motion.kernels)
-    times, samples = motion._asked
+    times, samples = motion._times_and_samples
     accuracies: list[Any] = []
     arrays: dict[str, Any] = {
         "tolerances": motion.tolerances,

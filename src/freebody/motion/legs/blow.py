@@ -13,6 +13,7 @@ import numpy as np
 import sympy
 
 from ...errors import ModelError, SimulationError, arguments_named
+from ...scalar.algebra import Expression, Vector
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import FINISHED, TERMINAL, Array, Path, Watch
 from ..start.arguments import check_forwards
@@ -36,11 +37,11 @@ def blow(
     when: Any,
     *,
     at: Any = None,
-    impulse: Any = None,
-    moment: Any = None,
+    impulse: Vector | None = None,
+    moment: Vector | None = None,
     frame: Any = None,
-    normal: Any = None,
-    restitution: Any = None,
+    normal: Vector | None = None,
+    restitution: Expression | None = None,
     name: str = "blow",
     count: int | None = None,
 ) -> Blow:

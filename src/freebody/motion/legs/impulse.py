@@ -16,7 +16,7 @@ from ...errors import ModelError, arguments_named, nearest
 from ...model.assemble import assemble
 from ...model.model import Model
 from ...model.values import check_assumptions
-from ...scalar.algebra import ZERO, Vector, apply
+from ...scalar.algebra import ZERO, Expression, Matrix, Vector, apply
 from ...space.rotation import Rotation
 from ...symbolic.equations import Equations
 from ...symbolic.free_body.free_body import own_body
@@ -33,14 +33,14 @@ def impulse(
     s: Any,
     *,
     at: Any = None,
-    impulse: Any = None,
-    moment: Any = None,
+    impulse: Vector | None = None,
+    moment: Vector | None = None,
     frame: Any = None,
-    normal: Any = None,
-    restitution: Any = None,
+    normal: Vector | None = None,
+    restitution: Expression | None = None,
     initial: Any = None,
     values: Mapping[Any, Any] | None = None,
-    t: Any = None,
+    t: Expression | None = None,
     near: Mapping[Any, Any] | None = None,
 ) -> Struck:
     """Return the speeds just after an impulse, and the impulsive reactions of all joints.
@@ -137,7 +137,7 @@ def impulse(
 
 
 def resolved_blow(
-    model: Model, state: State, at: Any, impulse: Any, moment: Any, frame: Any
+    model: Model, state: State, at: Any, impulse: Vector | None, moment: Vector | None, frame: Any
 ) -> tuple[Point, Vector, Vector]:
     """Return the point of a blow, its impulse and its moment impulse in ground axes [N s, N m s]; arguments as of
     :func:`impulse`."""
@@ -154,7 +154,7 @@ def resolved_blow(
     )
 
 
-def _axes(model: Model, state: State, frame: Any) -> Any:
+def _axes(model: Model, state: State, frame: Any) -> Matrix | None:
     """Return the rotation to ground axes of a frame, None for ground axes."""
     return None if frame is None else rotation(model, state, place_of(model, _frame(model, frame))[0])
 
@@ -277,7 +277,7 @@ def _frame(model: Model, frame: Any) -> Any:
     return own_body(model, frame, "the frame of an impulse")
 
 
-def _vector(state: State, components: Any, R: Any, what: str) -> Vector:
+def _vector(state: State, components: Any, R: Matrix | None, what: str) -> Vector:
     """Return a vector in ground axes."""
     names = state.model.names
     if isinstance(components, str) or not hasattr(components, "__len__") or len(components) != 3:
@@ -286,7 +286,7 @@ def _vector(state: State, components: Any, R: Any, what: str) -> Vector:
     return v if R is None else apply(R, v)
 
 
-def _exact_state(e: Equations, initial: Mapping[Any, Any], t: Any) -> State:
+def _exact_state(e: Equations, initial: Mapping[Any, Any], t: Expression | None) -> State:
     """Return the symbolic state, with exact values of named coordinates and speeds."""
     model, ring = e.model, e.ring
     if not isinstance(initial, Mapping):

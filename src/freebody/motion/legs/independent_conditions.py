@@ -183,7 +183,7 @@ def check_redundant(trajectory: Trajectory) -> None:
         error = SimulationError(
             f"The constraint '{names[int(missed[k].argmax()) // 2]}' of '{kernels.model.name}' followed from the "
             f"others at the start, but at t = {part.times[k]:.6g} s it does not. The start is a singular position, "
-            "such as bars in line, from which the machine can move in more ways than elsewhere. Start a little beside it."
+            "such as bars in line, from which the machine can move in more ways than elsewhere. Start beside it."
         )
         error.trajectory = trajectory  # type: ignore[attr-defined]
         raise error

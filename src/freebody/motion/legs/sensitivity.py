@@ -28,6 +28,7 @@ from ...dynamics.motion import motion, total_power
 from ...errors import ExpressionError, SimulationError, nearest
 from ...model import Model
 from ...program.kernels import compile_tape
+from ...scalar.algebra import Expression, Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels, Program
@@ -37,7 +38,7 @@ from ..ode.dense_output import Rates, observe
 from ..ode.integration import integrate
 from ..start.arguments import most_steps
 from ..start.start_sensitivity import start_slopes
-from ..trajectory.event import watching
+from ..trajectory.event import EventSpec, watching
 from ..trajectory.outputs import reduction
 from ..trajectory.trajectory import Trajectory
 
@@ -132,7 +133,7 @@ class Variation:
             programs[key] = series_of(self.kernels.model, tape, rates, state.t, inputs, parameters)
         return programs[key]
 
-    def _traced(self) -> tuple[Tape, State, list[Any], list[list[Any]], list[Any]]:
+    def _traced(self) -> tuple[Tape, State, list[Scalar], list[list[Scalar]], list[Scalar]]:
         """Return tape, state, y, the s_j, parameters."""
         model, tape = self.kernels.model, Tape()
         state = traced_state(model, tape)
@@ -143,8 +144,8 @@ class Variation:
         return tape, state, y, rows, [state.values[p.symbol] for p in model.parameters]
 
     def _along(
-        self, tape: Tape, state: State, y: list[Any], rows: list[list[Any]], outputs: Sequence[Any]
-    ) -> list[list[Any]]:
+        self, tape: Tape, state: State, y: list[Scalar], rows: list[list[Scalar]], outputs: Sequence[Scalar]
+    ) -> list[list[Scalar]]:
         """Return the derivatives of outputs by every unknown."""
         result = []
         for unknown, row in zip(self.unknowns, rows, strict=True):
@@ -180,7 +181,7 @@ class Variation:
             programs[key] = Program(compile_tape(tape, functions, state.t, inputs, parameters))
         return programs[key]
 
-    def _rates(self) -> tuple[Tape, State, list[Any], list[Any], list[Any]]:
+    def _rates(self) -> tuple[Tape, State, list[Scalar], list[Scalar], list[Scalar]]:
         """Return tape, state, (y, s_1, s_2, ...), their rates, parameters."""
         tape, state, y, rows, parameters = self._traced()
         model = self.kernels.model
@@ -192,7 +193,7 @@ class Variation:
         inputs = [*y, *(x for row in rows for x in row)]
         return tape, state, inputs, [*rates, *(x for row in along for x in row)], parameters
 
-    def expression(self, expression: Any) -> Program:
+    def expression(self, expression: Expression) -> Program:
         """Return the function ``values``: derivatives of an expression by every unknown."""
         key = ("variation of", tuple(unknown.name for unknown in self.unknowns), expression)
         programs = self.kernels._programs
@@ -217,8 +218,8 @@ def sensitive_motion(
     state: Array,
     begin: float,
     end: float,
-    specs: Sequence[Any],
-    expressions: Sequence[Any],
+    specs: Sequence[EventSpec],
+    expressions: Sequence[Expression],
     tolerances: Array,
     times: Any,
     samples: int | None,

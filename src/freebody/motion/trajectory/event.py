@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...dynamics.unilateral import MotionWarning
 from ...errors import SimulationError, arguments_named
 from ...model import Model
+from ...scalar.algebra import Expression
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import Watch
 
@@ -20,7 +21,7 @@ from ..ode.dense_output import Watch
 class EventSpec:
     """An event to watch for. Made by :func:`event`."""
 
-    expression: Any
+    expression: Expression
     name: str
     direction: int = 0
     terminal: bool = False
@@ -70,7 +71,9 @@ class Happening(Event):
 
 
 @arguments_named
-def event(expression: Any, name: str | None = None, direction: int = 0, terminal: bool = False) -> EventSpec:
+def event(
+    expression: Expression, name: str | None = None, direction: int = 0, terminal: bool = False
+) -> EventSpec:
     """Return an event to watch for in a simulation: ``expression`` passes through zero.
 
     A jump from one sign to the other passes through zero; a pole such as that of ``1/theta`` does not. A run does not
@@ -129,7 +132,7 @@ def specs_of(events: Any) -> tuple[EventSpec, ...]:
     return tuple(spec if isinstance(spec, EventSpec) else event(spec) for spec in events)
 
 
-def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Any, ...]:
+def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Expression, ...]:
     """Return the expressions of events in the names of the model."""
     result = []
     for spec in specs:
@@ -144,7 +147,10 @@ def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Any, ...]:
 
 
 def watching(
-    kernels: Kernels, parameters: NDArray[np.float64], specs: Sequence[EventSpec], expressions: Sequence[Any]
+    kernels: Kernels,
+    parameters: NDArray[np.float64],
+    specs: Sequence[EventSpec],
+    expressions: Sequence[Expression],
 ) -> Watch | None:
     """Return the compiled event functions; None if there are none."""
     if not specs:

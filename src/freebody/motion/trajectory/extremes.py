@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ...scalar.algebra import Expression
 from ..ode.dense_output import Array
 from .outputs import CONTACT_MODES, ENERGIES, OfContact
 from .phases import Phases
@@ -25,7 +26,7 @@ _BRACKETS = 4  # brackets that are refined, for one quantity in one block
 _BLOCK = 1000  # steps that are searched together
 
 
-def values(motion: Trajectory, quantities: tuple[Any, ...]) -> Array:
+def values(motion: Trajectory, quantities: tuple[Expression | OfContact, ...]) -> Array:
     """Return quantities (expressions, energies, quantities of contacts) at the output times, one column each."""
     result = np.empty((len(motion.t), len(quantities)))
     expressions = [x for x in quantities if not isinstance(x, str | OfContact)]
@@ -66,7 +67,7 @@ def _of_contact(motion: Any, quantity: OfContact) -> Any:
     return result if result.ndim == 1 else result[:, quantity.component]
 
 
-def extremes(motion: Trajectory, quantities: tuple[Any, ...]) -> Array:
+def extremes(motion: Trajectory, quantities: tuple[Expression | OfContact, ...]) -> Array:
     """Return greatest, smallest, first and last value of each quantity over a motion, shape (quantities, 4)."""
     ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), quantities)
     best = np.full((2, len(quantities)), -np.inf)  # greatest values of the quantities, and of their negatives

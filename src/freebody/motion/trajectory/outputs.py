@@ -13,6 +13,7 @@ import sympy
 
 from ...errors import ExpressionError, SimulationError, nearest
 from ...model import Model
+from ...scalar.algebra import Expression
 
 ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
 """Outputs that are no expressions of the machine's names: energies of all bodies [J], and the rate of ``work`` [W]."""
@@ -47,14 +48,14 @@ class Output:
     """
 
     timed: tuple[str, ...]
-    timed_values: tuple[Any, ...]
+    timed_values: tuple[Expression | OfContact, ...]
     reduced: tuple[str, ...]
-    reduced_values: tuple[Any, ...]
+    reduced_values: tuple[Expression | OfContact, ...]
     numbers: Mapping[str, tuple[str, int]]
     timeline: bool = False
 
     @property
-    def values(self) -> tuple[Any, ...]:
+    def values(self) -> tuple[Expression | OfContact, ...]:
         """All quantities: expressions, energies by name, quantities of contacts."""
         return (*self.timed_values, *self.reduced_values)
 
@@ -190,7 +191,7 @@ def _single_component(components: tuple[OfContact, ...], how: str, name: str, in
     return components[0]
 
 
-def _expression(model: Model, value: Any, name: str) -> Any:
+def _expression(model: Model, value: Expression, name: str) -> Expression:
     """Return the expression of an output, or the name of an energy."""
     if isinstance(value, str) and value in ENERGIES and value not in model.names.atoms:
         return value

@@ -40,6 +40,7 @@ class Progress:
         return self.display is True
 
     def __call__(self, t: float) -> None:
+        """Show the part of the run that is done at a time."""
         part = (t - self.start) / (self.until - self.start)
         if callable(self.display):
             self.display(part)

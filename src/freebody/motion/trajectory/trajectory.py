@@ -150,7 +150,7 @@ class Trajectory:
         self.path = path
         self.specs = tuple(specs)
         self.tolerances = tolerances
-        self._asked = times, samples
+        self._times_and_samples = times, samples
 
     def __getstate__(self) -> dict[str, Any]:
         """Keep the path and the states at the output times; all other quantities can be computed again."""
@@ -178,7 +178,7 @@ class Trajectory:
     @cached_property
     def t(self) -> Array:
         """Output times [s], shape (n,)."""
-        return _output_times(self.path, *self._asked)
+        return _output_times(self.path, *self._times_and_samples)
 
     # -- states -----------------------------------------------------------------------------------------------
 
