@@ -10,6 +10,7 @@ from typing import Any
 import sympy
 
 from ...errors import ModelError, nearest
+from ...scalar.algebra import Scalar
 from ...scalar.ratio import Ratio
 from ..derivation.derivation import Derivation
 from ..printing.display import equation_latex, equation_text
@@ -50,7 +51,7 @@ class SolveResult(Mapping[str, Any]):
     """
 
     def __init__(
-        self, e: Derivation, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Any]
+        self, e: Derivation, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Scalar]
     ) -> None:
         self._ring = e.ring
         self._vocabulary = vocabulary
