@@ -324,7 +324,7 @@ class FreeBody:
         return FreeBodyAt(self, values)
 
     def moment_form(self, about: Any) -> MomentForm:
-        """Moment equations about a point A in its acceleration: M_A = ρ × m a_A + I_A α + ω × I_A ω.
+        """Moment equations about a point A by its acceleration: M_A = ρ × m a_A + I_A α + ω × I_A ω.
 
         Parameters
         ----------
@@ -364,7 +364,7 @@ class FreeBody:
 
     @named("the free body")
     def text(self) -> str:
-        """The forces by name and the equations as plain text; for a planar model, those in the plane."""
+        """The forces by name and the equations as plain text; for a planar model, the equations in the plane."""
         from .planar import planar_text, plane_in
 
         if not isinstance(plane_in(self), str):
@@ -390,7 +390,7 @@ class FreeBody:
 
     @named("the free body")
     def latex(self) -> str:
-        """The equations as a LaTeX ``aligned`` block; for a planar model, those in the plane."""
+        """The equations as a LaTeX ``aligned`` block; for a planar model, the equations in the plane."""
         from .planar import planar_latex, plane_in
 
         if not isinstance(plane_in(self), str):
@@ -406,7 +406,7 @@ class FreeBody:
 
     @named("the free body")
     def mathml(self) -> str:
-        """The equations as presentation MathML, an element each; for a planar model, those in the plane."""
+        """The equations as presentation MathML, an element each; for a planar model, the equations in the plane."""
         from .planar import planar_balances, plane_in
 
         pairs = [pair for pair in self.balances if pair != (0, 0)]

@@ -123,11 +123,11 @@ def _plane_with_normal(e: Derivation, k: int) -> Plane | str:
             within = (i != k) if i < 3 else (i - 3 == k)
             if within and any(monomial for monomial in terms):
                 return (
-                    f"the {title} equation of '{body}' holds the reaction {next(m for m in terms if m)[0][0]}"
+                    f"the {title} equation of '{body}' contains the reaction {next(m for m in terms if m)[0][0]}"
                 )
             if not within:
                 if () in terms:
-                    return f"the {title} equation of '{body}' holds more than reactions across the plane"
+                    return f"the {title} equation of '{body}' contains more than reactions across the plane"
                 rows.append(Row(title, terms))
     solved, _ = eliminate(rows, [list(outside)])
     loose = [name for name in outside if name not in solved or solved[name]]
