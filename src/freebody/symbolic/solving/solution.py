@@ -69,7 +69,7 @@ class SolveResult(Mapping[str, Any]):
 
     @cached_property
     def steps(self) -> tuple[tuple[tuple[str, Any], ...], tuple[tuple[str, Any], ...]]:
-        """(unknowns, coefficients) of a long solution as printed: pairs of a name and a SymPy expression.
+        """(unknowns, coefficients) of a long solution as printed, pairs of a name and a SymPy expression.
 
         An unknown is expressed by unknowns above it and by coefficients k_1, k_2, …, these by coefficients above them.
         Both are empty if the solution is short.
