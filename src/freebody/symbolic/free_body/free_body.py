@@ -239,7 +239,7 @@ class FreeBody:
     def mass_acceleration(self) -> Vector:
         """m a_C in the axes of the components [N], canonical."""
         a = self._e.center_acceleration(self.body)
-        return self._turned(scale(self._e.state(self._place.mass), a))
+        return self._in_axes(scale(self._e.state(self._place.mass), a))
 
     @cached_property
     @named("the free body")
@@ -253,9 +253,10 @@ class FreeBody:
         rate = add(apply(inertia, wdot), cross(w, apply(inertia, w)))
         arm = subtract(self._centre, self._about)
         ma = scale(state(self._place.mass), e.center_acceleration(self.body))
-        return self._turned(add(apply(self._R, rate), cross(arm, ma)))
+        return self._in_axes(add(apply(self._R, rate), cross(arm, ma)))
 
-    def _turned(self, v_N: Vector) -> Vector:
+    def _in_axes(self, v_N: Vector) -> Vector:
+        """Return the components of a vector in the axes of the equations, from those in ground axes."""
         return apply_transpose(self._axes, v_N)
 
     @cached_property
@@ -265,7 +266,7 @@ class FreeBody:
         total: Vector = ZERO
         for action in self.actions:
             total = add(total, action.force)
-        return self._turned(total)
+        return self._in_axes(total)
 
     @cached_property
     @named("the free body")
@@ -275,7 +276,7 @@ class FreeBody:
         for action in self.actions:
             arm = subtract(action.at, self._about)
             total = add(total, add(action.moment, cross(arm, action.force)))
-        return self._turned(total)
+        return self._in_axes(total)
 
     @cached_property
     @named("the free body")
@@ -344,7 +345,7 @@ class FreeBody:
     @named("the free body")
     def forces(self) -> Mapping[str, Any]:
         """Force of each action by name, as a SymPy column in the axes of the components [N]."""
-        return {a.name: self._e.column(self._turned(a.force)) for a in self.actions if a.force != ZERO}
+        return {a.name: self._e.column(self._in_axes(a.force)) for a in self.actions if a.force != ZERO}
 
     @cached_property
     @named("the free body")
@@ -352,7 +353,7 @@ class FreeBody:
         """Moment of each action about the point of the moments, by name, as a SymPy column [N m]."""
         result = {}
         for a in self.actions:
-            moment = self._turned(add(a.moment, cross(subtract(a.at, self._about), a.force)))
+            moment = self._in_axes(add(a.moment, cross(subtract(a.at, self._about), a.force)))
             if any(c != 0 for c in moment):
                 result[a.name] = self._e.column(moment)
         return result
@@ -378,9 +379,9 @@ class FreeBody:
         for a in self.actions:
             parts = []
             if a.force != ZERO:
-                parts.append("force (" + ", ".join(text(c, ring) for c in self._turned(a.force)) + ")")
+                parts.append("force (" + ", ".join(text(c, ring) for c in self._in_axes(a.force)) + ")")
             if a.moment != ZERO:
-                parts.append("couple (" + ", ".join(text(c, ring) for c in self._turned(a.moment)) + ")")
+                parts.append("couple (" + ", ".join(text(c, ring) for c in self._in_axes(a.moment)) + ")")
             by = f"   [{a.by}]" if a.by else ""
             lines.append(f"  {a.name:<{width}}  {', '.join(parts)}{by}")
         for title, (left, right) in zip(TITLES, self.balances, strict=True):
