@@ -19,7 +19,7 @@ from ..describe.system import System
 from ..errors import ModelError, TooManyTermsError, arguments_named, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
-from ..scalar.algebra import Scalar, Vector
+from ..scalar.algebra import Expression, Scalar, Vector
 from ..scalar.budget import WORK
 from ..scalar.polynomial import Polynomial
 from .derivation.contact_modes import model_in_modes, modes_in_words
@@ -179,7 +179,7 @@ class Equations(Derivation):
         return tuple(sympy.Eq(self.displayed(x), 0, evaluate=False) for x in eliminated(self, independent))
 
     def indeterminate(
-        self, near: Mapping[Any, Any] | None = None, values: Mapping[Any, Any] | None = None
+        self, near: Mapping[Any, Expression] | None = None, values: Mapping[Any, Expression] | None = None
     ) -> tuple[str, ...]:
         """Names of the reaction components that the motion does not determine.
 

@@ -11,7 +11,7 @@ from typing import Any
 from ..dynamics.newton_euler import inverse_dynamics
 from ..dynamics.state import State
 from ..model.model import Model
-from ..scalar.algebra import Field
+from ..scalar.algebra import Field, Scalar
 
 
 class Terms:
@@ -22,23 +22,23 @@ class Terms:
     def __init__(self, n: int) -> None:
         self.n = n
 
-    def __add__(self, other: Any) -> Terms:
+    def __add__(self, other: Scalar) -> Terms:
         return self if type(other) is not Terms and other == 0 else Terms(self.n + _terms(other))
 
     __radd__ = __sub__ = __rsub__ = __add__
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Scalar) -> Scalar:
         return Terms(self.n * other.n) if type(other) is Terms else 0 if other == 0 else self
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Terms:
+    def __truediv__(self, other: Scalar) -> Terms:
         return self
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Scalar) -> Scalar:
         return 0 if other == 0 else Terms(1)
 
-    def __pow__(self, exponent: Any) -> Terms:
+    def __pow__(self, exponent: Scalar) -> Terms:
         return Terms(self.n ** abs(exponent)) if isinstance(exponent, int) else Terms(1)
 
     __rpow__ = __rtruediv__
@@ -47,7 +47,7 @@ class Terms:
         return self
 
 
-def _terms(x: Any) -> int:
+def _terms(x: Scalar) -> int:
     return x.n if type(x) is Terms else 1
 
 
@@ -58,7 +58,7 @@ class Lengths(Field):
         """Return one term."""
         return Terms(1)
 
-    def apply(self, function: str, *arguments: Any) -> Terms:
+    def apply(self, function: str, *arguments: Scalar) -> Terms:
         """Return the terms of a function: 2^(n - 1) for sine and cosine of a sum of n angles, else 1."""
         n = _terms(arguments[0])
         return Terms(2 ** min(n - 1, 1000) if function in ("sin", "cos") else 1)

@@ -68,7 +68,7 @@ class Definition:
     """
 
     symbol: Any
-    value: Any
+    value: Scalar
     part: int
     angle: int | None = None
 
@@ -78,9 +78,9 @@ class Turn:
     """Rotation of a link by ``angle`` about a fixed ``axis``: R = R(axis, angle) ``rest``."""
 
     axis: Vector | None
-    angle: Any
-    rate: Any
-    second: Any
+    angle: Scalar
+    rate: Scalar
+    second: Scalar
     rest: Matrix
 
 
@@ -90,7 +90,7 @@ class Names:
     def __init__(self, model: Model, ring: Ring) -> None:
         self.ring = ring
         self.definitions: dict[int, Definition] = {}
-        self._symbols: dict[Any, Any] = {}
+        self._symbols: dict[Scalar, Scalar] = {}
         self._time = model.names.atoms["t"]
         self._reserved = {*model.names.kinds, *model.loads, *(row.name for row in rows(model))}
 
@@ -111,7 +111,7 @@ class Names:
         symbol = sympy.Symbol(self.fresh(name), real=True)
         return self._add(symbol, value, kind, part)
 
-    def _add(self, symbol: Any, value: Any, kind: str, part: int, angle: int | None = None) -> Any:
+    def _add(self, symbol: Any, value: Scalar, kind: str, part: int, angle: int | None = None) -> Scalar:
         x = self.ring.generator(symbol, kind)
         (g,) = self.ring.used(x)
         self.definitions[g.index] = Definition(symbol, value, part, angle)
@@ -123,7 +123,7 @@ class Names:
         x, y, z = (self.named(f"{name}_{c}", a, kind, part) for c, a in zip("xyz", v, strict=True))
         return (x, y, z)
 
-    def angle(self, name: str, value: Any, rates: Sequence[Any]) -> tuple[Any, Any, Any]:
+    def angle(self, name: str, value: Scalar, rates: Sequence[Scalar]) -> tuple[Scalar, Scalar, Scalar]:
         """Return an angle and its two rates, or symbols for them: a name, and the name with primes."""
         if type(value) is not Polynomial or (len(value) == 1 and value.num.total_degree() == 1):
             return value, *rates
@@ -138,7 +138,7 @@ class Names:
         )
         return whole, first, second
 
-    def used_by(self, elements: Sequence[Any]) -> list[Definition]:
+    def used_by(self, elements: Sequence[Scalar]) -> list[Definition]:
         """Return the definitions that elements need, in order."""
         needed: set[int] = set()
         pending = list(elements)
@@ -173,7 +173,7 @@ class _Working(State):
     The algorithms use the axes in which the joints, inertias and subspaces are given.
     """
 
-    def __init__(self, base: State, names: Names, udot: Sequence[Any]) -> None:
+    def __init__(self, base: State, names: Names, udot: Sequence[Scalar]) -> None:
         super().__init__(base.model, base.field, base.t, base.q, base.u, base.values)
         self._base = base
         self._names = names

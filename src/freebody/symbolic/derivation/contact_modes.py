@@ -12,7 +12,7 @@ from ...model.model import Model
 
 
 def model_in_modes(model: Model, modes: Mapping[str, Any] | None) -> Model:
-    """Return the model with its contacts in the given modes; with None, the model as it is, all contacts open."""
+    """Return the model with its contacts in the given modes; with None, the model itself, all contacts open."""
     if modes is None:
         return model
     if not isinstance(modes, Mapping):

@@ -240,7 +240,7 @@ class FreeBody:
     def mass_acceleration(self) -> Vector:
         """m a_C in the axes of the components [N], canonical."""
         a = self._e.center_acceleration(self.body)
-        return self._turned(scale(self._e.state(self._place.mass), a))
+        return self._in_axes(scale(self._e.state(self._place.mass), a))
 
     @cached_property
     @named("the free body")
@@ -254,9 +254,10 @@ class FreeBody:
         rate = add(apply(inertia, wdot), cross(w, apply(inertia, w)))
         arm = subtract(self._centre, self._about)
         ma = scale(state(self._place.mass), e.center_acceleration(self.body))
-        return self._turned(add(apply(self._R, rate), cross(arm, ma)))
+        return self._in_axes(add(apply(self._R, rate), cross(arm, ma)))
 
-    def _turned(self, v_N: Vector) -> Vector:
+    def _in_axes(self, v_N: Vector) -> Vector:
+        """Return the components of a vector in the axes of the equations, from those in ground axes."""
         return apply_transpose(self._axes, v_N)
 
     @cached_property
@@ -266,7 +267,7 @@ class FreeBody:
         total: Vector = ZERO
         for action in self.actions:
             total = add(total, action.force)
-        return self._turned(total)
+        return self._in_axes(total)
 
     @cached_property
     @named("the free body")
@@ -276,7 +277,7 @@ class FreeBody:
         for action in self.actions:
             arm = subtract(action.at, self._about)
             total = add(total, add(action.moment, cross(arm, action.force)))
-        return self._turned(total)
+        return self._in_axes(total)
 
     @cached_property
     @named("the free body")
@@ -325,7 +326,7 @@ class FreeBody:
         return FreeBodyAt(self, values)
 
     def moment_form(self, about: Any) -> MomentForm:
-        """Moment equations about a point A in its acceleration: M_A = ρ × m a_A + I_A α + ω × I_A ω.
+        """Moment equations about a point A by its acceleration: M_A = ρ × m a_A + I_A α + ω × I_A ω.
 
         Parameters
         ----------
@@ -345,7 +346,7 @@ class FreeBody:
     @named("the free body")
     def forces(self) -> Mapping[str, Any]:
         """Force of each action by name, as a SymPy column in the axes of the components [N]."""
-        return {a.name: self._e.column(self._turned(a.force)) for a in self.actions if a.force != ZERO}
+        return {a.name: self._e.column(self._in_axes(a.force)) for a in self.actions if a.force != ZERO}
 
     @cached_property
     @named("the free body")
@@ -353,7 +354,7 @@ class FreeBody:
         """Moment of each action about the point of the moments, by name, as a SymPy column [N m]."""
         result = {}
         for a in self.actions:
-            moment = self._turned(add(a.moment, cross(subtract(a.at, self._about), a.force)))
+            moment = self._in_axes(add(a.moment, cross(subtract(a.at, self._about), a.force)))
             if any(c != 0 for c in moment):
                 result[a.name] = self._e.column(moment)
         return result
@@ -365,7 +366,7 @@ class FreeBody:
 
     @named("the free body")
     def text(self) -> str:
-        """The forces by name and the equations as plain text; for a planar model, those in the plane."""
+        """The forces by name and the equations as plain text; for a planar model, the equations in the plane."""
         from .planar import planar_text, plane_in
 
         if not isinstance(plane_in(self), str):
@@ -379,9 +380,9 @@ class FreeBody:
         for a in self.actions:
             parts = []
             if a.force != ZERO:
-                parts.append("force (" + ", ".join(text(c, ring) for c in self._turned(a.force)) + ")")
+                parts.append("force (" + ", ".join(text(c, ring) for c in self._in_axes(a.force)) + ")")
             if a.moment != ZERO:
-                parts.append("couple (" + ", ".join(text(c, ring) for c in self._turned(a.moment)) + ")")
+                parts.append("couple (" + ", ".join(text(c, ring) for c in self._in_axes(a.moment)) + ")")
             by = f"   [{a.by}]" if a.by else ""
             lines.append(f"  {a.name:<{width}}  {', '.join(parts)}{by}")
         for title, (left, right) in zip(TITLES, self.balances, strict=True):
@@ -391,7 +392,7 @@ class FreeBody:
 
     @named("the free body")
     def latex(self) -> str:
-        """The equations as a LaTeX ``aligned`` block; for a planar model, those in the plane."""
+        """The equations as a LaTeX ``aligned`` block; for a planar model, the equations in the plane."""
         from .planar import planar_latex, plane_in
 
         if not isinstance(plane_in(self), str):
@@ -407,7 +408,7 @@ class FreeBody:
 
     @named("the free body")
     def mathml(self) -> str:
-        """The equations as presentation MathML, an element each; for a planar model, those in the plane."""
+        """The equations as presentation MathML, an element each; for a planar model, the equations in the plane."""
         from .planar import planar_balances, plane_in
 
         pairs = [pair for pair in self.balances if pair != (0, 0)]

@@ -83,7 +83,7 @@ class MomentForm:
         if not self.of_body:
             relative = subtract(e.center_acceleration(self.body), acceleration)
             terms["rho x m rho''"] = cross(rho, scale(mass, relative))
-        self.canonical_terms: dict[str, Vector] = {name: body._turned(v) for name, v in terms.items()}
+        self.canonical_terms: dict[str, Vector] = {name: body._in_axes(v) for name, v in terms.items()}
         self._position = position
 
     def _point(self, about: Any) -> tuple[bool, Vector, Vector, Vector]:
@@ -119,7 +119,7 @@ class MomentForm:
         for action in self._free.actions:
             arm = subtract(action.at, self._position)
             total = add(total, add(action.moment, cross(arm, action.force)))
-        return self._free._turned(total)
+        return self._free._in_axes(total)
 
     @cached_property
     def balances(self) -> tuple[tuple[Scalar, Scalar], ...]:
@@ -136,7 +136,7 @@ class MomentForm:
         e = self._e
         rho = subtract(self._free._centre, self._position)
         ma = scale(e.state(self._free._place.mass), e.center_acceleration(self.body))
-        rate = self._free._turned(add(about_c.momentum_rate, cross(rho, ma)))
+        rate = self._free._in_axes(add(about_c.momentum_rate, cross(rho, ma)))
         return all(total == expected for (_, total), expected in zip(self.balances, rate, strict=True))
 
     @property

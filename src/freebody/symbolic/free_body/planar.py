@@ -122,12 +122,10 @@ def _plane_with_normal(e: Derivation, k: int) -> Plane | str:
             terms = collect(left - right, places, e.ring)
             within = (i != k) if i < 3 else (i - 3 == k)
             if within and any(monomial for monomial in terms):
-                return (
-                    f"the {title} equation of '{body}' holds the reaction {next(m for m in terms if m)[0][0]}"
-                )
+                return f"the {title} equation of '{body}' contains the reaction {next(m for m in terms if m)[0][0]}"
             if not within:
                 if () in terms:
-                    return f"the {title} equation of '{body}' holds more than reactions across the plane"
+                    return f"the {title} equation of '{body}' contains more than reactions across the plane"
                 rows.append(Row(title, terms))
     solved, _ = eliminate(rows, [list(outside)])
     loose = [name for name in outside if name not in solved or solved[name]]
@@ -208,10 +206,10 @@ def planar_text(body: FreeBody) -> str:
     for a in shown:
         parts = []
         if a.force != ZERO:
-            force = body._turned(a.force)
+            force = body._in_axes(a.force)
             parts.append("force (" + ", ".join(text(force[j], ring) for j in within) + ")")
         if a.moment != ZERO:
-            parts.append(f"couple {text(body._turned(a.moment)[k], ring)}")
+            parts.append(f"couple {text(body._in_axes(a.moment)[k], ring)}")
         by = f"   [{a.by}]" if a.by else ""
         lines.append(f"  {a.name:<{width}}  {', '.join(parts)}{by}")
     for title, left, right in planar_balances(body):

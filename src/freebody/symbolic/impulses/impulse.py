@@ -184,7 +184,7 @@ class Struck:
 
     def _with_common_denominator(
         self,
-    ) -> tuple[Any, Sequence[Any], Sequence[Any], list[tuple[Any, Vector, Vector]]]:
+    ) -> tuple[Scalar, Sequence[Scalar], Sequence[Scalar], list[tuple[Any, Vector, Vector]]]:
         """Return (D, D Δu, D Λ, D P); with one denominator D, sums stay polynomials. D is None for floats."""
         if not self.exact:
             return None, self._jump, self._multipliers, self._blows
@@ -216,7 +216,7 @@ class Struck:
     @cached_property
     def canonical_components(self) -> dict[str, Scalar]:
         """Value of every named reaction component: ratios, or floats."""
-        result: dict[str, Any] = {}
+        result: dict[str, Scalar] = {}
         for name in self.model.joints:
             result |= self._joint_components(name)
         for row, value in zip(rows(self.model), self._multipliers, strict=True):

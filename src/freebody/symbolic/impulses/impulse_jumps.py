@@ -36,7 +36,7 @@ from ..solving.solution import SolveResult
 from ..solving.solve import solution_of
 from ..solving.vocabulary import Vocabulary
 
-Jumps = Callable[[Sequence[Any]], tuple[tuple[Any, ...], tuple[Any, ...]]]
+Jumps = Callable[[Sequence[Scalar]], tuple[tuple[Scalar, ...], tuple[Scalar, ...]]]
 """Function from Jᵀ P to (Δu, Λ)."""
 
 
@@ -69,7 +69,7 @@ def exact_jumps(e: Equations, state: State) -> Jumps:
     ]
     keys = [us[k] for k in free]
 
-    def jumps(f: Sequence[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    def jumps(f: Sequence[Scalar]) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
         system = []
         for a, row, k in zip(N, reduced, free, strict=True):
             terms = _linear(ring, keys, row)
@@ -162,7 +162,7 @@ def restituted(
 
 
 def percussion(
-    e: Equations, joint: str, start: Sequence[Any], along: Sequence[Any], direction: Vector, body: Any
+    e: Equations, joint: str, start: Sequence[Scalar], along: Sequence[Scalar], direction: Vector, body: Any
 ) -> SolveResult:
     """Distance h from the joint's point at which a blow along ``direction`` causes no impulse along it in the joint."""
     model, ring = e.model, e.ring

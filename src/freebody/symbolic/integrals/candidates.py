@@ -16,7 +16,7 @@ from ...dynamics.kinematics import link_postures, point_position
 from ...dynamics.loading import speed_of
 from ...dynamics.momentum import mass_centre, momentum
 from ...model.model import GROUND
-from ...scalar.algebra import HALF, IDENTITY, ZERO, Scalar, Vector, cross, dot, scale
+from ...scalar.algebra import HALF, IDENTITY, ZERO, Expression, Scalar, Vector, cross, dot, scale
 from ...scalar.substitute import Substitution, arrays
 from ..derivation.along_motion import momenta, random_numbers, rate_of, residuals_of
 from ..derivation.derivation import Derivation
@@ -124,7 +124,7 @@ def _drift(e: Derivation, quantity: Scalar, at: Substitution) -> float:
     return float(at(Substitution(e.ring, e.ring, rest)(partial)))
 
 
-def _is_balanced(forces: Sequence[float], xi: Sequence[Any], at: Substitution, drift: float) -> bool:
+def _is_balanced(forces: Sequence[float], xi: Sequence[Scalar], at: Substitution, drift: float) -> bool:
     """True if Σ ξ_j E_j = ∂I/∂t at rest, to round-off; a cheap test before the exact one."""
     from sys import float_info
 
@@ -162,7 +162,7 @@ def _work_of_constants(e: Derivation) -> Scalar:
     return total
 
 
-def _is_constant(e: Derivation, *values: Any) -> bool:
+def _is_constant(e: Derivation, *values: Expression) -> bool:
     """True if expressions depend on parameters only."""
     symbols = {parameter.symbol for parameter in e.model.parameters}
     return all(e.ring.atoms_of(e.state(value)) <= symbols for value in values)

@@ -122,7 +122,7 @@ class Integral:
         statement = f"d({self.name})/dt = " + (" + ".join(parts).replace("+ -", "- ") or "0")
         return Proof(mu, nu, statement, self.name)
 
-    def remainder(self) -> Any:
+    def remainder(self) -> Scalar:
         """Form dI/dt - Σ μ_j E_j - Σ ν_i ψ_i anew: the canonical zero, int 0."""
         return remainder(self._e, self.canonical, self._mu, self._nu)
 
@@ -283,7 +283,7 @@ def remainder(e: Derivation, canonical: Scalar, mu: Sequence[Scalar], nu: Sequen
 
 def _proven(e: Derivation, canonical: Scalar, mu: Sequence[Scalar]) -> tuple[Scalar, ...] | None:
     """Return the multipliers ν of the constraints that complete the proof; None if there is no proof."""
-    none: tuple[Any, ...] = (0,) * len(e.condition_names)
+    none: tuple[Scalar, ...] = (0,) * len(e.condition_names)
     rest = remainder(e, canonical, mu, none)
     if rest == 0:
         return none
@@ -296,11 +296,11 @@ def _proven(e: Derivation, canonical: Scalar, mu: Sequence[Scalar]) -> tuple[Sca
 
 def _by_constraint(e: Derivation, mu: Sequence[Scalar]) -> tuple[Scalar, ...] | None:
     """Multipliers ν_i = λ_i of the constraints with G_i μ = ψ_i, 0 for G_i μ = 0; None in other cases."""
-    nu: list[Any] = []
+    nu: list[Scalar] = []
     for row, rate, multiplier in zip(
         e.conditions.matrix, e.conditions.rate, e.canonical_multipliers, strict=True
     ):
-        along: Any = 0
+        along: Scalar = 0
         for entry, factor in zip(row, mu, strict=True):
             along = along + entry * factor
         if is_zero(along):

@@ -72,7 +72,7 @@ class Recovery(Lines):
     """One ignorable coordinate: its momentum's symbol, its momentum by the speeds, its speed by the momenta."""
 
     coordinate: str
-    symbol: Any
+    symbol: sympy.Symbol
     momentum: Any
     speed: Any
 
@@ -108,14 +108,14 @@ class Routh(Formulas):
         self.momenta = tuple(self._symbol(name) for name in self.ignorable)
         self.canonical_momenta = tuple(e.ring.generator(symbol, "parameter") for symbol in self.momenta)
 
-    def _symbol(self, coordinate: str) -> Any:
+    def _symbol(self, coordinate: str) -> sympy.Symbol:
         name = f"p_{coordinate}"
         while name in self._e.model.names.kinds:
             name += "_"
         return sympy.Symbol(name, real=True)
 
     @cached_property
-    def block(self) -> tuple[tuple[Any, ...], ...]:
+    def block(self) -> tuple[tuple[Scalar, ...], ...]:
         """A, the ignorable block of the mass matrix, canonical."""
         M = self._e.canonical_mass_matrix
         return tuple(tuple(M[i][j] for j in self._chosen) for i in self._chosen)
@@ -128,7 +128,7 @@ class Routh(Formulas):
         return tuple(at(momenta(self._e)[j]) for j in self._chosen)
 
     @cached_property
-    def canonical_speeds(self) -> tuple[Any, ...]:
+    def canonical_speeds(self) -> tuple[Scalar, ...]:
         """w = A⁻¹ (p - b), canonical, by determinants with one division each."""
         A, right = (
             self.block,
@@ -142,7 +142,7 @@ class Routh(Formulas):
         return tuple(result)
 
     @cached_property
-    def canonical_routhian(self) -> Any:
+    def canonical_routhian(self) -> Scalar:
         """R = T - V - Σ p w as a canonical polynomial in the remaining coordinates and speeds, and the momenta."""
         e = self._e
         at = Substitution(e.ring, e.ring, {e.model.speeds[j].symbol: 0 for j in self._chosen})
@@ -152,7 +152,7 @@ class Routh(Formulas):
         return T - e.energy.canonical_potential
 
     @cached_property
-    def canonical_amended_potential(self) -> Any:
+    def canonical_amended_potential(self) -> Scalar:
         """V + ½ (p - b)ᵀ A⁻¹ (p - b): minus the Routhian with the remaining coordinates at rest."""
         e = self._e
         rest = Substitution(e.ring, e.ring, {e.model.speeds[j].symbol: 0 for j in self._rest})
@@ -162,7 +162,7 @@ class Routh(Formulas):
     def _recovered(self) -> Substitution:
         """Substitution of w and w' by the remaining coordinates; w' is the rate of w along the motion."""
         e = self._e
-        values: dict[Any, Any] = {}
+        values: dict[Any, Scalar] = {}
         for j, w in zip(self._chosen, self.canonical_speeds, strict=True):
             values[e.model.speeds[j].symbol] = w
         speeds = Substitution(e.ring, e.ring, values)
@@ -171,7 +171,7 @@ class Routh(Formulas):
         return Substitution(e.ring, e.ring, values)
 
     @cached_property
-    def canonical_equations(self) -> tuple[Any, ...]:
+    def canonical_equations(self) -> tuple[Scalar, ...]:
         """E_j of the remaining coordinates, with w and w' substituted; zero along every motion."""
         residuals = residuals_of(self._e)
         return tuple(self._recovered(residuals[j]) for j in self._rest)

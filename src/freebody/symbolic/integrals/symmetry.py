@@ -17,22 +17,22 @@ from typing import Any
 from ...dynamics.kinematics import link_postures, motions
 from ...dynamics.state import State
 from ...model.model import GROUND, Model
-from ...scalar.algebra import Vector, add, apply, apply_transpose, cross, divide, subtract
+from ...scalar.algebra import Scalar, Vector, add, apply, apply_transpose, cross, divide, subtract
 from ..derivation.determinant import determinant
 
-Row = tuple[dict[int, Any], Any]
+Row = tuple[dict[int, Scalar], Scalar]
 """Σ coefficient_j ξ_j = right side."""
 
 
 def rigid_motion(
-    model: Model, state: State, w: Vector, v: Vector, at: Callable[[Any], Any] | None = None
-) -> tuple[Any, ...] | None:
+    model: Model, state: State, w: Vector, v: Vector, at: Callable[[Scalar], Any] | None = None
+) -> tuple[Scalar, ...] | None:
     """Components ξ of the rigid motion with angular velocity w and velocity v at the ground's origin, ground axes.
 
     None if a joint does not allow the motion. ``at`` evaluates a scalar at some state, for an early numerical check.
     """
     rows: list[Row] = []
-    fixed: dict[int, Any] = {}
+    fixed: dict[int, Scalar] = {}
     postures = link_postures(model, state)
     for joint in model.joints.values():
         first, last = joint.links[0], joint.links[-1]
@@ -51,7 +51,7 @@ def rigid_motion(
             elif any(x != 0 for x in target):
                 return None
             continue
-        columns: dict[int, list[Any]] = {}
+        columns: dict[int, list[Scalar]] = {}
         for i in joint.links:
             R = postures[i].rotation
             for j, factor, (a, b) in motions(model, state, i):
@@ -64,7 +64,7 @@ def rigid_motion(
     return solved(model.n_u, rows, fixed, at)
 
 
-def _add_rest(model: Model, state: State, i: int, rows: list[Row], fixed: dict[int, Any]) -> None:
+def _add_rest(model: Model, state: State, i: int, rows: list[Row], fixed: dict[int, Scalar]) -> None:
     """Add the conditions that link i is at rest relative to its parent."""
     link = model.links[i]
     if link.u >= 0:
@@ -74,8 +74,8 @@ def _add_rest(model: Model, state: State, i: int, rows: list[Row], fixed: dict[i
 
 
 def solved(
-    n: int, rows: Sequence[Row], fixed: dict[int, Any], at: Callable[[Any], Any] | None = None
-) -> tuple[Any, ...] | None:
+    n: int, rows: Sequence[Row], fixed: dict[int, Scalar], at: Callable[[Scalar], Any] | None = None
+) -> tuple[Scalar, ...] | None:
     """Return the exact solution of linear equations for n unknowns; None if there is none or it is not unique."""
     values = dict(fixed)
     remaining = list(rows)
@@ -103,7 +103,7 @@ def solved(
     return tuple(values[j] for j in range(n)) if len(values) == n else None
 
 
-def _is_consistent(rows: Sequence[Row], unknowns: Sequence[int], at: Callable[[Any], Any]) -> bool:
+def _is_consistent(rows: Sequence[Row], unknowns: Sequence[int], at: Callable[[Scalar], Any]) -> bool:
     """True if the equations have a numerical solution, to round-off; divisions of polynomials are expensive."""
     import numpy as np
 
@@ -115,7 +115,7 @@ def _is_consistent(rows: Sequence[Row], unknowns: Sequence[int], at: Callable[[A
     return bool(np.linalg.norm(A @ x - b) <= np.sqrt(np.finfo(float).eps) * (1 + np.linalg.norm(b)))
 
 
-def _reduced(row: Row, values: dict[int, Any]) -> Row:
+def _reduced(row: Row, values: dict[int, Scalar]) -> Row:
     """Return an equation with the known values on the right side."""
     coefficients, right = row
     rest = {}
@@ -127,7 +127,7 @@ def _reduced(row: Row, values: dict[int, Any]) -> Row:
     return rest, right
 
 
-def _cramer(rows: Sequence[Row], unknowns: Sequence[int]) -> dict[int, Any] | None:
+def _cramer(rows: Sequence[Row], unknowns: Sequence[int]) -> dict[int, Scalar] | None:
     """Solve the first independent equations by determinants, with one division per unknown; None if too few."""
     n = len(unknowns)
     if n > 6:

@@ -249,7 +249,7 @@ class BearingReactions(Formulas):
         )
         return {first: (Y - b * F) / (a - b), second: (a * F - Y) / (a - b)}
 
-    def _number(self, x: Any, values: Mapping[str, float]) -> float:
+    def _number(self, x: Scalar, values: Mapping[str, float]) -> float:
         e = self._shaft.e
         atoms = {e.model.names.atoms[name]: value for name, value in values.items()}
         return float(sympy.sympify(e.sympy(x)).xreplace(atoms))

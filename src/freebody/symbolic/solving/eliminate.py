@@ -21,6 +21,7 @@ import sympy
 from ...dynamics.kinematics import jacobian
 from ...errors import ModelError, nearest
 from ...scalar.algebra import Scalar
+from ...scalar.polynomial import Ring
 from ...scalar.ratio import Ratio, cleared, common_factor, divided, over_sine
 from ...scalar.substitute import Substitution
 from ..derivation.bodies import NamedBody, PointOf
@@ -194,7 +195,9 @@ def _check_each_once(free: Sequence[FreeBody]) -> None:
         names.add(body.body)
 
 
-def _powers(e: Derivation, vocabulary: Vocabulary, balances: dict[Label, Any]) -> list[_Line]:
+def _powers(
+    e: Derivation, vocabulary: Vocabulary, balances: dict[Label, tuple[Scalar, Scalar]]
+) -> list[_Line]:
     """Velocities of all bodies per unit of each speed: combinations in which ideal joints have no power."""
     lines = []
     jacobians = {}
@@ -265,7 +268,9 @@ def _minus_multiple(a: dict[Any, Ratio], b: dict[Any, Ratio], factor: Ratio) -> 
     return result
 
 
-def _step(e: Derivation, line: _Line, balances: dict[Label, Any], whole: bool) -> Combination | None:
+def _step(
+    e: Derivation, line: _Line, balances: dict[Label, tuple[Scalar, Scalar]], whole: bool
+) -> Combination | None:
     """Return the combination without denominators and common factors, and its equation; None for 0 = 0."""
     ring = e.ring
     place = {label: i for i, label in enumerate(balances)}
@@ -295,7 +300,7 @@ def _step(e: Derivation, line: _Line, balances: dict[Label, Any], whole: bool) -
     return Combination(line.name or f"from {line.row.name}", coefficients, balance)
 
 
-def _without_sines(ring: Any, numbers: list[Any]) -> list[Any]:
+def _without_sines(ring: Ring, numbers: list[Scalar]) -> list[Scalar]:
     """Return the coefficients divided by the sines that divide all of them."""
     for g in list(ring.generators):
         while g.kind == "sin" and g.partner >= 0:

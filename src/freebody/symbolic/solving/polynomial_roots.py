@@ -9,7 +9,9 @@ from typing import Any
 import sympy
 
 from ...errors import ModelError
+from ...scalar.algebra import Scalar
 from ...scalar.element import Polynomial, element
+from ...scalar.polynomial import Ring
 from ...scalar.ratio import Ratio
 from ...scalar.roots import with_sines
 from ..printing.fractions import ratio_displayed
@@ -22,7 +24,7 @@ MOST_DEGREE = 4
 
 
 def roots(
-    rows: Sequence[Row], ring: Any, parameters: set[str], symbols: Mapping[str, Any]
+    rows: Sequence[Row], ring: Ring, parameters: set[str], symbols: Mapping[str, Any]
 ) -> list[dict[str, Any]]:
     """Return every real solution of the rows for their unknowns, as SymPy expressions by key.
 
@@ -83,7 +85,7 @@ def _expression(row: Row, symbols: Mapping[str, Any]) -> Any:
     return total
 
 
-def _univariate(row: Row, v: str, ring: Any, symbols: Mapping[str, Any]) -> list[Any]:
+def _univariate(row: Row, v: str, ring: Ring, symbols: Mapping[str, Any]) -> list[Any]:
     """Real roots of an equation in one unknown."""
     coefficients: dict[int, Ratio] = {}
     for monomial, c in row.terms.items():
@@ -115,7 +117,7 @@ def _univariate(row: Row, v: str, ring: Any, symbols: Mapping[str, Any]) -> list
     return unique
 
 
-def _quadratic(c: Mapping[int, Ratio], ring: Any) -> list[Any]:
+def _quadratic(c: Mapping[int, Ratio], ring: Ring) -> list[Any]:
     zero = Ratio(ring, 0)
     c0, c1, c2 = (c.get(k, zero) for k in range(3))
     if not c2:
@@ -132,12 +134,12 @@ def _quadratic(c: Mapping[int, Ratio], ring: Any) -> list[Any]:
     return [middle + sign * half * sympy.sqrt(inside) for sign in (1, -1)]
 
 
-def _root(square: Ratio, ring: Any) -> tuple[Ratio, Any]:
+def _root(square: Ratio, ring: Ring) -> tuple[Ratio, Any]:
     """Return (a, b) with √square = ±a √b, where b is a square-free SymPy expression."""
     x = square.num * square.den
     number, factors = (x, []) if type(x) is not Polynomial else _factored(ring, x)
     outside = Ratio(ring, 1, square.den)
-    inside: Any = 1
+    inside: Scalar = 1
     for f, n in factors:
         outside = outside * f ** (n // 2)
         inside = inside * f ** (n % 2)
@@ -150,7 +152,7 @@ def _root(square: Ratio, ring: Any) -> tuple[Ratio, Any]:
     )
 
 
-def _factored(ring: Any, x: Polynomial) -> tuple[Any, list[tuple[Any, int]]]:
+def _factored(ring: Ring, x: Polynomial) -> tuple[Fraction, list[tuple[Scalar, int]]]:
     """Return the number and the factors of an element, with sin² in place of (1 - cos)(1 + cos)."""
     x.num = ring.promoted(x.num)
     constant, factors = x.num.factor()
@@ -165,7 +167,7 @@ def sympy_fraction(x: sympy.Rational) -> Fraction:
     return Fraction(int(x.p), int(x.q))
 
 
-def _by_factors(row: Row, v: str, ring: Any, symbols: Mapping[str, Any]) -> list[Any]:
+def _by_factors(row: Row, v: str, ring: Ring, symbols: Mapping[str, Any]) -> list[Any]:
     """Roots of a polynomial of degree three or more: roots of its factors, or real algebraic numbers."""
     x = symbols[v]
     expression = sympy.numer(sympy.together(_expression(row, symbols)))

@@ -10,6 +10,7 @@ from typing import Any
 import sympy
 
 from ...errors import ModelError, nearest
+from ...scalar.algebra import Scalar
 from ...scalar.ratio import Ratio
 from ..derivation.derivation import Derivation
 from ..printing.display import equation_latex, equation_text
@@ -50,7 +51,7 @@ class SolveResult(Mapping[str, Any]):
     """
 
     def __init__(
-        self, e: Derivation, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Any]
+        self, e: Derivation, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Scalar]
     ) -> None:
         self._ring = e.ring
         self._vocabulary = vocabulary
@@ -68,7 +69,7 @@ class SolveResult(Mapping[str, Any]):
 
     @cached_property
     def steps(self) -> tuple[tuple[tuple[str, Any], ...], tuple[tuple[str, Any], ...]]:
-        """(unknowns, coefficients) of a long solution as printed: pairs of a name and a SymPy expression.
+        """(unknowns, coefficients) of a long solution as printed, pairs of a name and a SymPy expression.
 
         An unknown is expressed by unknowns above it and by coefficients k_1, k_2, …, these by coefficients above them.
         Both are empty if the solution is short.

@@ -17,7 +17,9 @@ import sympy
 from ...dynamics.joint_freedom import free_displacements
 from ...errors import ModelError
 from ...model.contact import Touching
+from ...scalar.algebra import Scalar
 from ...scalar.element import Polynomial
+from ...scalar.polynomial import Ring
 from ...scalar.ratio import Ratio, over_sine
 from ...scalar.substitute import Substitution
 from ..derivation.derivation import Derivation
@@ -27,7 +29,7 @@ from ..free_body.free_body import FreeBody, free_body
 from ..free_body.gears import radial_law, radial_symbols, undetermined_by_gears
 from ..printing.display import equation_text, text
 from ..printing.fractions import ratio_displayed
-from ..printing.systems import Monomial, Pivot, Row, collect, eliminate
+from ..printing.systems import Monomial, Pivot, Row, Terms, collect, eliminate
 from .polynomial_roots import roots
 from .request import Request, Unknown
 from .solution import Branch, SolveResult
@@ -277,7 +279,7 @@ def solution_of(request: Request, also: Sequence[Any] = ()) -> SolveResult:
 
 def _check_determined(
     request: Request,
-    solved: Mapping[str, Any],
+    solved: Mapping[str, Terms],
     rows: Sequence[Row],
     free: Mapping[str, Any],
     parameters: set[str],
@@ -312,10 +314,10 @@ def _check_determined(
     )
 
 
-def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[str, Any]) -> list[Any]:
+def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[str, Any]) -> list[Scalar]:
     """Return the conditions of the rows without unknowns on the motion; any other condition is a contradiction."""
     ring = request.ring
-    result: list[Any] = []
+    result: list[Scalar] = []
     accelerated = 0
     for symbol in request.vocabulary.accelerations.values():
         g = ring.find(symbol)
@@ -339,10 +341,10 @@ def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[st
     return result
 
 
-def _primitive(ring: Any, x: Polynomial, mask: int) -> Any:
+def _primitive(ring: Ring, x: Polynomial, mask: int) -> Scalar:
     """Return the factors of x that depend on generators of the mask, with the sign that prints no leading minus."""
     _, factors = ring.factor(x)
-    result: Any = 1
+    result: Scalar = 1
     for f, _ in factors:
         if ring.depends(f) & mask:
             result = result * f
@@ -361,7 +363,7 @@ def _row_text(row: Row) -> str:
 
 
 def _branch(
-    request: Request, solved: Mapping[str, Any], roots: Mapping[str, Any], hidden: Mapping[str, Any]
+    request: Request, solved: Mapping[str, Terms], roots: Mapping[str, Any], hidden: Mapping[str, Any]
 ) -> Branch:
     """Return the values of the unknowns for one set of roots of the rows that are not linear."""
     ring = request.ring

@@ -11,11 +11,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, count
-from typing import Any
 
 import sympy
 
+from ...scalar.algebra import Scalar
 from ...scalar.element import Polynomial
+from ...scalar.polynomial import Ring
 from ...scalar.ratio import Ratio
 from ..printing.systems import Pivot, Terms, replaced, scaled
 
@@ -26,7 +27,7 @@ LONG = 200
 
 
 def steps(
-    ring: Any, rows: Sequence[Terms], pivots: Sequence[Pivot], places: Mapping[str, Any], unknowns: Sequence[str],
+    ring: Ring, rows: Sequence[Terms], pivots: Sequence[Pivot], places: Mapping[str, Scalar], unknowns: Sequence[str],
     reserved: Sequence[str],
 ) -> tuple[list[tuple[str, Ratio]], list[tuple[str, Ratio]]]:  # fmt: skip
     """Return (unknowns, coefficients): pairs of a name and its value, by earlier names of the list and coefficients.
@@ -69,7 +70,7 @@ def _begins(letter: str, names: Sequence[str]) -> bool:
     return any(name.startswith(f"{letter}_") for name in names)
 
 
-def _whole(ring: Any, terms: Terms, places: Mapping[str, Any]) -> Ratio:
+def _whole(ring: Ring, terms: Terms, places: Mapping[str, Scalar]) -> Ratio:
     """Return terms as one ratio, with the unknowns as elements of the ring."""
     total = Ratio(ring, 0)
     for monomial, c in terms.items():
@@ -83,7 +84,7 @@ def _whole(ring: Any, terms: Terms, places: Mapping[str, Any]) -> Ratio:
 class _Names:
     """Names of long coefficients, in the order of their definition."""
 
-    ring: Any
+    ring: Ring
     letter: str
     table: dict[str, Ratio] = field(default_factory=dict)
 

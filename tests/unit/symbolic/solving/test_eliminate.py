@@ -279,11 +279,11 @@ def test_a_translation_is_planar_and_loops_are_indeterminate_out_of_it():
     [
         (
             lambda s, b: setattr(s, "gravity", (0, -9, 1)),
-            "the force z equation of 'bar' holds more than reactions",
+            "the force z equation of 'bar' contains more than reactions",
         ),
         (
             lambda s, b: s.force("F", b.point(0, 0, 1), (1, 0, 0)),
-            "the moment y equation of 'bar' holds more than",
+            "the moment y equation of 'bar' contains more than",
         ),
         (
             lambda s, b: s.hinge("side", b, s.body("c", fb.sphere(1, 1)), axis="x", coordinate="beta"),
@@ -307,7 +307,7 @@ def test_tilted_disk_is_not_planar_for_its_products_of_inertia():
     disk = s.body("disk", fb.disk(m, R).rotated(fb.Rotation.euler("XYZ", sympy.pi / 6, 0, 0)))
     s.hinge("shaft", s.ground, disk, axis="z", coordinate="theta")
     with pytest.raises(
-        ModelError, match="not planar: the moment [xy] equation of 'disk' holds more than reactions"
+        ModelError, match="not planar: the moment [xy] equation of 'disk' contains more than reactions"
     ):
         fb.equations(s).free_body("disk").planar_equations  # noqa: B018
 
