@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import sympy
 
+from freebody.describe.description import names_of
 from freebody.errors import FreebodyError
 from freebody.gallery import Outcome, entries
 from freebody.gallery.tools.case import TOLERANCE
@@ -96,7 +97,7 @@ def check_formulas(name: str, closed: Closed, *keys: str) -> None:
     """The formulas of the answers (those of ``keys``, or all) are those of the closed form: the difference is zero."""
     found = outcome(name)
     e = found.equations
-    atoms = {**found.system.names.atoms}
+    atoms = {**names_of(found.system).atoms}
     expected = closed(atoms)
     asked = keys or [
         key for key, answer in found.answers.items() if answer.formula is not None and key in expected

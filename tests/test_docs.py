@@ -191,6 +191,16 @@ def _without_links(path: Path) -> str:
     return re.sub(r"<a\b[^>]*>", "", path.read_text(encoding="utf-8"))
 
 
+def test_the_home_page_shows_what_it_prints(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    run("docs/index.md", {})
+    assert capsys.readouterr().out == blocks("docs/index.md", "text")[0]
+    shown = (ROOT / "docs" / "pendulum_bar.svg").read_text(encoding="utf-8")
+    assert arrows((tmp_path / "bar.svg").read_text(encoding="utf-8")) == arrows(shown) != []
+
+
 def test_constraints_page(capsys: pytest.CaptureFixture[str]) -> None:
     """Every block that begins with an import runs, and prints the block of text below it."""
     page = (ROOT / "docs" / "constraints.md").read_text(encoding="utf-8")

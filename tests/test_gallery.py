@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 import freebody as fb
 from freebody import exact
 from freebody.cli import command as program
+from freebody.describe.description import about_of, parameters_of
 from freebody.errors import FreebodyError, ModelError, SimulationError
 from freebody.gallery import Gallery, Outcome, entries
 from freebody.gallery.tools.answer import Answers, Check, same
@@ -83,9 +84,9 @@ def test_description(name: str) -> None:
     assert entry.title and entry.asks and entry.until > 0
     system = entry.build()
     assert fb.assemble(system).n_u > 0
-    for parameter in system.parameter_list:
+    for parameter in parameters_of(system):
         assert parameter.default is not None
-        unit, about = system.about[parameter.name]
+        unit, about = about_of(system)[parameter.name]
         assert unit and about
 
 
@@ -127,7 +128,7 @@ IDLE = (("prob-6-5", "h"), ("jeffcott-rotor", "R"))
 def test_every_parameter_counts(name: str) -> None:
     """Another value of any parameter changes an answer, or the motion or a reaction on the way."""
     entry, before = GALLERY[name], outcome(name)
-    for parameter in entry.build().parameter_list:
+    for parameter in parameters_of(entry.build()):
         if (name, parameter.name) in IDLE:
             continue
         after = nearby(entry, parameter)
@@ -270,7 +271,7 @@ def test_a_steady_turn_has_no_period() -> None:
 def test_nonsense_is_refused(name: str) -> None:
     """Each parameter with the other sign: answers that pass the checks, or an error that says what is wrong."""
     entry = GALLERY[name]
-    for parameter in entry.build().parameter_list:
+    for parameter in parameters_of(entry.build()):
         try:
             found = entry.run({parameter.name: -parameter.default if parameter.default else -1.0})
         except FreebodyError as error:

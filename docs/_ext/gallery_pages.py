@@ -21,6 +21,7 @@ from typing import Any
 from generated import fingerprint, finish, plain, up_to_date, write
 
 import freebody as fb
+from freebody.describe.description import about_of
 
 FOLDER = "systems"
 LONGEST = 60_000
@@ -59,15 +60,23 @@ def write_pages(app: Any) -> None:
             for paths in pool.map(_page, names, [folder] * len(names), [name in chosen for name in names])
             for path in paths
         ]
+    made += [thumbnail(entry, folder) for entry in entries().values()]
     finish(folder, stamp, {*made, write(folder / "index.md", index())})
 
 
+def thumbnail(entry: Any, folder: Path) -> Path:
+    """Draw the machine of an entry, for the lists of systems."""
+    path = folder / f"{entry.name}-thumbnail.svg"
+    fb.draw(entry.build(), near=entry.near).save(path)
+    return path
+
+
 def index() -> str:
-    """The list of all systems."""
+    """The list of all systems, with their drawings."""
     from freebody.gallery import entries
 
-    rows = [
-        f"- [{plain(entry.title)}]({name}.md) `{short(entry).partition(' ')[0]}`"
+    systems = [
+        f"[![]({name}-thumbnail.svg) {plain(entry.title)}]({name}.md) `{short(entry).partition(' ')[0]}`\n"
         for name, entry in entries().items()
     ]
     return "\n".join(
@@ -75,7 +84,9 @@ def index() -> str:
             "# Systems of the gallery\n",
             "Each page is made from the system itself, when this documentation is built: drawings, equations, answers",
             "and plots are what the library gives. `freebody run NAME` prints the same.\n",
-            *rows,
+            ":::{container} thumbnails\n",
+            *systems,
+            ":::\n",
             "\n```{toctree}\n:hidden:\n",
             *(f"{short(entry)} <{entry.name}>" for entry in entries().values()),
             "```\n",
@@ -132,7 +143,7 @@ class Page:
 
     def _machine(self) -> str:
         shown = fb.draw(self.outcome.equations, near=self.entry.near)
-        about = self.outcome.system.about
+        about = about_of(self.outcome.system)
         rows = [
             (
                 f"<math><mrow>{_named(name)}</mrow></math>",

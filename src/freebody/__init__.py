@@ -16,7 +16,7 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .describe import shown as _shown
+from .describe import pictures as _pictures
 from .version import VERSION as __version__
 
 if TYPE_CHECKING:
@@ -153,4 +153,4 @@ def __dir__() -> list[str]:
 
 
 for _kind, _module in (("draw", "machine.draw"), ("plots", "plots.plots"), ("animate", "page.animate")):
-    _shown.offer(_kind, partial(import_module, f"{__name__}.picture.{_module}"))
+    _pictures.offer(_kind, partial(import_module, f"{__name__}.picture.{_module}"))

@@ -1,4 +1,4 @@
-"""Errors: what was expected, what came, and the cure, in the user's own names."""
+"""Errors. A message says what was expected, what came and the cure, in the user's names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 LONGEST = 300
-"""Characters of what a message shows of a thing that was given."""
+"""Greatest length, in characters, of a value shown in a message."""
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -22,19 +22,19 @@ class FreebodyError(Exception):
 
 
 class ArgumentError(FreebodyError, TypeError):
-    """A call with arguments that the function does not have, or without those it needs."""
+    """A call with an argument that the function does not have, or without a required argument."""
 
 
 class ModelError(FreebodyError, ValueError):
-    """A machine that is described wrongly or can not exist."""
+    """A machine that is described wrongly or cannot exist."""
 
 
 class ExpressionError(FreebodyError, ValueError):
-    """Text that is not an expression of the system's own names."""
+    """Text that is not an expression of the system's names."""
 
 
 class TooManyTermsError(FreebodyError, ValueError):
-    """A formula that would be longer than memory, or anybody's patience, can hold: what it is, and the cure."""
+    """A formula that would be too long to hold in memory or to compute; the message names it and the cure."""
 
     def __init__(self, reason: str, cure: str) -> None:
         super().__init__(reason, cure)
@@ -49,7 +49,7 @@ class MassError(ModelError):
 
 
 class SimulationError(FreebodyError, RuntimeError):
-    """A motion that can not be computed as asked."""
+    """A motion that cannot be computed."""
 
 
 class FormatError(FreebodyError, ValueError):
@@ -57,31 +57,31 @@ class FormatError(FreebodyError, ValueError):
 
 
 def shown(thing: Any) -> str:
-    """What was given, as a message shows it: in its own words, or by its kind where those are an address or a page.
+    """Text of a value for a message: its representation, or its type if that is an address or too long.
 
     >>> shown("2*x"), shown(object())
     ("'2*x'", 'an object')
     """
-    said = repr(thing)
-    if " at 0x" not in said and (len(said) <= LONGEST or isinstance(thing, str | int)):
-        return said
+    text = repr(thing)
+    if " at 0x" not in text and (len(text) <= LONGEST or isinstance(thing, str | int)):
+        return text
     kind = type(thing).__name__
     return f"{'an' if kind[0] in 'aeiouAEIOU' else 'a'} {kind}"
 
 
-def path_of(given: Any, what: str, error: type[FreebodyError]) -> Path:
-    """The path of a file.
+def path_of(path: Any, what: str, error: type[FreebodyError]) -> Path:
+    """Return the path of a file; ``what`` names its content in the message of the error.
 
     >>> path_of("run.nc", "a trajectory", SimulationError).name
     'run.nc'
     """
-    if not isinstance(given, str | os.PathLike) or not Path(given).name:
-        raise error(f"Expected the path of a file for {what}, such as 'run.nc', got {given!r}.")
-    return Path(given)
+    if not isinstance(path, str | os.PathLike) or not Path(path).name:
+        raise error(f"Expected the path of a file for {what}, such as 'run.nc', got {path!r}.")
+    return Path(path)
 
 
-def nearest(name: str, known: Iterable[str], listed: str = "") -> str:
-    """End of a message about an unknown name: the nearest known one, or all of them (or the command that lists them).
+def nearest(name: str, known_names: Iterable[str], command: str = "") -> str:
+    """End of a message about an unknown name: the nearest known name, all known names, or the command that lists them.
 
     >>> nearest("thetta", ["theta", "x"])
     "did you mean 'theta'?"
@@ -90,19 +90,19 @@ def nearest(name: str, known: Iterable[str], listed: str = "") -> str:
     >>> nearest("y", ["theta", "x"], "freebody gallery")
     '`freebody gallery` lists the known names.'
     """
-    names = sorted(known)
-    close = [one for one in names if one.lower() == name.lower()] or get_close_matches(name, names, n=1)
+    names = sorted(known_names)
+    close = [x for x in names if x.lower() == name.lower()] or get_close_matches(name, names, n=1)
     if close:
         return f"did you mean '{close[0]}'?"
     if not names:
         return "no names are known yet."
-    if listed:
-        return f"`{listed}` lists the known names."
+    if command:
+        return f"`{command}` lists the known names."
     return "known names: " + ", ".join(names) + "."
 
 
 def arguments_named(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """The function, whose callers are told its arguments where theirs are others.
+    """Decorator: a call with wrong arguments raises an error that names the arguments of the function.
 
     >>> @arguments_named
     ... def spring(on, *, stiffness, rest=0):

@@ -1,4 +1,4 @@
-"""Random machines and the laws that every machine obeys: for the tests of users' own joints and forces.
+"""Random machines and states, for tests of the laws of mechanics, also with users' own joints and forces.
 
 The machines mix all joints, oblique axes, driven displacements and all kinds of loads.
 """
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from mpmath import mp
 
+from .describe.description import coordinates_of
 from .describe.system import System
 from .model.model import Model
 from .scalar.polynomial import Polynomial
@@ -21,7 +22,7 @@ JOINTS = ("hinge", "slider", "cylindrical", "screw", "universal", "ball", "gimba
 
 
 def random_inertia(rng: np.random.Generator) -> Any:
-    """Inertia matrix about the mass centre of a random cloud of points: one that a body can have [kg m²]."""
+    """Inertia matrix about the mass centre of random particles, which a body can have [kg m²]."""
     points = rng.normal(size=(8, 3))
     points -= points.mean(axis=0)
     squares = (points**2).sum() * np.eye(3) - points.T @ points
@@ -48,7 +49,7 @@ def small_inertia(rng: np.random.Generator) -> Any:
 
 
 def small_rotation(rng: np.random.Generator) -> Any:
-    """An exactly orthogonal matrix of small fractions."""
+    """An exactly orthogonal rotation matrix of small fractions."""
     quaternion = [(1, 0, 0, 0), (1, 1, 1, 1), (1, 1, 0, 0), (1, 0, -1, 0), (1, 3, 1, 1), (2, 1, 2, 0)]
     w, x, y, z = quaternion[rng.integers(len(quaternion))]
     n = w * w + x * x + y * y + z * z
@@ -70,7 +71,7 @@ def random_system(
     driven: bool = False,
     small: bool = False,
 ) -> System:
-    """A tree of random bodies joined by random joints, with gravity, springs, dampers and forces.
+    """Return a tree of random bodies joined by random joints, with gravity, springs, dampers and forces.
 
     Parameters
     ----------
@@ -79,13 +80,13 @@ def random_system(
     joints : sequence of str
         The joint types to choose from.
     branching : bool
-        Whether a body may carry several; a chain otherwise.
+        If true, a body may carry several bodies; else the machine is a chain.
     loads : bool
-        Whether springs, dampers, forces and couples act.
+        If true, springs, dampers, forces and couples act.
     driven : bool
-        Whether the first hinge or slider is a given function of time.
+        If true, the first hinge or slider is a given function of time.
     small : bool
-        Small integers and exactly orthogonal axes, which exact symbols handle fast.
+        If true, numbers are small integers and axes exactly orthogonal, which exact symbols handle fast.
     """
     rng = np.random.default_rng(seed)
 
@@ -96,46 +97,46 @@ def random_system(
 
     s = System(f"random {seed}")
     s.gravity = vector()
-    made = [s.ground]
+    carriers = [s.ground]
     for i in range(bodies):
         mass = int(rng.integers(1, 4)) if small else round(float(rng.uniform(0.5, 3)), 3)
         body = s.body(
             f"b{i}", MassProperties(mass, vector(), (small_inertia if small else random_inertia)(rng))
         )
-        parent = made[rng.integers(len(made))] if branching else made[-1]
+        parent = carriers[rng.integers(len(carriers))] if branching else carriers[-1]
         kind = str(rng.choice(list(joints)))
         rotation = small_rotation if small else random_rotation
-        given: dict[str, Any] = {"at": vector(), "to": vector(), "parent_axes": rotation(rng)}
-        given["child_axes"] = rotation(rng)
+        arguments: dict[str, Any] = {"at": vector(), "to": vector(), "parent_axes": rotation(rng)}
+        arguments["child_axes"] = rotation(rng)
         if kind in ("hinge", "slider", "cylindrical", "screw"):
-            given["axis"] = ["x", "y", "z", vector()][rng.integers(4)]
+            arguments["axis"] = ["x", "y", "z", vector()][rng.integers(4)]
         if kind == "screw":
-            given["pitch"] = 0.3
+            arguments["pitch"] = 0.3
         if kind == "universal":
-            given["axis"] = ("x", "y")
+            arguments["axis"] = ("x", "y")
         if kind == "gimbal":
-            given["axis"] = str(rng.choice(["ZXZ", "XYZ", "YXY"]))
+            arguments["axis"] = str(rng.choice(["ZXZ", "XYZ", "YXY"]))
         if driven and kind in ("hinge", "slider"):
-            given["coordinate"] = 0.3 * s.t**2 + 0.2 * s.t
+            arguments["coordinate"] = 0.3 * s.t**2 + 0.2 * s.t
             driven = False
-        joint = getattr(s, kind)(f"j{i}", parent, body, **given)
+        joint = getattr(s, kind)(f"j{i}", parent, body, **arguments)
         if loads and kind in ("hinge", "slider", "screw", "planar"):
             s.spring(f"k{i}", joint, stiffness=2.5, rest=0.1)
             s.damper(f"c{i}", joint, damping=0.4)
-        made.append(body)
+        carriers.append(body)
     if loads:
-        first, last = made[1], made[-1]
+        first, last = carriers[1], carriers[-1]
         s.force("F", last.point(*vector()), ("3*sin(t)", 1, -2), frame=first)
         s.torque("M", last, vector(), reaction_on=None if first is last else first)
         s.spring("rope", s.ground.point(5, 6, 7), last.point(*vector()), stiffness=1.5, rest=2)
         s.damper("dash", s.ground.point(-5, 6, 7), first.point(*vector()), damping=0.7)
-        if s.declared:
-            s.generalized_force(next(iter(s.declared)), 1.25)
+        if coordinates_of(s):
+            s.generalized_force(next(iter(coordinates_of(s))), 1.25)
     return s
 
 
 def random_chain(seed: int, links: int, axes: Sequence[Any] = ("x", "y", "z")) -> System:
-    """A chain of hinges with random bodies: the standard machine of the benchmarks."""
+    """Return a chain of hinges with random bodies, the standard machine of the benchmarks."""
     rng = np.random.default_rng(seed)
     s = System(f"chain of {links}")
     s.gravity = (0, 0, -9.81)
@@ -152,7 +153,7 @@ def random_chain(seed: int, links: int, axes: Sequence[Any] = ("x", "y", "z")) -
 
 
 def random_state(model: Model, seed: int) -> tuple[list[float], list[float]]:
-    """Random q (unit quaternions normalised) and u."""
+    """Return random q, with quaternions of unit length, and random u."""
     rng = np.random.default_rng(seed)
     q = rng.normal(size=model.n_q)
     for start in model.quaternions:
@@ -161,24 +162,24 @@ def random_state(model: Model, seed: int) -> tuple[list[float], list[float]]:
 
 
 def polynomial_value(x: Any, values: Mapping[Any, float], digits: int = 100) -> float:
-    """A canonical polynomial at numbers: ``values`` by SymPy atom (parameters, t, coordinates, speeds, ...).
+    """Value of a canonical polynomial for ``values`` by SymPy atom (parameters, t, coordinates, speeds, ...).
 
-    Evaluated with many digits, since the terms of an expanded form may cancel.
+    It is computed with many digits, since the terms of an expanded form may cancel.
     """
-    known: dict[int, Any] = {}
+    generators: dict[int, Any] = {}
 
     def generator(ring: Any, g: Any) -> Any:
-        if g.index not in known:
+        if g.index not in generators:
             arguments = [polynomial(a) for a in g.arguments]
             if g.kind == "inverse":
-                known[g.index] = 1 / arguments[0]
+                generators[g.index] = 1 / arguments[0]
             elif g.kind == "constant":
-                known[g.index] = mp.mpf(g.atom.evalf(digits))
+                generators[g.index] = mp.mpf(g.atom.evalf(digits))
             elif arguments:
-                known[g.index] = getattr(mp, _MPMATH.get(g.name or g.kind, g.name or g.kind))(*arguments)
+                generators[g.index] = getattr(mp, _MPMATH.get(g.name or g.kind, g.name or g.kind))(*arguments)
             else:
-                known[g.index] = mp.mpf(values[g.atom])
-        return known[g.index]
+                generators[g.index] = mp.mpf(values[g.atom])
+        return generators[g.index]
 
     def polynomial(y: Any) -> Any:
         if not isinstance(y, Polynomial):
@@ -199,7 +200,7 @@ _MPMATH = {"abs": "fabs"}
 
 
 def state_values(model: Model, q: Sequence[float], u: Sequence[float], t: float = 0) -> dict[Any, float]:
-    """Values by SymPy atom of the time, the parameters' defaults, q and u."""
+    """Values by SymPy atom: the time, the parameters at their defaults, q and u."""
     numbers = model.values()
     result: dict[Any, float] = {model.names.atoms["t"]: t}
     result.update((p.symbol, numbers[p.name]) for p in model.parameters)

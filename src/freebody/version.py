@@ -6,4 +6,4 @@ from time import time_ns
 
 VERSION = "0.1.0"
 IMPORTED = time_ns()
-"""Time at which this process began to read the package [ns since 1970]."""
+"""Time at which this process imported the package [ns since 1970]."""

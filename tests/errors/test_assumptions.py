@@ -69,7 +69,7 @@ def test_a_dimension_turned_round():
 
 def test_assumptions_on_the_motion_are_not_asked():
     s = oscillator()
-    s.assume(s.names.atoms["x"] + 1 > 0)
+    s.assume(s.expression("x") + 1 > 0)
     # x + 1 > 0 is not so at the start: the motion goes on as one of a unit mass on a spring of c - k = 1
     motion = fb.simulate(s, 0.1, initial={"x": -2})
     assert motion["x"][-1] == pytest.approx(-2 * math.cos(0.1), rel=1e-8)

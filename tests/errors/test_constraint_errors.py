@@ -87,7 +87,7 @@ def test_names_are_used_once():
     refused(lambda: s.constrain("x", name="rail"), "There is already a constraint 'rail' in this system.")
     refused(lambda: s.constrain("x", name="p"), "There is already a joint 'p' in this system.")
     refused(lambda: s.weld("rail", s.ground, ball), "There is already a constraint 'rail' in this system.")
-    refused(lambda: s.constrain("x", name="2b"), "'2b' can not be the name of a constraint")
+    refused(lambda: s.constrain("x", name="2b"), "'2b' cannot be the name of a constraint")
 
 
 # -- gears ------------------------------------------------------------------------------------------------------
@@ -132,7 +132,7 @@ def test_ratio_that_moves():
     s, first, second = geared()
     refused(
         lambda: s.gear(first, second, "1 + p", name="cam"),
-        "The ratio of gear 'cam' can not depend on p. Write it out by s.constrain.",
+        "The ratio of gear 'cam' cannot depend on p. Write it out by s.constrain.",
     )
     assert s.constraints == {}
 
@@ -161,7 +161,7 @@ def test_a_pressure_angle_that_is_no_constant_or_gets_such_a_value():
     s, first, second = geared()
     refused(
         lambda: s.gear(first, second, -2, name="mesh", pressure_angle="p"),
-        "The pressure angle of gear 'mesh' can not depend on p.",
+        "The pressure angle of gear 'mesh' cannot depend on p.",
     )
     alpha = s.parameters(alpha=0.3)
     s.gear(first, second, -2, name="mesh", pressure_angle=alpha)
@@ -198,7 +198,7 @@ def test_rope_of_a_length_that_follows_the_motion():
     s, ball = plane()
     refused(
         lambda: s.rope([s.ground.origin, ball.origin], "L - f", name="line"),
-        "The length of rope 'line' can not depend on f. Write it out by s.constrain.",
+        "The length of rope 'line' cannot depend on f. Write it out by s.constrain.",
     )
 
 
@@ -234,7 +234,7 @@ def test_normal_of_the_plane(normal):
 
 def test_radius_that_moves():
     s, ball = plane()
-    refused(lambda: s.rolling("c", ball, radius="1 + t"), "The radius of rolling 'c' can not depend on t.")
+    refused(lambda: s.rolling("c", ball, radius="1 + t"), "The radius of rolling 'c' cannot depend on t.")
 
 
 def test_axle_without_direction():
@@ -290,7 +290,7 @@ def test_start_off_the_constraints():
         fb.simulate(four_bar(), 1, initial={"a": 0.3, "b": 0.4, "d": 0.9})
     message = str(caught.value)
     assert (
-        "The initial state is off the constraints of 'four-bar'. The constraints can not be met near the"
+        "The initial state is off the constraints of 'four-bar'. The constraints cannot be met near the"
         in message
     )
     assert "'C_" in message and "is still missed by" in message
@@ -398,5 +398,5 @@ def test_indeterminate_near_unknown_coordinates():
     )
     refused(
         lambda: fb.equations(four_bar(9.0)).indeterminate(),
-        "The constraints can not be met near the coordinates given",
+        "The constraints cannot be met near the coordinates given",
     )

@@ -12,6 +12,7 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.describe.description import coordinates_of, names_of
 from freebody.dynamics import float_state
 from freebody.errors import ExpressionError, FreebodyError, ModelError, nearest
 
@@ -52,10 +53,10 @@ REFUSALS = {
     "system named by a number": (lambda s: fb.System(5), "Expected a name (text) for the system, got 5"),
     "body named by a number": (lambda s: s.body(5, fb.particle(1)), "name (text) for the body, got 5", "in quotes"),
     "body named with a blank": (
-        lambda s: s.body("big bar", fb.particle(1)), "'big bar' can not be the name of a body", "letters, digits"),
-    "joint named by a keyword": (lambda s: hinge(s, "lambda"), "'lambda' can not be the name of a joint", "Python's keywords"),
-    "joint named with accents": (lambda s: hinge(s, "é"), "'é' can not be the name of a joint"),
-    "parameter with a dash": (lambda s: s.parameters("a-b"), "'a-b' can not be the name of a parameter"),
+        lambda s: s.body("big bar", fb.particle(1)), "'big bar' cannot be the name of a body", "letters, digits"),
+    "joint named by a keyword": (lambda s: hinge(s, "lambda"), "'lambda' cannot be the name of a joint", "Python's keywords"),
+    "joint named with accents": (lambda s: hinge(s, "é"), "'é' cannot be the name of a joint"),
+    "parameter with a dash": (lambda s: s.parameters("a-b"), "'a-b' cannot be the name of a parameter"),
     "parameter twice": (lambda s: s.parameters(k=1), "'k' is taken", "already a parameter", "Choose another name"),
     "parameter twice in one call": (lambda s: s.parameters("a a"), "'a' is taken"),
     "parameter named as a coordinate": (lambda s: s.parameters(theta=1), "'theta' is taken", "already a coordinate"),
@@ -91,7 +92,7 @@ REFUSALS = {
     "foreign coordinate of the same name": (
         lambda s: hinge(s, coordinate=sympy.Symbol("theta", real=True)), "has the name of a coordinate"),
     "acceleration": (
-        lambda s: s.force("F", s.bodies["bar"], (s.declared["q"].diff(s.t, 2), 0, 0)),
+        lambda s: s.force("F", s.bodies["bar"], (s.expression("q").diff(s.t, 2), 0, 0)),
         "the acceleration", "coordinates, speeds, time and parameters"),
     "complex number": (lambda s: s.force("F", s.bodies["bar"], (1j, 0, 0)), "expected a real expression"),
     "infinity of SymPy": (lambda s: s.force("F", s.bodies["bar"], (-sympy.oo, 0, 0)), "expected a real expression"),
@@ -119,7 +120,7 @@ REFUSALS = {
     "axis of length zero": (
         lambda s: hinge(s, axis=(0, 0, 0)), "axis of hinge 'pin' has length zero", "Give a direction, such as (0, 0, 1)"),
     "axis of two components": (lambda s: rail(s, axis=(1, 0)), "for the axis of slider 'rail', got 2"),
-    "axis that moves": (lambda s: hinge(s, axis=(1, "theta", 0)), "can not depend on theta", "axis of hinge 'pin'"),
+    "axis that moves": (lambda s: hinge(s, axis=(1, "theta", 0)), "cannot depend on theta", "axis of hinge 'pin'"),
     "axes of a wrong shape": (
         lambda s: hinge(s, parent_axes=[1, 2, 3]), "Rotation or a 3 x 3 rotation matrix for parent_axes= of hinge 'pin'"),
     "axes as text": (lambda s: hinge(s, child_axes="ZXZ"), "3 x 3 rotation matrix for child_axes="),
@@ -132,19 +133,19 @@ REFUSALS = {
         "Expected a rotation matrix for parent_axes="),
     "axes that move": (
         lambda s: hinge(s, parent_axes=[["cos(theta)", "-sin(theta)", 0], ["sin(theta)", "cos(theta)", 0], [0, 0, 1]]),
-        "fixed in the bodies can not depend on theta", "a joint's coordinate"),
+        "fixed in the bodies cannot depend on theta", "a joint's coordinate"),
     # --- bodies and points ---
     "body without mass properties": (
         lambda s: s.body("block", 5), "Expected mass properties for body 'block'", "fb.sphere(m, R)", "got 5"),
     "body whose mass varies": (
-        lambda s: s.body("tank", fb.particle(s.declared["theta"])), "'tank' is rigid", "depend on theta", "body of its own"),
+        lambda s: s.body("tank", fb.particle(s.expression("theta"))), "'tank' is rigid", "depend on theta", "body of its own"),
     "body of unknown symbols": (
         lambda s: s.body("tank", fb.particle(sympy.Symbol("mas", real=True))),
         "mass properties of body 'tank'", "unknown symbol 'mas'", "did you mean 'mass'?"),
     "point that moves": (
-        lambda s: s.bodies["bar"].point(0, "theta", 0), "fixed in it and can not depend on theta", "a body of its own"),
+        lambda s: s.bodies["bar"].point(0, "theta", 0), "fixed in it and cannot depend on theta", "a body of its own"),
     "point of a joint that moves": (
-        lambda s: hinge(s, at=(0, "theta", 0)), "at= of hinge 'pin'", "fixed in body 'cart'", "can not depend on theta"),
+        lambda s: hinge(s, at=(0, "theta", 0)), "at= of hinge 'pin'", "fixed in body 'cart'", "cannot depend on theta"),
     "point of the other body": (
         lambda s: hinge(s, at=s.bodies["bar"].point(0, 1, 0)), "a point of body 'cart' for at= of hinge 'pin'", "of bar"),
     "body by an unknown name": (
@@ -197,7 +198,7 @@ REFUSALS = {
     "screw with a pitch that varies": (
         lambda s: s.screw("w", s.ground, s.bodies["cart"], pitch="theta"), "pitch of screw 'w' must be constant", "theta"),
     "ball with an expression": (
-        lambda s: s.ball("b", s.ground, s.bodies["cart"], coordinate=s.declared["theta"]), "Expected a prefix (text)"),
+        lambda s: s.ball("b", s.ground, s.bodies["cart"], coordinate=s.expression("theta")), "Expected a prefix (text)"),
     # --- loads ---
     "spring that varies": (
         lambda s: s.spring("s", rail(s), stiffness="k*theta"), "The stiffness of spring 's' must be constant",
@@ -250,7 +251,7 @@ REFUSALS = {
         lambda s: s.describe("2*k"), "Expected a parameter or a coordinate to describe, got '2*k'"),
     "assumption that is no condition": (lambda s: s.assume("k"), "Expected a condition such as k > 0, got 'k'"),
     "assumption with equality": (
-        lambda s: s.assume(s.names.atoms["k"] >= 0), "Expected a condition such as k > 0, got k >= 0"),
+        lambda s: s.assume(s.expression("k") >= 0), "Expected a condition such as k > 0, got k >= 0"),
     "assumption on an unknown symbol": (
         lambda s: s.assume(sympy.Symbol("kk") > 0), "the condition kk > 0", "unknown symbol 'kk'", "did you mean 'k'?"),
 }  # fmt: skip
@@ -274,7 +275,15 @@ def test_a_refused_description_changes_nothing_but_what_was_made_before(s, case)
 
     def content():
         return [
-            list(table) for table in (s.bodies, s.joints, s.loads, s.declared, s.names.kinds, s.names.atoms)
+            list(table)
+            for table in (
+                s.bodies,
+                s.joints,
+                s.loads,
+                coordinates_of(s),
+                names_of(s).kinds,
+                names_of(s).atoms,
+            )
         ]
 
     with pytest.raises(FreebodyError):
@@ -297,7 +306,7 @@ def test_what_is_refused_can_be_said_again_rightly(s):
     s.free("air", s.ground, bar, at=(1, 2, 3))
     s.hinge("pin", s.ground, s.bodies["cart"], coordinate="alpha")
     s.parameters("b")
-    assert list(s.declared) == ["theta", "q", "alpha"]
+    assert list(coordinates_of(s)) == ["theta", "q", "alpha"]
 
 
 # --- assemble -------------------------------------------------------------------------------------

@@ -151,7 +151,7 @@ def _described():
             lambda s, b, j: s.rolling("r", b, radius=0),
             "Expected a radius greater than 0 m for rolling 'r', got 0",
         ),
-        (lambda s, b, j: s.constrain("x", name=""), "'' can not be the name of a constraint"),
+        (lambda s, b, j: s.constrain("x", name=""), "'' cannot be the name of a constraint"),
         (lambda s, b, j: s.force("F", j, "1e400"), "Expected a finite number for force 'F', got 1000000"),
         (lambda s, b, j: s.force("F", j, "1e400*x"), "Expected a finite number for force 'F', got 1000000"),
         (

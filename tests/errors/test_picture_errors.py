@@ -23,7 +23,7 @@ CASES = {
     "negative time": (("draw", "--at", "-1"), "expected a time of 0 s or later"),
     "ending": (("draw", "-o", "x.jpg"), "expected a file name that ends in .svg, .pdf, .png, .tex"),
     "no folder": (("draw", "-o", "/no/such/folder/x.svg"), "Expected an existing folder for"),
-    "no permission": (("draw", "-o", "/proc/x.svg"), "Can not write '/proc/x.svg'"),
+    "no permission": (("draw", "-o", "/proc/x.svg"), "Cannot write '/proc/x.svg'"),
     "negative radius": (
         ("draw", "--set", "R=-1"),
         "Expected positive dimensions to draw a disk, got radius = -1",
@@ -33,7 +33,7 @@ CASES = {
         "Expected positive dimensions to draw a disk, got radius = 0",
     ),
     "report without folder": (("report", "-o", "/no/such/folder/x.html"), "Expected an existing folder for"),
-    "report without permission": (("report", "-o", "/proc/x.html"), "Can not write '/proc/x.html'"),
+    "report without permission": (("report", "-o", "/proc/x.html"), "Cannot write '/proc/x.html'"),
     "report backward": (("report", "--until", "-3"), "Expected a time greater than 0, got -3"),
     "report of nothing": (("report", "--set", "Q=1"), "expected a parameter of 'disk', got 'Q'"),
     "run into nothing": (("run", "-o", "/proc/zz"), "Can not make the folder '/proc/zz'"),
@@ -76,7 +76,7 @@ def test_a_drawing_is_written_whole_or_not_at_all(tmp_path: Path):
 
 @pytest.mark.parametrize("name", ["body of mine", "x&y", "Körper"])
 def test_names_that_equations_can_not_bear_are_refused_where_they_are_given(name: str):
-    with pytest.raises(ModelError, match=f"'{name}' can not be the name of a body: use letters, digits"):
+    with pytest.raises(ModelError, match=f"'{name}' cannot be the name of a body: use letters, digits"):
         disk(name)
 
 

@@ -71,7 +71,7 @@ def test_initial_is_no_mapping(pendulum):
 
 
 def test_initial_value_given_twice(pendulum):
-    theta = pendulum.names.atoms["theta"]
+    theta = pendulum.expression("theta")
     refused(r"The initial value of 'theta' is given twice, as 'theta' and as 'theta\(t\)'\. Leave one out", pendulum,
             1, initial={"theta": 1, theta: 2})  # fmt: skip
 

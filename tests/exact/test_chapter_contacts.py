@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from chapter_answers import check_formulas, check_numbers, compare, outcome
 from freebody import exact
+from freebody.describe.description import names_of
 from freebody.errors import ModelError
 from freebody.exact.contact import sliding_board, tipping_body
 from freebody.exact.falling import disk_slips_on_ledge
@@ -283,7 +284,9 @@ def test_bar_on_ledge(changing):
 
     check_formulas("prob-6-9", at_any_angle, "N", "T")
     found = outcome("prob-6-9")
-    difference = found.answers["omega"].formula ** 2 - at_any_angle(found.system.names.atoms)["omega"] ** 2
+    difference = (
+        found.answers["omega"].formula ** 2 - at_any_angle(names_of(found.system).atoms)["omega"] ** 2
+    )
     assert sympy.simplify(difference) == 0
     with pytest.raises(ModelError, match=r"part on the ledge of less than half the length, got b = 0\.7"):
         outcome("prob-6-9", b=0.7)
@@ -304,7 +307,7 @@ def test_disk_in_cylinder(changing):
     found = outcome("prob-6-10").answers
     assert found["f"].text == "m*g*sin(theta_1)/3"
     e = outcome("prob-6-10").equations
-    atoms = outcome("prob-6-10").system.names.atoms
+    atoms = names_of(outcome("prob-6-10").system).atoms
     alpha = next(speed.acceleration for speed in e.model.speeds if speed.name == "theta'")
     expected = alpha + 2 * atoms["g"] * sympy.sin(atoms["theta"]) / (3 * (atoms["R"] - atoms["r"]))
     assert e.ring.from_sympy(found["equation"].formula - expected) == 0

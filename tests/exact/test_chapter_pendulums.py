@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from chapter_answers import check_formulas, check_numbers, outcome
 from freebody import exact
+from freebody.describe.description import names_of
 from freebody.errors import ModelError
 from freebody.gallery import entries
 
@@ -190,7 +191,7 @@ def test_equations_of_the_two_links():
 
     s = symmetric()
     e = equations(s)
-    atoms = dict(s.names.atoms)
+    atoms = dict(names_of(s).atoms)
     x, theta = e.coordinates
     accelerations = [speed.acceleration for speed in e.model.speeds]
     parameters = [atoms[name] for name in ("m", "L", "M", "k_1", "k_2", "g")]

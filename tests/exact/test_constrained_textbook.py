@@ -51,7 +51,7 @@ def test_atwood_s_machine_in_symbols():
     a, b = s.body("a", fb.particle(M)), s.body("b", fb.particle(m))
     s.slider("left", s.ground, a, axis="-y", coordinate="p")
     s.slider("right", s.ground, b, at=(1, 0, 0), axis="-y", coordinate="q")
-    s.assume(s.names.atoms["p"] > 0, s.names.atoms["q"] > 0)
+    s.assume(s.expression("p") > 0, s.expression("q") > 0)
     s.rope([a.origin, s.ground.origin, s.ground.point(1, 0, 0), b.origin], L, name="S")
     e = fb.equations(s)
     p2, q2 = (speed.acceleration for speed in e.model.speeds)

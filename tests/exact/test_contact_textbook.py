@@ -9,6 +9,7 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.describe.description import names_of, parameters_of
 
 CLOSE = 1e-12
 """Evaluation of short formulas in doubles."""
@@ -19,9 +20,9 @@ CENTRED = {"x": 0, "y": 0, "x'": 0, "y'": 0}
 
 def value(expression, system, **further):
     """A number from an answer, at the defaults of the parameters and further values by name."""
-    named = {p.symbol: p.default for p in system.parameter_list}
+    named = {p.symbol: p.default for p in parameters_of(system)}
     for name, number in further.items():
-        named[system.names.atoms.get(name.replace("_rate", "'"), sympy.Symbol(name, real=True))] = number
+        named[names_of(system).atoms.get(name.replace("_rate", "'"), sympy.Symbol(name, real=True))] = number
     order = sorted(named, key=lambda atom: not atom.is_Derivative)
     return float(sympy.sympify(expression).subs([(atom, named[atom]) for atom in order]))
 
@@ -200,7 +201,7 @@ def test_bar_in_a_smooth_cylinder():
     # element 1 is the end that leads on the left, A; the other is B
     assert value(found["N_wall_1"], s, **at) == pytest.approx(exact.normal_A, rel=CLOSE)
     assert value(found["N_wall_2"], s, **at) == pytest.approx(exact.normal_B, rel=CLOSE)
-    stiffness = -sympy.diff(found["theta''"], s.names.atoms["theta"])
+    stiffness = -sympy.diff(found["theta''"], s.expression("theta"))
     assert math.sqrt(value(stiffness, s, theta=0)) == pytest.approx(exact.frequency, rel=CLOSE)
 
 
@@ -290,10 +291,10 @@ def test_falling_bar():
     assert friction == pytest.approx(exact.friction, rel=CLOSE)
     assert friction / normal == pytest.approx(exact.mu, rel=CLOSE)
     # T/N over the fall, with the energy put in, is largest at the limit
-    c, rate = sympy.Symbol("c"), s.names.atoms["theta'"]
-    theta, g = s.names.atoms["theta"], 9.81
+    c, rate = sympy.Symbol("c"), s.expression("theta'")
+    theta, g = s.expression("theta"), 9.81
     fall = {rate**2: 3 * g * (1 - c) / 1.5, sympy.cos(theta): c, sympy.sin(theta): -sympy.sqrt(1 - c**2)}
-    numbers = {p.symbol: p.default for p in s.parameter_list}
+    numbers = {p.symbol: p.default for p in parameters_of(s)}
     N_c, T_c = (found[x].subs(numbers).subs(fall) for x in ("N_floor", "T_floor"))
     best = math.cos(exact.theta_limit)
     assert float((T_c / N_c).subs(c, best)) == pytest.approx(exact.mu_limit, rel=CLOSE)
@@ -311,9 +312,9 @@ def test_the_paradox_of_painleve():
     s.contact("floor", rod.point(-L / 2, 0, 0), s.ground.plane(), friction=mu)
     e = fb.equations(s, modes={"floor": "slip-"})
     N = e.solve("N_floor")["N_floor"]
-    theta, rate = s.names.atoms["theta"], s.names.atoms["theta'"]
+    theta, rate = s.expression("theta"), s.expression("theta'")
     c, sn = sympy.cos(theta), sympy.sin(theta)
-    g = s.names.atoms["g"]
+    g = s.expression("g")
     # the end slips to the left: about C, the moment of friction is against that of N
     expected = m * (g - L / 2 * rate**2 * sn) / (1 + 3 * c * (c - mu * sn))
     at = {theta: 0.7, rate: 1.1, m: 1.0, L: 2.0, mu: 0.5, g: 9.81}

@@ -7,6 +7,7 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.describe.description import names_of
 from freebody.exact.gyroscope import precession_response
 
 EPS = np.finfo(float).eps
@@ -86,7 +87,7 @@ def gyroscope():
     from freebody.gallery.textbook.examples.sec_6_9_gyroscope import build
 
     s = build()
-    names = s.names.atoms
+    names = names_of(s).atoms
     m, R, L, g, theta = (names[k] for k in ("m", "R", "L", "g", "theta_0"))
     I_xi, I_zeta = m * R**2 / 4 + m * L**2, m * R**2 / 2
     p = sympy.Symbol("p", positive=True)

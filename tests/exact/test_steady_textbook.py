@@ -8,6 +8,7 @@ import sympy
 from sympy import acos, cos, sin, sqrt
 
 import freebody as fb
+from freebody.describe.description import names_of
 from freebody.exact.gyroscope import (
     gyroscope_moments,
     least_spin,
@@ -41,7 +42,7 @@ def top():
 
 
 def symbols(s):
-    atoms = s.names.atoms
+    atoms = names_of(s).atoms
     return [atoms[k] for k in ("m", "L", "g", "I_xi", "I_zeta", "Omega_zeta", "theta", "psi'")]
 
 
@@ -89,9 +90,9 @@ def test_sleeping_top_by_eigenvalues() -> None:
     """The same condition from the characteristic polynomial, in angles that are not singular upright."""
     s = gyroscope("XYZ", "alpha beta phi")
     upright = next(one for one in fb.steady_motions(s) if list(one.solution.values()) == [0, 0])
-    values = {s.names.atoms[k]: v for k, v in {"m": 1.2, "R": 0.06, "L": 0.1, "g": 9.81}.items()}
+    values = {s.expression(k): v for k, v in {"m": 1.2, "R": 0.06, "L": 0.1, "g": 9.81}.items()}
     spin = sleeping_spin(*gyroscope_moments(1.2, 0.06, 0.1), 1.2 * 9.81 * 0.1)
-    phi = s.names.atoms["phi'"]
+    phi = s.expression("phi'")
     for factor, stable in ((1 - 1e-9, False), (1 + 1e-9, True)):
         conditions = [one.xreplace({**values, phi: spin * factor}) for one in upright.stable_if]
         assert all(bool(one) for one in conditions) is stable
@@ -140,7 +141,7 @@ def test_regular_precession_without_torque() -> None:
     body = s.body("body", fb.MassProperties(1, (0, 0, 0), ((A, 0, 0), (0, A, 0), (0, 0, C))))
     s.gimbal("j", s.ground, body, axis="ZXZ", coordinate="psi theta phi")
     found = fb.steady_motions(s, terms={"Omega": "phi' + psi'*cos(theta)"})
-    theta, Omega = s.names.atoms["theta"], sympy.Symbol("Omega", real=True)
+    theta, Omega = s.expression("theta"), sympy.Symbol("Omega", real=True)
     turning = next(one for one in found if one.solution.get("psi'", 0) != 0)
     assert sympy.simplify(turning.solution["psi'"] - C * Omega / (A * cos(theta))) == 0
     assert turning.existence == () and turning.stable_if == ()
@@ -158,7 +159,7 @@ def test_conical_pendulum() -> None:
     s.gravity = (0, 0, -g)
     bob = s.body("bob", fb.particle(m))
     s.universal("arm", s.ground, bob, to=(0, 0, L), axis=("z", "x"), coordinate="psi theta")
-    theta, w = s.names.atoms["theta"], s.names.atoms["psi'"]
+    theta, w = s.expression("theta"), s.expression("psi'")
     cone = fb.steady_motions(s, solve_for="theta")[0]
     assert cone.solution == {"theta": acos(g / (L * w**2))}
     assert cone.existence == (sympy.Ge(L * w**2 - g, 0),)
@@ -184,7 +185,7 @@ def bead(driven: bool):
 def test_bead_on_a_driven_hoop() -> None:
     """Below Omega² = g/R the bead stays at the bottom, above it at cos(theta) = g/(R Omega²)."""
     s = bead(driven=True)
-    R, g, Omega = (s.names.atoms[k] for k in ("R", "g", "Omega"))
+    R, g, Omega = (s.expression(k) for k in ("R", "g", "Omega"))
     found = fb.steady_motions(s)
     aside = found[0]
     assert aside.solution == {"theta": acos(g / (R * Omega**2))}
@@ -216,7 +217,7 @@ def test_bifurcation_of_the_bead() -> None:
 
 def test_bead_on_a_free_hoop() -> None:
     s = bead(driven=False)
-    R, g, w = (s.names.atoms[k] for k in ("R", "g", "psi'"))
+    R, g, w = (s.expression(k) for k in ("R", "g", "psi'"))
     found = fb.steady_motions(s, solve_for="theta")
     assert found[0].solution == {"theta": acos(g / (R * w**2))}
     assert [one.stability.verdict for one in found.at({"psi'": 5})] == [
@@ -265,7 +266,7 @@ def test_steady_turns_of_a_rolling_disk() -> None:
     s.gimbal("g", third, disk, axis="ZXZ", coordinate=[psi, theta, phi])
     # velocity of the lowest point, -R along the disk's line of slope: v_C + R (w_zeta i - theta' k)
     spin = phi.diff(s.t) + psi.diff(s.t) * cos(theta)
-    x, y = s.names.atoms["x'"], s.names.atoms["y'"]
+    x, y = s.expression("x'"), s.expression("y'")
     s.constrain_speed(x + R * (spin * cos(psi) - theta.diff(s.t) * sin(psi) * sin(theta)), name="roll_x")
     s.constrain_speed(y + R * (spin * sin(psi) + theta.diff(s.t) * cos(psi) * sin(theta)), name="roll_y")
     found = fb.steady_motions(s, solve_for="phi'")
@@ -298,7 +299,7 @@ def test_rolling_straight_ahead_is_stable_above_a_speed() -> None:
     s.slider("sz", second, third, axis="z", coordinate=R * cos(lean))
     s.gimbal("g", third, disk, axis="ZXY", coordinate=[psi, lean, phi])
     spin = phi.diff(s.t) + psi.diff(s.t) * sin(lean)
-    x, y = s.names.atoms["x'"], s.names.atoms["y'"]
+    x, y = s.expression("x'"), s.expression("y'")
     # contact at -R along the wheel's upright line k: w × (-R k) = -R (spin i - lean' j), i ahead, j sideways
     ahead = (cos(psi), sin(psi))
     aside = (-sin(psi) * cos(lean), cos(psi) * cos(lean))

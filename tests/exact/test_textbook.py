@@ -11,6 +11,7 @@ import sympy
 from sympy import Derivative, Rational, cos, sin
 
 import freebody as fb
+from freebody.describe.description import parameters_of
 
 
 def lagrange(T, V, coordinates, forces=None):
@@ -70,7 +71,7 @@ def gyroscope_by_hand(s, m, R, L, g):
 
 def test_gyroscope_is_lagranges(gyroscope):
     s, eq = gyroscope
-    T, V, q = gyroscope_by_hand(s, *(p.symbol for p in s.parameter_list))
+    T, V, q = gyroscope_by_hand(s, *(p.symbol for p in parameters_of(s)))
     assert eq.coordinates == q
     for row, motion in zip(lagrange(T, V, q), eq.motion, strict=True):
         assert same(motion.lhs - motion.rhs, row)
@@ -81,7 +82,7 @@ def test_gyroscope_is_lagranges(gyroscope):
 def test_gyroscope_in_its_textbook_form(gyroscope):
     """Term by term; phi itself stands nowhere, since the rotor is axisymmetric."""
     s, eq = gyroscope
-    m, R, L, g = (p.symbol for p in s.parameter_list)
+    m, R, L, g = (p.symbol for p in parameters_of(s))
     psi, theta, phi = eq.coordinates
     (dpsi, dtheta, dphi), t = (q.diff(s.t) for q in eq.coordinates), s.t
     I_xi, I_zeta = m * (R**2 / 4 + L**2), m * R**2 / 2
@@ -107,7 +108,7 @@ def test_gyroscope_in_its_textbook_form(gyroscope):
 def test_gyroscope_reaction_carries_the_rotor(gyroscope):
     """Force m (a_C - g) at the pivot, no moment; the momentum about Z and along the axis."""
     s, eq = gyroscope
-    m, R, L, g = (p.symbol for p in s.parameter_list)
+    m, R, L, g = (p.symbol for p in parameters_of(s))
     _, _, (psi, theta, phi) = gyroscope_by_hand(s, m, R, L, g)
     centre = sympy.Matrix([L * sin(theta) * sin(psi), -L * sin(theta) * cos(psi), L * cos(theta)])
     force = m * (centre.diff(s.t, 2) + sympy.Matrix([0, 0, g]))
@@ -139,7 +140,7 @@ def double_pendulum():
 
 def test_double_pendulum_is_lagranges(double_pendulum):
     s, eq = double_pendulum
-    m1, m2, l1, l2, g = (p.symbol for p in s.parameter_list)
+    m1, m2, l1, l2, g = (p.symbol for p in parameters_of(s))
     q1, q2 = (sympy.Function(f"theta{i}")(s.t) for i in (1, 2))
     c1 = sympy.Matrix([l1 * sin(q1), -l1 * cos(q1)]) / 2
     c2 = 2 * c1 + sympy.Matrix([l2 * sin(q2), -l2 * cos(q2)]) / 2
@@ -156,7 +157,7 @@ def test_double_pendulum_is_lagranges(double_pendulum):
 def test_double_pendulum_in_its_textbook_form(double_pendulum):
     """Differences of the absolute angles stand as theta1 - theta2."""
     s, eq = double_pendulum
-    m1, m2, l1, l2, g = (p.symbol for p in s.parameter_list)
+    m1, m2, l1, l2, g = (p.symbol for p in parameters_of(s))
     q1, q2 = eq.coordinates
     d1, d2, a1, a2 = q1.diff(s.t), q2.diff(s.t), q1.diff(s.t, 2), q2.diff(s.t, 2)
     between = q1 - q2
@@ -181,7 +182,7 @@ def test_double_pendulum_in_its_textbook_form(double_pendulum):
 
 def test_double_pendulum_hinges_carry_forces_only(double_pendulum):
     s, eq = double_pendulum
-    m1, m2, l1, l2, g = (p.symbol for p in s.parameter_list)
+    m1, m2, l1, l2, g = (p.symbol for p in parameters_of(s))
     q1, q2 = eq.coordinates
     c1 = sympy.Matrix([l1 * sin(q1), -l1 * cos(q1)]) / 2
     c2 = 2 * c1 + sympy.Matrix([l2 * sin(q2), -l2 * cos(q2)]) / 2
@@ -214,7 +215,7 @@ def cart_and_bar():
 
 def test_example_6_5_is_lagranges(cart_and_bar):
     s, eq = cart_and_bar
-    M, m, a, k, g, F = (p.symbol for p in s.parameter_list)
+    M, m, a, k, g, F = (p.symbol for p in parameters_of(s))
     x, theta = (sympy.Function(name)(s.t) for name in ("x", "theta"))
     centre = sympy.Matrix([x + a * sin(theta), -a * cos(theta)])
     end = sympy.Matrix([x + 2 * a * sin(theta), -2 * a * cos(theta)])
@@ -230,7 +231,7 @@ def test_example_6_5_is_lagranges(cart_and_bar):
 
 def test_example_6_5_in_its_textbook_form(cart_and_bar):
     s, eq = cart_and_bar
-    M, m, a, k, g, F = (p.symbol for p in s.parameter_list)
+    M, m, a, k, g, F = (p.symbol for p in parameters_of(s))
     x, theta = eq.coordinates
     ddx, ddtheta, dtheta = x.diff(s.t, 2), theta.diff(s.t, 2), theta.diff(s.t)
     expected = (
@@ -252,7 +253,7 @@ def test_example_6_5_in_its_textbook_form(cart_and_bar):
 def test_example_6_5_hinge_and_ground_forces(cart_and_bar):
     """Hand formulas: on the bar m a_C - F - m g; the ground carries the weights and the bar's vertical inertia."""
     s, eq = cart_and_bar
-    M, m, a, k, g, F = (p.symbol for p in s.parameter_list)
+    M, m, a, k, g, F = (p.symbol for p in parameters_of(s))
     x, theta = eq.coordinates
     ddx, ddtheta, dtheta = x.diff(s.t, 2), theta.diff(s.t, 2), theta.diff(s.t)
     lift = m * a * (ddtheta * sin(theta) + dtheta**2 * cos(theta))
@@ -267,7 +268,7 @@ def test_example_6_5_hinge_and_ground_forces(cart_and_bar):
 
 def test_example_6_5_free_body_of_the_bar(cart_and_bar):
     s, eq = cart_and_bar
-    M, m, a, k, g, F = (p.symbol for p in s.parameter_list)
+    M, m, a, k, g, F = (p.symbol for p in parameters_of(s))
     x, theta = eq.coordinates
     ddx, ddtheta, dtheta = x.diff(s.t, 2), theta.diff(s.t, 2), theta.diff(s.t)
     body = eq.free_body("bar")
@@ -300,7 +301,7 @@ def test_example_6_5_free_body_of_the_bar(cart_and_bar):
 def test_example_6_5_about_the_pin_and_in_the_axes_of_the_bar(cart_and_bar):
     """About the pin the unknown forces leave the moment equation; turning the axes changes no content."""
     s, eq = cart_and_bar
-    M, m, a, k, g, F = (p.symbol for p in s.parameter_list)
+    M, m, a, k, g, F = (p.symbol for p in parameters_of(s))
     bar = s.bodies["bar"]
     x, theta = eq.coordinates
     ddx, ddtheta = x.diff(s.t, 2), theta.diff(s.t, 2)
@@ -341,7 +342,7 @@ def hinged_bar():
 
 def test_example_6_2_motion_and_reaction(hinged_bar):
     s, eq = hinged_bar
-    m, L, g = (p.symbol for p in s.parameter_list)
+    m, L, g = (p.symbol for p in parameters_of(s))
     (theta,) = eq.coordinates
     dtheta, ddtheta = theta.diff(s.t), theta.diff(s.t, 2)
     I_0 = m * L**2 / 12 + m * (L / 6) ** 2

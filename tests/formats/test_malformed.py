@@ -81,7 +81,7 @@ CASES = {
     "parameter date": ("k = 2.0", "k = 1979-05-27", "line 7, parameters.k", "Expected a number, a number as text such as '75deg'"),
     "parameter nan": ("k = 2.0", "k = nan", "line 7, parameters.k", "xpected a finite number, got nan"),
     "parameter infinite": ("k = 2.0", "k = inf", "line 7, parameters.k", "xpected a finite number, got inf"),
-    "parameter name": ("k = 2.0", '"k-1" = 2.0', 'line 7, parameters."k-1"', "'k-1' can not be the name of a parameter"),
+    "parameter name": ("k = 2.0", '"k-1" = 2.0', 'line 7, parameters."k-1"', "'k-1' cannot be the name of a parameter"),
     "parameter is time": ("k = 2.0", "t = 2.0", "line 7, parameters.t", "The name 't' is taken"),
     "huge integer": ("m = 1.0", "m = 1" + "0" * 5000, "", "expected TOML."),
     "coordinate twice": ("[parameters]", 'coordinates = ["m"]\n[parameters]', "line 5, coordinates", "The name 'm' is taken"),
@@ -179,7 +179,7 @@ def test_no_file(tmp_path: Path, name: str, found: str) -> None:
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
 def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
-    with pytest.raises(FormatError, match="found something that is no plain file"):
+    with pytest.raises(FormatError, match="found a special file"):
         fb.read(tmp_path / "pipe.toml")
 
 

@@ -9,6 +9,7 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.describe.description import about_of, names_of, parameters_of, positive_in
 from freebody.formats import read_case
 from freebody.formats.text import expression_text, toml_number
 from freebody.formats.toml.contacts import SHAPES
@@ -34,15 +35,17 @@ def described(system: fb.System) -> dict[str, object]:
             return value.name
         if hasattr(value, "__dataclass_fields__"):
             kept = [
-                f for f in value.__dataclass_fields__ if f not in ("given", "system", "shape", "positive")
+                f
+                for f in value.__dataclass_fields__
+                if f not in ("arguments", "written_axis", "system", "shape", "positive")
             ]
             return (type(value).__name__, *(plain(getattr(value, f)) for f in kept))
         return value
 
     return {
         "name": system.name,
-        "parameters": plain(tuple(system.parameter_list)),
-        "kinds": list(system.names.kinds.items()),
+        "parameters": plain(tuple(parameters_of(system))),
+        "kinds": list(names_of(system).kinds.items()),
         "bodies": {name: plain(body.mass_properties) for name, body in system.bodies.items()},
         "joints": plain(system.joints),
         "loads": list(plain(system.loads).items()),  # type: ignore[attr-defined]
@@ -50,7 +53,7 @@ def described(system: fb.System) -> dict[str, object]:
         "contacts": list(plain(system.contacts).items()),  # type: ignore[attr-defined]
         "order": [*system.joints],
         "gravity": system.gravity,
-        "about": system.about,
+        "about": about_of(system),
     }
 
 
@@ -59,7 +62,7 @@ def again(system: fb.System, **more: object) -> fb.System:
     text = toml_text(system, **more)
     result = case_from_text(text, "again.toml").system
     assert described(result) == described(system)
-    assert system.positive <= result.positive | {sympy.sympify(p) for p in result.positive}
+    assert positive_in(system) <= positive_in(result) | {sympy.sympify(p) for p in positive_in(result)}
     assert toml_text(result, **more) == text
     return result
 
@@ -228,7 +231,7 @@ def test_a_driven_shaft_and_an_open_parameter() -> None:
     omega = s.parameters("omega")
     s.hinge("shaft", s.ground, s.body("rotor", fb.disk(1, 1)), coordinate=omega * s.t)
     assert "omega = {}" in toml_text(s)
-    assert again(s).parameter_list[0].default is None
+    assert parameters_of(again(s))[0].default is None
 
 
 def test_names_that_need_quotes() -> None:
@@ -265,7 +268,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "cart.toml"
     path.write_text("old")
     system = cart_and_bar()
-    x = system.declared["x"]
+    x = system.expression("x")
     system.force("odd", system.bodies["cart"], (sympy.floor(x), 0, 0))
     with pytest.raises(
         fb.errors.FormatError, match=r"Expected an expression that a model file can hold, got 'floor"

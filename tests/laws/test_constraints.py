@@ -195,5 +195,5 @@ def test_what_can_not_be_closed_is_refused_by_name():
     far.hinge("A", far.ground, crank, to=(-0.5, 0, 0), coordinate="a")
     far.hinge("B", crank, rod, at=(0.5, 0, 0), to=(-0.5, 0, 0), coordinate="b")
     far.hinge("C", far.ground, rod, at=(5, 0, 0), to=(0.5, 0, 0))
-    with pytest.raises(ModelError, match="can not be met.*'C_x' is still missed by.*Start nearer"):
+    with pytest.raises(ModelError, match="cannot be met.*'C_x' is still missed by.*Start nearer"):
         closed_coordinates(fb.assemble(far), [0.3, 0.4])

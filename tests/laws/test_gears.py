@@ -10,7 +10,7 @@ import pytest
 
 import freebody as fb
 from freebody.dynamics.constrained import closed_coordinates, independent_rows, speed_correction
-from freebody.dynamics.constraints import rows, separating, wrenches
+from freebody.dynamics.constraints import rows, separating_force, wrenches
 from freebody.dynamics.kinematics import link_postures, place_of, poses, velocities
 from freebody.dynamics.motion import all_reactions, motion
 from freebody.dynamics.state import float_state
@@ -82,7 +82,7 @@ def train(rng):
     s = wheels(rng, -0.5, True)
     frame, one, two = (s.bodies[name] for name in ("frame", "one", "two"))
     ring = s.body("ring", solid(rng))
-    axis = s.joints["first"].given["axis"]
+    axis = s.joints["first"].arguments["axis"]
     third = s.hinge("third", frame, ring, at=s.joints["first"].at, axis=axis, coordinate="r")
     s.gear(s.joints["second"], third, 3, name="inner", pressure_angle=ANGLE)
     return s
@@ -121,7 +121,7 @@ def teeth(model, state, multipliers):
     """(body, point, force) of all teeth."""
     found = []
     for row, value, pair in zip(rows(model), multipliers, wrenches(model, state), strict=True):
-        apart, size = separating(model, state, model.constraints[row.owner])
+        apart, size = separating_force(model, state, model.constraints[row.owner])
         for (spot, along, _), (_, away, _) in zip(pair, apart, strict=True):
             force = float(value) * np.array(along, float) + size * abs(value) * np.array(away, float)
             found.append((spot.body, np.array(spot.position, float), force))

@@ -381,10 +381,10 @@ def test_motion_does_not_depend_on_the_names(seed):
             "parent_axes": joint.parent_axes,
             "child_axes": joint.child_axes,
         }
-        if "axis" in joint.given:
-            given["axis"] = joint.given["axis"]
-        if "pitch" in joint.given:
-            given["pitch"] = joint.given["pitch"]
+        if "axis" in joint.arguments:
+            given["axis"] = joint.arguments["axis"]
+        if "pitch" in joint.arguments:
+            given["pitch"] = joint.arguments["pitch"]
         new = f"y{9 - int(name[1:])}"
         made = getattr(b, joint.type)(new, bodies[joint.parent.name], bodies[joint.child.name], **given)
         assert made.name == new

@@ -5,9 +5,9 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.scalar.element import is_zero
 from freebody.scalar.polynomial import Polynomial
 from freebody.scalar.substitute import Substitution
-from freebody.scalar.zero import is_zero
 from freebody.symbolic.length_bound import most_terms
 from freebody.testing import random_chain, random_system
 

@@ -50,14 +50,14 @@ def test_a_changed_system_is_assembled_anew() -> None:
         lambda: setattr(s, "gravity", (0, -1, 0)),
         lambda: setattr(s, "name", "moon"),
         lambda: s.parameters(more=1.0),
-        lambda: s.assume(s.names.atoms["more"] > 0),
+        lambda: s.assume(s.expression("more") > 0),
         lambda: s.describe("m", unit="kg"),
         lambda: s.force("more", bar.point(0, 1, 0), (1, 0, 0)),
         lambda: s.controller(lambda t, x: 0.0, 0.1, "more"),
         lambda: s.slider("rail", bar, s.body("second", fb.particle(1)), axis="x", coordinate="x"),
         lambda: s.constrain("x - 1"),
         lambda: s.contact("floor", s.bodies["second"].origin, s.ground.plane(normal="y")),
-        lambda: s.names.expression(fb.signal([0, 1], [0, 1]), "a load"),
+        lambda: s.expression(fb.signal([0, 1], [0, 1]), "a load"),
         lambda: s.loads.pop("more"),
         lambda: s.torsion_spring("k", pin, stiffness=1),
     ):
@@ -146,7 +146,7 @@ def test_constants_follow_the_parameters() -> None:
 
 def test_assumptions_are_checked_for_other_values() -> None:
     s = pendulum()
-    s.assume(s.names.atoms["c"] > -1)
+    s.assume(s.expression("c") > -1)
     kernels = kernels_of(s)
     kernels.check(kernels.values({"c": 1.0}))
     with pytest.raises(fb.errors.ModelError):

@@ -12,6 +12,7 @@ import sympy
 
 import freebody as fb
 
+from ..describe.description import names_of
 from ..dynamics import kinematics
 from ..gallery.tools.case import mass_properties
 from .notation import greek
@@ -27,7 +28,7 @@ class Machine:
     def __init__(self, system: fb.System) -> None:
         self.system = system
         self.equations = fb.equations(system)
-        self.atoms: dict[str, Any] = dict(system.names.atoms)
+        self.atoms: dict[str, Any] = dict(names_of(system).atoms)
         self.names = {greek(k): v for k, v in self.atoms.items()}
 
     def body(self, name: str) -> Any:

@@ -19,8 +19,8 @@ from typing import Any
 
 import sympy
 
+from ..scalar.element import is_zero as is_zero_element
 from ..scalar.ring import Ring
-from ..scalar.zero import is_zero as is_zero_element
 from ..symbolic.printing.show import latex_of, text_of
 from . import notation
 from .latex import latex

@@ -29,7 +29,9 @@ def check(model: str) -> None:
     assembled = assemble(system)
 
     def text(value: Any) -> str:
-        return expression_text(value, system.names.texts)
+        from ..describe.description import names_of
+
+        return expression_text(value, names_of(system).texts)
 
     _bodies(system, text)
     _joints(system, text)
@@ -116,7 +118,7 @@ def _constraints(system: System, text: Any) -> None:
 def _contacts(system: System, text: Any) -> None:
     if not system.contacts:
         return
-    from ..describe.contacts.contact import kind_of
+    from ..describe.contact_shapes import kind_of
 
     grid = Grid("Contact", "Feature", "Surface", "Friction", "Restitution")
     for name, pair in system.contacts.items():
@@ -169,10 +171,12 @@ def _freedom(model: Model, near: Mapping[str, Any]) -> None:
 
 
 def _parameters(system: System) -> None:
-    if not system.parameter_list:
+    from ..describe.description import about_of, parameters_of
+
+    if not parameters_of(system):
         return
     grid = Grid("Parameter", "Default", "Unit", "About")
-    for parameter in system.parameter_list:
-        unit, about = system.about.get(parameter.name, ("", ""))
+    for parameter in parameters_of(system):
+        unit, about = about_of(system).get(parameter.name, ("", ""))
         grid.row(parameter.name, "-" if parameter.default is None else f"{parameter.default:g}", unit, about)
     grid.print()

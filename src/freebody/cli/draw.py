@@ -61,6 +61,7 @@ def draw(
     freebody draw ex-6-5 --body all --at 0.5        to scale, 0.5 s after the start
     freebody draw disk.toml --body disk --mode floor=stick
     """
+    from ..describe.description import names_of
     from ..errors import ModelError, nearest
     from ..picture.free_body.free_body_diagram import free_body_diagram
     from ..picture.machine.draw import draw as drawn
@@ -95,7 +96,7 @@ def draw(
         system, options = outcome.system, {"trajectory": outcome.trajectory, "at": time}
     else:
         options["at"] = at or None
-        known = {name for name, kind in system.names.kinds.items() if kind in ("coordinate", "joint")}
+        known = {name for name, kind in names_of(system).kinds.items() if kind in ("coordinate", "joint")}
         near = {**_standing(found, system), **found.near}
         options["near"] = {name: value for name, value in near.items() if name in known and name not in at}
     if time is None and not contacts and body is not None and system.contacts:

@@ -155,7 +155,9 @@ class Setting(click.ParamType):
 
 def settings_of(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
     """The ``--set`` values by name, refused where the system has no such parameter or it has another unit."""
-    known = [parameter.name for parameter in system.parameter_list]
+    from ..describe.description import parameters_of
+
+    known = [parameter.name for parameter in parameters_of(system)]
     found: dict[str, str] = {}
     for name, text in pairs:
         if name not in known:
@@ -169,8 +171,10 @@ def settings_of(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, f
 
 def number_of(system: System, name: str, text: str, option: str) -> float:
     """The number that a text gives a parameter or coordinate, in the unit that the system says of it."""
+    from ..describe.description import about_of
+
     try:
-        return _number(text, system.about.get(name, ("", ""))[0], name)
+        return _number(text, about_of(system).get(name, ("", ""))[0], name)
     except FreebodyError as error:
         raise click.BadParameter(str(error), param_hint=f"{option} {name}") from None
 

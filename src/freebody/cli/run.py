@@ -85,6 +85,8 @@ def run(
 
 def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> dict[str, Any]:
     """What a run gives, as data; `answers` in the order in which they are asked."""
+    from ..describe.description import about_of
+
     entry = outcome.entry
     return {
         "name": entry.name,
@@ -95,7 +97,7 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
         "parameters": {
             name: {"value": value, "unit": unit, "about": about}
             for name, value in outcome.values.items()
-            for unit, about in [outcome.system.about.get(name, ("", ""))]
+            for unit, about in [about_of(outcome.system).get(name, ("", ""))]
         },
         "answers": {
             key: {

@@ -1,4 +1,4 @@
-"""Directions and orientations, as users give them."""
+"""Directions and orientations, read from what users write."""
 
 from __future__ import annotations
 
@@ -10,37 +10,38 @@ from ..errors import ModelError, shown
 from ..scalar.algebra import IDENTITY, Matrix, Vector
 from ..scalar.expression import exact
 from ..space.rotation import Rotation
+from .description import Description, varying, vector
 
 UNIT: dict[str, Vector] = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
-def direction(system: Any, axis: Any, what: str) -> Vector:
-    """A unit vector from ``"x"``, ``"-y"`` or three components of any length but zero."""
+def direction(system: Description, axis: Any, what: str) -> Vector:
+    """Return the unit vector of ``"x"``, ``"-y"`` or three components of any length but zero."""
     if isinstance(axis, str):
         name = axis.lower().lstrip("+-")
         if name not in UNIT or len(axis) > len(name) + 1:
             raise ModelError(f"Expected 'x', 'y', 'z' or three components for {what}, got '{axis}'.")
         unit = UNIT[name]
         return (-unit[0], -unit[1], -unit[2]) if axis.startswith("-") else unit
-    vector = system.vector(axis, what)
-    for component in vector:
-        moving = system.names.depends(component, "coordinate", "speed", "time")
+    components = vector(system, axis, what)
+    for component in components:
+        moving = varying(system, component)
         if moving:
             raise ModelError(
-                f"A direction fixed in the bodies can not depend on {', '.join(moving)} ({what})."
+                f"A direction fixed in the bodies cannot depend on {', '.join(moving)} ({what})."
             )
-    square = sympy.Add(*(sympy.sympify(c) ** 2 for c in vector))
+    square = sympy.Add(*(sympy.sympify(c) ** 2 for c in components))
     if square == 0:
         raise ModelError(
             f"The axis of {what.removeprefix('the axis of ')} has length zero. Give a direction, such as (0, 0, 1)."
         )
     length = sympy.sqrt(square)
-    x, y, z = (exact(sympy.sympify(c) / length) if length != 1 else c for c in vector)
+    x, y, z = (exact(sympy.sympify(c) / length) if length != 1 else c for c in components)
     return (x, y, z)
 
 
-def orientation(system: Any, axes: Any, what: str) -> Matrix:
-    """A rotation matrix from None, a Rotation or nine entries."""
+def orientation(system: Description, axes: Any, what: str) -> Matrix:
+    """Return a rotation matrix from None (no rotation), a Rotation or nine entries."""
     if axes is None:
         return IDENTITY
     rows: Any = axes.matrix if isinstance(axes, Rotation) else axes
@@ -52,15 +53,16 @@ def orientation(system: Any, axes: Any, what: str) -> Matrix:
         or any(isinstance(row, str) or not hasattr(row, "__len__") or len(row) != 3 for row in rows)
     ):
         raise ModelError(f"Expected a Rotation or a 3 x 3 rotation matrix for {what}, got {shown(axes)}.")
-    matrix = tuple(system.vector(row, what) for row in rows)
+    first, second, third = (vector(system, row, what) for row in rows)
+    matrix = (first, second, third)
     for entry in (entry for row in matrix for entry in row):
-        moving = system.names.depends(entry, "coordinate", "speed", "time")
+        moving = varying(system, entry)
         if moving:
             raise ModelError(
-                f"Axes fixed in the bodies can not depend on {', '.join(moving)} ({what}). "
+                f"Axes fixed in the bodies cannot depend on {', '.join(moving)} ({what}). "
                 f"A turn that moves is a joint's coordinate."
             )
-    # a matrix of symbols is checked at numbers drawn at random
+    # a matrix of symbols is checked with fixed numbers in their place
     A = sympy.Matrix(matrix)
     sample = {
         symbol: sympy.Rational(i + 2, 3 * i + 7) for i, symbol in enumerate(sorted(A.free_symbols, key=str))

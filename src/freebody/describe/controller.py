@@ -1,20 +1,18 @@
-"""Controllers: Python functions that are asked once per sample, and whose answers hold until the next."""
+"""Controllers: Python functions that are called once per sample and whose results hold until the next sample."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ..errors import ModelError, nearest, shown
+from .description import Description, names_of, parameters_of, varying
+from .labels import Named
 from .names import check_name
-from .said import Named
-
-if TYPE_CHECKING:
-    from .system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -22,7 +20,7 @@ class Controller(Named):
     """A sampled controller. Made by :meth:`System.controller`.
 
     ``inputs``   names of the parameters that it sets
-    ``sensors``  (name, expression) of what it is told besides coordinates, speeds and parameters
+    ``sensors``  (name, expression) of its further arguments, besides coordinates, speeds and parameters
     """
 
     name: str
@@ -33,7 +31,7 @@ class Controller(Named):
 
 
 def controller(
-    system: System,
+    system: Description,
     function: Callable[..., Any],
     period: Any,
     inputs: Any,
@@ -50,22 +48,22 @@ def controller(
     ----------
     function : callable
         ``function(t, x)``: the time [s] and the state, ``x["theta"]``, ``x["theta'"]``: coordinates, speeds,
-        parameters (inputs with the value held up to now) and sensors, by name. It returns the number for the input; of
-        several inputs a mapping by name, or one number for each in their order. If it has a method ``reset``, that is
-        called when a run begins.
+        parameters (inputs with the value held up to now) and sensors, by name. It returns the number for the input; for
+        several inputs, a mapping by name or one number for each in their order. Its method ``reset``, if it has one,
+        is called when a run begins.
     period : expression
-        Between two samples [s]: a number, or an expression of parameters.
+        Time between two samples [s]: a number, or an expression of parameters.
     inputs : str, symbol or list of them
         Parameters that it sets; they may stand in loads and in gravity.
     sensors : mapping of str to expression, optional
-        What else it is told, computed in machine code: expressions of coordinates, speeds, time and parameters.
+        Further entries of the state, computed in machine code: expressions of coordinates, speeds, time and parameters.
     name : str, optional
-        For errors; that of the function if not given.
+        Name in error messages; the name of the function if not given.
 
     Raises
     ------
     ModelError
-        Inputs that are no parameters of this system or that another controller sets, a period that is not positive.
+        Inputs that are not parameters of this system or that another controller sets, a period that is not positive.
 
     Examples
     --------
@@ -75,7 +73,7 @@ def controller(
     >>> cart = s.body("cart", fb.particle(2))
     >>> rail = s.slider("rail", s.ground, cart, axis="x", coordinate="x")
     >>> motor = s.force("motor", rail, push)
-    >>> held = s.controller(lambda t, x: 4 * (1 - x["x"]) - 4 * x["x'"], 0.01, "push", name="pd")
+    >>> pd = s.controller(lambda t, x: 4 * (1 - x["x"]) - 4 * x["x'"], 0.01, "push", name="pd")
     >>> motion = fb.simulate(s, until=20)
     >>> round(motion.at(20)["x"], 6), round(float(motion["push"][0]), 6)
     (1.0, 4.0)
@@ -91,13 +89,13 @@ def controller(
     if label in system.controllers:
         raise ModelError(f"There is already a {what} in this system. Pass another name=.")
     period = system.expression(period, f"the period of {what}")
-    moving = system.names.depends(period, "coordinate", "speed", "time")
+    moving = varying(system, period)
     if moving:
         raise ModelError(f"The period of {what} must be constant, but it depends on {', '.join(moving)}.")
     if not isinstance(period, sympy.Basic) and not 0 < float(period) < math.inf:
         raise ModelError(f"Expected a period greater than 0 s for {what}, got {period}.")
     names = _inputs(system, inputs, what)
-    told = []
+    expressions = []
     if not isinstance(sensors, Mapping | None):
         raise ModelError(
             f"Expected sensors of {what} as expressions by name, such as {{'height': 'L*cos(theta)'}}, got "
@@ -105,27 +103,30 @@ def controller(
         )
     for key, value in (sensors or {}).items():
         check_name(key, "sensor")
-        if key in system.names.kinds:
+        if key in names_of(system).kinds:
             raise ModelError(
-                f"Sensor '{key}' of {what} has the name of a {system.names.kinds[key]} of this system. Choose another."
+                f"Sensor '{key}' of {what} has the name of a {names_of(system).kinds[key]} of this system. "
+                "Choose another."
             )
-        told.append((key, system.expression(value, f"sensor '{key}' of {what}")))
-    made = Controller(label, function, period, names, tuple(told))
-    system.controllers[label] = made
-    return made
+        expressions.append((key, system.expression(value, f"sensor '{key}' of {what}")))
+    result = Controller(label, function, period, names, tuple(expressions))
+    system.controllers[label] = result
+    return result
 
 
-def _inputs(system: System, inputs: Any, what: str) -> tuple[str, ...]:
+def _inputs(system: Description, inputs: Any, what: str) -> tuple[str, ...]:
+    """Return the names of the parameters that a controller sets."""
     if isinstance(inputs, str):
         inputs = inputs.replace(",", " ").split()
     elif not isinstance(inputs, Sequence):
         inputs = [inputs]
-    known = {parameter.name for parameter in system.parameter_list}
-    result = []
-    for one in inputs:
-        text = system.names.text_of(one)
-        if text not in known or system.names.kinds[text] != "parameter":
-            plain = sorted(name for name in known if system.names.kinds[name] == "parameter")
+    names = names_of(system)
+    known = {parameter.name for parameter in parameters_of(system)}
+    result: list[str] = []
+    for parameter in inputs:
+        text = names.text_of(parameter)
+        if text not in known or names.kinds[text] != "parameter":
+            plain = sorted(name for name in known if names.kinds[name] == "parameter")
             raise ModelError(
                 f"Expected parameters of this system as the inputs of {what}, got '{text}'; {nearest(text, plain)} "
                 f"An input is declared first: {text if text.isidentifier() else 'tau'} = s.parameters(...=0)."

@@ -1,4 +1,4 @@
-"""What a body is drawn as, where that is not the solid it was made from."""
+"""Shape and colour of a body in drawings, if they differ from the solid it was made from."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ..space.shape import Shape
 
 
 def drawn_as(mass: MassProperties, shape: Any, color: Any, name: str) -> MassProperties:
-    """The mass properties, with the shape and the colour that were chosen for drawing.
+    """Return the mass properties with the shape and the colour chosen for drawing.
 
     Raises
     ------
     ModelError
-        What is no solid, or no colour.
+        A shape that is not a solid, or a colour that is not "#rrggbb".
     """
     if shape is not None:
         if isinstance(shape, MassProperties):
@@ -32,6 +32,6 @@ def drawn_as(mass: MassProperties, shape: Any, color: Any, name: str) -> MassPro
             raise ModelError(
                 f"Expected a colour such as '#0072B2' for color= of body '{name}', got {shown(color)}."
             )
-        # a body without a solid has a shape that is nothing but its colour
+        # a body without a solid has a shape without parts that holds only the colour
         mass = replace(mass, shape=replace(mass.shape or Shape("compound"), color=color))
     return mass

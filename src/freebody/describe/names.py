@@ -16,6 +16,7 @@ from typing import Any
 import sympy
 
 from ..errors import ExpressionError, ModelError, nearest, shown
+from ..scalar.algebra import Expression, Scalar
 from ..scalar.expression import exact
 from ..scalar.parser import parse
 from .signal import Placed, Signal
@@ -29,31 +30,31 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 @lru_cache(maxsize=_ATOMS)
 def rate(atom: Any) -> Any:
-    """The time derivative of a coordinate or speed, which SymPy takes a millisecond to make."""
+    """Return the time derivative of a coordinate or speed, which takes SymPy a millisecond."""
     return atom.diff(TIME)
 
 
 def is_identifier(text: str) -> bool:
-    """Whether a text can be a name: letters, digits and underscores, ASCII."""
+    """Return True if a text can be a name: ASCII letters, digits and underscores."""
     return bool(_IDENTIFIER.match(text))
 
 
 def check_name(name: Any, what: str) -> str:
-    """The name, if it can be one."""
+    """Return the name, or raise ModelError if it cannot be a name."""
     if not isinstance(name, str):
         raise ModelError(
             f"Expected a name (text) for the {what}, got {shown(name)}. It comes first, in quotes."
         )
     if not is_identifier(name) or keyword.iskeyword(name):
         raise ModelError(
-            f"'{name}' can not be the name of a {what}: use letters, digits and underscores, "
+            f"'{name}' cannot be the name of a {what}: use letters, digits and underscores, "
             f"begin with a letter, and avoid Python's keywords."
         )
     return name
 
 
 def finite(number: Any, what: str) -> float:
-    """A number as a float, if it is within the range of floats."""
+    """Return a number as a float, or raise ModelError if it is beyond the range of floats."""
     try:
         value = float(number)
     except OverflowError:
@@ -65,16 +66,16 @@ def finite(number: Any, what: str) -> float:
     return value
 
 
-def _of_floats(expression: Any, what: str) -> Any:
-    """The expression, if its numbers are within the range of floats."""
+def _in_range(expression: Scalar, what: str) -> Scalar:
+    """Return the expression, or raise ModelError if one of its numbers is beyond the range of floats."""
     numbers = expression.atoms(sympy.Rational) if isinstance(expression, sympy.Basic) else (expression,)
-    for one in numbers:
-        finite(one, what)
+    for number in numbers:
+        finite(number, what)
     return expression
 
 
 class Names:
-    """Symbols by name: what each is, and the text of the user read against them."""
+    """Symbols by name, their kinds, and expressions of them read from the user's text."""
 
     def __init__(self) -> None:
         self.kinds: dict[str, str] = {"t": "time"}
@@ -85,22 +86,22 @@ class Names:
         self._accelerations: set[Any] = set()
 
     def text_of(self, key: Any) -> str:
-        """The name that a text or an atom stands for; of anything else, what it prints as."""
+        """Return the name that a text or an atom stands for, or how any other object prints."""
         if isinstance(key, str):
             return key
         return self.texts.get(key, str(key)) if isinstance(key, sympy.Basic) else repr(key)
 
     def mark(self) -> int:
-        """How many names there are, to return to by :meth:`forget`."""
+        """Return the number of names, a mark for :meth:`forget`."""
         return len(self.kinds)
 
     def forget(self, mark: int) -> None:
-        """Take back the names made since ``mark``."""
+        """Remove the names made since ``mark``."""
         for text in list(self.kinds)[mark:]:
             del self.kinds[text]
             atom = self.atoms.pop(text, None)
             self.texts.pop(atom, None)
-        for signal in [one for one in self.signals if one.name not in self.kinds]:
+        for signal in [signal for signal in self.signals if signal.name not in self.kinds]:
             del self.signals[signal]
 
     def _claim(self, name: str, kind: str) -> None:
@@ -117,13 +118,13 @@ class Names:
         return atom
 
     def parameter(self, name: str) -> sympy.Symbol:
-        """A new parameter."""
+        """Add a parameter and return its symbol."""
         check_name(name, "parameter")
         self._claim(name, "parameter")
         return self._register(name, sympy.Symbol(name, real=True), "parameter")
 
     def coordinate(self, name: str) -> Any:
-        """A new coordinate; its speed is ``name'``."""
+        """Add a coordinate, whose speed is ``name'``, and return its function of time."""
         check_name(name, "coordinate")
         self._claim(name, "coordinate")
         atom = sympy.Function(name)(TIME)
@@ -133,60 +134,60 @@ class Names:
         return atom
 
     def component(self, name: str, kind: str) -> Any:
-        """A component of a quaternion, a position or an angular or linear velocity."""
+        """Add a component of a quaternion, a position, or an angular or linear velocity, and return its atom."""
         check_name(name, kind)
         self._claim(name, kind)
         return self._register(name, sympy.Function(name)(TIME), kind)
 
-    def _placed(self, expression: Any) -> Any:
-        """An expression in which signals are the polynomials of their pieces; new ones get symbols for these."""
+    def _with_pieces(self, expression: Any) -> Any:
+        """Return an expression with each signal replaced by the polynomial of its piece; new signals get symbols."""
         if not isinstance(expression, sympy.Basic):
             return expression
-        found = sorted(expression.atoms(Signal), key=lambda one: one.dummy_index)
-        for one in found:
-            if one in self.signals:
+        signals = sorted(expression.atoms(Signal), key=lambda signal: signal.dummy_index)
+        for signal in signals:
+            if signal in self.signals:
                 continue
-            self._claim(one.name, "signal")
-            endings = ["_start"] * (one.degree > 0) + [f"_c{k}" for k in range(one.degree + 1)]
+            self._claim(signal.name, "signal")
+            endings = ["_start"] * (signal.degree > 0) + [f"_c{k}" for k in range(signal.degree + 1)]
             for ending in endings:
-                self._claim(one.name + ending, "signal")
-            symbols = tuple(sympy.Symbol(one.name + ending, real=True) for ending in endings)
+                self._claim(signal.name + ending, "signal")
+            symbols = tuple(sympy.Symbol(signal.name + ending, real=True) for ending in endings)
             for symbol in symbols:
                 self._register(symbol.name, symbol, "signal")
-            if one.degree == 0:
+            if signal.degree == 0:
                 value = symbols[0]
             else:
                 x = TIME - symbols[0]
                 value = sum(c * x**k for k, c in enumerate(symbols[1:]))
-            self.atoms[one.name] = value  # the text stands for the polynomial
-            self.signals[one] = Placed(one, symbols, value)
-        return (
-            expression.xreplace({one: self.signals[one].expression for one in found}) if found else expression
-        )
+            self.atoms[signal.name] = value  # the text stands for the polynomial
+            self.signals[signal] = Placed(signal, symbols, value)
+        if not signals:
+            return expression
+        return expression.xreplace({signal: self.signals[signal].expression for signal in signals})
 
-    def rough(self, expression: Any) -> list[str]:
-        """Names of the signals in an expression that are no twice differentiable functions of time."""
-        return sorted(one.name for one in self._signals_in(expression) if not one.smooth)
+    def rough(self, expression: Scalar) -> list[str]:
+        """Return the names of the signals in an expression that are not twice differentiable."""
+        return sorted(signal.name for signal in self._signals_in(expression) if not signal.smooth)
 
     def signal_named(self, name: str) -> Signal:
-        """A signal in use."""
-        return next(one for one in self.signals if one.name == name)
+        """Return the signal in use that has this name."""
+        return next(signal for signal in self.signals if signal.name == name)
 
     def _signals_in(self, expression: Any) -> list[Any]:
         symbols = expression.free_symbols if isinstance(expression, sympy.Basic) else set()
-        return [one for one, placed in self.signals.items() if symbols.intersection(placed.symbols)]
+        return [signal for signal, placed in self.signals.items() if symbols.intersection(placed.symbols)]
 
-    def expression(self, value: Any, what: str) -> Any:
-        """A number as int or Fraction, text and SymPy as a SymPy expression of known names.
+    def expression(self, value: Expression, what: str) -> Scalar:
+        """Return a number as int or Fraction; text and SymPy objects as a SymPy expression of known names.
 
         Raises
         ------
         ExpressionError
-            Unknown names (the nearest known one is offered), complex or infinite numbers.
+            Unknown names (the message offers the nearest known one), complex or infinite numbers.
         """
         if isinstance(value, str):
             try:
-                return _of_floats(exact(parse(value, self.atoms)), what)
+                return _in_range(exact(parse(value, self.atoms)), what)
             except ExpressionError as error:
                 raise ExpressionError(f"In {what}: {error}") from None
         try:
@@ -197,9 +198,9 @@ class Names:
             raise ExpressionError(
                 f"In {what}: expected a number, a SymPy expression or text, got {shown(value)}."
             ) from None
-        result = self._placed(result)
+        result = self._with_pieces(result)
         if not isinstance(result, sympy.Basic):
-            return _of_floats(result, what)
+            return _in_range(result, what)
         if not isinstance(result, sympy.Expr) or result.has(*_NOT_REAL):
             raise ExpressionError(f"In {what}: expected a real expression, got '{result}'.")
         self._check_atoms(result, what)
@@ -215,7 +216,7 @@ class Names:
         ):
             if expression in self._accelerations:
                 raise ExpressionError(
-                    f"In {what}: the acceleration {expression} can not stand in an expression; "
+                    f"In {what}: the acceleration {expression} cannot stand in an expression; "
                     f"a load may depend on coordinates, speeds, time and parameters."
                 )
             text = (
@@ -233,8 +234,8 @@ class Names:
     def _plain(self) -> Iterable[str]:
         return [name for name in self.atoms if not name.endswith("'")]
 
-    def depends(self, expression: Any, *kinds: str) -> list[str]:
-        """Names of the given kinds that stand in an expression."""
+    def depends(self, expression: Scalar, *kinds: str) -> list[str]:
+        """Return the names of the given kinds that an expression contains."""
         if not isinstance(expression, sympy.Basic):
             return []
         if expression in self.texts:

@@ -1,10 +1,10 @@
-"""Signals: functions of time given by samples, in pieces that are polynomials.
+"""Signals: functions of time that interpolate samples by piecewise polynomials.
 
-    s(t) = c0 + c1 (t - a) + c2 (t - a)² + c3 (t - a)³        between two break points, a the first of them
+    s(t) = c0 + c1 (t - a) + c2 (t - a)² + c3 (t - a)³        between the break point a and the next
 
-In the expressions of a machine a signal is this polynomial. Its coefficients and a are constants like the parameters,
-and have other values in the next piece: so a signal has derivatives of any order in formulas, costs a few products in
-machine code, and no step of an integration crosses a break point.
+In the expressions of a machine a signal is this polynomial. Its coefficients and a are constants, like parameters,
+which take other values in the next piece. So a signal has derivatives of any order in formulas and costs a few
+products in machine code, and no step of an integration crosses a break point.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from ..errors import ModelError, arguments_named, shown
 Array = NDArray[np.float64]
 
 KINDS = {"previous": 0, "linear": 1, "cubic": 3}
-"""Kind of a signal and the degree of its pieces."""
+"""Kinds of signals and the degrees of their pieces."""
 ENDS = ("not-a-knot", "natural", "clamped")
 _unnamed = itertools.count(1)
 
 
 class Signal(sympy.Dummy):
-    """A function of time given by samples. Made by :func:`signal`; stands in expressions like a symbol.
+    """A function of time given by samples. Made by :func:`signal`; used in expressions like a symbol.
 
     Attributes
     ----------
@@ -47,32 +47,33 @@ class Signal(sympy.Dummy):
         return str(self.name)
 
     def pieces(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Starts (k,) and coefficients (k, degree + 1) of the pieces that hold at the times; at a break point, the
-        piece that begins there.
+        """Return starts (k,) and coefficients (k, degree + 1) of the pieces at the times.
+
+        At a break point it is the piece that begins there.
 
         Raises
         ------
         ModelError
-            A time outside of the signal.
+            A time outside the range of the signal.
         """
-        wanted = np.atleast_1d(np.asarray(t, dtype=float))
+        times = np.atleast_1d(np.asarray(t, dtype=float))
         first, last = self.times[0], self.times[-1]
         if self._outside == "error":
-            late = ~((wanted >= first) & ((wanted <= last) | (self.interpolation == "previous")))
+            late = ~((times >= first) & ((times <= last) | (self.interpolation == "previous")))
             if late.any():
                 raise ModelError(
                     f"Signal '{self.name}' is given from {first:g} to {last:g} s, and was asked for at "
-                    f't = {wanted[late][0]:g} s. Give samples for that time too, or pass outside="hold", which keeps '
+                    f't = {times[late][0]:g} s. Give samples for that time too, or pass outside="hold", which keeps '
                     "the first and the last value."
                 )
-        k = np.searchsorted(self.times, wanted, side="right")
+        k = np.searchsorted(self.times, times, side="right")
         if self._outside == "error" and self.interpolation != "previous":
-            k = np.where(wanted == last, len(self.times) - 1, k)
+            k = np.where(times == last, len(self.times) - 1, k)
         starts = np.where(k == 0, first, self.times[np.maximum(k - 1, 0)])
         return starts, self._coefficients[k]
 
     def __call__(self, t: ArrayLike) -> Any:
-        """The value at a time, or at an array of times."""
+        """Return the value at a time, or at an array of times."""
         try:
             times = np.asarray(t, dtype=float)
         except (TypeError, ValueError, OverflowError):
@@ -89,7 +90,7 @@ class Signal(sympy.Dummy):
 
     @property
     def degree(self) -> int:
-        """Of the polynomials."""
+        """Degree of the polynomials."""
         return KINDS[self.interpolation]
 
 
@@ -103,23 +104,24 @@ def signal(
     outside: str = "error",
     ends: str = "not-a-knot",
 ) -> Signal:
-    """A function of time given by samples, for any load, drive or condition of a machine.
+    """Return a function of time given by samples, for any load, drive or condition of a machine.
 
     Parameters
     ----------
     times : array (n,)
         Increasing [s].
     values : array (n,)
-        In the unit of what the signal stands for.
+        In the unit of the quantity that the signal replaces.
     kind : {"linear", "previous", "cubic"}
         Straight lines between the samples; each sample held until the next; or a cubic spline, twice differentiable,
-        as a prescribed displacement needs it.
+        as a prescribed displacement requires.
     name : str, optional
-        By which text expressions know it, once it has been used in one, and errors speak of it.
+        Its name in errors and, once it has been used in an expression, in text.
     outside : {"error", "hold"}
-        Outside of the times: an error, or the first and the last value. (A "previous" signal always holds its last.)
+        Outside the times: an error, or the first and the last value. (A "previous" signal always holds its last value.)
     ends : {"not-a-knot", "natural", "clamped"}
-        Of a cubic spline: one polynomial for the two pieces at either end; no curvature there; no slope there.
+        End condition of a cubic spline: one polynomial for the two pieces at either end; no curvature there; no slope
+        there.
 
     Returns
     -------
@@ -166,32 +168,32 @@ def signal(
         raise ModelError(
             f"Expected at least two samples for signal '{label}' of kind '{kind}', got {t.size}."
         )
-    still = np.flatnonzero(~(np.diff(t) > 0))
-    if still.size:
-        k = int(still[0])
+    backward = np.flatnonzero(~(np.diff(t) > 0))
+    if backward.size:
+        k = int(backward[0])
         raise ModelError(
             f"Expected times that increase for signal '{label}', but times[{k + 1}] = {t[k + 1]:g} s comes after "
             f"times[{k}] = {t[k]:g} s. For a jump use kind='previous'."
         )
-    made = Signal(label, real=True)
-    made.times, made.interpolation, made._outside = t, kind, outside
-    made.smooth = kind == "cubic" and (outside == "error" or ends == "clamped")
+    result = Signal(label, real=True)
+    result.times, result.interpolation, result._outside = t, kind, outside
+    result.smooth = kind == "cubic" and (outside == "error" or ends == "clamped")
     inner = _inner(t, v, kind, ends)
-    held = np.zeros((2, inner.shape[1]))
-    held[:, 0] = v[0], v[-1]
-    # row k: after k break points; the first and the last are outside
-    made._coefficients = np.vstack([held[:1], inner, held[1:]]) + 0.0
-    for array in (made.times, made._coefficients):
-        array.setflags(write=False)  # what was made of them is kept
-    return made
+    ends_held = np.zeros((2, inner.shape[1]))
+    ends_held[:, 0] = v[0], v[-1]
+    # row k holds after k break points; the first and the last row hold outside the times
+    result._coefficients = np.vstack([ends_held[:1], inner, ends_held[1:]]) + 0.0
+    for array in (result.times, result._coefficients):
+        array.setflags(write=False)  # results computed from them are kept
+    return result
 
 
-def _samples(given: ArrayLike, what: str, label: str) -> Array:
+def _samples(samples: ArrayLike, what: str, label: str) -> Array:
     try:
-        x = np.array(given, dtype=float) + 0.0  # there is one zero
+        x = np.array(samples, dtype=float) + 0.0  # -0.0 becomes 0.0
     except (TypeError, ValueError, OverflowError):
         raise ModelError(
-            f"Expected numbers for the {what} of signal '{label}', got {shown(given)}."
+            f"Expected numbers for the {what} of signal '{label}', got {shown(samples)}."
         ) from None
     if x.ndim != 1:
         raise ModelError(
@@ -207,7 +209,7 @@ def _samples(given: ArrayLike, what: str, label: str) -> Array:
 
 
 def _inner(t: Array, v: Array, kind: str, ends: str) -> Array:
-    """Coefficients (n - 1, degree + 1) of the pieces between break points."""
+    """Return the coefficients (n - 1, degree + 1) of the pieces between break points."""
     if kind == "previous":
         return v[:-1, None]
     if kind == "linear":
@@ -218,7 +220,7 @@ def _inner(t: Array, v: Array, kind: str, ends: str) -> Array:
 
 
 class SignalTable(NamedTuple):
-    """Constants of all pieces: row k holds after k break points, NaN where the signal is not given."""
+    """Constants of all pieces: row k holds after k break points, and is NaN where the signal is not given."""
 
     breaks: Array  # (n,)
     rows: Array  # (n + 1, constants of a piece)
@@ -226,25 +228,25 @@ class SignalTable(NamedTuple):
 
 @dataclass(frozen=True)
 class Placed:
-    """A signal in a system: the symbols of its piece, and the expression that they make."""
+    """A signal in a system: the symbols of its piece and their polynomial."""
 
     signal: Signal
     symbols: tuple[Any, ...]  # the start of the piece (unless its degree is 0), then the coefficients
     expression: Any
 
     def settings(self, t: float) -> dict[str, float]:
-        """Values of the symbols, by name, in the piece that begins at or holds at t."""
+        """Return the values of the symbols, by name, in the piece that holds at t."""
         starts, c = self.signal.pieces(t)
         return dict(zip((symbol.name for symbol in self.symbols), self._row(starts, c)[0], strict=True))
 
     def columns(self, t: ArrayLike) -> dict[str, Any]:
-        """The same at several times, arrays of shape (k,)."""
+        """Return the values of the symbols, by name, at several times: arrays of shape (k,)."""
         return dict(
             zip((symbol.name for symbol in self.symbols), self._row(*self.signal.pieces(t)).T, strict=True)
         )
 
     def table(self) -> SignalTable:
-        """The constants of every piece, for code that looks them up by itself."""
+        """Return the constants of all pieces, for code that looks them up by itself."""
         signal = self.signal
         breaks = signal.times.copy()
         rows = self._row(np.concatenate([breaks[:1], breaks]), signal._coefficients).copy()

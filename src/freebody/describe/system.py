@@ -1,46 +1,54 @@
-"""The machine as the user describes it: the only mutable object of the library."""
+"""The machine as the user describes it: the only mutable object of the library.
+
+The methods that make joints, loads, constraints and contacts are functions of the folders of these names.
+"""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import sympy
 
-from ..errors import ModelError, arguments_named, nearest, shown
+from ..errors import ModelError, arguments_named, shown
+from ..scalar.algebra import Vector
 from ..space.mass import MassProperties
 from . import controller as _controller
-from .body import Body, Point
+from .body import Body
 from .constraints import system_constraints as _constraints
 from .constraints.constraint import Constraint
 from .contacts import system_contacts as _contacts
 from .contacts.contact import ContactPair
 from .controller import Controller
+from .description import (
+    Description,
+    Parameter,
+    all_or_nothing,
+    declare_coordinate,
+    take_as_positive,
+    varying,
+    vector,
+)
 from .joints import system_joints as _joints
 from .joints.joint import Joint
 from .loads import system_loads as _loads
 from .loads.load import Load
 from .looks import drawn_as
-from .names import TIME, Names, check_name, finite
-from .shown import picture
-from .table import Table
+from .names import TIME, check_name, finite
+from .pictures import picture
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """A named constant of the system and its default value (None: must be given later)."""
-
-    name: str
-    symbol: Any
-    default: float | None
-
-
-class System:
+class System(Description):
     """A machine: parameters, bodies, joints, forces, springs, dampers.
 
     Any number may be given as int, float, Fraction, SymPy expression, or text over the system's own names.
+
+    Attributes
+    ----------
+    ground : Body
+        The inertial frame.
+    bodies, joints, loads, constraints, contacts, controllers : dict
+        The parts of the machine by name; ``bodies`` without the ground.
 
     Examples
     --------
@@ -54,46 +62,27 @@ class System:
     System 'pendulum': 1 body, 1 joint, 1 coordinate
     """
 
+    bodies: dict[str, Body]
+    joints: dict[str, Joint]
+    loads: dict[str, Load]
+    constraints: dict[str, Constraint]
+    contacts: dict[str, ContactPair]
+    controllers: dict[str, Controller]
+
     def __init__(self, name: str = "system") -> None:
-        self.names = Names()
-        self.changes = changes = self.names.changes
-        self.name = name
+        super().__init__(name)
         self.ground = Body(self, "ground")
-        self.bodies: dict[str, Body] = Table(changes)
-        self.joints: dict[str, Joint] = Table(changes)
-        self.hung: set[str] = set()  # bodies that are the child of a joint
-        self.loads: dict[str, Load] = Table(changes)
-        self.constraints: dict[str, Constraint] = Table(changes)
-        self.contacts: dict[str, ContactPair] = Table(changes)
-        self.controllers: dict[str, Controller] = Table(changes)
-        self.declared: dict[str, Any] = Table(changes)  # coordinates by name, in order of declaration
-        self.about: dict[str, tuple[str, str]] = Table(changes)  # name -> (unit, what it is)
-        self._positive: dict[Any, None] = Table(changes)
-        self._parameters: dict[str, Parameter] = Table(changes)
-        self._of_signals: dict[Any, tuple[Parameter, ...]] = {}
-        self._gravity: tuple[Any, Any, Any] = (0, 0, 0)
+        self._gravity: Vector = (0, 0, 0)
 
     def __copy__(self) -> System:
-        """A machine of its own: what belongs to this one belongs to no other."""
+        """Return an independent copy of the machine."""
         return copy.deepcopy(self)
-
-    @property
-    def name(self) -> str:
-        """What the machine is called."""
-        return self._name
-
-    @name.setter
-    def name(self, name: str) -> None:
-        if not isinstance(name, str) or not name.strip():
-            raise ModelError(f"Expected a name (text) for the system, got {shown(name)}.")
-        self._name = name
-        self.changes.count += 1
 
     # -- symbols --------------------------------------------------------------------------------
 
     @property
     def t(self) -> sympy.Symbol:
-        """The time."""
+        """Symbol of the time [s]."""
         return TIME
 
     def parameters(self, names: str = "", /, **defaults: Any) -> Any:
@@ -114,19 +103,15 @@ class System:
         _check_text(names, "parameters", "m k")
         values: list[tuple[str, float | None]] = [(name, None) for name in names.replace(",", " ").split()]
         for name, value in defaults.items():
-            number = self.names.expression(value, f"the default of parameter '{name}'")
+            number = self.expression(value, f"the default of parameter '{name}'")
             if isinstance(number, sympy.Basic) and number.free_symbols:
                 raise ModelError(
                     f"The default value of parameter '{name}' must be a number, got '{number}'. "
                     f"Write expressions of parameters where they are used."
                 )
             values.append((name, finite(number, f"the default of parameter '{name}'")))
-        mark = self.names.mark()
-        try:
-            symbols = [self.names.parameter(name) for name, _ in values]
-        except ModelError:
-            self.names.forget(mark)
-            raise
+        with all_or_nothing(self):
+            symbols = [self._names.parameter(name) for name, _ in values]
         for symbol, (name, default) in zip(symbols, values, strict=True):
             self._parameters[name] = Parameter(name, symbol, default)
         if not symbols:
@@ -142,41 +127,14 @@ class System:
             Their time derivatives, ``theta.diff(s.t)`` or the text ``"theta'"``, are the speeds.
         """
         _check_text(names, "coordinates", "theta1 theta2")
-        mark = self.names.mark()
-        try:
-            atoms = [self.names.coordinate(name) for name in names.replace(",", " ").split()]
-        except ModelError:
-            self.names.forget(mark)
-            raise
-        self.declared.update((self.names.texts[atom], atom) for atom in atoms)
+        with all_or_nothing(self):
+            atoms = [declare_coordinate(self, name) for name in names.replace(",", " ").split()]
         if not atoms:
             raise ModelError("Expected at least one coordinate name, such as coordinates('theta').")
         return atoms[0] if len(atoms) == 1 else tuple(atoms)
 
-    def declare_coordinate(self, name: str) -> Any:
-        """Declare one coordinate."""
-        atom = self.names.coordinate(name)
-        self.declared[name] = atom
-        return atom
-
-    def expression(self, value: Any, what: str = "the expression") -> Any:
-        """``value`` read against the names of this system."""
-        return self.names.expression(value, what)
-
-    def vector(self, values: Any, what: str) -> tuple[Any, Any, Any]:
-        """Three components; anything else is refused."""
-        if isinstance(values, str) or not hasattr(values, "__len__"):
-            raise ModelError(f"Expected three components (x, y, z) for {what}, got {shown(values)}.")
-        if len(values) != 3:
-            cure = " Add the third component, z." if len(values) == 2 else ""
-            raise ModelError(
-                f"Expected three components (x, y, z) for {what}, got {len(values)}: {shown(values)}.{cure}"
-            )
-        x, y, z = (self.names.expression(value, what) for value in values)
-        return (x, y, z)
-
     def describe(self, symbol: Any, *, unit: str = "", about: str = "") -> None:
-        """Say the unit of a parameter or coordinate and what it is; shown in reports.
+        """Set the unit and the meaning of a parameter or coordinate; reports show them.
 
         Examples
         --------
@@ -185,32 +143,23 @@ class System:
         >>> F = s.parameters(F=0.0)
         >>> s.describe(F, unit="N", about="force at the free end")
         """
-        atom = self.names.expression(symbol, "describe")
-        if atom not in self.names.texts:
+        atom = self.expression(symbol, "describe")
+        if atom not in self._names.texts:
             raise ModelError(f"Expected a parameter or a coordinate to describe, got '{atom}'.")
-        self.about[self.names.texts[atom]] = (unit, about)
+        self._about[self._names.texts[atom]] = (unit, about)
 
     def assume(self, *conditions: Any) -> None:
-        """Say that expressions are positive, ``s.assume(k > 0)``: square roots then simplify.
+        """Declare that expressions are positive, ``s.assume(k > 0)``; square roots then simplify.
 
-        Masses and dimensions of solids are known positive by their use.
+        Masses and dimensions of solids are known to be positive by their use.
         """
         for condition in conditions:
             if isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan):
-                self.take_as_positive(
-                    self.expression(condition.gts - condition.lts, f"the condition {condition}")
+                take_as_positive(
+                    self, self.expression(condition.gts - condition.lts, f"the condition {condition}")
                 )
             elif condition is not sympy.true and condition is not True:
                 raise ModelError(f"Expected a condition such as k > 0, got {shown(condition)}.")
-
-    @property
-    def positive(self) -> frozenset[Any]:
-        """Expressions known to be positive, by assumption or use."""
-        return frozenset(self._positive)
-
-    def take_as_positive(self, *expressions: Any) -> None:
-        """Note that expressions are positive."""
-        self._positive.update(dict.fromkeys(expressions))
 
     @property
     def gravity(self) -> tuple[Any, Any, Any]:
@@ -219,18 +168,18 @@ class System:
 
     @gravity.setter
     def gravity(self, components: Any) -> None:
-        vector = self.vector(components, "gravity")
-        for component in vector:
-            moving = self.names.depends(component, "coordinate", "speed", "time")
+        acceleration = vector(self, components, "gravity")
+        for component in acceleration:
+            moving = varying(self, component)
             if moving:
                 raise ModelError(
                     f"Gravity must be constant, but it depends on {', '.join(moving)}. "
                     f"Describe a varying field as forces on the bodies."
                 )
-        self._gravity = vector
-        self.changes.count += 1
+        self._gravity = acceleration
+        self._changes.count += 1
 
-    # -- joints and loads: one function each in `joints` and `loads` ---------------------------
+    # -- joints, loads, constraints, contacts ---------------------------------------------------
 
     hinge = arguments_named(_joints.hinge)
     slider = arguments_named(_joints.slider)
@@ -268,11 +217,11 @@ class System:
         ----------
         name : str
         mass_properties : MassProperties
-            As from :func:`freebody.slender_bar` and its likes.
+            Such as those that :func:`freebody.slender_bar` returns.
         shape : MassProperties, optional
-            A solid that the body is drawn as, such as ``fb.box(1, (0.4, 0.2, 0.2))``; its mass does not matter.
+            Solid that is drawn for the body, such as ``fb.box(1, (0.4, 0.2, 0.2))``; its mass does not matter.
         color : str, optional
-            That the body is drawn in, such as ``"#0072B2"``.
+            Colour of the body in drawings, such as ``"#0072B2"``.
         """
         check_name(name, "body")
         if name == "ground" or name in self.bodies:
@@ -285,78 +234,20 @@ class System:
         mass = drawn_as(mass_properties, shape, color, name)
         entries = [mass.mass, *mass.center, *(entry for row in mass.inertia for entry in row)]
         for entry in entries:
-            value = self.names.expression(entry, f"the mass properties of body '{name}'")
-            moving = self.names.depends(value, "coordinate", "speed", "time")
+            value = self.expression(entry, f"the mass properties of body '{name}'")
+            moving = varying(self, value)
             if moving:
                 raise ModelError(
                     f"Body '{name}' is rigid, but its mass properties depend on {', '.join(moving)}. "
                     f"Use parameters; a part that moves is a body of its own."
                 )
-        self.take_as_positive(*mass.positive)
+        take_as_positive(self, *mass.positive)
         body = Body(self, name, mass)
         self.bodies[name] = body
         return body
 
-    def own_body(self, body: Any, what: str) -> Body:
-        """``body``, if it is a body of this system."""
-        if isinstance(body, str):
-            if body == "ground":
-                return self.ground
-            if body not in self.bodies:
-                raise ModelError(
-                    f"Unknown body '{body}' in {what}; {nearest(body, [*self.bodies, 'ground'])}"
-                )
-            return self.bodies[body]
-        if not isinstance(body, Body):
-            raise ModelError(f"Expected a body for {what}, got {shown(body)}.")
-        if body.system is not self:
-            names = f"'{body.system.name}', not to '{self.name}'"
-            names = names if body.system.name != self.name else f"of the same name, '{self.name}'"
-            raise ModelError(
-                f"{what[0].upper()}{what[1:]}: body '{body.name}' belongs to the system {names}. Both ends must be "
-                f"bodies of one system."
-            )
-        return body
-
-    def own_point(self, point: Any, what: str) -> Point:
-        """``point``, if it is a point of a body of this system; a body stands for its origin."""
-        if isinstance(point, Body):
-            point = point.origin
-        if not isinstance(point, Point):
-            raise ModelError(f"Expected a point, such as bar.point(0, 1, 0), for {what}, got {shown(point)}.")
-        self.own_body(point.body, what)
-        return point
-
-    def claim(self, name: str, table: dict[str, Any], what: str) -> str:
-        """A new name of a joint or load."""
-        check_name(name, what)
-        # joints, constraints and contacts all have multipliers that bear their names
-        own: dict[str, dict[str, Any]] = {
-            "joint": self.joints,
-            "constraint": self.constraints,
-            "contact": self.contacts,
-        }
-        for known, names in own.items() if what in own else ((what, table),):
-            if name in names:
-                raise ModelError(f"There is already a {known} '{name}' in this system. Choose another name.")
-        return name
-
-    @property
-    def parameter_list(self) -> Sequence[Parameter]:
-        """The parameters, in order of declaration; then the constants of the signals in use."""
-        if not self.names.signals:
-            return tuple(self._parameters.values())
-        for signal, placed in self.names.signals.items():
-            if signal not in self._of_signals:
-                first = placed.settings(float(signal.times[0]))
-                self._of_signals[signal] = tuple(
-                    Parameter(symbol.name, symbol, first[symbol.name]) for symbol in placed.symbols
-                )
-        constants = [one for signal in self.names.signals for one in self._of_signals[signal]]
-        return (*self._parameters.values(), *constants)
-
     def _repr_html_(self) -> str | None:
-        """The drawing, in a notebook; a system that can not be assembled yet shows its text."""
+        """Return the drawing for a notebook; None, so that the text is shown, if the system cannot be assembled yet."""
         from ..errors import FreebodyError
 
         try:
@@ -371,7 +262,7 @@ class System:
         parts: tuple[str, ...] = (
             count(len(self.bodies), "body"),
             count(len(self.joints), "joint"),
-            count(len(self.declared), "coordinate"),
+            count(len(self._coordinates), "coordinate"),
         )
         if self.contacts:
             parts = (*parts, count(len(self.contacts), "contact"))

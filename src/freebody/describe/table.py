@@ -1,4 +1,4 @@
-"""Tables of a description, which count their changes: what was made of it holds as long as the count is the same."""
+"""Tables of a description that count their changes: results derived from them hold while the count is the same."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class Changes:
-    """How often a description has changed."""
+    """Number of changes of a description."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -15,7 +15,7 @@ class Changes:
 class Table(dict[Any, Any]):
     """A dictionary that counts its changes among those of a description."""
 
-    changes = Changes()  # until it has its own: a copy is filled before
+    changes = Changes()  # used while a copy is filled, before it has its own
 
     def __init__(self, changes: Changes) -> None:
         super().__init__()

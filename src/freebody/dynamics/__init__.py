@@ -1,4 +1,4 @@
-"""The algorithms, each once, for every scalar: one file per idea."""
+"""Algorithms of rigid-body dynamics, generic over the scalar, one file per idea."""
 
 from .articulated import forward_dynamics
 from .composite import mass_matrix

@@ -1,4 +1,4 @@
-"""Forward dynamics by articulated bodies: accelerations in time linear in the number of bodies.
+"""Forward dynamics by articulated bodies: accelerations at a cost linear in the number of bodies.
 
 Inward:    U = I^A S,   D = Sᵀ U,   m = τ - Sᵀ p^A,
            I^a = I^A - U D⁻¹ Uᵀ,    p^a = p^A + I^a c + U D⁻¹ m        to the parent
@@ -12,12 +12,11 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §7.3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import Any
 
 from ..errors import ModelError
 from ..model.model import GROUND, Link, Model
-from ..scalar.algebra import IDENTITY, ZERO, Matrix, divide, negate
+from ..scalar.algebra import IDENTITY, ZERO, Matrix, Scalar, divide, negate
 from ..space.spatial import (
     Blocks,
     Spatial,
@@ -39,18 +38,20 @@ from ..space.spatial import (
 from .composite import mass_matrix
 from .coordinates import accelerations_of_coordinates, forces_on_displacements
 from .kinematics import velocities
-from .linear import Factorization, solve_symmetric
+from .linear import Factorization, is_zero, solve_symmetric
 from .loading import loading
 from .newton_euler import bias
 from .rotors import unturned
 from .state import State
 
-Kept = tuple[Sequence[Spatial], list[Spatial], list[Any], Factorization]
-"""Of a link: its own motions S, U, m and D."""
+LinkTerms = tuple[Sequence[Spatial], list[Spatial], list[Scalar], Factorization]
+"""Terms of a link: its own motions S, and U, m and D."""
 
 
-def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = None) -> tuple[Any, ...]:
-    """Accelerations u' under the model's loads and, if given, further generalized ``forces``.
+def forward_dynamics(
+    model: Model, state: State, forces: Sequence[Scalar] | None = None
+) -> tuple[Scalar, ...]:
+    """Return the accelerations u' under the model's loads and, if given, further generalized ``forces``.
 
     Returns
     -------
@@ -74,34 +75,34 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
     inertia = [blocks(state.inertia(i)) for i in range(count)]
     p = [minus(force_cross(V[i], momentum_of(state.inertia(i), V[i])), loads.wrench(i)) for i in range(count)]
     c = [motion_cross(V[i], state.joint(i)[2]) for i in range(count)]
-    kept: list[Any] = [None] * count
-    borne: list[list[int]] = [[] for _ in range(count)]
+    terms: list[Any] = [None] * count
+    with_inertia: list[list[int]] = [[] for _ in range(count)]
     for i in range(count - 1, -1, -1):
         link = model.links[i]
         if link.driven:
             c[i] = plus(c[i], times(state.second_rate(link, None), state.subspace(i)))
         motion = free_motions(link, None if not link.one_dof or link.driven else state.subspace(i))
-        tau: list[Any] = []
+        tau: list[Scalar] = []
         if motion:
             tau = (
                 [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
             )
             U, m = pivot(motion, tau, inertia[i], p[i])
-            borne[i] = _borne(model, i, motion, U, tau, loads.wrench(i))
-            motion, tau, U, m = ([x[k] for k in borne[i]] for x in (motion, tau, U, m))
+            with_inertia[i] = _with_inertia(model, i, motion, U, tau, loads.wrench(i))
+            motion, tau, U, m = ([x[k] for k in with_inertia[i]] for x in (motion, tau, U, m))
         if motion:
             D = Factorization([[power(S, W) for W in U] for S in motion])
-            kept[i] = (motion, U, m, D)
+            terms[i] = (motion, U, m, D)
         if link.parent == GROUND:
             continue
-        I_a, p_a = passed_on(inertia[i], p[i], c[i], tau, kept[i])
+        I_a, p_a = apparent_inertia(inertia[i], p[i], c[i], tau, terms[i])
         R, r, _ = state.joint(i)
         inertia[link.parent] = blocks_sum(inertia[link.parent], blocks_to_parent(R, r, I_a))
         p[link.parent] = plus(p[link.parent], force_to_parent(R, r, p_a))
 
     A: list[Spatial] = []
     second: dict[int, Any] = {}
-    own: dict[int, Any] = {}
+    joint_rates: dict[int, Any] = {}
     ground = (ZERO, negate(state.vector(model.gravity)))
     for i, link in enumerate(model.links):
         R, r, _ = state.joint(i)
@@ -109,33 +110,33 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
         if link.one_dof:
             second |= {} if link.driven else {i: 0}
         elif link.u >= 0:
-            own |= dict.fromkeys(range(link.u, link.u + (3 if link.kind == "ball" else 6)), 0)
-        if kept[i] is not None:
-            rates, a = accelerated(a, kept[i])
-            for k, rate in zip(borne[i], rates, strict=True):
+            joint_rates |= dict.fromkeys(range(link.u, link.u + (3 if link.kind == "ball" else 6)), 0)
+        if terms[i] is not None:
+            rates, a = joint_acceleration(a, terms[i])
+            for k, rate in zip(with_inertia[i], rates, strict=True):
                 if link.one_dof:
                     second[i] = rate
                 else:
-                    own[link.u + k] = rate
+                    joint_rates[link.u + k] = rate
         A.append(a)
-    return accelerations_of_coordinates(model, state, second, own)
+    return accelerations_of_coordinates(model, state, second, joint_rates)
 
 
 def pivot(
-    motion: Sequence[Spatial], tau: Sequence[Any], I_A: Blocks, p_A: Spatial
-) -> tuple[list[Spatial], list[Any]]:
-    """U = I^A S and m = τ - Sᵀ p^A of a link's own motions."""
+    motion: Sequence[Spatial], tau: Sequence[Scalar], I_A: Blocks, p_A: Spatial
+) -> tuple[list[Spatial], list[Scalar]]:
+    """Return U = I^A S and m = τ - Sᵀ p^A of a link's own motions."""
     U = [blocks_times(I_A, S) for S in motion]
     return U, [t - power(S, p_A) for t, S in zip(tau, motion, strict=True)]
 
 
-def passed_on(
-    I_A: Blocks, p_A: Spatial, c: Spatial, tau: Sequence[Any], kept: Kept | None
+def apparent_inertia(
+    I_A: Blocks, p_A: Spatial, c: Spatial, tau: Sequence[Scalar], terms: LinkTerms | None
 ) -> tuple[Blocks, Spatial]:
-    """I^a and p^a: what a link means to its parent, in the link's axes. ``kept`` None: it moves with the parent."""
-    if kept is None:
+    """Return I^a and p^a, the link as its parent feels it, in its own axes; ``terms`` None: it moves with the parent."""
+    if terms is None:
         return I_A, plus(p_A, blocks_times(I_A, c))
-    motion, U, m, D = kept
+    motion, U, m, D = terms
     I_a = I_A
     for W, x in zip(U, columns_solved(D, U), strict=True):
         I_a = blocks_less_outer(I_a, W, x)
@@ -149,49 +150,45 @@ def passed_on(
     return I_a, p_a
 
 
-def accelerated(a: Spatial, kept: Kept) -> tuple[list[Any], Spatial]:
-    """y'' of a link's own motions and its acceleration, from A' = a."""
-    motion, U, m, D = kept
+def joint_acceleration(a: Spatial, terms: LinkTerms) -> tuple[list[Scalar], Spatial]:
+    """Return y'' of a link's own motions and the link's acceleration, from A' = a."""
+    motion, U, m, D = terms
     rates = D.solve([x - power(a, W) for x, W in zip(m, U, strict=True)])
     for S, rate in zip(motion, rates, strict=True):
         a = plus(a, times(rate, S))
     return rates, a
 
 
-def _borne(
-    model: Model, i: int, motion: list[Spatial], U: list[Spatial], tau: list[Any], wrench: Spatial
+def _with_inertia(
+    model: Model, i: int, motion: list[Spatial], U: list[Spatial], tau: list[Scalar], wrench: Spatial
 ) -> list[int]:
-    """Places of the motions of a link that meet inertia; ``tau`` and ``wrench``: the loads along them and on it.
+    """Return the indices of a link's motions that meet inertia; ``tau`` and ``wrench`` are the loads along and on it.
 
-    A motion that meets none at all, whatever the state, can not be solved for. The turn of a particle in a joint that
-    also moves it along, which no torque drives, has the equation 0 = 0: it keeps its rate.
+    A motion that meets none, whatever the state, cannot be solved for. The turn of a particle in a joint that also
+    displaces it has the equation 0 = 0 if no torque drives it: it keeps its rate.
     """
-    found, link = [], model.links[i]
+    result, link = [], model.links[i]
     for k, (S, W, force) in enumerate(zip(motion, U, tau, strict=True)):
-        if not _is_zero(power(S, W)):
-            found.append(k)
-        elif not (S[1] == ZERO and _is_zero(force + power(S, wrench)) and _is_carried_along(model, i)):
+        if not is_zero(power(S, W)):
+            result.append(k)
+        elif not (S[1] == ZERO and is_zero(force + power(S, wrench)) and _is_displaced_tip(model, i)):
             raise ModelError(
                 f"Joint '{link.joint}' has a motion that meets no inertia, so that no acceleration follows from the "
                 f"forces. Give what it carries mass, or moment of inertia (a particle has none), weld it, or leave "
                 f"out the motion."
             )
-    return found
+    return result
 
 
-def _is_carried_along(model: Model, i: int) -> bool:
-    """Whether a link carries no other, and its joint moves it along as well."""
+def _is_displaced_tip(model: Model, i: int) -> bool:
+    """Return True if a link carries no other and its joint displaces it as well."""
     links = model.joints[model.links[i].joint].links
     along = any(model.links[j].kind in ("slider", "free") for j in links)
     return along and all(other.parent != i for other in model.links)
 
 
-def _is_zero(x: Any) -> bool:
-    return isinstance(x, int | Fraction) and x == 0
-
-
 def free_motions(link: Link, subspace: Spatial | None) -> list[Spatial]:
-    """The motions of a link that forces decide, in its axes; ``subspace`` is that of a hinge, slider or screw."""
+    """Return the motions of a link that forces determine, in its axes; ``subspace`` belongs to a 1-dof joint."""
     if link.one_dof:
         return [] if subspace is None else [subspace]
     if link.u < 0:
@@ -201,7 +198,7 @@ def free_motions(link: Link, subspace: Spatial | None) -> list[Spatial]:
 
 
 def _unit(S: Spatial) -> tuple[int, int] | None:
-    """(0 angular or 1 linear, axis) of a motion along one coordinate axis."""
+    """Return (0 angular or 1 linear, axis) of a motion along one coordinate axis, None for any other."""
     live = [
         (part, k)
         for part in (0, 1)
@@ -213,7 +210,7 @@ def _unit(S: Spatial) -> tuple[int, int] | None:
 
 
 def _cleared(A: Blocks, S: Spatial) -> Blocks:
-    """I^a S = 0 exactly: the row and column of a joint's own motion, along a coordinate axis, vanish."""
+    """Return I^a with I^a S = 0 exactly: row and column of a joint's own motion along a coordinate axis vanish."""
     place = _unit(S)
     if place is None:
         return A
@@ -225,13 +222,14 @@ def _cleared(A: Blocks, S: Spatial) -> Blocks:
 
 
 def _struck(A: Matrix, row: int | None, column: int | None) -> Matrix:
+    """Return a matrix with one row and one column set to zero."""
     return tuple(  # type: ignore[return-value]
         tuple(0 if i == row or j == column else A[i][j] for j in range(3)) for i in range(3)
     )
 
 
-def _replaced(p: Spatial, S: Spatial, force: Any) -> Spatial:
-    """Sᵀ p^a = τ exactly, by which a component of p^a along a coordinate axis is known."""
+def _replaced(p: Spatial, S: Spatial, force: Scalar) -> Spatial:
+    """Return p^a with Sᵀ p^a = τ exactly, which gives its component along a coordinate axis."""
     place = _unit(S)
     if place is None:
         return p
@@ -241,7 +239,7 @@ def _replaced(p: Spatial, S: Spatial, force: Any) -> Spatial:
 
 
 def columns_solved(D: Factorization, U: list[Spatial]) -> list[Spatial]:
-    """Rows x of D⁻¹ Uᵀ, as spatial vectors."""
+    """Return the rows of D⁻¹ Uᵀ as spatial vectors."""
     if len(U) == 1:
         return [times(divide(1, D.D[0]), U[0])]
     flat = [(*n, *f) for n, f in U]
@@ -252,8 +250,8 @@ def columns_solved(D: Factorization, U: list[Spatial]) -> list[Spatial]:
     ]
 
 
-def _by_mass_matrix(model: Model, state: State, forces: Sequence[Any] | None) -> tuple[Any, ...]:
-    """M u' = Q - h by factorization, where displacements share coordinates."""
+def _by_mass_matrix(model: Model, state: State, forces: Sequence[Scalar] | None) -> tuple[Scalar, ...]:
+    """Solve M u' = Q - h by factorization, for displacements that share coordinates."""
     right = [-x for x in bias(model, state)]
     if forces is not None:
         right = [a + b for a, b in zip(right, forces, strict=True)]

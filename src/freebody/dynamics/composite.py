@@ -7,17 +7,16 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §6.2.
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..model.model import GROUND, Model
+from ..scalar.algebra import Scalar
 from ..space.spatial import force_to_parent, inertia_sum, inertia_to_parent, momentum_of, power
 from .kinematics import motions
 from .state import State
 
 
-def mass_matrix(model: Model, state: State) -> tuple[tuple[Any, ...], ...]:
-    """Symmetric matrix M with kinetic energy ½ uᵀ M u (plus terms of driven joints). Shape (n_u, n_u)."""
-    M: list[list[Any]] = [[0] * model.n_u for _ in range(model.n_u)]
+def mass_matrix(model: Model, state: State) -> tuple[tuple[Scalar, ...], ...]:
+    """Return the symmetric matrix M of the kinetic energy ½ uᵀ M u (plus terms of driven joints). Shape (n_u, n_u)."""
+    M: list[list[Scalar]] = [[0] * model.n_u for _ in range(model.n_u)]
     composite = [state.inertia(i) for i in range(len(model.links))]
     for i in range(len(model.links) - 1, -1, -1):
         parent = model.links[i].parent
@@ -40,8 +39,8 @@ def mass_matrix(model: Model, state: State) -> tuple[tuple[Any, ...], ...]:
     return tuple(map(tuple, M))
 
 
-def _put(M: list[list[Any]], j: int, k: int, entry: Any, same: bool) -> None:
-    """Add an entry and its mirror; an entry of one motion with itself has none."""
+def _put(M: list[list[Scalar]], j: int, k: int, entry: Scalar, same: bool) -> None:
+    """Add an entry and its mirror image; the entry of a motion with itself has none."""
     M[j][k] = M[j][k] + entry
     if not same:
         M[k][j] = M[k][j] + entry

@@ -2,7 +2,7 @@
 
     M u' = f + Gᵀ λ,   G u' = -γ      =>      (G M⁻¹ Gᵀ) λ = -γ - G M⁻¹ f
 
-Both matrices are symmetric positive definite once dependent conditions are left out (:func:`independent_rows`).
+Both matrices are symmetric positive definite if dependent conditions are left out (:func:`independent_rows`).
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §8.5 (method 2).
 """
@@ -21,14 +21,14 @@ from ..errors import ModelError
 from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Vector, apply_transpose, cross, divide, scale, subtract
+from ..scalar.algebra import Scalar, Vector, apply_transpose, cross, divide, scale, subtract
 from ..scalar.expression import exact
 from ..space.spatial import plus
 from .composite import mass_matrix
-from .constraints import linearized, residuals, rows, separating, slip_direction, torques, wrenches
+from .constraints import linearized, residuals, rows, separating_force, slip_direction, torques, wrenches
 from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
-from .linear import Elimination, Factorization, applied, combined, entries, products
+from .linear import Elimination, Factorization, applied, combined, entries, products, scalar_product
 from .loading import Loading, loading
 from .loops import loop_motion, own_speeds
 from .mobility import check_mobility
@@ -37,9 +37,9 @@ from .state import State, float_state
 
 
 def constrained_dynamics(
-    model: Model, state: State, active: Sequence[int], forces: Sequence[Any] | None = None
-) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Accelerations u' and multipliers λ of the ``active`` conditions (the others have multiplier zero).
+    model: Model, state: State, active: Sequence[int], forces: Sequence[Scalar] | None = None
+) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    """Return the accelerations u' and the multipliers λ, which are zero for all but the ``active`` conditions.
 
     Returns
     -------
@@ -49,19 +49,19 @@ def constrained_dynamics(
     f = [-x for x in bias(model, state)]
     if forces is not None:
         f = [a + b for a, b in zip(f, forces, strict=True)]
-    given = linearized(model, state)
-    multipliers: list[Any] = [0] * len(given.bias)
-    speeds = deep(model) if given.symmetric else None
-    turned, back = given.turned(active)
-    if not given.symmetric:
+    conditions = linearized(model, state)
+    multipliers: list[Any] = [0] * len(conditions.bias)
+    speeds = deep_speeds(model) if conditions.symmetric else None
+    turned, back = conditions.in_loop_axes(active)
+    if not conditions.symmetric:
         active = _slipping_last(model, active)
-    G = [turned[i][0] if i in turned else given.matrix[i] for i in active]
-    gamma = [turned[i][1] if i in turned else given.bias[i] for i in active]
+    G = [turned[i][0] if i in turned else conditions.matrix[i] for i in active]
+    gamma = [turned[i][1] if i in turned else conditions.bias[i] for i in active]
     if speeds is not None:
         udot, lam = loop_motion(model, state, speeds, f, G, [-x for x in gamma])
     else:
-        acting = [G[k] if i in turned else given.acting[i] for k, i in enumerate(active)]
-        udot, lam = _by_mass_matrix(model, state, f, G, gamma, acting, given.symmetric)
+        acting = [G[k] if i in turned else conditions.acting[i] for k, i in enumerate(active)]
+        udot, lam = _by_mass_matrix(model, state, f, G, gamma, acting, conditions.symmetric)
     for i, multiplier in zip(active, lam, strict=True):
         multipliers[i] = multiplier
     for places, R in back:
@@ -79,7 +79,7 @@ def _by_mass_matrix(
     acting: Sequence[Sequence[Any]],
     symmetric: bool,
 ) -> tuple[list[Any], list[Any]]:
-    """u' and λ with the forces Wᵀ λ, W the rows ``acting``."""
+    """Return u' and λ with the forces Wᵀ λ, where W has the rows ``acting``."""
     M = Factorization(mass_matrix(model, state))
     free = M.forward(f)
     # G M⁻¹ Wᵀ = (L⁻¹ Gᵀ)ᵀ D⁻¹ (L⁻¹ Wᵀ)
@@ -92,22 +92,22 @@ def _by_mass_matrix(
 
 
 DEEP = 10
-"""Speeds one behind the other from which :func:`loop_motion` takes fewer operations than M and its factors."""
+"""Number of speeds in series from which :func:`loop_motion` takes fewer operations than M and its factors."""
 
 
-def deep(model: Model) -> list[list[int]] | None:
-    """Speeds of each link's own motions, of a model with so many one behind the other; None for others."""
+def deep_speeds(model: Model) -> list[list[int]] | None:
+    """Return the speeds of each link's own motions for models with many speeds in series, None for others."""
     speeds = own_speeds(model)
     if speeds is None:
         return None
-    behind: list[int] = []
-    for link, own in zip(model.links, speeds, strict=True):
-        behind.append(len(own) + (0 if link.parent == GROUND else behind[link.parent]))
-    return speeds if max(behind, default=0) >= DEEP else None
+    depth: list[int] = []
+    for link, link_speeds in zip(model.links, speeds, strict=True):
+        depth.append(len(link_speeds) + (0 if link.parent == GROUND else depth[link.parent]))
+    return speeds if max(depth, default=0) >= DEEP else None
 
 
 def _slipping_last(model: Model, active: Sequence[int]) -> list[int]:
-    """The rows with those of sliding contacts last: the leading block is then positive definite."""
+    """Return the rows with those of sliding contacts last, so that the leading block is positive definite."""
     slips = [
         isinstance(model.constraints[row.owner], Touching) and model.constraints[row.owner].slips
         for row in rows(model)
@@ -115,17 +115,10 @@ def _slipping_last(model: Model, active: Sequence[int]) -> list[int]:
     return sorted(active, key=lambda i: (slips[i], i))
 
 
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    total: Any = 0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
-
-
-def constrained_loading(model: Model, state: State, multipliers: Sequence[Any]) -> Loading:
-    """The loads of the model together with the forces of its constraints."""
-    given = loading(model, state)
-    result = Loading(dict(given.wrenches), dict(given.along), dict(given.generalized))
+def constrained_loading(model: Model, state: State, multipliers: Sequence[Scalar]) -> Loading:
+    """Return the loads of the model together with the forces of its constraints."""
+    loads = loading(model, state)
+    result = Loading(dict(loads.wrenches), dict(loads.along), dict(loads.generalized))
     conditions = linearized(model, state)
     for i, (row, acting) in enumerate(zip(rows(model), wrenches(model, state), strict=True)):
         value, owner = multipliers[i], model.constraints[row.owner]
@@ -136,7 +129,7 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Any]) 
         if isinstance(owner, Gear):
             for _, link, factor in torques(model, state, owner):
                 result.along[link] = result.along.get(link, 0) + factor * value
-            pair, size = separating(model, state, owner)
+            pair, size = separating_force(model, state, owner)
             for where, force, moment in pair if size is not None else ():
                 pressure = size * state.field.apply("abs", value)
                 _press(model, state, result, where, scale(pressure, force), scale(pressure, moment))
@@ -146,10 +139,10 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Any]) 
     return result
 
 
-def pressed(
+def with_wrenches(
     model: Model, state: State, loads: Loading, acting: Sequence[tuple[Any, Vector, Vector]]
 ) -> Loading:
-    """Loads together with more (place, force, moment) in ground axes, the places as in :func:`wrenches`."""
+    """Return the loads together with further (place, force, moment) in ground axes; places as in :func:`wrenches`."""
     result = Loading(dict(loads.wrenches), dict(loads.along), dict(loads.generalized))
     for where, force, moment in acting:
         _press(model, state, result, where, force, moment)
@@ -157,7 +150,7 @@ def pressed(
 
 
 def _press(model: Model, state: State, result: Loading, where: Any, force: Vector, moment: Vector) -> None:
-    """Add a wrench at a point; ``where`` may be (body, point) with a point that is not of the body."""
+    """Add a wrench at a point; ``where`` may be (body, point) with a point that is not fixed in the body."""
     body, point = where if isinstance(where, tuple) else (where.body, where)
     link, _ = place_of(model, body)
     if link < 0:
@@ -169,48 +162,56 @@ def _press(model: Model, state: State, result: Loading, where: Any, force: Vecto
     result.wrenches[link] = plus(result.wrench(link), (n, f))
 
 
-def constraint_power(model: Model, state: State, multipliers: Sequence[Any]) -> Any:
-    """Power that conditions with explicit time put in: -Σ λ g, where ψ = G u + g [W].
+def constraint_power(model: Model, state: State, multipliers: Sequence[Scalar]) -> Scalar:
+    """Return the power that conditions with explicit time put in: -Σ λ g, where ψ = G u + g [W].
 
-    Joints, gears and wheels do no work between what they join; where that is driven, the drive does it. A rope does
-    work where it is hauled in. A contact that slips takes out μ N |γ|.
+    Joints, gears and wheels do no work between their bodies; if they are driven, the drive does the work. A rope does
+    work if it is hauled in. A contact that slips takes out μ N |γ|.
     """
-    given = linearized(model, state)
+    conditions = linearized(model, state)
     total: Any = 0
-    for kind, value, rate, row in zip(rows(model), multipliers, given.rate, given.matrix, strict=True):
+    for kind, value, rate, row in zip(
+        rows(model), multipliers, conditions.rate, conditions.matrix, strict=True
+    ):
         owner = model.constraints[kind.owner]
         if isinstance(owner, Condition | SpeedCondition):
-            total = total - value * (rate - _dot(row, state.u))
+            total = total - value * (rate - scalar_product(row, state.u))
         elif isinstance(owner, Touching) and owner.slips and not owner.contact.frictionless:
             slip = rows_of(model, state, (owner.contact,)).rate[1:]
             along = slip_direction(model, state, owner)
-            total = total - state(owner.contact.friction) * value * _dot(along, slip)
+            total = total - state(owner.contact.friction) * value * scalar_product(along, slip)
         elif isinstance(owner, Rope) and isinstance(owner.length, sympy.Basic):
             total = total - value * state(exact(owner.length.diff(TIME)))
     return total
 
 
-def position_correction(model: Model, state: State, active: Sequence[int]) -> tuple[Any, ...]:
-    """Coordinates after one Newton step to φ = 0 that moves the masses least: δ = -M⁻¹ Gᵀ (G M⁻¹ Gᵀ)⁻¹ φ."""
+def position_correction(model: Model, state: State, active: Sequence[int]) -> tuple[Scalar, ...]:
+    """Return the coordinates after one Newton step to φ = 0 that moves the masses least.
+
+    δ = -M⁻¹ Gᵀ (G M⁻¹ Gᵀ)⁻¹ φ
+    """
     kinds = rows(model)
-    held = [i for i in active if not kinds[i].on_speeds]
-    given = linearized(model, state)
-    step = _least(model, state, [given.matrix[i] for i in held], [given.residual[i] for i in held])
+    on_coordinates = [i for i in active if not kinds[i].on_speeds]
+    conditions = linearized(model, state)
+    G = [conditions.matrix[i] for i in on_coordinates]
+    step = _least(model, state, G, [conditions.residual[i] for i in on_coordinates])
     moved = State(model, state.field, state.t, state.q, step, state.values)
     return tuple(a + b for a, b in zip(state.q, coordinate_rates(model, moved), strict=True))
 
 
-def speed_correction(model: Model, state: State, active: Sequence[int]) -> tuple[Any, ...]:
-    """Speeds with ψ = 0 that change the motion of the masses least."""
-    given = linearized(model, state)
-    step = _least(model, state, [given.matrix[i] for i in active], [given.rate[i] for i in active])
+def speed_correction(model: Model, state: State, active: Sequence[int]) -> tuple[Scalar, ...]:
+    """Return the speeds with ψ = 0 that change the motion of the masses least."""
+    conditions = linearized(model, state)
+    G = [conditions.matrix[i] for i in active]
+    step = _least(model, state, G, [conditions.rate[i] for i in active])
     return tuple(a + b for a, b in zip(state.u, step, strict=True))
 
 
 def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> list[Any]:
+    """Return the step with G step = -residual of the least ½ stepᵀ M step."""
     if not G:
         return [0] * model.n_u
-    speeds = deep(model)
+    speeds = deep_speeds(model)
     if speeds is not None:
         return loop_motion(model, state, speeds, [0] * model.n_u, G, [-r for r in residual])[0]
     M = Factorization(mass_matrix(model, state))
@@ -219,22 +220,22 @@ def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> lis
     return M.back(combined([0] * model.n_u, lam, Y))
 
 
-def alike(model: Model) -> list[list[int]]:
-    """The conditions by the unit of their gaps: of each constraint those along directions, and those of turns."""
+def condition_groups(model: Model) -> list[list[int]]:
+    """Return the conditions of each constraint in groups of one unit: those along directions, and those of turns."""
     groups: dict[Any, list[int]] = {}
-    count: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for i, row in enumerate(rows(model)):
-        owner, place = model.constraints[row.owner], count.get(row.owner, 0)
-        count[row.owner] = place + 1
+        owner, place = model.constraints[row.owner], counts.get(row.owner, 0)
+        counts[row.owner] = place + 1
         turns = isinstance(owner, Closure) and place >= len(owner.along)
         groups.setdefault((row.owner, row.on_speeds, turns), []).append(i)
     return list(groups.values())
 
 
-def hold(model: Model, state: State, active: Sequence[int]) -> Any:
-    """How well the active conditions hold: the least s², s the part of a row of G that is independent of the others.
+def independence(model: Model, state: State, active: Sequence[int]) -> Scalar:
+    """Return the least s² of the active conditions, where s is the part of a row of G independent of the others.
 
-    Columns are measured by the masses they move, rows in the length of the longest of their kind (:func:`alike`). A row
+    Columns are measured by the masses they move, rows by the longest of their group (:func:`condition_groups`). A row
     that vanishes beside others of its joint, or follows from other rows, has s = 0. There another motion branches off.
     """
     G, masses = linearized(model, state).matrix, mass_matrix(model, state)
@@ -243,34 +244,34 @@ def hold(model: Model, state: State, active: Sequence[int]) -> Any:
         return sum((divide(x * x, masses[j][j]) for j, x in entries(G[i])), 0)
 
     longest: dict[int, Any] = {}
-    for group in alike(model):
+    for group in condition_groups(model):
         most: Any = None
         for i in group:
             if entries(G[i]):
                 most = length(i) if most is None else state.field.apply("max", most, length(i))
         longest |= dict.fromkeys(group, most)
-    held = [i for i in active if entries(G[i])]
+    nonzero = [i for i in active if entries(G[i])]
     weighed = [
         [x if j not in dict(entries(G[i])) else divide(x, masses[j][j]) for j, x in enumerate(G[i])]
-        for i in held
+        for i in nonzero
     ]
-    factors = Factorization(products(weighed, [G[i] for i in held]))
+    factors = Factorization(products(weighed, [G[i] for i in nonzero]))
     least: Any = 1
     for k, pivot in zip(factors.order, factors.D, strict=True):
-        least = state.field.apply("min", least, divide(pivot, longest[held[k]]))
+        least = state.field.apply("min", least, divide(pivot, longest[nonzero[k]]))
     return least
 
 
-# Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.
+# Rows of G are compared at unit length; the remainder of a dependent row after Gram-Schmidt is round-off.
 DEPENDENT = 10**-9
 POOR = 10**-4
 
 STEPS = 50
-"""Gauss-Newton steps after which conditions can not be met."""
+"""Gauss-Newton steps after which the conditions count as impossible to meet."""
 
 
 def independent_rows(model: Model, state: State) -> tuple[int, ...]:
-    """The conditions that are independent at a state of floats, the earlier ones kept.
+    """Return the conditions that are independent at a state of floats; earlier conditions go before later ones.
 
     Raises
     ------
@@ -284,29 +285,29 @@ def independent_rows(model: Model, state: State) -> tuple[int, ...]:
 
 
 def independent_of(G: Any, M: Any) -> tuple[int, ...]:
-    """The rows of G that are independent, the earlier ones kept, measured by the masses M.
+    """Return the rows of G that are independent, measured by the masses M; earlier rows go before later ones.
 
-    A row of which less than :data:`POOR` is independent of the earlier ones is kept only where no later one does
-    better: it would be lost a little further on.
+    A row of which less than :data:`POOR` is independent of the earlier rows is taken only if no later row is better,
+    since it would become dependent a little later in the motion.
     """
     scaled = G / np.sqrt(M.diagonal())
     largest = np.linalg.norm(scaled, axis=1).max(initial=0)
     basis: list[Any] = []
-    kept: list[int] = []
+    independent: list[int] = []
     for least in (POOR, DEPENDENT):
         for i, row in enumerate(scaled):
             length = np.linalg.norm(row)
-            if i in kept or length <= least * largest:
+            if i in independent or length <= least * largest:
                 continue
             rest = row / length
             for _ in range(2):
                 for b in basis:
                     rest = rest - (b @ rest) * b
-            # of a short row round-off has any direction: what is left of it must count beside the largest, too
+            # round-off of a short row has any direction: its remainder must be large beside the largest row, too
             if np.linalg.norm(rest) > least and np.linalg.norm(rest) * length > DEPENDENT * largest:
                 basis.append(rest / np.linalg.norm(rest))
-                kept.append(i)
-    return tuple(sorted(kept))
+                independent.append(i)
+    return tuple(sorted(independent))
 
 
 def closed_coordinates(
@@ -317,17 +318,17 @@ def closed_coordinates(
     held: Sequence[int] = (),
     steps: int = STEPS,
 ) -> list[float]:
-    """Coordinates near ``q`` that satisfy the conditions on coordinates, by Gauss-Newton steps.
+    """Return coordinates near ``q`` that satisfy the conditions on coordinates, by Gauss-Newton steps.
 
     Parameters
     ----------
     held : sequence of int
-        Speeds whose coordinates stay as given.
+        Indices of the speeds whose coordinates stay fixed.
 
     Raises
     ------
     ModelError
-        The conditions that can not be met, and by how much they are missed.
+        The message names the worst condition and its residual.
     """
     kinds = rows(model)
     free = [j for j in range(model.n_u) if j not in set(held)]
@@ -339,9 +340,9 @@ def closed_coordinates(
     small = DEPENDENT * (1 + float(np.abs(q).max(initial=0)))
     for _ in range(steps):
         try:
-            given = linearized(model, float_state(model, q, t=t, values=values))
-            phi = np.array([float(given.residual[i]) for i in active])
-            G = np.array([[float(given.matrix[i][j]) for j in free] for i in active])
+            conditions = linearized(model, float_state(model, q, t=t, values=values))
+            phi = np.array([float(conditions.residual[i]) for i in active])
+            G = np.array([[float(conditions.matrix[i][j]) for j in free] for i in active])
         except (ZeroDivisionError, ValueError):
             phi = G = np.array([np.nan])
         if not (np.isfinite(phi).all() and np.isfinite(G).all()):
@@ -360,14 +361,14 @@ def closed_coordinates(
         for start in model.quaternions:
             norm = float(np.linalg.norm(q[start : start + 4]))
             q[start : start + 4] = [x / norm for x in q[start : start + 4]]
-    found = not_met(model, q, t, values, steps)
-    if found[0] < small:
+    residual, error = not_met(model, q, t, values, steps)
+    if residual < small:
         return q
-    raise found[1]
+    raise error
 
 
 def no_direction(model: Model, q: Sequence[float]) -> ModelError:
-    """What is said of coordinates at which conditions, or their derivatives, are no numbers."""
+    """Return the error for coordinates at which conditions, or their derivatives, are not finite numbers."""
     where = ", ".join(f"{c.name} = {x:.6g}" for c, x in zip(model.coordinates, q, strict=True))
     return ModelError(
         f"A constraint of '{model.name}' ({', '.join(model.constraints)}) has no direction at {where}: two "
@@ -379,11 +380,11 @@ def no_direction(model: Model, q: Sequence[float]) -> ModelError:
 def not_met(
     model: Model, q: Sequence[float], t: float, values: Mapping[Any, Any] | None, steps: int
 ) -> tuple[float, ModelError]:
-    """The greatest residual at coordinates, and what is said of it where they have not been closed."""
+    """Return the greatest residual at coordinates, and the error for coordinates that do not close."""
     final = residuals(model, float_state(model, q, t=t, values=values))
     missed = {kind.name: float(r) for kind, r in zip(rows(model), final, strict=True) if not kind.on_speeds}
     worst = max(missed, key=lambda name: abs(missed[name]))
     return abs(missed[worst]), ModelError(
-        f"The constraints can not be met near the coordinates given: after {steps} steps '{worst}' is still missed by "
+        f"The constraints cannot be met near the coordinates given: after {steps} steps '{worst}' is still missed by "
         f"{missed[worst]:.3g}. Start nearer to a closed position, or check the lengths."
     )

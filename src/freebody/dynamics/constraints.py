@@ -2,13 +2,11 @@
 
     φ(q, t) = 0,   ψ(u, q, t) = G u + g = 0,   G u' + γ = 0,   M u' + h = Q + Gᵀ λ
 
-Every condition is evaluated once, as a residual of any scalar; G, g and γ are derivatives of the residuals along a
-motion, taken by truncated series, so that no condition brings derivatives of its own. But G and γ of joints that hold
-two points together follow from the motion of the bodies, with fewer operations (`loop_ends`).
+Every condition has one function, its residual for any scalar. G, g and γ are derivatives of the residuals along a
+motion, taken by truncated series, so that no condition needs derivatives of its own. G and γ of joints that hold
+two points together, however, follow from the motion of the bodies, with fewer operations (`loop_ends`).
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8, with exact γ.
-
-The file is longer than others: every kind of condition has its residual here, by which all others are differentiated.
 """
 
 from __future__ import annotations
@@ -60,7 +58,7 @@ from .state import State
 
 @dataclass(frozen=True)
 class Row:
-    """One scalar condition: its name, the constraint it belongs to, and whether it is on speeds."""
+    """One scalar condition: its name, the constraint it belongs to, and True if it is on speeds."""
 
     name: str
     owner: str
@@ -68,9 +66,9 @@ class Row:
 
 
 def rows(model: Model) -> tuple[Row, ...]:
-    """Names of all scalar conditions, in order; an underscore keeps them apart from other names of the model."""
+    """Return all scalar conditions, in order; an underscore at the end keeps a name apart from others of the model."""
     result: list[Row] = []
-    held: list[int] = []
+    contact_rows: list[int] = []
     taken = {*model.names.kinds, *model.loads}
     taken |= {
         f"{name}_{ending}"
@@ -87,16 +85,18 @@ def rows(model: Model) -> tuple[Row, ...]:
             result.append(Row(f"{name}_{constraint.normal[0]}", name))
             result += [Row(f"{name}_{e[0]}", name, True) for e in (constraint.first, constraint.second)]
         elif isinstance(constraint, Touching):
-            # these names are kept apart from others when the model is assembled
+            # assembly already keeps these names apart from others
             contact = constraint.contact
-            held += range(len(result), len(result) + 1 + (0 if constraint.slips else contact.tangents))
+            contact_rows += range(
+                len(result), len(result) + 1 + (0 if constraint.slips else contact.tangents)
+            )
             result.append(Row(contact.normal_name, name))
             if not constraint.slips:
                 result += [Row(tangent, name, True) for tangent in contact.tangent_names]
         else:
             result.append(Row(name, name, isinstance(constraint, SpeedCondition)))
     for i, row in enumerate(result):
-        if i in held:
+        if i in contact_rows:
             continue
         name = row.name
         while name in taken:
@@ -107,7 +107,7 @@ def rows(model: Model) -> tuple[Row, ...]:
 
 
 def radial_names(model: Model) -> dict[str, str]:
-    """Of each gear whose pitch point is known, the name of the force that presses its teeth apart, ``mesh_r``."""
+    """Return, by gear with a known pitch point, the name of the force that presses its teeth apart, ``mesh_r``."""
     taken = {*model.names.kinds, *model.loads, *(row.name for row in rows(model))}
     result = {}
     for gear, mesh in model.meshes.items():
@@ -121,15 +121,15 @@ def radial_names(model: Model) -> dict[str, str]:
 
 
 def residuals(model: Model, state: State, *, contacts: bool = True, pins: bool = True) -> list[Any]:
-    """Value of every condition at a state: φ of those on coordinates, ψ of those on speeds.
+    """Return every condition's residual: φ of those on coordinates, ψ of those on speeds.
 
-    Without ``contacts``, and ``pins`` that close loops, zeros stand for theirs.
+    Without ``contacts``, or without the ``pins`` that close loops, their residuals are replaced by zeros.
     """
     result: list[Any] = []
     for constraint in model.constraints.values():
         if isinstance(constraint, Closure):
-            leave = constraint.in_ground and not pins
-            result += [0] * _conditions(constraint) if leave else _closure(model, state, constraint)
+            omitted = constraint.in_ground and not pins
+            result += [0] * _conditions(constraint) if omitted else _closure(model, state, constraint)
         elif isinstance(constraint, Rope):
             points = [point_position(model, state, point) for point in constraint.points]
             spans = [subtract(b, a) for a, b in zip(points, points[1:], strict=False)]
@@ -153,15 +153,17 @@ def residuals(model: Model, state: State, *, contacts: bool = True, pins: bool =
 
 
 def _conditions(pin: Closure) -> int:
+    """Return the number of conditions of a pin."""
     return len(pin.along) + len(pin.square)
 
 
 def _count(touching: Touching) -> int:
+    """Return the number of conditions of a closed contact."""
     return 1 if touching.slips else 1 + touching.contact.tangents
 
 
 def _touching(model: Model, state: State, touching: Touching) -> list[Any]:
-    """The gap, and in stick the slip velocities."""
+    """Return the gap and, in stick, the slip velocities."""
     gap = touch(model, state, touching.contact).gap
     if touching.slips:
         return [gap]
@@ -178,10 +180,10 @@ def _frame(model: Model, state: State, body: Any, axes: Matrix) -> Matrix:
 
 
 def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
-    """Seen from the link that carries the whole loop, so that only motions of the loop stand in it.
+    """Return the residuals of a closure, relative to the link that carries the loop: they depend on the loop only.
 
-    The ground's axes, in which the force of the joint is given, are then those of the moment: of R φ with φ = 0 no
-    derivative of R matters.
+    Multiplied by the rotation R of that link they are in ground axes, like the force of the joint. No derivative of R
+    matters, since φ = 0 in R φ.
     """
     parent, child = ends(model, state, joint)
     R_P, R_C = parent.axes, child.axes
@@ -197,14 +199,14 @@ def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
 
 
 def _from_carrier(model: Model, state: State, joint: Closure) -> Matrix:
+    """Return the rotation, ground from the link that carries the loop, at the start of a motion."""
     return rotation(model, state.cache.get("start", state), carrier_of(model, joint))
 
 
 def _thread(state: State, thread: Thread, R_P: Matrix, R_C: Matrix, d: Vector) -> Any:
-    """d·n - h φ for small deviations: 2 h tan((d·n/h - φ)/2), which has one zero in a turn and needs no angle.
+    """Return d·n - h φ for small deviations: 2 h tan((d·n/h - φ)/2), which has one zero per turn and needs no angle.
 
-    cos φ and sin φ are the components of the child's first vector across the axis; of an angle x the tangent of the
-    half is sin x/(1 + cos x).
+    cos φ and sin φ are the components of the child's first vector across the axis, and tan(x/2) = sin x/(1 + cos x).
     """
     n, h = state.vector(thread.axis), state(thread.pitch)
     turned = apply(R_C, state.vector(thread.first))
@@ -216,7 +218,7 @@ def _thread(state: State, thread: Thread, R_P: Matrix, R_C: Matrix, d: Vector) -
 
 
 def _arm(model: Model, state: State, wheel: Rolling) -> Vector:
-    """From the wheel's centre to its lowest point, in ground axes:
+    """Return the vector from the wheel's centre to its lowest point, in ground axes:
 
     -R n for a sphere;  -R (n - (n·a) a) / sqrt(1 - (n·a)²) for a rim at right angles to the axle a.
     """
@@ -231,6 +233,7 @@ def _arm(model: Model, state: State, wheel: Rolling) -> Vector:
 
 
 def _rolling(model: Model, state: State, wheel: Rolling) -> list[Any]:
+    """Return the height of the wheel's lowest point over the plane, and its slip velocities."""
     arm = _arm(model, state, wheel)
     contact = add(point_position(model, state, wheel.center), arm)
     height = dot(wheel.normal[1], subtract(contact, point_position(model, state, wheel.plane)))
@@ -240,10 +243,10 @@ def _rolling(model: Model, state: State, wheel: Rolling) -> list[Any]:
 
 
 def torques(model: Model, state: State, gear: Gear) -> list[tuple[str, int, Any]]:
-    """(joint, link, force or torque along its displacement) per unit multiplier of a gear of which the ratio is known.
+    """Return (joint, link, force or torque along its displacement) per unit multiplier of a gear known by its ratio.
 
-    They act on driven shafts too, which the matrix G, over the free speeds, does not see. None of a gear whose pitch
-    point is known: its force acts on the bodies (:func:`wrenches`).
+    They act on driven shafts too, for which the matrix G of the free speeds has no column. The list is empty for a gear
+    with a known pitch point, whose force acts on the bodies (:func:`wrenches`).
     """
     if isinstance(model.meshes[gear.name], Mesh):
         return []
@@ -251,10 +254,10 @@ def torques(model: Model, state: State, gear: Gear) -> list[tuple[str, int, Any]
     return [(joint.name, model.joints[joint.name].links[0], value) for joint, value in pairs]
 
 
-def separating(model: Model, state: State, gear: Gear) -> tuple[list[tuple[Any, Vector, Vector]], Any]:
-    """What presses the teeth of a gear apart: (point, force, moment) per unit force, and that force per unit |λ|.
+def separating_force(model: Model, state: State, gear: Gear) -> tuple[list[tuple[Any, Vector, Vector]], Any]:
+    """Return the (point, force, moment) per unit of the force that presses teeth apart, and that force per unit |λ|.
 
-    No pairs where only the ratio is known; None for the force where the pressure angle is not known.
+    The list is empty if only the ratio is known; the force is None if the pressure angle is not known.
     """
     mesh = model.meshes[gear.name]
     if not isinstance(mesh, Mesh):
@@ -279,10 +282,10 @@ def _at_pitch_point(
 
 
 def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]]]:
-    """Per condition, the (point, force, moment) per unit multiplier on bodies, in ground axes.
+    """Return, per condition, the (point, force, moment) per unit multiplier on bodies, in ground axes.
 
-    Empty for conditions on coordinates and speeds, whose multipliers are generalized forces, and for gears of which
-    the ratio alone is known.
+    A list is empty for conditions on coordinates and speeds, whose multipliers are generalized forces, and for gears
+    known by their ratio only.
     """
     result: list[list[tuple[Any, Vector, Vector]]] = []
     for constraint in model.constraints.values():
@@ -292,7 +295,7 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
             at = constraint.child.point(*constraint.to)
             for _, e in constraint.along:
                 force = state.vector(e) if constraint.in_ground else apply(R_P, state.vector(e))
-                # the parent feels the opposite force where the child's point is
+                # the opposite force acts on the parent at the child's point
                 result.append([(at, force, ZERO), ((constraint.parent, at), negate(force), ZERO)])
             for _, a, b in constraint.square:
                 moment = cross(apply(R_C, state.vector(b)), apply(R_P, state.vector(a)))
@@ -305,20 +308,23 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
         elif isinstance(constraint, Rolling):
             arm = _arm(model, state, constraint)
             for _, e in (constraint.normal, constraint.first, constraint.second):
-                # the force acts at the contact: at the centre with its moment about the centre
+                # the force acts at the contact: it is taken at the centre, with its moment about the centre
                 result.append([(constraint.center, e, cross(arm, e))])
         elif isinstance(constraint, Rope):
             points = [point_position(model, state, point) for point in constraint.points]
-            one: list[tuple[Any, Vector, Vector]] = []
+            pulls: list[tuple[Any, Vector, Vector]] = []
             for k, (a, b) in enumerate(zip(points, points[1:], strict=False)):
                 span = subtract(b, a)
                 unit = scale(divide(1, state.field.sqrt(dot(span, span))), span)
-                one += [(constraint.points[k], unit, ZERO), (constraint.points[k + 1], negate(unit), ZERO)]
-            result.append(one)
+                pulls += [(constraint.points[k], unit, ZERO), (constraint.points[k + 1], negate(unit), ZERO)]
+            result.append(pulls)
         elif isinstance(constraint, Touching):
-            contact, it = constraint.contact, touch(model, state, constraint.contact)
-            forces = [it.normal] if constraint.slips else [it.normal, *it.tangents]
-            ends = (Spot(contact.feature.body, it.on_feature), Spot(contact.surface.body, it.on_surface))
+            contact, geometry = constraint.contact, touch(model, state, constraint.contact)
+            forces = [geometry.normal] if constraint.slips else [geometry.normal, *geometry.tangents]
+            ends = (
+                Spot(contact.feature.body, geometry.on_feature),
+                Spot(contact.surface.body, geometry.on_surface),
+            )
             pairs = [[(ends[0], force, ZERO), (ends[1], negate(force), ZERO)] for force in forces]
             if constraint.slips and not contact.frictionless:
                 friction = slip_friction(model, state, constraint)
@@ -333,7 +339,7 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
 
 
 def slip_friction(model: Model, state: State, touching: Touching) -> Vector:
-    """Friction on the feature per unit normal force, in ground axes: -μ d, with the unit direction of slip d."""
+    """Return the friction on the feature per unit normal force, in ground axes: -μ d, d the unit direction of slip."""
     contact = touching.contact
     tangents = touch(model, state, contact).tangents
     total: Vector = ZERO
@@ -343,7 +349,7 @@ def slip_friction(model: Model, state: State, touching: Touching) -> Vector:
 
 
 def slip_direction(model: Model, state: State, touching: Touching) -> list[Any]:
-    """Components of the unit direction of slip along the tangents: as given, or γ/|γ|."""
+    """Return the components of the unit direction of slip along the tangents: as prescribed, or γ/|γ|."""
     contact = touching.contact
     assert touching.direction is not None
     if touching.direction:
@@ -360,7 +366,7 @@ def slip_direction(model: Model, state: State, touching: Touching) -> list[Any]:
 class Linearized:
     """The conditions at a state: residual φ (or ψ), rate ψ, matrix G of the speeds and γ; one entry per row.
 
-    Each is formed when it is asked for: in symbols γ can be far longer than the rest.
+    Each is computed when it is first used: as a formula γ can be far longer than the rest.
     """
 
     def __init__(self, model: Model, state: State) -> None:
@@ -378,39 +384,41 @@ class Linearized:
         ]
 
     def _in_ground(self, pin: Closure) -> tuple[list[list[Any]], list[Any]]:
-        """G and γ of a pin, its force in ground axes."""
+        """Return G and γ of a pin, its force in ground axes."""
         G, bias = loop_rows(self._model, self._state, pin, carrier_of(self._model, pin))
         R = _from_carrier(self._model, self._state, pin)
-        # a zero times a float is no plain zero
+        # a zero times a float is not a plain zero
         columns = [apply(R, x) if entries(x) else x for x in zip(*G[:3], strict=True)]
         return [*map(list, zip(*columns, strict=True)), *G[3:]], [
             *apply(R, (bias[0], bias[1], bias[2])),
             *bias[3:],
         ]
 
-    def turned(self, active: Sequence[int]) -> tuple[dict[int, tuple[Any, Any]], list[tuple[list[int], Any]]]:
-        """G and γ of rows with the force of a pin in axes of the loop, in which more is constant, and the way back.
+    def in_loop_axes(
+        self, active: Sequence[int]
+    ) -> tuple[dict[int, tuple[Any, Any]], list[tuple[list[int], Any]]]:
+        """Return G and γ of pins with the force in axes of the loop, in which more is constant, and the way back.
 
         Returns
         -------
         rows : dict
             Row -> (row of G, γ).
         back : list of (rows, matrix)
-            The matrix times their multipliers gives those along ground axes.
+            The matrix times the multipliers gives the multipliers along ground axes.
         """
-        found: dict[int, tuple[Any, Any]] = {}
+        result: dict[int, tuple[Any, Any]] = {}
         back = []
         for i, pin in self._pins:
             link = last_link(self._model, pin)
             R = rotation(self._model, self._state, link)
-            held = [k for k in range(3) if i + k in active]
-            # the others do not mix with these: they are none, or across a plane in which the loop moves
-            apart = [k for k in range(3) if k not in held]
-            if held and all(entries((R[a][b], R[b][a])) == [] for a in held for b in apart):
+            used = [k for k in range(3) if i + k in active]
+            # R must not mix used and unused rows: there are no unused ones, or the loop moves in a plane
+            unused = [k for k in range(3) if k not in used]
+            if used and all(entries((R[a][b], R[b][a])) == [] for a in used for b in unused):
                 G, bias = loop_rows(self._model, self._state, pin, link)
-                found |= {i + k: (G[k], bias[k]) for k in held}
-                back.append(([i + k for k in held], [[R[a][b] for b in held] for a in held]))
-        return found, back
+                result |= {i + k: (G[k], bias[k]) for k in used}
+                back.append(([i + k for k in used], [[R[a][b] for b in used] for a in used]))
+        return result, back
 
     def _contact_rows(self, touching: Touching) -> ContactRows:
         return rows_of(self._model, self._state, (touching.contact,))
@@ -426,20 +434,20 @@ class Linearized:
         along = _along_motion(self._model, self._state, self._state.u, 1, 1)
         pairs = zip(along, self._kinds, strict=True)
         result = [_at(r, 0) if kind.on_speeds else _derivative(r, 1) for r, kind in pairs]
-        for i, one in self.touching:
-            result[i : i + _count(one)] = self._contact_rows(one).rate[: _count(one)]
+        for i, touching in self.touching:
+            result[i : i + _count(touching)] = self._contact_rows(touching).rate[: _count(touching)]
         return tuple(result)
 
     @cached_property
     def bias(self) -> tuple[Any, ...]:
-        """γ, what is left of ψ' without accelerations."""
+        """γ, the part of ψ' that is free of accelerations."""
         along = _along_motion(self._model, self._state, self._state.u, 1, 2, pins=False)
         pairs = zip(along, self._kinds, strict=True)
         result = [_derivative(r, 1 if kind.on_speeds else 2) for r, kind in pairs]
         for i, pin in self._pins:
             result[i : i + _conditions(pin)] = self._in_ground(pin)[1]
-        for i, one in self.touching:
-            result[i : i + _count(one)] = self._contact_rows(one).bias[: _count(one)]
+        for i, touching in self.touching:
+            result[i : i + _count(touching)] = self._contact_rows(touching).bias[: _count(touching)]
         return tuple(result)
 
     @cached_property
@@ -447,45 +455,45 @@ class Linearized:
         """G, a row per condition and a column per speed."""
         model, state, kinds = self._model, self._state, self._kinds
         depends = dependence(model)
-        still: list[Any] = []
+        at_rest: list[Any] = []
         if _any_speed(kinds):
-            rest = [0] * model.n_u
-            still = residuals(model, replaced(state, state.field, state.t, state.q, rest), contacts=False)
-        found: list[dict[int, Any]] = [{} for _ in kinds]
+            zeros = [0] * model.n_u
+            at_rest = residuals(model, replaced(state, state.field, state.t, state.q, zeros), contacts=False)
+        columns: list[dict[int, Any]] = [{} for _ in kinds]
         for moving in directions(depends.values()):
             unit = [int(j in moving) for j in range(model.n_u)]
             for i, r in enumerate(_along_motion(model, state, unit, 0, 1, pins=False)):
                 for j in moving & depends[kinds[i].owner]:
-                    found[i][j] = _at(r, 0) - still[i] if kinds[i].on_speeds else _derivative(r, 1)
-        result = [tuple(row.get(j, 0) for j in range(model.n_u)) for row in found]
+                    columns[i][j] = _at(r, 0) - at_rest[i] if kinds[i].on_speeds else _derivative(r, 1)
+        result = [tuple(row.get(j, 0) for j in range(model.n_u)) for row in columns]
         for i, pin in self._pins:
             result[i : i + _conditions(pin)] = map(tuple, self._in_ground(pin)[0])
-        for i, one in self.touching:
-            result[i : i + _count(one)] = self._contact_rows(one).matrix[: _count(one)]
+        for i, touching in self.touching:
+            result[i : i + _count(touching)] = self._contact_rows(touching).matrix[: _count(touching)]
         return tuple(result)
 
     @cached_property
     def acting(self) -> tuple[tuple[Any, ...], ...]:
-        """Generalized force per unit multiplier: the rows of G, but for contacts that slip W_N - μ Σ d W_T."""
+        """Generalized force per unit multiplier: the rows of G, and for contacts that slip W_N - μ Σ d W_T."""
         result = list(self.matrix)
-        for i, one in self.touching:
-            if one.slips and not one.contact.frictionless:
-                mu = self._state(one.contact.friction)
+        for i, touching in self.touching:
+            if touching.slips and not touching.contact.frictionless:
+                mu = self._state(touching.contact.friction)
                 row = list(result[i])
-                directions = slip_direction(self._model, self._state, one)
-                for d, tangent in zip(directions, self._contact_rows(one).matrix[1:], strict=True):
+                directions = slip_direction(self._model, self._state, touching)
+                for d, tangent in zip(directions, self._contact_rows(touching).matrix[1:], strict=True):
                     row = [a - mu * d * b for a, b in zip(row, tangent, strict=True)]
                 result[i] = tuple(row)
         return tuple(result)
 
     @property
     def symmetric(self) -> bool:
-        """Whether all forces act along their own conditions, which sliding friction does not."""
-        return not any(one.slips and not one.contact.frictionless for _, one in self.touching)
+        """True if all forces act along their own conditions, which sliding friction does not."""
+        return not any(c.slips and not c.contact.frictionless for _, c in self.touching)
 
 
 def linearized(model: Model, state: State) -> Linearized:
-    """φ, ψ, G and γ of all conditions."""
+    """Return φ, ψ, G and γ of all conditions at a state."""
     if "constraints" not in state.cache:
         state.cache["constraints"] = Linearized(model, state)
     return state.cache["constraints"]
@@ -498,7 +506,7 @@ def _any_speed(kinds: Sequence[Row]) -> bool:
 def _along_motion(
     model: Model, state: State, u: Sequence[Any], clock: int, order: int, pins: bool = True
 ) -> list[Any]:
-    """Residuals as series along q' = N(q) u with u constant; ``clock`` is the rate of the time."""
+    """Return the residuals as series along q' = N(q) u with u constant; ``clock`` is the rate of time."""
     return residuals(model, state_along(model, state, u, clock, order), contacts=False, pins=pins)
 
 

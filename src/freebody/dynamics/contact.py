@@ -1,19 +1,16 @@
 """Contacts at a state: gap, normal, slip, and their rates, for any scalar.
 
-With P on the feature and Q on the surface the points that are nearest, n the unit normal from Q to P and t the
-tangents,
+With the nearest points P on the feature and Q on the surface, the unit normal n from Q to P and the tangents t,
 
     g = n·(r_P - r_Q),     ġ = n·(v_P - v_Q) = W_N u + w_N,     γ = t·(v_P - v_Q) = W_T u + w_T,
 
-where v_P, v_Q are velocities of the material points that are at P and Q now. P, Q, n and t move over the bodies;
-how they
-do enters
+where v_P, v_Q are the velocities of the material points at P and Q. P, Q, n and t move over the bodies. This motion
+enters
 
     d(W u + w)/dt = W u' + b
 
-through b, which is taken by truncated series along the motion, so that it is exact for all shapes. The force N n +
-T t
-acts on the feature at P, its opposite on the surface at Q: the same rows W give its generalized force.
+through b, which is computed by truncated series along the motion and so is exact for all shapes. The force N n + T t
+acts on the feature at P and its opposite on the surface at Q; the same rows W give its generalized force.
 
 Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapters 4 and 5.
 """
@@ -25,11 +22,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from ..describe.contacts.contact import kind_of
+from ..describe.contact_shapes import kind_of
 from ..model.contact import Contact
 from ..model.model import GROUND, Model
 from ..scalar.algebra import (
     IDENTITY,
+    Scalar,
     Vector,
     add,
     apply,
@@ -55,23 +53,23 @@ class Touch:
     Attributes
     ----------
     gap : scalar
-        Distance; negative where the bodies overlap.
+        Distance; negative if the bodies overlap.
     normal : Vector
-        Unit, from the surface to the feature.
+        Unit normal from the surface to the feature.
     tangents : tuple of Vector
         One in a planar machine, else two; (t1, t2, n) is right-handed.
     on_feature, on_surface : Vector
         The points P and Q.
     reach : tuple of scalars
-        All are 0 or more where the sides that touch have an end, and their foot is within it.
+        For sides with ends: all are 0 or more if the foot of the contact lies between the ends.
     """
 
-    gap: Any
+    gap: Scalar
     normal: Vector
     tangents: tuple[Vector, ...]
     on_feature: Vector
     on_surface: Vector
-    reach: tuple[Any, ...] = ()
+    reach: tuple[Scalar, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -85,7 +83,7 @@ class ContactRow:
 
 
 def contact_layout(contacts: Sequence[Contact]) -> tuple[ContactRow, ...]:
-    """Rows of all elements, in order: N, T, or N, T1, T2 of each."""
+    """Return the rows of all elements, in order: N, T, or N, T1, T2 of each."""
     result = []
     for i, contact in enumerate(contacts):
         result.append(ContactRow(contact.normal_name, i, "N", 0))
@@ -94,12 +92,12 @@ def contact_layout(contacts: Sequence[Contact]) -> tuple[ContactRow, ...]:
 
 
 def touches(model: Model, state: State) -> tuple[Touch, ...]:
-    """Geometry of every contact element."""
+    """Return the geometry of every contact element."""
     return tuple(touch(model, state, contact) for contact in model.contacts)
 
 
 def touch(model: Model, state: State, contact: Contact) -> Touch:
-    """Geometry of one contact element; evaluated once for a state."""
+    """Return the geometry of one contact element; it is evaluated once per state."""
     key = ("touch", contact.name)
     if key not in state.cache:
         state.cache[key] = _touch(model, state, contact)
@@ -108,33 +106,34 @@ def touch(model: Model, state: State, contact: Contact) -> Touch:
 
 def _touch(model: Model, state: State, contact: Contact) -> Touch:
     feature, surface = contact.feature, contact.surface
-    round_one, other = (surface, feature) if contact.swapped else (feature, surface)
-    if kind_of(other) in ("plane", "segment"):
-        P, Q, n, gap, reach = _on_flat(model, state, round_one, other)
-    elif kind_of(other) == "heightline":
-        P, Q, n, gap, reach = _on_line(model, state, round_one, other)
+    first, second = (surface, feature) if contact.swapped else (feature, surface)
+    if kind_of(second) in ("plane", "segment"):
+        P, Q, n, gap, reach = _on_flat(model, state, first, second)
+    elif kind_of(second) == "heightline":
+        P, Q, n, gap, reach = _on_line(model, state, first, second)
     else:
-        P, Q, n, gap, reach = _between_round(model, state, round_one, other)
+        P, Q, n, gap, reach = _between_round(model, state, first, second)
     if contact.swapped:
         P, Q, n = Q, P, negate(n)
     return Touch(gap, n, _tangents(model, state, contact, n), P, Q, reach)
 
 
 def reaches_along(
-    model: Model, state: State, contact: Contact, udot: Sequence[Any]
+    model: Model, state: State, contact: Contact, udot: Sequence[Scalar]
 ) -> list[tuple[Any, Any, Any]]:
-    """Value, rate and acceleration of each ``reach`` of an element, along the motion with accelerations ``udot``."""
-    found = touch(model, state_moving(model, state, udot), contact).reach
-    return [(x.c[0], x.derivative(1), x.derivative(2)) if isinstance(x, Series) else (x, 0, 0) for x in found]
+    """Return value, rate and acceleration of each ``reach`` of an element, along the motion with ``udot``."""
+    reach = touch(model, state_moving(model, state, udot), contact).reach
+    return [(x.c[0], x.derivative(1), x.derivative(2)) if isinstance(x, Series) else (x, 0, 0) for x in reach]
 
 
 # --- the pairs of shapes -------------------------------------------------------------------------
 
-Found = tuple[Vector, Vector, Vector, Any, tuple[Any, ...]]
+Nearest = tuple[Vector, Vector, Vector, Scalar, tuple[Scalar, ...]]
+"""P, Q, n, gap and reach of a pair of shapes."""
 
 
 def _at(model: Model, state: State, body: Any, components: Sequence[Any]) -> Vector:
-    """Position in the ground of a place given in body axes."""
+    """Return the position, in ground axes, of a place given in body axes."""
     link, origin = place_of(model, body)
     p = state.vector(tuple(a + b for a, b in zip(origin, components, strict=True)))
     if link == GROUND:
@@ -144,7 +143,7 @@ def _at(model: Model, state: State, body: Any, components: Sequence[Any]) -> Vec
 
 
 def _turned(model: Model, state: State, body: Any, components: Sequence[Any]) -> Vector:
-    """A direction given in body axes, in ground axes."""
+    """Return a direction, given in body axes, in ground axes."""
     link, _ = place_of(model, body)
     return apply(rotation(model, state, link), state.vector(components))
 
@@ -157,8 +156,8 @@ def _radius(state: State, shape: Any) -> Any:
     return 0 if kind_of(shape) == "point" else state(shape.radius)
 
 
-def _on_flat(model: Model, state: State, shape: Any, flat: Any) -> Found:
-    """Point, sphere, ellipsoid or edge of a disk on a plane or on a straight side with the normal n:
+def _on_flat(model: Model, state: State, shape: Any, flat: Any) -> Nearest:
+    """Return the nearest points of a point, sphere, ellipsoid or disk edge and a plane or straight side of normal n:
 
         P = C,    C - r n,    C - D n/sqrt(n·D n)  with D = R diag(a², b², c²) Rᵀ of the half axes,
         C - r p/|p|, p = n - (n·a) a = a × (n × a)  with the axis a of the disk;    Q = P - g n.
@@ -181,27 +180,29 @@ def _on_flat(model: Model, state: State, shape: Any, flat: Any) -> Found:
         P = subtract(C, apply(R, scale(divide(1, width), support)))
     elif kind in ("circle", "cylinder"):
         a = _turned(model, state, shape.body, shape.axis)
-        # as a product p is exact to its last digits where the disk all but lies flat; where it does, the whole edge
-        # touches, and what acts on it acts at the middle
+        # as a product p is exact to its last digits for a disk that lies almost flat; for a flat disk the whole edge
+        # touches, and the force acts at the middle
         P = subtract(C, scale(state(shape.radius), state.field.unit(cross(a, cross(n, a)))))
     side = kind_of(flat) == "segment"
     O = _at(model, state, flat.body, flat.start if side else flat.at)  # noqa: E741
     gap = dot(n, subtract(P, O))
-    reach: tuple[Any, ...] = ()
+    reach: tuple[Scalar, ...] = ()
     if side:
         s = dot(_turned(model, state, flat.body, flat.along), subtract(P, O))
         reach = (s, state(flat.length) - s)
     return P, subtract(P, scale(gap, n)), n, gap, reach
 
 
-def _between_round(model: Model, state: State, a: Any, b: Any) -> Found:
-    """Points, spheres and walls of cylinders: with d from the centre of b to that of a, at right angles to the axis,
+def _between_round(model: Model, state: State, a: Any, b: Any) -> Nearest:
+    """Return the nearest points of points, spheres and walls of cylinders.
+
+    With d from the centre of b to the centre of a, at right angles to the axis,
 
     outside  n = d/|d|,   g = |d| - r_a - r_b;        inside  n = -d/|d|,   g = r_b - r_a - |d|.
     """
     A, B = _middle(model, state, a), _middle(model, state, b)
     d = subtract(A, B)
-    # each is moved along its axis to the depth of the other
+    # the centre of a cylinder moves along its axis to the depth of the other shape
     if kind_of(b) in ("circle", "cylinder"):
         axis = _turned(model, state, b.body, b.axis)
         along = scale(dot(axis, d), axis)
@@ -219,18 +220,18 @@ def _between_round(model: Model, state: State, a: Any, b: Any) -> Found:
     return subtract(A, scale(r_a, n)), add(B, scale(r_b, n)), n, distance - r_a - r_b, ()
 
 
-def _on_line(model: Model, state: State, point: Any, line: Any) -> Found:
-    """A point on y = f(x), with the foot below it: n = (-f', 1, 0)/sqrt(1 + f'²),  g = (y - f)/sqrt(1 + f'²).
+def _on_line(model: Model, state: State, point: Any, line: Any) -> Nearest:
+    """Return the nearest points of a point and a line y = f(x), with the foot below the point:
 
-    g is the distance where it is zero, to first order elsewhere.
+    n = (-f', 1, 0)/sqrt(1 + f'²),  g = (y - f)/sqrt(1 + f'²). Near contact g is the distance to first order.
     """
     P = _middle(model, state, point)
     O = _at(model, state, line.body, line.at)  # noqa: E741
     link, _ = place_of(model, line.body)
     R = rotation(model, state, link)
     x, y, z = apply_transpose(R, subtract(P, O))
-    known = {**state.values, line.variable: x}
-    f, slope = (evaluate(one, known, state.field) for one in (line.height, line.slope))
+    values = {**state.values, line.variable: x}
+    f, slope = (evaluate(x, values, state.field) for x in (line.height, line.slope))
     root = state.field.sqrt(1 + slope * slope)
     n = apply(R, (divide(-slope, root), divide(1, root), 0))
     return P, add(O, apply(R, (x, f, z))), n, divide(y - f, root), ()
@@ -251,7 +252,7 @@ def _tangents(model: Model, state: State, contact: Contact, n: Vector) -> tuple[
 
 
 def _upright(n: Vector, up: Vector) -> tuple[Vector, Vector]:
-    """The axes at right angles to ``up``, turned with it to n the short way; no direction at n = -up.
+    """Return the axes at right angles to ``up``, turned with it to n the short way; undefined at n = -up.
 
     Source: Frisvad, Journal of Graphics Tools 16 (2012) 151-159.
     """
@@ -268,9 +269,9 @@ def _upright(n: Vector, up: Vector) -> tuple[Vector, Vector]:
 
 
 class ContactRows:
-    """Rates of all elements and what they are made of, a row for each of :func:`contact_layout`.
+    """Gaps and rates of contacts, with a row for each of :func:`contact_layout`.
 
-    Each list is formed when it is asked for: in symbols ``bias`` can be far longer than the rest.
+    Each list is computed when it is first used: as a formula ``bias`` can be far longer than the rest.
     """
 
     def __init__(self, model: Model, state: State, contacts: Sequence[Contact]) -> None:
@@ -279,12 +280,12 @@ class ContactRows:
         self._contacts = tuple(contacts)
 
     @cached_property
-    def gap(self) -> tuple[Any, ...]:
+    def gap(self) -> tuple[Scalar, ...]:
         """g of every element [m]."""
         return tuple(touch(self._model, self._state, c).gap for c in self._contacts)
 
     @cached_property
-    def rate(self) -> tuple[Any, ...]:
+    def rate(self) -> tuple[Scalar, ...]:
         """ġ and the slip velocities γ [m/s]."""
         return tuple(_rates(self._model, self._state, self._contacts))
 
@@ -294,14 +295,17 @@ class ContactRows:
         model, state = self._model, self._state
         result = []
         for c in self._contacts:
-            it = touch(model, state, c)
-            for e in (it.normal, *it.tangents):
-                pair = ((c.feature.body, it.on_feature, e), (c.surface.body, it.on_surface, negate(e)))
+            geometry = touch(model, state, c)
+            for e in (geometry.normal, *geometry.tangents):
+                pair = (
+                    (c.feature.body, geometry.on_feature, e),
+                    (c.surface.body, geometry.on_surface, negate(e)),
+                )
                 result.append(generalized_force(model, state, pair))
         return tuple(result)
 
     @cached_property
-    def drift(self) -> tuple[Any, ...]:
+    def drift(self) -> tuple[Scalar, ...]:
         """w, the part of the rates due to driven joints."""
         rates = []
         for rate, row in zip(self.rate, self.matrix, strict=True):
@@ -311,20 +315,20 @@ class ContactRows:
         return tuple(rates)
 
     @cached_property
-    def bias(self) -> tuple[Any, ...]:
-        """b, what is left of the rates' derivatives without accelerations [m/s²]."""
+    def bias(self) -> tuple[Scalar, ...]:
+        """b, the part of the rates' derivatives that is free of accelerations [m/s²]."""
         moving = state_along(self._model, self._state, self._state.u, 1, 1)
         rates = _rates(self._model, moving, self._contacts)
         return tuple(r.derivative(1) if isinstance(r, Series) else 0 for r in rates)
 
 
 def contact_rows(model: Model, state: State) -> ContactRows:
-    """Rows of all contacts of a model; formed once for a state."""
+    """Return the rows of all contacts of a model, computed once per state."""
     return rows_of(model, state, model.contacts)
 
 
 def rows_of(model: Model, state: State, contacts: Sequence[Contact]) -> ContactRows:
-    """Rows of some contacts; formed once for a state."""
+    """Return the rows of some contacts, computed once per state."""
     key = ("contact rows", tuple(c.name for c in contacts))
     if key not in state.cache:
         state.cache[key] = ContactRows(model, state, contacts)
@@ -334,17 +338,17 @@ def rows_of(model: Model, state: State, contacts: Sequence[Contact]) -> ContactR
 def _rates(model: Model, state: State, contacts: Sequence[Contact]) -> list[Any]:
     result = []
     for c in contacts:
-        it = touch(model, state, c)
+        geometry = touch(model, state, c)
         v = subtract(
-            material_velocity(model, state, c.feature.body, it.on_feature),
-            material_velocity(model, state, c.surface.body, it.on_surface),
+            material_velocity(model, state, c.feature.body, geometry.on_feature),
+            material_velocity(model, state, c.surface.body, geometry.on_surface),
         )
-        result += [dot(e, v) for e in (it.normal, *it.tangents)]
+        result += [dot(e, v) for e in (geometry.normal, *geometry.tangents)]
     return result
 
 
 def material_velocity(model: Model, state: State, body: Any, position: Vector) -> Vector:
-    """Velocity of the point of a body that is at a place now, in ground axes [m/s]."""
+    """Return the velocity of the point of a body that is at a position now, in ground axes [m/s]."""
     link, _ = place_of(model, body)
     if link == GROUND:
         return (0, 0, 0)
@@ -356,8 +360,8 @@ def material_velocity(model: Model, state: State, body: Any, position: Vector) -
 
 def generalized_force(
     model: Model, state: State, forces: Sequence[tuple[Any, Vector, Vector]]
-) -> tuple[Any, ...]:
-    """Generalized force of (body, place, force) triples in ground axes, conjugate to the speeds. Length n_u."""
+) -> tuple[Scalar, ...]:
+    """Return the generalized force of (body, position, force) triples in ground axes. Length n_u."""
     total: list[Any] = [0] * model.n_u
     for body, place, force in forces:
         link, _ = place_of(model, body)

@@ -1,10 +1,10 @@
-"""From displacements of the joints to the coordinates, and back.
+"""Relation between the displacements of the joints and the coordinates.
 
 Displacements are expressions of coordinates and time, so that with J = ∂y/∂q
 
     y'' = J u' + γ,        Q = Jᵀ τ.
 
-Where each displacement determines one more coordinate (absolute angles of a chain, for instance), both are
+If each displacement determines one more coordinate (absolute angles of a chain, for instance), both are
 solved by substitution along ``model.order``; J is never inverted.
 """
 
@@ -14,18 +14,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..model.model import Model
-from ..scalar.algebra import divide
+from ..scalar.algebra import Scalar, divide
 from .joint_freedom import free_displacements
 from .state import State
 
 
 def accelerations_of_coordinates(
-    model: Model, state: State, second_rates: Mapping[int, Any], own: Mapping[int, Any]
-) -> tuple[Any, ...]:
-    """u' from y'' of the 1-dof links; ``own`` holds u' of ball and free joints by speed."""
+    model: Model, state: State, second_rates: Mapping[int, Scalar], joint_rates: Mapping[int, Scalar]
+) -> tuple[Scalar, ...]:
+    """Return u' from y'' of the 1-dof links and, by speed, from u' of ball and free joints (``joint_rates``)."""
     assert model.order is not None
     udot: list[Any] = [0] * model.n_u
-    for j, value in own.items():
+    for j, value in joint_rates.items():
         udot[j] = value
     for i, j in model.order:
         link = model.links[i]
@@ -40,18 +40,18 @@ def accelerations_of_coordinates(
     return tuple(udot)
 
 
-def forces_on_displacements(model: Model, state: State, forces: Mapping[int, Any]) -> dict[int, Any]:
-    """τ with Jᵀ τ = Q: forces conjugate to the displacements from those conjugate to the speeds."""
+def forces_on_displacements(model: Model, state: State, forces: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Return τ with Jᵀ τ = Q: forces conjugate to the displacements from forces conjugate to the speeds."""
     assert model.order is not None
-    having: dict[int, list[tuple[int, Any]]] = {}
+    links_with: dict[int, list[tuple[int, Any]]] = {}
     for i, link in enumerate(model.links):
         for j, partial in link.partials:
-            having.setdefault(j, []).append((i, partial))
+            links_with.setdefault(j, []).append((i, partial))
     tau: dict[int, Any] = {}
     for i, j in reversed(model.order):
         rest = forces.get(j, 0)
         pivot: Any = 1
-        for k, partial in having[j]:
+        for k, partial in links_with[j]:
             if k == i:
                 pivot = partial
             else:
@@ -60,28 +60,28 @@ def forces_on_displacements(model: Model, state: State, forces: Mapping[int, Any
     return tau
 
 
-def forces_on_free_displacements(model: Model, state: State, speed: int, force: Any) -> dict[int, Any]:
-    """τ along the displacements that can change alone, equivalent to a ``force`` conjugate to one speed.
+def forces_on_free_displacements(model: Model, state: State, speed: int, force: Scalar) -> dict[int, Scalar]:
+    """Return τ along the displacements that can change alone, equivalent to a ``force`` conjugate to one speed.
 
-    What acts on displacements that share coordinates is not among them: it is part of their joints' reactions.
+    Forces on displacements that share coordinates are not included: they are part of their joints' reactions.
     """
-    having: dict[int, list[tuple[int, Any]]] = {}
+    links_with: dict[int, list[tuple[int, Any]]] = {}
     for i, link in enumerate(model.links):
         for j, partial in link.partials:
-            having.setdefault(j, []).append((i, partial))
+            links_with.setdefault(j, []).append((i, partial))
     tau: dict[int, Any] = {}
     for i, j in free_displacements(model):
         rest = force if j == speed else 0
-        for k, partial in having[j]:
+        for k, partial in links_with[j]:
             if k != i:
                 rest = rest - state(partial) * tau.get(k, 0)
-        pivot = dict(having[j])[i]
+        pivot = dict(links_with[j])[i]
         tau[i] = rest if pivot == 1 else divide(rest, state(pivot))
     return tau
 
 
-def forces_on_coordinates(model: Model, state: State, tau: Sequence[Any]) -> list[Any]:
-    """Jᵀ τ: forces conjugate to the speeds from those along the displacements (one entry per link)."""
+def forces_on_coordinates(model: Model, state: State, tau: Sequence[Scalar]) -> list[Scalar]:
+    """Return Jᵀ τ: forces conjugate to the speeds from forces along the displacements (one entry per link)."""
     total: list[Any] = [0] * model.n_u
     for i, link in enumerate(model.links):
         for j, partial in link.partials:

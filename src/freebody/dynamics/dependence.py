@@ -1,7 +1,7 @@
-"""Which speeds each constraint depends on, and directions that each tell many columns of its matrix G at once.
+"""Speeds that each constraint depends on, and directions that each give many columns of its matrix G at once.
 
-Along a direction u that is 1 for several speeds, the derivative of a condition that depends on one of these only is
-its entry of G for that one. A row of loops takes as many directions as one loop has speeds, however long the row is.
+Along a direction u that is 1 for several speeds, the derivative of a condition that depends on only one of them is
+its entry of G for that speed. A row of loops needs as many directions as one loop has speeds, however long it is.
 
 Source: Griewank & Walther, Evaluating Derivatives (2008), chapter 8.
 """
@@ -19,15 +19,15 @@ from .kinematics import place_of
 
 
 def dependence(model: Model) -> dict[str, frozenset[int]]:
-    """Speeds that the residuals of each constraint can depend on, by its name; none for contacts."""
+    """Return the speeds that the residuals of each constraint can depend on, by its name; none for contacts."""
     moving = [_moving(model, i) for i in range(len(model.links))]
-    behind: list[frozenset[int]] = []
-    for link, own in zip(model.links, moving, strict=True):
-        behind.append(own if link.parent == GROUND else own | behind[link.parent])
+    inward: list[frozenset[int]] = []  # speeds that move a link relative to the ground
+    for link, speeds in zip(model.links, moving, strict=True):
+        inward.append(speeds if link.parent == GROUND else speeds | inward[link.parent])
 
     def of_bodies(bodies: Iterable[Any]) -> frozenset[int]:
         links = [place_of(model, body)[0] for body in bodies]
-        return frozenset().union(*(behind[i] for i in links if i != GROUND))
+        return frozenset().union(*(inward[i] for i in links if i != GROUND))
 
     result: dict[str, frozenset[int]] = {}
     for name, one in model.constraints.items():
@@ -50,10 +50,10 @@ def dependence(model: Model) -> dict[str, frozenset[int]]:
 
 
 def loop_links(model: Model, closure: Closure) -> list[int]:
-    """Links between the two bodies that a closure joins: those of either that do not carry the other too."""
+    """Return the links of a loop: those that carry one of the two bodies of the closure but not both."""
     i, j = (place_of(model, body)[0] for body in (closure.parent, closure.child))
     result = []
-    while i != j:  # parents stand before their children
+    while i != j:  # parents come before their children
         i, j = min(i, j), max(i, j)
         result.append(j)
         j = model.links[j].parent
@@ -61,7 +61,7 @@ def loop_links(model: Model, closure: Closure) -> list[int]:
 
 
 def _moving(model: Model, i: int) -> frozenset[int]:
-    """Speeds that move a link relative to its parent."""
+    """Return the speeds that move a link relative to its parent."""
     link = model.links[i]
     if link.u < 0:
         return frozenset(j for j, _ in link.partials)
@@ -69,28 +69,28 @@ def _moving(model: Model, i: int) -> frozenset[int]:
 
 
 def _named(model: Model, expression: Any) -> frozenset[int]:
-    """Speeds that stand in an expression, or whose coordinates do."""
+    """Return the speeds that occur in an expression, or whose coordinates do."""
     names = set(model.names.depends(expression, "coordinate", "speed"))
     result = {j for j, speed in enumerate(model.speeds) if {speed.name, speed.name.removesuffix("'")} & names}
     for i, link in enumerate(model.links):
-        own = model.coordinate_names[link.q : link.q + {"ball": 4, "free": 7}.get(link.kind, 0)]
-        if names.intersection(own):
+        components = model.coordinate_names[link.q : link.q + {"ball": 4, "free": 7}.get(link.kind, 0)]
+        if names.intersection(components):
             result |= _moving(model, i)
     return frozenset(result)
 
 
 def directions(depends: Iterable[frozenset[int]]) -> list[frozenset[int]]:
-    """Sets of speeds of which no constraint depends on two: each speed in the first set that has room for it."""
+    """Return sets of speeds such that no constraint depends on two of a set; each speed joins the first free set."""
     sharing: dict[int, set[int]] = {}
     for speeds in depends:
         for j in speeds:
             sharing.setdefault(j, set()).update(speeds)
     result: list[set[int]] = []
     for j in sorted(sharing):
-        for one in result:
-            if one.isdisjoint(sharing[j]):
-                one.add(j)
+        for chosen in result:
+            if chosen.isdisjoint(sharing[j]):
+                chosen.add(j)
                 break
         else:
             result.append({j})
-    return [frozenset(one) for one in result]
+    return [frozenset(chosen) for chosen in result]

@@ -1,4 +1,4 @@
-"""Kinetic and potential energy, and the power of what has none.
+"""Kinetic and potential energy, and the power of loads without potential.
 
     T = ½ Σ V·(I V),        V = -Σ m g·r_C + ½ Σ k (displacement - rest)²
 
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..model.model import Model
-from ..scalar.algebra import HALF, add, apply, dot, scale
+from ..scalar.algebra import HALF, Scalar, add, apply, dot, scale
 from ..space.spatial import momentum_of, power
 from .kinematics import link_postures, velocities
 from .loading import Loading, load_power, spring_energy
@@ -19,16 +19,16 @@ from .newton_euler import drive_power
 from .state import State
 
 
-def kinetic_energy(model: Model, state: State) -> Any:
-    """Kinetic energy of all bodies [J]."""
+def kinetic_energy(model: Model, state: State) -> Scalar:
+    """Return the kinetic energy of all bodies [J]."""
     total: Any = 0
     for i, V in enumerate(velocities(model, state)):
         total = total + power(V, momentum_of(state.inertia(i), V))
     return HALF * total
 
 
-def potential_energy(model: Model, state: State) -> Any:
-    """Potential energy of weight (zero at the ground's origin) and springs (zero when free of force) [J]."""
+def potential_energy(model: Model, state: State) -> Scalar:
+    """Return the potential energy of weights (zero at the ground's origin) and springs (zero at zero force) [J]."""
     g = state.vector(model.gravity)
     total = spring_energy(model, state)
     if g == (0, 0, 0):
@@ -39,10 +39,11 @@ def potential_energy(model: Model, state: State) -> Any:
     return total
 
 
-def mechanical_power(model: Model, state: State, udot: Sequence[Any], loads: Loading | None = None) -> Any:
-    """Rate of change of the total energy: power of loads without potential, and of drives [W].
+def mechanical_power(
+    model: Model, state: State, udot: Sequence[Scalar], loads: Loading | None = None
+) -> Scalar:
+    """Return the rate of change of the total energy: power of loads without potential, and of drives [W].
 
-    ``udot`` is asked for only by drives, and so are ``loads``: all that acts, constraint forces included
-    (the loads of the model if not given).
+    Only drives use ``udot`` and ``loads``: all loads, constraint forces included (by default the model's loads).
     """
     return load_power(model, state) + drive_power(model, state, udot, loads)

@@ -1,4 +1,4 @@
-"""Impulses: what a blow of no duration does to speeds, and what the joints transmit of it.
+"""Impulses: jumps of the speeds at a blow without duration, and the impulsive reactions of the joints.
 
     M Δu = Jᵀ P + Gᵀ Λ,        G Δu = 0
 
@@ -18,7 +18,7 @@ from typing import Any
 
 from ..describe.constraints.constraint import Gear
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Vector, add, apply, apply_transpose, cross, divide, scale, subtract
+from ..scalar.algebra import Scalar, Vector, add, apply, apply_transpose, cross, divide, scale, subtract
 from ..space.spatial import (
     ZERO6,
     Spatial,
@@ -31,7 +31,7 @@ from ..space.spatial import (
     times,
 )
 from .composite import mass_matrix
-from .constraints import linearized, rows, separating, wrenches
+from .constraints import linearized, rows, separating_force, wrenches
 from .coordinates import forces_on_coordinates
 from .joint_freedom import transmissible
 from .kinematics import link_postures, place_of, point_position, rotation
@@ -40,11 +40,11 @@ from .loading import Loading
 from .state import State
 
 Blow = tuple[Any, Vector, Vector]
-"""(point, impulse, moment impulse) in ground axes; the point is one of the body struck, or (body, point) of another."""
+"""(point, impulse, moment impulse) in ground axes; the point belongs to the struck body, else it is (body, point)."""
 
 
 def blows_on(model: Model, state: State, blows: Sequence[Blow]) -> Loading:
-    """Impulses sorted by the links that they act on."""
+    """Return the impulses sorted by the links that they act on."""
     result = Loading()
     for where, impulse, moment in blows:
         body, point = where if isinstance(where, tuple) else (where.body, where)
@@ -58,8 +58,8 @@ def blows_on(model: Model, state: State, blows: Sequence[Blow]) -> Loading:
     return result
 
 
-def generalized_impulse(model: Model, state: State, blows: Loading) -> tuple[Any, ...]:
-    """Jᵀ P: impulses conjugate to the speeds [N s, N m s]. Length n_u."""
+def generalized_impulse(model: Model, state: State, blows: Loading) -> tuple[Scalar, ...]:
+    """Return Jᵀ P, the impulses conjugate to the speeds [N s, N m s]. Length n_u."""
     F = _inward(model, state, [blows.wrench(i) for i in range(len(model.links))])
     total = forces_on_coordinates(
         model,
@@ -77,16 +77,16 @@ def generalized_impulse(model: Model, state: State, blows: Loading) -> tuple[Any
 
 
 def speed_jumps(
-    model: Model, state: State, impulses: Sequence[Any], active: Sequence[int] = ()
-) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Δu, and the impulses Λ of the constraints (zero for those that are not ``active``).
+    model: Model, state: State, impulses: Sequence[Scalar], active: Sequence[int] = ()
+) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    """Return Δu and the impulses Λ of the constraints (zero for those that are not ``active``).
 
     Parameters
     ----------
     impulses : sequence, length n_u
         From :func:`generalized_impulse`.
     active : sequence of int
-        Independent conditions, of :func:`rows`; their rates stay as they are.
+        Independent conditions of :func:`rows`; their rates do not change.
     """
     M = Factorization(mass_matrix(model, state))
     jump = list(M.solve(impulses))
@@ -94,15 +94,15 @@ def speed_jumps(
     if active:
         G = [linearized(model, state).matrix[i] for i in active]
         X = [M.solve(row) for row in G]
-        found = Factorization(products(G, X)).solve([-x for x in applied(G, jump)])
-        jump = combined(jump, found, X)
-        for i, multiplier in zip(active, found, strict=True):
+        lam = Factorization(products(G, X)).solve([-x for x in applied(G, jump)])
+        jump = combined(jump, lam, X)
+        for i, multiplier in zip(active, lam, strict=True):
             multipliers[i] = multiplier
     return tuple(jump), tuple(multipliers)
 
 
-def link_jumps(model: Model, state: State, jump: Sequence[Any]) -> list[Spatial]:
-    """ΔV of every link about its origin, in its axes."""
+def link_jumps(model: Model, state: State, jump: Sequence[Scalar]) -> list[Spatial]:
+    """Return ΔV of every link about its origin, in its axes."""
     result: list[Spatial] = []
     for i, link in enumerate(model.links):
         R, p, _ = state.joint(i)
@@ -123,7 +123,7 @@ def link_jumps(model: Model, state: State, jump: Sequence[Any]) -> list[Spatial]
 
 
 def point_jump(model: Model, state: State, jumps: Sequence[Spatial], point: Any) -> Vector:
-    """Δv of a point, in ground axes, given the jumps of the links [m/s]."""
+    """Return Δv of a point, in ground axes, from the jumps of the links [m/s]."""
     link, origin = place_of(model, point.body)
     if link == GROUND:
         return (0, 0, 0)
@@ -133,11 +133,11 @@ def point_jump(model: Model, state: State, jumps: Sequence[Spatial], point: Any)
 
 
 def with_constraints(
-    model: Model, state: State, blows: Sequence[Blow], multipliers: Sequence[Any], times: Any = 1
+    model: Model, state: State, blows: Sequence[Blow], multipliers: Sequence[Scalar], factor: Scalar = 1
 ) -> list[Blow]:
-    """The blows together with the impulses of loops, ropes, rolling contacts and teeth.
+    """Return the blows together with the impulses of loops, ropes, rolling contacts and teeth.
 
-    ``times`` is a factor that the blows and multipliers have; what presses teeth apart, at |Λ|, gets it too.
+    ``factor`` multiplies the blows and multipliers; the impulse that presses teeth apart, at |Λ|, gets it too.
     """
     result = list(blows)
     for row, multiplier, acting in zip(rows(model), multipliers, wrenches(model, state), strict=True):
@@ -146,12 +146,12 @@ def with_constraints(
         result += [(where, scale(multiplier, f), scale(multiplier, n)) for where, f, n in acting]
         owner = model.constraints[row.owner]
         if isinstance(owner, Gear):
-            pair, size = separating(model, state, owner)
+            pair, size = separating_force(model, state, owner)
             if size is None:
                 continue
             pressure = size * state.field.apply("abs", multiplier)
-            if not (isinstance(times, int) and times == 1):
-                pressure = divide(pressure * times, state.field.apply("abs", times))
+            if not (isinstance(factor, int) and factor == 1):
+                pressure = divide(pressure * factor, state.field.apply("abs", factor))
             result += [(where, scale(pressure, f), n) for where, f, n in pair]
     return result
 
@@ -159,19 +159,19 @@ def with_constraints(
 def impulsive_reactions(
     model: Model, state: State, jumps: Sequence[Spatial], blows: Loading
 ) -> dict[str, tuple[Vector, Vector]]:
-    """(impulse, moment impulse) of every joint on its child, about the joint's point, in ground axes [N s, N m s].
+    """Return (impulse, moment impulse) of every joint on its child, about its point, in ground axes [N s, N m s].
 
     Parameters
     ----------
     jumps : list of Spatial
         From :func:`link_jumps`.
     blows : Loading
-        All impulses on bodies, those of constraints included.
+        All impulses on bodies, including those of constraints.
     """
-    own = []
+    needs = []
     for i in range(len(model.links)):
-        own.append(minus(momentum_of(state.inertia(i), jumps[i]), blows.wrench(i)))
-    F = _inward(model, state, own)
+        needs.append(minus(momentum_of(state.inertia(i), jumps[i]), blows.wrench(i)))
+    F = _inward(model, state, needs)
     result = {}
     for name, joint in model.joints.items():
         last = joint.links[-1]
@@ -181,9 +181,9 @@ def impulsive_reactions(
     return result
 
 
-def _inward(model: Model, state: State, own: Sequence[Spatial]) -> list[Spatial]:
-    """Each link's wrench together with those of all links outward of it."""
-    F = list(own)
+def _inward(model: Model, state: State, wrenches: Sequence[Spatial]) -> list[Spatial]:
+    """Return each link's wrench together with those of all links outward of it."""
+    F = list(wrenches)
     for i in range(len(model.links) - 1, -1, -1):
         parent = model.links[i].parent
         if parent != GROUND:
@@ -192,7 +192,7 @@ def _inward(model: Model, state: State, own: Sequence[Spatial]) -> list[Spatial]
     return F
 
 
-def reached(model: Model, state: State, jump: Sequence[Any]) -> State:
-    """The state just after: the same coordinates, u + Δu."""
+def state_after(model: Model, state: State, jump: Sequence[Scalar]) -> State:
+    """Return the state just after: the same coordinates, u + Δu."""
     u = [a + b for a, b in zip(state.u, jump, strict=True)]
     return State(model, state.field, state.t, state.q, u, state.values)

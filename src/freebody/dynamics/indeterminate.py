@@ -1,7 +1,7 @@
-"""Indeterminate reactions: where several constraints do the same, rigid bodies do not tell how they share the load.
+"""Indeterminate reactions: rigid bodies do not determine how redundant constraints share a load.
 
-A self-stress is a set of multipliers n that moves nothing, Gᵀ n = 0. It presses on the bodies and so on the joints
-of the tree as well; every component that some self-stress loads can take any value without a change of the motion.
+A self-stress is a set of multipliers n that moves nothing, Gᵀ n = 0. It loads the bodies and so the joints of the
+tree as well. Every component that some self-stress loads can take any value without a change of the motion.
 
 Source: Wojtyra, Joint reaction forces in multibody systems with redundant constraints, Multibody System Dynamics 14
 (2005).
@@ -19,8 +19,8 @@ from ..describe.constraints.constraint import Gear
 from ..model.mesh import Mesh
 from ..model.model import Model
 from ..scalar.algebra import IDENTITY, ZERO, apply, subtract
-from .constrained import DEPENDENT, constrained_loading, pressed
-from .constraints import linearized, radial_names, rows, separating
+from .constrained import DEPENDENT, constrained_loading, with_wrenches
+from .constraints import linearized, radial_names, rows, separating_force
 from .joint_freedom import transmissible
 from .kinematics import rotation
 from .loading import loading
@@ -32,43 +32,43 @@ LETTERS = "xyz"
 
 @dataclass(frozen=True)
 class SelfStress:
-    """Multipliers by name, and what they put on the joints of the tree: (force, moment) in ground axes."""
+    """Multipliers by name, and the reactions they cause in the joints of the tree: (force, moment) in ground axes."""
 
     multipliers: Mapping[str, float]
     joints: Mapping[str, tuple[Any, Any]]
 
 
 def self_stresses(model: Model, state: State) -> list[SelfStress]:
-    """A basis of the self-stresses at a state of floats that satisfies the constraints."""
+    """Return a basis of the self-stresses at a state of floats that satisfies the constraints."""
     names = [row.name for row in rows(model)]
-    # the directions that the forces act along, which are those of G but for sliding friction
+    # directions of the forces, which are the rows of G except for sliding friction
     G = np.array([[float(x) for x in row] for row in linearized(model, state).acting]).reshape(
         len(names), model.n_u
     )
     sizes = np.linalg.norm(G, axis=1)
-    live = [i for i in range(len(names)) if sizes[i] > DEPENDENT * sizes.max(initial=0)]
-    basis = [np.eye(len(names))[i] for i in range(len(names)) if i not in live]
-    if live:
-        unit = G[live] / sizes[live, None]
+    nonzero = [i for i in range(len(names)) if sizes[i] > DEPENDENT * sizes.max(initial=0)]
+    basis = [np.eye(len(names))[i] for i in range(len(names)) if i not in nonzero]
+    if nonzero:
+        unit = G[nonzero] / sizes[nonzero, None]
         left, values, _ = np.linalg.svd(unit)
         rank = int(np.sum(values > DEPENDENT * values[0]))
         for column in left[:, rank:].T:
             whole = np.zeros(len(names))
-            whole[live] = column / sizes[live]
+            whole[nonzero] = column / sizes[nonzero]
             basis.append(whole / np.abs(whole).max())
     loaded = []
     for n in basis:
         cleared = [float(x) if abs(x) > DEPENDENT else 0 for x in n]
         loaded.append((dict(zip(names, cleared, strict=True)), constrained_loading(model, state, cleared)))
     for gear, name in radial_names(model).items():
-        pair, size = separating(model, state, model.constraints[gear])
+        pair, size = separating_force(model, state, model.constraints[gear])
         if size is None:
-            loaded.append(({name: float(1)}, pressed(model, state, loading(model, state), pair)))
-    still = [0] * model.n_u
-    before = reactions(model, state, still, loads=loading(model, state)) if loaded else {}
+            loaded.append(({name: float(1)}, with_wrenches(model, state, loading(model, state), pair)))
+    zeros = [0] * model.n_u
+    before = reactions(model, state, zeros, loads=loading(model, state)) if loaded else {}
     result = []
     for multipliers, loads in loaded:
-        after = reactions(model, state, still, loads=loads)
+        after = reactions(model, state, zeros, loads=loads)
         change = {
             name: (subtract(after[name][0], force), subtract(after[name][1], moment))
             for name, (force, moment) in before.items()
@@ -78,11 +78,11 @@ def self_stresses(model: Model, state: State) -> list[SelfStress]:
 
 
 def joints_between(model: Model, gear: Gear) -> tuple[str, ...]:
-    """The joints of the tree from one body of a gear to the other: teeth of which nothing is known may load all."""
+    """Return the joints of the tree between the bodies of a gear; teeth of unknown pitch point may load them all."""
     ends = [model.joints[joint.name].links[-1] for joint in (gear.first, gear.second)]
     i, j = ends
     links = {*ends}
-    while i != j:  # parents stand before their children
+    while i != j:  # parents come before their children
         i, j = min(i, j), max(i, j)
         links.add(j)
         j = model.links[j].parent
@@ -90,7 +90,7 @@ def joints_between(model: Model, gear: Gear) -> tuple[str, ...]:
 
 
 def _shared_with_teeth(model: Model, state: State) -> list[SelfStress]:
-    """All that joints may transmit beside the teeth of gears of which the ratio alone is known."""
+    """Return every reaction that joints may transmit beside the teeth of gears known by their ratio only."""
     result = []
     for gear, mesh in model.meshes.items():
         if isinstance(mesh, Mesh):
@@ -106,22 +106,22 @@ def _shared_with_teeth(model: Model, state: State) -> list[SelfStress]:
 
 
 def indeterminate(model: Model, state: State) -> tuple[str, ...]:
-    """Names of the reactions that no motion determines at a state of floats.
+    """Return the names of the reactions that the motion does not determine, at a state of floats.
 
-    Multipliers by their names; of the joints of the tree, ``A_z`` for the force along the ground's z and ``A_Mx`` for
-    the moment about x.
+    They are the names of multipliers and, for joints of the tree, ``A_z`` for the force along the ground's z and
+    ``A_Mx`` for the moment about x.
     """
-    found: dict[str, None] = {}
+    result: dict[str, None] = {}
     for stress in self_stresses(model, state):
-        found.update(dict.fromkeys(name for name, x in stress.multipliers.items() if x != 0))
+        result.update(dict.fromkeys(name for name, x in stress.multipliers.items() if x != 0))
         for joint, pair in stress.joints.items():
             for kind, vector in zip(("", "M"), pair, strict=True):
                 # the size of a self-stress is 1
-                found.update(
+                result.update(
                     {
                         f"{joint}_{kind}{c}": None
                         for c, x in zip(LETTERS, vector, strict=True)
                         if abs(x) > DEPENDENT
                     }
                 )
-    return tuple(found)
+    return tuple(result)

@@ -1,25 +1,24 @@
-"""What a joint leaves free, and what it can therefore transmit.
+"""Free motions of a joint, and the wrench that it can transmit.
 
-The reaction of an ideal joint does no work in any of its free motions. Of the wrench (n, f) on the child about
-the joint's point it is what remains at right angles to the free turns (of n) and the free slides (of f):
+The reaction of an ideal joint does no work in any of its free motions. It is the part of the wrench (n, f) on the
+child, about the joint's point, that is at right angles to the free turns (for n) and the free slides (for f):
 
     n_R = n - P n,        f_R = f - P f,        P onto the span of the free axes.
 
-A load along one free motion presses on the child with the wrench that has power in that motion alone.
+A load along one free motion acts on the child with the wrench that has power in that motion only.
 A displacement that shares its coordinate with another one, or is a function of time, is not free: the joint
-transmits what keeps it so.
+transmits the force that enforces this.
 """
 
 from __future__ import annotations
 
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import sympy
 
 from ..model.model import JointPlace, Model
-from ..scalar.algebra import ZERO, Vector, add, apply_transpose, cross, divide, dot, scale, subtract
+from ..scalar.algebra import ZERO, Scalar, Vector, add, apply_transpose, cross, divide, dot, scale, subtract
 from ..space.spatial import Spatial
 from .state import State
 
@@ -31,40 +30,40 @@ class Axis:
     link: int
     kind: str  # hinge, slider, screw
     direction: Vector
-    pitch: Any
+    pitch: Scalar
     free: bool
 
 
 def free_displacements(model: Model) -> tuple[tuple[int, int], ...]:
-    """(link, speed) of the displacements that can change alone, each with a speed by which it does so.
+    """Return (link, speed) of the displacements that can change alone, each with a speed that changes it.
 
-    A speed that stands in one displacement only frees it; without that displacement, other speeds may stand in
-    one only.
+    A speed that occurs in only one displacement frees it; without that displacement, other speeds may occur in
+    only one.
     """
     rows = {i: dict(link.partials) for i, link in enumerate(model.links) if link.partials}
-    having: dict[int, set[int]] = {}
+    links_with: dict[int, set[int]] = {}
     for i, row in rows.items():
         for j in row:
-            having.setdefault(j, set()).add(i)
-    ready = [j for j, links in having.items() if len(links) == 1]
+            links_with.setdefault(j, set()).add(i)
+    ready = [j for j, links in links_with.items() if len(links) == 1]
     result = []
     while ready:
         j = ready.pop()
-        if len(having[j]) != 1:
+        if len(links_with[j]) != 1:
             continue
-        (i,) = having[j]
+        (i,) = links_with[j]
         if isinstance(rows[i][j], sympy.Basic):
-            continue  # it may vanish somewhere
+            continue  # the partial derivative may vanish somewhere
         result.append((i, j))
         for k in rows[i]:
-            having[k].discard(i)
-            if len(having[k]) == 1:
+            links_with[k].discard(i)
+            if len(links_with[k]) == 1:
                 ready.append(k)
     return tuple(result)
 
 
 def joint_axes(model: Model, state: State, joint: JointPlace) -> list[Axis]:
-    """The 1-dof motions of a joint, first to last, in the axes of its last link."""
+    """Return the 1-dof motions of a joint, first to last, in the axes of its last link."""
     if "free" not in state.cache:
         state.cache["free"] = {i for i, _ in free_displacements(model)}
     axes: list[Axis] = []
@@ -79,14 +78,16 @@ def joint_axes(model: Model, state: State, joint: JointPlace) -> list[Axis]:
 
 
 def transmissible(model: Model, state: State, joint: JointPlace, wrench: Spatial) -> Spatial:
-    """The part of a wrench on the child, about the joint's point in the last link's axes, that the joint can carry."""
+    """Return the part of a wrench on the child, about the joint's point in the last link's axes, that it can carry."""
     kinds = {model.links[i].kind for i in joint.links}
     ideal = not kinds & {"free", "ball"}
-    return carried(kinds, [a for a in joint_axes(model, state, joint) if a.free] if ideal else [], wrench)
+    return carried_part(
+        kinds, [a for a in joint_axes(model, state, joint) if a.free] if ideal else [], wrench
+    )
 
 
-def carried(kinds: Container[str], free: list[Axis], wrench: Spatial) -> Spatial:
-    """The part of a wrench that a joint of links of these kinds carries, with these free axes."""
+def carried_part(kinds: Container[str], free: list[Axis], wrench: Spatial) -> Spatial:
+    """Return the part of a wrench that a joint of links of these kinds, with these free axes, carries."""
     n, f = wrench
     if "free" in kinds:
         return (ZERO, ZERO)
@@ -103,7 +104,7 @@ def carried(kinds: Container[str], free: list[Axis], wrench: Spatial) -> Spatial
 
 
 def _across(v: Vector, free: list[Vector]) -> Vector:
-    """v less its projection on the span of the free directions, unit vectors."""
+    """Return v less its projection on the span of the free directions, which are unit vectors."""
     if not free:
         return v
     if len(free) == 1:
@@ -114,36 +115,36 @@ def _across(v: Vector, free: list[Vector]) -> Vector:
     return ZERO
 
 
-def pressing(model: Model, state: State, joint: JointPlace, link: int) -> Spatial:
-    """Wrench on the child of a unit load along one displacement, about the joint's point in the last link's axes.
+def unit_load_wrench(model: Model, state: State, joint: JointPlace, link: int) -> Spatial:
+    """Return the wrench on the child of a unit load along one displacement, about its point in the last link's axes.
 
-    It has power one in that displacement and none in the other free ones.
+    It has power one in that displacement and none in the other free displacements.
     """
     axes = joint_axes(model, state, joint)
-    (own,) = [axis for axis in axes if axis.link == link]
-    if own.kind == "slider":
+    (loaded,) = [axis for axis in axes if axis.link == link]
+    if loaded.kind == "slider":
         slides = [
             axis.direction for axis in axes if axis.kind == "slider" and axis.free and axis.link != link
         ]
-        return (ZERO, own.direction if own.free else _across(own.direction, slides))
-    if own.kind == "screw":
-        return (own.direction, ZERO)
+        return (ZERO, loaded.direction if loaded.free else _across(loaded.direction, slides))
+    if loaded.kind == "screw":
+        return (loaded.direction, ZERO)
     others = [axis.direction for axis in axes if axis.kind == "hinge" and axis.free and axis.link != link]
-    across = _across(own.direction, others)
-    if own.free and others:
-        across = scale(divide(1, dot(own.direction, across)), across)
+    across = _across(loaded.direction, others)
+    if loaded.free and others:
+        across = scale(divide(1, dot(loaded.direction, across)), across)
     return (across, ZERO)
 
 
 def loads_on_child(
-    model: Model, state: State, joint: JointPlace, along: Mapping[int, Any], *, free: bool
+    model: Model, state: State, joint: JointPlace, along: Mapping[int, Scalar], *, free: bool
 ) -> Spatial:
-    """Wrench on the child of the loads ``along`` the joint's displacements, those that are free or the others."""
+    """Return the wrench on the child of the loads ``along`` the joint's free displacements, or along the others."""
     n: Vector = ZERO
     f: Vector = ZERO
     for axis in joint_axes(model, state, joint):
         if axis.free == free and axis.link in along:
-            moment, force = pressing(model, state, joint, axis.link)
+            moment, force = unit_load_wrench(model, state, joint, axis.link)
             n = add(n, scale(along[axis.link], moment))
             f = add(f, scale(along[axis.link], force))
     return (n, f)

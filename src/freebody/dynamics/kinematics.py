@@ -1,4 +1,4 @@
-"""Where the bodies are and how they move.
+"""Positions, velocities and accelerations of the bodies.
 
 Outward along the tree, in the axes of each link:
 
@@ -7,8 +7,8 @@ Outward along the tree, in the axes of each link:
     α_i = Rᵀ α_parent + w_i × w_J + n y''
     a_i = Rᵀ (a_parent + B_parent p) + 2 Rᵀ w_parent × v_J + w_J × v_J + s y''          B = [α]× + [w]×²
 
-a is the acceleration of the link's origin, so that a point p of the link has a + B p. Velocities are not needed for it,
-which with spatial accelerations would be multiplied and cancel.
+a is the acceleration of the link's origin, so that a point p of the link has a + B p. It needs no linear velocities;
+with spatial accelerations these would be multiplied and then cancel.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.2 for V; §2.11 for the two kinds of acceleration.
 """
@@ -24,6 +24,7 @@ from ..scalar.algebra import (
     IDENTITY,
     ZERO,
     Matrix,
+    Scalar,
     Vector,
     add,
     add_matrices,
@@ -49,30 +50,30 @@ class Posture:
 
 @dataclass(frozen=True)
 class Spot:
-    """Where on a body a force acts now: the place in ground axes, which may move over the body."""
+    """The place on a body at which a force acts now, in ground axes; it may move over the body."""
 
     body: Any
     position: Vector
 
 
 def velocities(model: Model, state: State) -> list[Spatial]:
-    """Motion (w, v) of every link in the ground, about its origin, in its axes."""
+    """Return the motion (w, v) of every link in the ground, about its origin, in its axes."""
     if "velocities" not in state.cache:
         result: list[Spatial] = []
         for i, link in enumerate(model.links):
             R, p, vJ = state.joint(i)
             V_P = ZERO6 if link.parent == GROUND else result[link.parent]
-            result.append(state.kept("velocity", i, plus(motion_to_child(R, p, V_P), vJ)))
+            result.append(state.intermediate("velocity", i, plus(motion_to_child(R, p, V_P), vJ)))
         state.cache["velocities"] = result
     return state.cache["velocities"]
 
 
 def accelerations(
-    model: Model, state: State, udot: Sequence[Any] | None, ground: Vector = ZERO
+    model: Model, state: State, udot: Sequence[Scalar] | None, ground: Vector = ZERO
 ) -> list[Spatial]:
-    """Angular acceleration of every link and acceleration of its origin, in its axes; ``ground`` is that of the ground.
+    """Return the angular acceleration of every link and the acceleration of its origin, in its axes.
 
-    With ``udot`` None: the part free of accelerations.
+    ``ground`` is the acceleration of the ground. With ``udot`` None: the part free of accelerations u'.
     """
     V = velocities(model, state)
     result: list[Spatial] = []
@@ -90,25 +91,25 @@ def accelerations(
         if link.one_dof:
             A = plus(A, times(state.second_rate(link, udot), state.subspace(i)))
         elif link.u >= 0 and udot is not None:
-            A = plus(A, _own_rates(link.kind, udot, link.u))
-        result.append(state.kept("acceleration", i, A))
+            A = plus(A, _joint_rates(link.kind, udot, link.u))
+        result.append(state.intermediate("acceleration", i, A))
     return result
 
 
 def turning(w: Vector, alpha: Vector) -> Matrix:
-    """B = [α]× + [w]×²: B p is the acceleration of a point at p from one at rest, of the same body."""
+    """Return B = [α]× + [w]×²: B p is the acceleration of a point of a body at p from a point of it at rest."""
     x, y, z = w
     xx, yy, zz, xy, yz, zx = x * x, y * y, z * z, x * y, y * z, z * x
     return add_matrices(skew(alpha), ((-(yy + zz), xy, zx), (xy, -(zz + xx), yz), (zx, yz, -(xx + yy))))
 
 
-def _own_rates(kind: str, udot: Sequence[Any], u: int) -> Spatial:
+def _joint_rates(kind: str, udot: Sequence[Scalar], u: int) -> Spatial:
     w = (udot[u], udot[u + 1], udot[u + 2])
     return (w, (udot[u + 3], udot[u + 4], udot[u + 5])) if kind == "free" else (w, ZERO)
 
 
 def link_postures(model: Model, state: State) -> list[Posture]:
-    """Pose of every link's frame in the ground."""
+    """Return the pose of every link's frame in the ground."""
     if "postures" not in state.cache:
         result: list[Posture] = []
         for i, link in enumerate(model.links):
@@ -123,7 +124,7 @@ def link_postures(model: Model, state: State) -> list[Posture]:
 
 
 def poses(model: Model, state: State) -> dict[str, Posture]:
-    """Pose of every body's frame in the ground."""
+    """Return the pose of every body's frame in the ground."""
     links = link_postures(model, state)
     result = {}
     for name, place in model.bodies.items():
@@ -134,12 +135,12 @@ def poses(model: Model, state: State) -> dict[str, Posture]:
 
 
 def rotation(model: Model, state: State, link: int) -> Matrix:
-    """R_NL of a link; the identity for the ground."""
+    """Return R_NL of a link, the identity for the ground."""
     return IDENTITY if link == GROUND else link_postures(model, state)[link].rotation
 
 
 def place_of(model: Model, body: Any) -> tuple[int, Vector]:
-    """Link of a body and the body's origin in it; (GROUND, 0) for the ground."""
+    """Return the link of a body and the body's origin in it, (GROUND, 0) for the ground."""
     if body.is_ground:
         return GROUND, ZERO
     place: Place = model.bodies[body.name]
@@ -147,7 +148,7 @@ def place_of(model: Model, body: Any) -> tuple[int, Vector]:
 
 
 def point_position(model: Model, state: State, point: Any) -> Vector:
-    """Position of a point in the ground, in ground axes [m]."""
+    """Return the position of a point in the ground, in ground axes [m]."""
     if isinstance(point, Spot):
         return point.position
     link, origin = place_of(model, point.body)
@@ -159,7 +160,7 @@ def point_position(model: Model, state: State, point: Any) -> Vector:
 
 
 def point_velocity(model: Model, state: State, point: Any) -> Vector:
-    """Velocity of a point in the ground, in ground axes [m/s]."""
+    """Return the velocity of a point in the ground, in ground axes [m/s]."""
     link, origin = place_of(model, point.body)
     if link == GROUND:
         return ZERO
@@ -168,8 +169,8 @@ def point_velocity(model: Model, state: State, point: Any) -> Vector:
     return apply(rotation(model, state, link), add(v, cross(w, p_LP_L)))
 
 
-def point_acceleration(model: Model, state: State, point: Any, udot: Sequence[Any]) -> Vector:
-    """Acceleration of a point in the ground, in ground axes [m/s²]."""
+def point_acceleration(model: Model, state: State, point: Any, udot: Sequence[Scalar]) -> Vector:
+    """Return the acceleration of a point in the ground, in ground axes [m/s²]."""
     link, origin = place_of(model, point.body)
     if link == GROUND:
         return ZERO
@@ -180,13 +181,13 @@ def point_acceleration(model: Model, state: State, point: Any, udot: Sequence[An
 
 
 def angular_velocity(model: Model, state: State, body: Any) -> Vector:
-    """Angular velocity of a body in the ground, in ground axes [rad/s]."""
+    """Return the angular velocity of a body in the ground, in ground axes [rad/s]."""
     link, _ = place_of(model, body)
     return ZERO if link == GROUND else apply(rotation(model, state, link), velocities(model, state)[link][0])
 
 
-def coordinate_rates(model: Model, state: State) -> tuple[Any, ...]:
-    """q' from q and u: u itself, and for ball and free joints
+def coordinate_rates(model: Model, state: State) -> tuple[Scalar, ...]:
+    """Return q' from q and u: u itself, and for ball and free joints
 
     e' = ½ e ∘ (0, w),    p' = R v.
     """
@@ -211,8 +212,8 @@ def coordinate_rates(model: Model, state: State) -> tuple[Any, ...]:
     return tuple(rates)
 
 
-def jacobian(model: Model, state: State, point: Any) -> tuple[tuple[Any, ...], ...]:
-    """Matrix J (6 x n_u) of the angular velocity of the point's body and the velocity of the point:
+def jacobian(model: Model, state: State, point: Any) -> tuple[tuple[Scalar, ...], ...]:
+    """Return the matrix J (6 x n_u) of the angular velocity of the point's body and the velocity of the point:
 
     (w_NB_N, v_NP_N) = J u + (part due to driven joints).
     """
@@ -220,19 +221,18 @@ def jacobian(model: Model, state: State, point: Any) -> tuple[tuple[Any, ...], .
     p_NP_N = point_position(model, state, point)
     columns: list[list[Any]] = [[0] * 6 for _ in range(model.n_u)]
     while link != GROUND:
-        one = model.links[link]
         posture = link_postures(model, state)[link]
         arm = subtract(p_NP_N, posture.position)
         for j, weight, (w, v) in motions(model, state, link):
             w_N, v_N = apply(posture.rotation, w), apply(posture.rotation, v)
             column = (*w_N, *add(v_N, cross(w_N, arm)))
             columns[j] = [a + weight * b for a, b in zip(columns[j], column, strict=True)]
-        link = one.parent
+        link = model.links[link].parent
     return tuple(tuple(column[row] for column in columns) for row in range(6))
 
 
 def motions(model: Model, state: State, i: int) -> list[tuple[int, Any, Spatial]]:
-    """(speed, factor, motion) of a link relative to its parent per unit speed, in its axes."""
+    """Return (speed, factor, motion) of a link relative to its parent per unit speed, in its axes."""
     link = model.links[i]
     if link.one_dof:
         S = state.subspace(i)

@@ -16,7 +16,19 @@ from ..describe.loads.load import (
     Torque,
 )
 from ..model.model import GROUND, Model
-from ..scalar.algebra import HALF, Vector, apply, apply_transpose, cross, divide, dot, negate, scale, subtract
+from ..scalar.algebra import (
+    HALF,
+    Scalar,
+    Vector,
+    apply,
+    apply_transpose,
+    cross,
+    divide,
+    dot,
+    negate,
+    scale,
+    subtract,
+)
 from ..space.spatial import ZERO6, Spatial, plus
 from .kinematics import angular_velocity, place_of, point_position, point_velocity, rotation
 from .state import State
@@ -24,21 +36,22 @@ from .state import State
 
 @dataclass
 class Loading:
-    """Loads sorted by what they act on."""
+    """Loads sorted by link, displacement and speed."""
 
     wrenches: dict[int, Spatial] = field(default_factory=dict)
     """Per link: (moment about the link's origin, force) in link axes."""
-    along: dict[int, Any] = field(default_factory=dict)
+    along: dict[int, Scalar] = field(default_factory=dict)
     """Per 1-dof link: force or moment conjugate to its displacement."""
-    generalized: dict[int, Any] = field(default_factory=dict)
+    generalized: dict[int, Scalar] = field(default_factory=dict)
     """Per speed: generalized force."""
 
     def wrench(self, link: int) -> Spatial:
+        """Return the wrench on a link, zero if there is none."""
         return self.wrenches.get(link, ZERO6)
 
 
 def loading(model: Model, state: State, only: set[str] | None = None) -> Loading:
-    """All loads but gravity (or ``only`` those named) at a state."""
+    """Return all loads except gravity (or ``only`` the loads of these names) at a state."""
     key = ("loading", None if only is None else frozenset(only))
     if key in state.cache:
         return state.cache[key]
@@ -60,19 +73,19 @@ def loading(model: Model, state: State, only: set[str] | None = None) -> Loading
             result.generalized[j] = result.generalized.get(j, 0) + state(load.value)
         else:
             link = model.joints[load.joint.name].links[load.index]
-            result.along[link] = result.along.get(link, 0) + along(model, state, load)
+            result.along[link] = result.along.get(link, 0) + joint_force(model, state, load)
     state.cache[key] = result
     return result
 
 
 def speed_of(model: Model, load: GeneralizedForce) -> int:
-    """Index of the speed that a generalized force is conjugate to."""
+    """Return the index of the speed to which a generalized force is conjugate."""
     name = model.names.texts[load.coordinate] + "'"
     return model.speed_names.index(name)
 
 
-def along(model: Model, state: State, load: JointSpring | JointDamper | JointForce) -> Any:
-    """Force of a joint's spring, damper or motor, conjugate to the displacement."""
+def joint_force(model: Model, state: State, load: JointSpring | JointDamper | JointForce) -> Scalar:
+    """Return the force of a joint's spring, damper or motor, conjugate to the displacement."""
     link = model.links[model.joints[load.joint.name].links[load.index]]
     if isinstance(load, JointSpring):
         return -(state(load.stiffness) * (state(link.displacement) - state(load.rest)))
@@ -82,32 +95,34 @@ def along(model: Model, state: State, load: JointSpring | JointDamper | JointFor
 
 
 def point_forces(model: Model, state: State, load: Force | Spring | Damper) -> list[tuple[Any, Vector]]:
-    """(point, force in ground axes) of a force at a point, or of a spring or damper at its two ends."""
+    """Return (point, force in ground axes) of a force at a point, or of a spring or damper at its two ends."""
     if isinstance(load, Force):
         frame, _ = place_of(model, load.frame)
         return [(load.point, apply(rotation(model, state, frame), state.vector(load.components)))]
-    along_N, length = line(model, state, load)
+    span_N, length = span(model, state, load)
     if isinstance(load, Spring):
         tension = divide(state(load.stiffness) * (length - state(load.rest)), length)
     else:
-        tension = divide(state(load.damping) * dot(along_N, _relative(model, state, load)), length * length)
-    force = state.kept("pull", load.name, scale(tension, along_N))
+        tension = divide(
+            state(load.damping) * dot(span_N, _relative_velocity(model, state, load)), length * length
+        )
+    force = state.intermediate("pull", load.name, scale(tension, span_N))
     return [(load.start, force), (load.end, negate(force))]
 
 
-def line(model: Model, state: State, load: Spring | Damper) -> tuple[Vector, Any]:
-    """Vector from start to end in ground axes, and its length."""
+def span(model: Model, state: State, load: Spring | Damper) -> tuple[Vector, Scalar]:
+    """Return the vector from start to end in ground axes, and its length."""
     d = subtract(point_position(model, state, load.end), point_position(model, state, load.start))
-    d = state.kept("line", load.name, d)
+    d = state.intermediate("line", load.name, d)
     return d, state.field.sqrt(dot(d, d))
 
 
-def _relative(model: Model, state: State, load: Spring | Damper) -> Vector:
+def _relative_velocity(model: Model, state: State, load: Spring | Damper) -> Vector:
     return subtract(point_velocity(model, state, load.end), point_velocity(model, state, load.start))
 
 
 def couples(model: Model, state: State, load: Torque) -> list[tuple[Any, Vector]]:
-    """(body, moment in ground axes) of a couple and of its opposite."""
+    """Return (body, moment in ground axes) of a couple and of its opposite."""
     frame, _ = place_of(model, load.frame)
     moment = apply(rotation(model, state, frame), state.vector(load.components))
     pair = [(load.body, moment)]
@@ -123,23 +138,23 @@ def _press(model: Model, state: State, result: Loading, point: Any, force_N: Vec
     result.wrenches[link] = plus(result.wrench(link), (cross(arm, force), force))
 
 
-def spring_energy(model: Model, state: State) -> Any:
-    """½ k (displacement - rest)², over all springs."""
+def spring_energy(model: Model, state: State) -> Scalar:
+    """Return the energy ½ k (displacement - rest)² of all springs."""
     total: Any = 0
     for load in model.loads.values():
         if isinstance(load, JointSpring):
             link = model.links[model.joints[load.joint.name].links[load.index]]
             stretch = state(link.displacement) - state(load.rest)
         elif isinstance(load, Spring):
-            stretch = line(model, state, load)[1] - state(load.rest)
+            stretch = span(model, state, load)[1] - state(load.rest)
         else:
             continue
         total = total + HALF * state(load.stiffness) * stretch * stretch
     return total
 
 
-def load_power(model: Model, state: State) -> Any:
-    """Power of all loads that have no potential: forces, couples, motors, dampers, generalized forces."""
+def load_power(model: Model, state: State) -> Scalar:
+    """Return the power of all loads without potential: forces, couples, motors, dampers, generalized forces."""
     total: Any = 0
     for load in model.loads.values():
         if isinstance(load, Force | Damper):
@@ -152,10 +167,10 @@ def load_power(model: Model, state: State) -> Any:
             total = total + state(load.value) * state.u[speed_of(model, load)]
         elif isinstance(load, JointForce | JointDamper):
             link = model.links[model.joints[load.joint.name].links[load.index]]
-            total = total + along(model, state, load) * state.rate(link)
+            total = total + joint_force(model, state, load) * state.rate(link)
     return total
 
 
-def weight(model: Model, state: State, mass: Any) -> Vector:
-    """m g, in ground axes."""
+def weight(model: Model, state: State, mass: Scalar) -> Vector:
+    """Return m g, in ground axes."""
     return scale(state(mass), state.vector(model.gravity))

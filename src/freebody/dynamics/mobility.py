@@ -1,6 +1,6 @@
-"""Whether every degree of freedom moves some mass: the mass matrix must be positive definite.
+"""Check that every degree of freedom moves some mass: the mass matrix must be positive definite.
 
-It is scaled to ones on its diagonal, so that the smallest eigenvalue is free of units; the eigenvector names the
+The matrix is scaled to ones on its diagonal, so that the smallest eigenvalue has no unit. The eigenvector names the
 coordinates that together move nothing.
 """
 
@@ -19,27 +19,27 @@ from ..scalar.expression import evaluate
 from .composite import mass_matrix
 from .state import State
 
-# A scaled mass matrix of n bodies is known to about n eps; what is smaller is zero.
+# A scaled mass matrix of n bodies is exact to about n eps; smaller eigenvalues are zero.
 EPSILONS = 1 << 10
 
 
-def light(n: int) -> float:
-    """The eigenvalue of a scaled mass matrix (n, n) up to which nothing moves."""
+def zero_eigenvalue(n: int) -> float:
+    """Return the bound below which an eigenvalue of a scaled mass matrix (n, n) is zero: nothing moves."""
     return EPSILONS * sys.float_info.epsilon * n
 
 
 def massless_motion(model: Model, state: State) -> tuple[str, ...]:
-    """Names of the speeds that together move no mass at a state of floats; empty if there are none."""
+    """Return the names of the speeds that together move no mass at a state of floats; empty if there are none."""
     return _idle(model, np.array([[float(entry) for entry in row] for row in mass_matrix(model, state)]))
 
 
 def check_mobility(model: Model, M: Any) -> None:
-    """Refuse a mass matrix of numbers with speeds that move no mass: constraint forces could not be told.
+    """Raise ModelError for a mass matrix of numbers with speeds that move no mass, which leave forces undefined.
 
     Raises
     ------
     ModelError
-        The speeds.
+        The message names the speeds.
     """
     idle = _idle(model, M)
     if idle:
@@ -53,6 +53,7 @@ def check_mobility(model: Model, M: Any) -> None:
 
 
 def _idle(model: Model, M: Any) -> tuple[str, ...]:
+    """Return the names of the speeds that together move no mass."""
     if len(M) == 0 or not np.isfinite(M).all():
         return ()
     diagonal = M.diagonal()
@@ -60,24 +61,24 @@ def _idle(model: Model, M: Any) -> tuple[str, ...]:
         return (model.speed_names[int(diagonal.argmin())],)
     scale = np.sqrt(diagonal)
     values, vectors = np.linalg.eigh(M / np.outer(scale, scale))
-    if values[0] > light(len(M)):
+    if values[0] > zero_eigenvalue(len(M)):
         return ()
     share = np.abs(vectors[:, 0])
     return tuple(model.speed_names[i] for i in np.flatnonzero(share > share.max() / len(M)))
 
 
 def check_bodies(model: Model, values: Mapping[str, float]) -> None:
-    """Refuse values of parameters with which a body is impossible: a negative mass, moment or dimension.
+    """Raise MassError for values of parameters that make a body impossible: a negative mass, moment or dimension.
 
     Raises
     ------
     MassError
-        The body, the test that failed and by how much.
+        The message names the body, the test that failed and by how much.
     """
-    known = {parameter.symbol: values[parameter.name] for parameter in model.parameters}
+    symbols = {parameter.symbol: values[parameter.name] for parameter in model.parameters}
 
     def number(x: Any) -> float:
-        return float(x if isinstance(x, int | float) else evaluate(x, known, floats, known))
+        return float(x if isinstance(x, int | float) else evaluate(x, symbols, floats, symbols))
 
     for name, place in model.bodies.items():
         properties = place.properties
@@ -87,7 +88,7 @@ def check_bodies(model: Model, values: Mapping[str, float]) -> None:
         inertia = [[number(x) for x in row] for row in place.inertia]
         principal = not any(x for i, row in enumerate(inertia) for j, x in enumerate(row) if i != j)
         moments = sorted(inertia[i][i] for i in range(3)) if principal else np.linalg.eigvalsh(inertia)
-        # a quick look at floats; the message, and the last word, are those of the mass properties
+        # a quick check of floats; the mass properties decide and give the message
         if min(numbers, default=0) < 0 or moments[0] < 0 or moments[0] + moments[1] < moments[2]:
             try:
                 properties.check(values)

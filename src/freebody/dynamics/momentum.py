@@ -8,10 +8,9 @@ Source: chapter 6, eqs (6.3), (6.17)-(6.19).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from ..model.model import Model
-from ..scalar.algebra import ZERO, Vector, add, apply, cross, divide, scale, subtract
+from ..scalar.algebra import ZERO, Scalar, Vector, add, apply, cross, divide, scale, subtract
 from ..space.spatial import momentum_of
 from .kinematics import link_postures, velocities
 from .state import State
@@ -26,12 +25,12 @@ class Momentum:
     about: Vector
 
     def shifted(self, to: Vector) -> Momentum:
-        """The same about another point: H_B = H_A + (r_A - r_B) × p (translation theorem)."""
+        """Return the momentum about another point: H_B = H_A + (r_A - r_B) × p (translation theorem)."""
         return Momentum(self.linear, add(self.angular, cross(subtract(self.about, to), self.linear)), to)
 
 
 def momentum(model: Model, state: State, about: Vector = ZERO, bodies: set[str] | None = None) -> Momentum:
-    """Momentum of all bodies (or those named) about a point of the ground, given in ground axes."""
+    """Return the momentum of all bodies, or of those named, about a point of the ground in ground axes."""
     linear, angular = ZERO, ZERO
     V, postures = velocities(model, state), link_postures(model, state)
     for i, link in enumerate(model.links):
@@ -45,12 +44,12 @@ def momentum(model: Model, state: State, about: Vector = ZERO, bodies: set[str] 
     return Momentum(linear, angular, ZERO).shifted(about)
 
 
-def mass_centre(model: Model, state: State) -> tuple[Any, Vector]:
-    """Total mass and position of the mass centre, in ground axes [kg], [m]."""
-    mass, first = 0, ZERO
+def mass_centre(model: Model, state: State) -> tuple[Scalar, Vector]:
+    """Return the total mass [kg] and the position of the mass centre, in ground axes [m]."""
+    mass, first_moment = 0, ZERO
     for i, posture in enumerate(link_postures(model, state)):
         m, h, _ = state.inertia(i)
         mass = mass + m
-        first = add(first, add(scale(m, posture.position), apply(posture.rotation, h)))
-    x, y, z = first
+        first_moment = add(first_moment, add(scale(m, posture.position), apply(posture.rotation, h)))
+    x, y, z = first_moment
     return mass, (divide(x, mass), divide(y, mass), divide(z, mass))

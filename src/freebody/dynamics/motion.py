@@ -1,16 +1,15 @@
-"""The motion of a model at a state, constrained or not: accelerations, multipliers, and all forces that act."""
+"""Motion of a model at a state, constrained or not: accelerations, multipliers and all forces."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..describe.constraints.constraint import Rolling
 from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.model import Model
-from ..scalar.algebra import ZERO, add, scale
+from ..scalar.algebra import ZERO, Scalar, Vector, add, scale
 from .articulated import forward_dynamics
 from .constrained import constrained_dynamics, constrained_loading, constraint_power
 from .constraints import rows, wrenches
@@ -24,35 +23,37 @@ from .state import State
 class Motion:
     """Accelerations u', multipliers of all conditions in the order of ``rows``, loads with constraint forces."""
 
-    udot: tuple[Any, ...]
-    multipliers: tuple[Any, ...]
+    udot: tuple[Scalar, ...]
+    multipliers: tuple[Scalar, ...]
     loads: Loading
 
 
 def motion(model: Model, state: State, active: Sequence[int] | None = None) -> Motion:
-    """Accelerations and constraint forces.
+    """Return the accelerations and the constraint forces.
 
     Parameters
     ----------
     active : sequence of int, optional
-        The independent conditions (:func:`freebody.dynamics.constrained.independent_rows`); all if not given.
+        The independent conditions (:func:`freebody.dynamics.constrained.independent_rows`); by default all.
     """
     if not model.constraints:
         return Motion(forward_dynamics(model, state), (), loading(model, state))
-    held = range(len(rows(model))) if active is None else active
-    udot, multipliers = constrained_dynamics(model, state, held)
+    conditions = range(len(rows(model))) if active is None else active
+    udot, multipliers = constrained_dynamics(model, state, conditions)
     return Motion(udot, multipliers, constrained_loading(model, state, multipliers))
 
 
-def total_power(model: Model, state: State, moving: Motion) -> Any:
-    """Rate of change of the total energy: loads without potential, drives, conditions with explicit time [W]."""
+def total_power(model: Model, state: State, moving: Motion) -> Scalar:
+    """Return the rate of the total energy: loads without potential, drives, conditions with explicit time [W]."""
     power = mechanical_power(model, state, moving.udot, moving.loads)
     return power + constraint_power(model, state, moving.multipliers)
 
 
-def all_reactions(model: Model, state: State, moving: Motion) -> dict[str, tuple[Any, Any]]:
-    """(force, moment) of every joint on its child, about its point there, in ground axes; loop-closing joints
-    and contacts (on their features, about the point of contact) last."""
+def all_reactions(model: Model, state: State, moving: Motion) -> dict[str, tuple[Vector, Vector]]:
+    """Return (force, moment) of every joint on its child, about the joint's point, in ground axes.
+
+    Joints that close loops and contacts (on their features, about the point of contact) come last.
+    """
     result = reactions(model, state, moving.udot, loads=moving.loads)
     if not model.constraints:
         return result

@@ -1,4 +1,4 @@
-"""Recursive Newton-Euler: from motion to forces, with the reaction of every joint.
+"""Recursive Newton-Euler algorithm: from motion to forces, with the reaction of every joint.
 
 Outward, the accelerations with the ground accelerated by -g; then for each link, from the tips inward,
 
@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Vector, add, apply, cross, negate, scale
+from ..scalar.algebra import Scalar, Vector, add, apply, cross, negate, scale
 from ..space.spatial import Spatial, force_to_parent, minus, plus, power
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
 from .joint_freedom import loads_on_child, transmissible
@@ -25,25 +25,25 @@ from .loading import Loading, loading
 from .state import State
 
 
-def transmitted(
-    model: Model, state: State, udot: Sequence[Any] | None, loads: Loading | None
+def joint_wrenches(
+    model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None
 ) -> list[Spatial]:
-    """Wrench F_i on every link from its parent, about the link's origin in its axes.
+    """Return the wrench F_i on every link from its parent, about the link's origin in its axes.
 
-    ``loads`` None leaves out the loads and gravity; ``udot`` None the part linear in accelerations.
+    ``loads`` None leaves out the loads and gravity; ``udot`` None leaves out the part linear in accelerations.
     """
-    F = _own(model, state, udot, loads)
+    F = _needs(model, state, udot, loads)
     for i in range(len(model.links) - 1, -1, -1):
         link = model.links[i]
-        F[i] = state.kept("force", i, F[i])
+        F[i] = state.intermediate("force", i, F[i])
         if link.parent != GROUND:
             R, p, _ = state.joint(i)
             F[link.parent] = plus(F[link.parent], force_to_parent(R, p, F[i]))
     return F
 
 
-def _own(model: Model, state: State, udot: Sequence[Any] | None, loads: Loading | None) -> list[Spatial]:
-    """What every link needs for itself: (n, f) less the loads."""
+def _needs(model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None) -> list[Spatial]:
+    """Return the wrench that the motion of every link alone needs: (n, f) less the loads."""
     V = velocities(model, state)
     ground = (0, 0, 0) if loads is None else negate(state.vector(model.gravity))
     A = accelerations(model, state, udot, ground)
@@ -58,24 +58,25 @@ def _own(model: Model, state: State, udot: Sequence[Any] | None, loads: Loading 
 
 
 def inverse_dynamics(
-    model: Model, state: State, udot: Sequence[Any] | None, loads: Loading | None | str = "all"
-) -> tuple[Any, ...]:
-    """Generalized forces that the motion needs beyond the model's loads:  M u' + h - Q.
+    model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None | str = "all"
+) -> tuple[Scalar, ...]:
+    """Return the generalized forces that the motion needs beyond the model's loads,  M u' + h - Q.
 
-    Zero along a motion of the model. ``loads`` may select some (:func:`loading`), or none and no gravity (None).
+    They are zero along a motion of the model. ``loads`` may select some loads (:func:`loading`); None leaves out all
+    loads and gravity.
 
     Returns
     -------
     tuple, length n_u
         Forces conjugate to the speeds [N, N m].
     """
-    given = loading(model, state) if loads == "all" else loads
-    assert not isinstance(given, str)
-    F = transmitted(model, state, udot, given)
+    acting = loading(model, state) if loads == "all" else loads
+    assert not isinstance(acting, str)
+    F = joint_wrenches(model, state, udot, acting)
     tau: list[Any] = []
     for i, link in enumerate(model.links):
         along = power(state.subspace(i), F[i]) if link.one_dof else 0
-        tau.append(along if given is None else along - given.along.get(i, 0))
+        tau.append(along if acting is None else along - acting.along.get(i, 0))
     total = forces_on_coordinates(model, state, tau)
     for i, link in enumerate(model.links):
         if link.u >= 0:
@@ -84,45 +85,45 @@ def inverse_dynamics(
                 total[link.u + k] = n[k]
                 if link.kind == "free":
                     total[link.u + 3 + k] = f[k]
-    if given is not None:
-        for j, force in given.generalized.items():
+    if acting is not None:
+        for j, force in acting.generalized.items():
             total[j] = total[j] - force
     return tuple(total)
 
 
-def bias(model: Model, state: State) -> tuple[Any, ...]:
-    """h - Q: the equations of motion M u' + (h - Q) = 0 at u' = 0. Length n_u [N, N m]."""
+def bias(model: Model, state: State) -> tuple[Scalar, ...]:
+    """Return h - Q of the equations of motion M u' + (h - Q) = 0. Length n_u [N, N m]."""
     return inverse_dynamics(model, state, None)
 
 
 def reactions(
-    model: Model, state: State, udot: Sequence[Any], *, natural: bool = False, loads: Loading | None = None
+    model: Model, state: State, udot: Sequence[Scalar], *, natural: bool = False, loads: Loading | None = None
 ) -> dict[str, tuple[Vector, Vector]]:
-    """(force, moment) of every joint on its child, about the joint's point on the child, in ground axes.
+    """Return (force, moment) of every joint on its child, about the joint's point on the child, in ground axes.
 
-    Loads along the joint (springs, dampers, motors) are not part of it; the force that drives a prescribed
+    Loads along the joint (springs, dampers, motors) are not part of the reaction; the force that drives a prescribed
     displacement is.
 
     Parameters
     ----------
     udot : sequence, length n_u
-        If these are not the accelerations of the motion, the forces that :func:`inverse_dynamics` finds act in the
-        joints besides.
+        If these are not the accelerations of the motion, the forces of :func:`inverse_dynamics` also act in the
+        joints.
     natural : bool
-        Whether ``udot`` is known to be that of the motion. What the equations of motion make zero is then left
-        out as it arises, which in symbols gives the short form: a hinge passes on no moment about its axis.
+        True if ``udot`` is known to be that of the motion. Terms that the equations of motion make zero are then left
+        out at once, which gives short formulas: a hinge transmits no moment about its axis.
     loads : Loading, optional
-        In place of the model's own, where constraints act too.
+        Loads in place of the model's own, if constraints act too.
     """
     loads = loading(model, state) if loads is None else loads
-    F = _own(model, state, udot, loads)
+    F = _needs(model, state, udot, loads)
     ends = {joint.links[-1]: (name, joint) for name, joint in model.joints.items()}
     result = {}
     for i in range(len(model.links) - 1, -1, -1):
         if i in ends:
             name, joint = ends[i]
-            held = loads_on_child(model, state, joint, loads.along, free=False)
-            n, f = transmissible(model, state, joint, minus(F[i], held))
+            enforced = loads_on_child(model, state, joint, loads.along, free=False)
+            n, f = transmissible(model, state, joint, minus(F[i], enforced))
             R = rotation(model, state, i)
             result[name] = (apply(R, f), apply(R, n))
             if natural:
@@ -131,7 +132,7 @@ def reactions(
                     for k, tau in forces_on_free_displacements(model, state, j, force).items():
                         along[k] = along.get(k, 0) + tau
                 moved = loads_on_child(model, state, joint, along, free=True)
-                F[i] = plus((n, f), plus(held, moved))
+                F[i] = plus((n, f), plus(enforced, moved))
         parent = model.links[i].parent
         if parent != GROUND:
             R, p, _ = state.joint(i)
@@ -139,13 +140,13 @@ def reactions(
     return {name: result[name] for name in model.joints}
 
 
-def drive_power(model: Model, state: State, udot: Sequence[Any], given: Loading | None = None) -> Any:
-    """Power that the drives of prescribed displacements put in: Σ (Sᵀ F - loads along) ∂y/∂t."""
+def drive_power(model: Model, state: State, udot: Sequence[Scalar], loads: Loading | None = None) -> Scalar:
+    """Return the power that the drives of prescribed displacements put in: Σ (Sᵀ F - loads along) ∂y/∂t [W]."""
     driven = [i for i, link in enumerate(model.links) if link.one_dof and link.drift != 0]
     if not driven:
         return 0
-    loads = loading(model, state) if given is None else given
-    F = transmitted(model, state, udot, loads)
+    loads = loading(model, state) if loads is None else loads
+    F = joint_wrenches(model, state, udot, loads)
     total: Any = 0
     for i in driven:
         force = power(state.subspace(i), F[i]) - loads.along.get(i, 0)

@@ -1,12 +1,12 @@
-"""Rotors: outermost bodies on hinges that look the same however far they have turned.
+"""Rotors: outermost bodies on hinges whose mass is the same at every angle.
 
-Where a body's mass is symmetric about its hinge, and nothing acts on it but its weight and the hinge, neither its
-inertia nor its momentum depends on the angle. Vectors of such a link may be written in axes that do not turn with it:
-the angle then stands in no equation, as an ignorable coordinate, and the products that would turn inertias are spared.
+If a body's mass is symmetric about its hinge, and only its weight and the hinge act on it, neither its inertia nor its
+momentum depends on the angle. Vectors of such a link may be written in axes that do not turn with it: the angle is then
+an ignorable coordinate that occurs in no equation, and inertias need not be rotated.
 
     R = E instead of E R(n, y)        velocities and accelerations as before
 
-Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §9.1 (any axes will do, at an instant).
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §9.1 (any axes may be used at an instant).
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from .state import State
 
 
 class Unturned(State):
-    """A state in which the rotors have axes that do not turn with them."""
+    """A state in which the axes of the rotors do not turn with them."""
 
-    turning: tuple[Link, ...] = ()
+    rotors: tuple[Link, ...] = ()
 
     def _evaluate_joint(self, link: Link) -> tuple[Matrix, Vector, Spatial]:
-        if any(link is one for one in self.turning):
+        if any(link is rotor for rotor in self.rotors):
             n, rate = self.vector(link.axis), self.rate(link)
             x, y, z = n
             return (
@@ -37,7 +37,7 @@ class Unturned(State):
 
 
 def unturned(model: Model, state: State, wrenches: Any) -> State:
-    """The state for an algorithm that never looks at the attitude of a rotor; the same one if there are none.
+    """Return the state for an algorithm that never uses the attitude of a rotor; the same state if there are none.
 
     Parameters
     ----------
@@ -45,27 +45,27 @@ def unturned(model: Model, state: State, wrenches: Any) -> State:
         Loads on the links, whose components are in axes that turn.
     """
     parents = {link.parent for link in model.links}
-    found = [
+    rotors = [
         link
         for i, link in enumerate(model.links)
         if i not in parents and i not in wrenches and is_symmetric(link)
     ]
-    if not found:
+    if not rotors:
         return state
     result = Unturned(model, state.field, state.t, state.q, state.u, state.values)
     result._memo = state._memo  # values of expressions, which are the same
-    result.turning = tuple(found)
+    result.rotors = tuple(rotors)
     return result
 
 
 def is_symmetric(link: Link) -> bool:
-    """Whether the mass of a hinged link is symmetric about its hinge, by its description."""
+    """Return True if the mass of a hinged link is symmetric about its hinge, as described."""
     if link.kind != "hinge":
         return False
-    live = [k for k in range(3) if link.axis[k] != 0]
-    if len(live) != 1 or link.axis[live[0]] not in (1, -1):
+    nonzero = [k for k in range(3) if link.axis[k] != 0]
+    if len(nonzero) != 1 or link.axis[nonzero[0]] not in (1, -1):
         return False
-    k = live[0]
+    k = nonzero[0]
     a, b = (i for i in range(3) if i != k)
     J = link.inertia
     return (

@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError, TooManyTermsError
 from ..model.model import Link, Model
-from ..scalar.algebra import ZERO, Field, Matrix, Vector, add, apply, floats, multiply, scale
+from ..scalar.algebra import (
+    ZERO,
+    Expression,
+    Field,
+    Matrix,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    floats,
+    multiply,
+    scale,
+)
 from ..scalar.expression import evaluate
 from ..space.quaternion import matrix_from_quaternion
 from ..space.spatial import Inertia, Spatial, rigid_inertia
@@ -21,17 +33,17 @@ if TYPE_CHECKING:
 class State:
     """Time, coordinates, speeds and parameters of a model as scalars of one field.
 
-    Made by :func:`float_state`, :func:`polynomial_state` or :func:`traced_state`. What is asked of a joint is
-    evaluated once and remembered; otherwise a state never changes.
+    Made by :func:`float_state`, :func:`polynomial_state` or :func:`traced_state`. The quantities of a joint are
+    evaluated at first use and stored; otherwise a state never changes.
     """
 
     def __init__(
         self,
         model: Model,
         field: Field,
-        t: Any,
-        q: Sequence[Any],
-        u: Sequence[Any],
+        t: Scalar,
+        q: Sequence[Scalar],
+        u: Sequence[Scalar],
         values: Mapping[Any, Any],
     ) -> None:
         self.model = model
@@ -48,22 +60,22 @@ class State:
         self.cache: dict[Any, Any] = {}
         """Results of algorithms on this state, by the algorithm's name."""
 
-    def __call__(self, expression: Any) -> Any:
-        """The value of an expression of the model's names."""
+    def __call__(self, expression: Expression) -> Scalar:
+        """Return the value of an expression of the model's names."""
         return evaluate(expression, self._memo, self.field, self._memo)
 
-    def vector(self, components: Sequence[Any]) -> Vector:
-        """Three expressions evaluated."""
+    def vector(self, components: Sequence[Expression]) -> Vector:
+        """Return the values of three expressions."""
         x, y, z = components
         return (self(x), self(y), self(z))
 
-    def matrix(self, rows: Sequence[Sequence[Any]]) -> Matrix:
-        """Nine expressions evaluated."""
+    def matrix(self, rows: Sequence[Sequence[Expression]]) -> Matrix:
+        """Return the values of nine expressions."""
         a, b, c = rows
         return (self.vector(a), self.vector(b), self.vector(c))
 
     def inertia(self, i: int) -> Inertia:
-        """Inertia of link ``i`` about its origin, in its axes."""
+        """Return the inertia of link ``i`` about its origin, in its axes."""
         if i not in self._inertias:
             link = self.model.links[i]
             self._inertias[i] = rigid_inertia(
@@ -72,8 +84,11 @@ class State:
         return self._inertias[i]
 
     def joint(self, i: int) -> tuple[Matrix, Vector, Spatial]:
-        """Of link ``i``: rotation (parent from link), position of its origin from the parent's in parent
-        axes, and its motion relative to the parent in its own axes."""
+        """Return the pose of link ``i`` and its motion relative to its parent.
+
+        They are the rotation (parent from link), the position of its origin from the parent's in parent axes, and the
+        relative motion in the link's axes.
+        """
         if i not in self._joints:
             self._joints[i] = self._evaluate_joint(self.model.links[i])
         return self._joints[i]
@@ -83,38 +98,38 @@ class State:
         if link.kind == "weld":
             return (E, r, (ZERO, ZERO))
         if link.kind == "ball":
-            return turned(E, r, self.q[link.q : link.q + 4], self.u[link.u : link.u + 3])
+            return ball_joint(E, r, self.q[link.q : link.q + 4], self.u[link.u : link.u + 3])
         if link.kind == "free":
-            return flown(E, r, self.q[link.q : link.q + 7], self.u[link.u : link.u + 6])
+            return free_joint(E, r, self.q[link.q : link.q + 7], self.u[link.u : link.u + 6])
         n = self.vector(link.axis)
-        return displaced(
+        return one_dof_joint(
             link.kind, E, r, n, self(link.pitch), self(link.displacement), self.rate(link), self.field
         )
 
-    def rate(self, link: Link) -> Any:
-        """dy/dt of a 1-dof link."""
+    def rate(self, link: Link) -> Scalar:
+        """Return dy/dt of a 1-dof link."""
         total = self(link.drift)
         for j, partial in link.partials:
             total = total + self(partial) * self.u[j]
         return total
 
-    def second_rate(self, link: Link, udot: Sequence[Any] | None) -> Any:
-        """d²y/dt² of a 1-dof link; with ``udot`` None, the part free of accelerations."""
+    def second_rate(self, link: Link, udot: Sequence[Scalar] | None) -> Scalar:
+        """Return d²y/dt² of a 1-dof link; with ``udot`` None, the part free of accelerations."""
         total = self(link.bias)
         if udot is not None:
             for j, partial in link.partials:
                 total = total + self(partial) * udot[j]
         return total
 
-    def kept(self, what: str, of: Any, value: Any) -> Any:
-        """A velocity, acceleration or force of a link, or line and pull of a load, as what follows takes it: unchanged.
+    def intermediate(self, what: str, of: Any, value: Any) -> Any:
+        """Return a velocity, acceleration or force of a link, or span and pull of a load, for further use: unchanged.
 
-        A state in which long quantities are named gives the names (`symbolic.recursive`).
+        A state that names long quantities returns their names (`symbolic.recursive`).
         """
         return value
 
     def subspace(self, i: int) -> Spatial:
-        """Motion of a 1-dof link per unit rate, in its own axes; constant there."""
+        """Return the motion of a 1-dof link per unit rate, which is constant in its axes."""
         link = self.model.links[i]
         n = self.vector(link.axis)
         if link.kind == "slider":
@@ -124,15 +139,19 @@ class State:
         return (n, scale(self(link.pitch), n))
 
 
-def turned(E: Matrix, r: Vector, e: Sequence[Any], w: Sequence[Any]) -> tuple[Matrix, Vector, Spatial]:
-    """A ball joint: see :meth:`State.joint`."""
+def ball_joint(
+    E: Matrix, r: Vector, e: Sequence[Scalar], w: Sequence[Scalar]
+) -> tuple[Matrix, Vector, Spatial]:
+    """Return pose and motion of a ball joint, as :meth:`State.joint`."""
     a, b, c, d = e
     x, y, z = w
     return (multiply(E, matrix_from_quaternion((a, b, c, d))), r, ((x, y, z), ZERO))
 
 
-def flown(E: Matrix, r: Vector, q: Sequence[Any], u: Sequence[Any]) -> tuple[Matrix, Vector, Spatial]:
-    """A free joint: see :meth:`State.joint`."""
+def free_joint(
+    E: Matrix, r: Vector, q: Sequence[Scalar], u: Sequence[Scalar]
+) -> tuple[Matrix, Vector, Spatial]:
+    """Return pose and motion of a free joint, as :meth:`State.joint`."""
     x, y, z, *e = q
     a, b, c, d = e
     R = matrix_from_quaternion((a, b, c, d))
@@ -140,10 +159,10 @@ def flown(E: Matrix, r: Vector, q: Sequence[Any], u: Sequence[Any]) -> tuple[Mat
     return (multiply(E, R), add(r, apply(E, (x, y, z))), ((wx, wy, wz), (vx, vy, vz)))
 
 
-def displaced(
-    kind: str, E: Matrix, r: Vector, n: Vector, pitch: Any, y: Any, rate: Any, field: Field
+def one_dof_joint(
+    kind: str, E: Matrix, r: Vector, n: Vector, pitch: Scalar, y: Scalar, rate: Scalar, field: Field
 ) -> tuple[Matrix, Vector, Spatial]:
-    """A hinge, slider or screw with displacement y along n: see :meth:`State.joint`."""
+    """Return pose and motion of a hinge, slider or screw with displacement y along n, as :meth:`State.joint`."""
     if kind == "slider":
         return (E, add(r, apply(E, scale(y, n))), (ZERO, scale(rate, n)))
     R = multiply(E, matrix_about(n, y, field))
@@ -160,7 +179,7 @@ def float_state(
     t: float = 0,
     values: Mapping[Any, Any] | None = None,
 ) -> State:
-    """A state of Python floats; without ``q`` all coordinates are zero (unit quaternions the identity)."""
+    """Return a state of Python floats; without ``q`` all coordinates are zero (unit quaternions the identity)."""
     numbers = model.values(values)
     if q is None:
         q = rest_coordinates(model)
@@ -175,7 +194,7 @@ def float_state(
 
 
 def rest_coordinates(model: Model) -> list[int]:
-    """All coordinates zero, unit quaternions the identity."""
+    """Return all coordinates as zero, unit quaternions as the identity."""
     q = [0] * model.n_q
     for i in model.quaternions:
         q[i] = 1
@@ -183,7 +202,7 @@ def rest_coordinates(model: Model) -> list[int]:
 
 
 def traced_state(model: Model, tape: Tape) -> State:
-    """A state of inputs of a recorded program: t, q, u and the parameters, by name."""
+    """Return a state of inputs of a recorded program: t, q, u and the parameters, by name."""
     t = tape.input("t")
     q = [tape.input(coordinate.name) for coordinate in model.coordinates]
     u = [tape.input(speed.name) for speed in model.speeds]
@@ -191,17 +210,17 @@ def traced_state(model: Model, tape: Tape) -> State:
     return State(model, tape, t, q, u, values)
 
 
-NAMED = "Give it a name: make it a parameter of its own, with this value. Numbers bear it: fb.simulate, fb.compile."
-"""Cure of an expression of parameters that is too long."""
+NAME_CURE = "Give it a name: make it a parameter of its own, with this value. Numbers bear it: fb.simulate, fb.compile."
+"""Cure for an expression of parameters that is too long."""
 
 
 def polynomial_state(model: Model, ring: Ring) -> State:
-    """A state of exact symbols."""
+    """Return a state of exact symbols."""
     for expression in model.positive:
         try:
             ring.assume_positive(expression)
         except TooManyTermsError as error:
-            raise TooManyTermsError(f"In {str(expression)[:60]}: {error.reason}", NAMED) from None
+            raise TooManyTermsError(f"In {str(expression)[:60]}: {error.reason}", NAME_CURE) from None
     values = {
         parameter.symbol: ring.generator(parameter.symbol, "parameter") for parameter in model.parameters
     }

@@ -1,13 +1,13 @@
-"""Constraints that are one-sided by nature, and what their forces may not pass.
+"""One-sided constraints and the limits of their forces.
 
     rope          S ≥ 0                 it only pulls
     rolling       N ≥ 0                 the plane only presses
-                  μ N - |T| ≥ 0         where a coefficient of friction is given
-    condition     λ ≥ 0                 of φ ≥ 0, where it is said to be unilateral
+                  μ N - |T| ≥ 0         if it has a coefficient of friction
+    condition     λ ≥ 0                 of φ ≥ 0, if it is unilateral
 
-A motion keeps the constraint as an equation, two-sided. Where its force passes the limit, what it says is no longer
-what happens. A limit that is met exactly is not passed: forces are sums, and a sum of parts that balance is zero but
-for their round-off, so that each limit comes with the size of the parts,
+A motion treats the constraint as an equation, two-sided. Once the force passes its limit, the motion is no longer
+physical. A limit that is met exactly is not passed: forces are sums, and a sum of parts that balance is zero up to
+round-off, so that each limit is compared with the size of the parts,
 
     s = (Σ |(G M⁻¹)ₖ fₖ| + |γ|) / (G M⁻¹ Gᵀ)      of   (G M⁻¹ Gᵀ) λ = -γ - G M⁻¹ f   row by row.
 
@@ -24,7 +24,7 @@ from typing import Any
 
 from ..describe.constraints.constraint import Condition, Rolling, Rope
 from ..model.model import Model
-from ..scalar.algebra import divide
+from ..scalar.algebra import Expression, Scalar, divide
 from .composite import mass_matrix
 from .constraints import linearized, rows
 from .linear import Factorization
@@ -32,29 +32,29 @@ from .newton_euler import bias
 from .state import State
 
 NEGLIGIBLE = Fraction(1, 10**6)
-"""Part of the forces that balance in a constraint below which what is left of them is no force."""
+"""Fraction of the forces that balance in a constraint below which their sum counts as zero."""
 
 
 @dataclass(frozen=True)
 class MotionWarning:
-    """A part of a motion that is not what would happen. One of ``motion.warnings``.
+    """A part of a motion that is not physical. One of ``motion.warnings``.
 
     Attributes
     ----------
     name : str
-        What it is about: a rope, a rolling wheel, a condition, as the user named it.
+        Name of the rope, rolling wheel or condition.
     event : str
-        Name of the events at which such a part begins.
+        Name of the events at which such parts begin.
     time : float
-        From when on the motion is not physical [s].
+        Time from which the motion is not physical [s].
     what : str
-        What happens there that can not.
+        What happens in the motion but cannot happen in reality.
     value : float
-        The worst of it: the least force, or the least that friction has left, in ``unit``; of a blow the impulse.
+        The worst value: the least force, or the least margin of friction, in ``unit``; for a blow the impulse.
     spans : tuple of (float, float)
-        All parts of the run in which it is so: from, to [s].
+        All such parts of the run: from, to [s].
     law, cure : str
-        What can happen, and what to do about it.
+        What can happen in reality, and what to do about it.
 
     Examples
     --------
@@ -99,28 +99,28 @@ class Limit:
     constraint : str
         The constraint as the user named it.
     event : str
-        Name of the event that the force passes the limit.
+        Name of the event at which the force passes the limit.
     places : tuple of int
-        Places among the multipliers: of the force, then of the friction that it bounds.
+        Indices of the multipliers: the force, then the friction that it bounds.
     friction : expression or None
         Coefficient of that friction.
     what, law, cure : str
-        What the constraint then does, what it can do, and what to do about it.
+        What the constraint then does, what it can do in reality, and what to do about it.
     unit : str
-        Of the force; none where it depends on the expression of a condition.
+        Unit of the force; empty if it depends on the expression of a condition.
     """
 
     constraint: str
     event: str
     places: tuple[int, ...]
-    friction: Any
+    friction: Expression
     what: str
     law: str
     cure: str
     unit: str = "N"
 
     def passed(self, value: float, spans: tuple[tuple[float, float], ...], per: str = "") -> MotionWarning:
-        """What is said of a motion that passes it; an impulse has the unit of the force times that of ``per``."""
+        """Return the warning for a motion that passes it; an impulse has the unit of the force times ``per``."""
         unit = f"{self.unit} {per}".strip() if self.unit else ""
         return MotionWarning(
             self.constraint, self.event, spans[0][0], self.what, value, spans, self.law, self.cure, unit
@@ -128,24 +128,24 @@ class Limit:
 
 
 def limits(model: Model) -> tuple[Limit, ...]:
-    """The limits of all one-sided constraints, in order of declaration."""
+    """Return the limits of all one-sided constraints, in order of declaration."""
     first = {row.owner: i for i, row in reversed([*enumerate(rows(model))])}
     result = []
-    for name, one in model.constraints.items():
-        if isinstance(one, Rope) and one.unilateral:
+    for name, constraint in model.constraints.items():
+        if isinstance(constraint, Rope) and constraint.unilateral:
             cure = "From then on it is slack: describe what follows without it."
-            if len(one.points) == 2:
+            if len(constraint.points) == 2:
                 cure = "Let it go slack by taut=False; a light rod, which may push, is unilateral=False."
             result.append(
                 Limit(
                     name, f"{name} slack", (first[name],), None, "the rope pushes", "A rope only pulls", cure
                 )
             )
-        elif isinstance(one, Rolling):
-            k, body = first[name], one.center.body.name
-            shape = "sphere(radius)" if one.axis is None else "circle(radius, axis=...)"
+        elif isinstance(constraint, Rolling):
+            k, body = first[name], constraint.center.body.name
+            shape = "sphere(radius)" if constraint.axis is None else "circle(radius, axis=...)"
             contact = f"s.contact(name, s.bodies['{body}'].{shape}, s.ground.plane(...), friction=...)"
-            if one.unilateral:
+            if constraint.unilateral:
                 result.append(
                     Limit(
                         name, f"{name} lifts off", (k,), None, "the plane pulls the wheel",
@@ -154,15 +154,15 @@ def limits(model: Model) -> tuple[Limit, ...]:
                         "one that is held down is unilateral=False.",
                     )
                 )  # fmt: skip
-            if one.friction is not None:
+            if constraint.friction is not None:
                 result.append(
                     Limit(
-                        name, f"{name} slips", (k, k + 1, k + 2), one.friction,
+                        name, f"{name} slips", (k, k + 1, k + 2), constraint.friction,
                         "rolling asks for more than friction gives", "Friction holds a wheel up to mu N",
                         f"A wheel that may slip is a contact, {contact}.",
                     )
                 )  # fmt: skip
-        elif isinstance(one, Condition) and one.unilateral:
+        elif isinstance(constraint, Condition) and constraint.unilateral:
             result.append(
                 Limit(
                     name, f"{name} leaves", (first[name],), None, "the groove pulls",
@@ -174,8 +174,8 @@ def limits(model: Model) -> tuple[Limit, ...]:
     return tuple(result)
 
 
-def margins(model: Model, state: State, multipliers: Sequence[Any]) -> list[Any]:
-    """What is left to each limit at these multipliers: the force, or μ N - |T|; negative where it is passed."""
+def margins(model: Model, state: State, multipliers: Sequence[Scalar]) -> list[Scalar]:
+    """Return the margin of each limit at these multipliers: the force, or μ N - |T|; negative if it is passed."""
     result = []
     for limit in limits(model):
         force, *friction = (multipliers[i] for i in limit.places)
@@ -186,33 +186,33 @@ def margins(model: Model, state: State, multipliers: Sequence[Any]) -> list[Any]
     return result
 
 
-def sizes(model: Model, state: State, active: Sequence[int]) -> list[Any]:
-    """Of each limit the size of the parts that its forces are sums of."""
-    found = limits(model)
-    size = parts(model, state, {i for limit in found for i in limit.places if i in active})
+def sizes(model: Model, state: State, active: Sequence[int]) -> list[Scalar]:
+    """Return, for each limit, the size of the parts of which its forces are sums."""
+    all_limits = limits(model)
+    size = multiplier_sizes(model, state, {i for limit in all_limits for i in limit.places if i in active})
     result = []
-    for limit in found:
-        total, *others = (size.get(i, 0) for i in limit.places)
+    for limit in all_limits:
+        total, *friction = (size.get(i, 0) for i in limit.places)
         if limit.friction is not None:
             total = state(limit.friction) * total
-        for x in others:
+        for x in friction:
             total = total + x
         result.append(total)
     return result
 
 
-def parts(model: Model, state: State, places: Iterable[int]) -> dict[int, Any]:
-    """Size of the parts of the multiplier of each of some conditions, as if it were the only one:
+def multiplier_sizes(model: Model, state: State, places: Iterable[int]) -> dict[int, Scalar]:
+    """Return the size of the parts of the multiplier of some conditions, each as if it were the only condition:
 
     λ_i = -(γ_i + Σ_j w_j f_j)/(G M⁻¹ Gᵀ)_ii,      of which |γ_i| and all |w_j f_j| are summed
     """
-    given, M = linearized(model, state), Factorization(mass_matrix(model, state))
+    conditions, M = linearized(model, state), Factorization(mass_matrix(model, state))
     free = M.forward([-x for x in bias(model, state)])
     size: dict[int, Any] = {}
     for i in places:
-        row = M.forward(given.matrix[i])
+        row = M.forward(conditions.matrix[i])
         weighed = M.divided(row)
-        total = _absolute(state, given.bias[i])
+        total = _absolute(state, conditions.bias[i])
         for a, b in zip(weighed, free, strict=True):
             total = total + _absolute(state, a * b)
         square: Any = 0
@@ -229,16 +229,16 @@ def passed_by_impulse(
     largest: float,
     t: float,
 ) -> tuple[MotionWarning, ...]:
-    """What is said of impulses of the constraints, in numbers, at a moment.
+    """Return the warnings for impulses of the constraints at an instant.
 
     Parameters
     ----------
     multipliers : sequence of float or None
-        Impulses of all conditions; None where one is not known, of which nothing is said.
+        Impulses of all conditions; conditions with an unknown impulse, None, give no warning.
     friction : function
-        Number of a coefficient; None where it has none.
+        Returns the value of a coefficient, or None if it has none.
     largest : float
-        Of all impulses, those from outside among them.
+        The largest impulse of all, including those from outside.
     """
     result = []
     for limit in limits(model):
@@ -246,11 +246,11 @@ def passed_by_impulse(
         mu = 1 if limit.friction is None else friction(limit.friction)
         if mu is None or len(known) < len(limit.places):
             continue
-        left = mu * known[0] - math.hypot(*known[1:])
-        if left < -NEGLIGIBLE * largest:
-            result.append(limit.passed(left, ((t, t),), "s"))
+        margin = mu * known[0] - math.hypot(*known[1:])
+        if margin < -NEGLIGIBLE * largest:
+            result.append(limit.passed(margin, ((t, t),), "s"))
     return tuple(result)
 
 
-def _absolute(state: State, x: Any) -> Any:
+def _absolute(state: State, x: Scalar) -> Scalar:
     return state.field.apply("abs", x) if not isinstance(x, int | Fraction) else abs(x)

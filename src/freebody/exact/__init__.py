@@ -1,4 +1,4 @@
-"""Closed-form answers of the field, to check algorithms against. Nothing here imports an algorithm it checks.
+"""Closed-form solutions to check algorithms against. This package imports no algorithm that it checks.
 
 torque-free bodies      :func:`torque_free` (any body, attitude too), :func:`torque_free_symmetric`
 heavy tops              :func:`top` (any spin and start), :func:`asymptotic_top`

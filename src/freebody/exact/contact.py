@@ -1,11 +1,10 @@
 """Bodies that slide, tip and roll on floors and walls: forces and thresholds from force balances written out by hand.
 
 x to the right, y up, moments and angles counter-clockwise positive. At every contact N ≥ 0 pushes along the normal
-of the
-support and |T| ≤ μ N. Rolling disks are uniform, I_C = m R²/2.
+of the support and |T| ≤ μ N. Rolling disks are uniform, I_C = m R²/2.
 
-Sources: Examples 6.1, 6.3, 6.4 and Problems 6.1 to 6.3 of the chapter (its figures as read in the project's
-specification); every formula below is derived here, not copied.
+Sources: Examples 6.1, 6.3, 6.4 and Problems 6.1 to 6.3 of the chapter (with its figures as interpreted in the
+project's specification); every formula below is derived here, not copied.
 """
 
 from __future__ import annotations
@@ -17,8 +16,11 @@ from .elementary import arctan, cos, sin, sqrt, symbolic, tan
 
 @dataclass(frozen=True)
 class SlidingBody:
-    """Answers of Example 6.1: acceleration [m/s²], normal forces at the rear foot A and the front foot B [N],
-    and the same on the verge of tipping, with the force that brings the body there."""
+    """Answers of Example 6.1 under the force and on the verge of tipping.
+
+    Acceleration [m/s²] and normal forces at the rear foot A and the front foot B [N] under the force; the force that
+    brings the body to the verge of tipping [N], and the acceleration and the normal force at B there.
+    """
 
     acceleration: float
     normal_A: float
@@ -31,7 +33,7 @@ class SlidingBody:
 def sliding_body(
     m: float, L: float, H: float, D: float, mu: float, beta: float, F: float, g: float = 9.81
 ) -> SlidingBody:
-    """Box on two feet, pulled at its upper rear corner under the angle β, sliding with friction at both feet.
+    """Motion of a box on two feet that slides with friction, pulled at its upper rear corner at the angle β.
 
     With S = N_A + N_B = m g - F sin β,
 
@@ -70,9 +72,9 @@ def sliding_body(
 def tipping_body(
     m: float, L: float, H: float, D: float, mu: float, beta: float, F: float, g: float = 9.81
 ) -> tuple[float, float]:
-    """(acceleration of the mass centre, N_B) of the body of `sliding_body` as it begins to tip about its front foot.
+    """Acceleration of the mass centre and N_B of the body of `sliding_body` as it begins to tip about its front foot.
 
-    With α the angular acceleration and y'' = -α L/2, the foot B staying on the floor:
+    The foot B stays on the floor. With the angular acceleration α and y'' = -α L/2:
 
         m a = F cos β - μ N,   -m α L/2 = N - m g + F sin β,
         m (L² + H²) α/12 = N (L/2 - μ (H/2 + D)) - F (L sin β + H cos β)/2.
@@ -86,8 +88,11 @@ def tipping_body(
 
 @dataclass(frozen=True)
 class PulledDisk:
-    """Answers of Example 6.3: whether it rolls; acceleration [m/s²], angular acceleration [rad/s²], friction on
-    the disk, positive to the left [N], and the largest force without slip [N]."""
+    """Answers of Example 6.3.
+
+    ``rolls`` is true if the disk rolls without slip; then acceleration [m/s²], angular acceleration [rad/s²], friction
+    on the disk, positive to the left [N], and the largest force without slip [N].
+    """
 
     rolls: bool
     acceleration: float
@@ -99,17 +104,18 @@ class PulledDisk:
 def pulled_disk(
     m: float, R: float, h: float, mu: float, F: float, g: float = 9.81, rolls: bool | None = None
 ) -> PulledDisk:
-    """Disk on a floor, pulled to the right by a force at the height h, from rest.
+    """Motion of a disk on a floor that a force at the height h pulls to the right from rest.
 
     m a = F - H,   (m R²/2) α = -F (h - R) - H R.   Rolling, a = -R α:   a = 2 F h/(3 m R),  H = F (1 - 2 h/(3 R)),
-    which |H| ≤ μ m g allows up to F = μ m g/|1 - 2 h/(3 R)|; beyond, |H| = μ m g against the slip.
+    which |H| ≤ μ m g allows up to F = μ m g/|1 - 2 h/(3 R)|; above this force, |H| = μ m g against the slip.
 
     Parameters
     ----------
     m, R, h, mu, F, g : float
         Mass [kg], radius, height of the force [m], friction, force [N], gravity [m/s²].
     rolls : bool, optional
-        Whether it rolls, and h < 3 R/2, where the parameters are symbols; else it follows from them.
+        True if the disk rolls, needed if the parameters are symbols (h < 3 R/2 is then assumed); by default it
+        follows from the parameters.
 
     Examples
     --------
@@ -129,9 +135,11 @@ def pulled_disk(
 
 @dataclass(frozen=True)
 class RollingDown:
-    """Answers of Example 6.4: speed [m/s], angular velocity [rad/s]; acceleration down the slope [m/s²], normal
-    force and
-    friction up the slope [N]."""
+    """Answers of Example 6.4.
+
+    Speed [m/s], angular velocity [rad/s], acceleration down the slope [m/s²], normal force and friction up the slope
+    [N].
+    """
 
     speed: float
     omega: float
@@ -141,7 +149,7 @@ class RollingDown:
 
 
 def rolling_down(m: float, R: float, H: float, slope: float, g: float = 9.81) -> RollingDown:
-    """Disk that rolls from rest down a slope, to the right, until its centre is lower by H.
+    """Motion of a disk that rolls from rest down a slope, to the right, until its centre is lower by H.
 
     3/4 m v² = m g H;   a = 2/3 g sin β,  N = m g cos β,  T = m g sin β/3 up the slope.
 
@@ -156,9 +164,11 @@ def rolling_down(m: float, R: float, H: float, slope: float, g: float = 9.81) ->
 
 @dataclass(frozen=True)
 class LeaningBoard:
-    """Answers of Problem 6.1: accelerations at which the board slips and tips, the largest that allows neither
-    [m/s²], and
-    the angle from the floor at which that is [rad]."""
+    """Answers of Problem 6.1.
+
+    Accelerations at which the board slips and tips, the largest acceleration without either [m/s²], and the angle from
+    the floor at which the largest is reached [rad].
+    """
 
     slide: float
     tip: float
@@ -167,11 +177,10 @@ class LeaningBoard:
 
 
 def leaning_board(mu: float, beta: float, g: float = 9.81) -> LeaningBoard:
-    """Board on the floor of a truck, leaning forward against the smooth wall of its cab, under β from the floor.
+    """Limits of a board on the floor of a truck that leans forward against the smooth wall of its cab.
 
-    About C with N = m g at the floor: T + N_w = m g cot β, and along x: T - N_w = m a. It slips at T = μ m g and
-    tips at
-    N_w = 0:
+    β is the angle of the board from the floor. About C with N = m g at the floor: T + N_w = m g cot β, and along x:
+    T - N_w = m a. The board slips at T = μ m g and tips at N_w = 0:
 
         a_slide = 2 μ g - g cot β,    a_tip = g cot β,    equal, and then largest, where cot β = μ.
 
@@ -185,9 +194,9 @@ def leaning_board(mu: float, beta: float, g: float = 9.81) -> LeaningBoard:
 
 
 def sliding_board(length: float, mu: float, beta: float, a: float, g: float = 9.81) -> float:
-    """Angular acceleration, upwards +, of the board of `leaning_board` as its lower end begins to slip backwards.
+    """Angular acceleration of the board of `leaning_board` as its lower end begins to slip backwards, positive upwards.
 
-    Both ends keep to floor and wall: with α the angular acceleration, x_C'' = a + (l/2) α sin β and
+    Both ends stay on floor and wall: with α the angular acceleration, x_C'' = a + (l/2) α sin β and
     y_C'' = (l/2) α cos β from rest, N = m (g + y_C''), N_w = μ N - m x_C'', and about C
 
         m l² α/12 = (l/2) (N (μ sin β - cos β) + N_w sin β).
@@ -198,7 +207,7 @@ def sliding_board(length: float, mu: float, beta: float, a: float, g: float = 9.
 
 @dataclass(frozen=True)
 class BrakingCar:
-    """Answers of Problem 6.2: friction coefficient, normal forces and friction per axle [N]."""
+    """Answers of Problem 6.2: coefficient of friction, normal force and friction of each axle [N]."""
 
     mu: float
     normal_front: float
@@ -208,7 +217,7 @@ class BrakingCar:
 
 
 def braking_car(m: float, lf: float, lr: float, h: float, a: float, g: float = 9.81) -> BrakingCar:
-    """Car that slides on four locked wheels with the deceleration a.
+    """Forces on a car that slides on four locked wheels with the deceleration a.
 
     μ = a/g;   about the rear contact   N_f (l_f + l_r) = m g l_r + m a h.
 
@@ -224,9 +233,11 @@ def braking_car(m: float, lf: float, lr: float, h: float, a: float, g: float = 9
 
 @dataclass(frozen=True)
 class MonorailCar:
-    """Answers of Problem 6.3: largest acceleration with the front or the rear wheel driven [m/s²], which is
-    better, and both
-    wheel loads then [N]."""
+    """Answers of Problem 6.3.
+
+    Largest acceleration with the front or the rear wheel driven [m/s²], the better of the two wheels, and the loads of
+    both wheels with it [N].
+    """
 
     front_driven: float
     rear_driven: float
@@ -236,10 +247,10 @@ class MonorailCar:
 
 
 def monorail_car(m: float, l: float, h: float, mu: float, g: float = 9.81) -> MonorailCar:  # noqa: E741
-    """Car that hangs from two wheels on a cable, its mass centre h below; one wheel is driven.
+    """Largest acceleration of a car that hangs from two wheels on a cable, one of them driven; C is h below the cable.
 
-    About C: (N_f - N_r) l/2 = h T with T = m a at the cable, so that hanging loads the front wheel; T = μ N of the
-    driven one gives  a = μ g/(2 (1 ∓ μ h/l)).
+    About C: (N_f - N_r) l/2 = h T with T = m a at the cable, so that hanging loads the front wheel. T = μ N of the
+    driven wheel gives  a = μ g/(2 (1 ∓ μ h/l)).
 
     Examples
     --------
@@ -247,7 +258,7 @@ def monorail_car(m: float, l: float, h: float, mu: float, g: float = 9.81) -> Mo
     3.0
     """
     front, rear = (mu * g / 2 / (1 - side * mu * h / l) for side in (1, -1))
-    # the load of the front wheel helps, wherever C hangs below the cable
+    # the front wheel has the larger load if C hangs below the cable, as is assumed for symbols
     best = front if symbolic(mu) else max(front, rear)
     shift = m * best * h / l
     return MonorailCar(

@@ -1,4 +1,4 @@
-"""Two planar degrees of freedom, written out by hand: an airfoil section, folding links with a mass and two springs.
+"""Machines with two planar degrees of freedom: an airfoil section; folding links with a mass and two springs.
 
 Source: chapter, Problems 6.14 and 6.16.
 """
@@ -13,14 +13,16 @@ from .elementary import cos, sin, sqrt
 
 
 class Airfoil(NamedTuple):
-    """Frequencies [rad/s] and amplitude ratios X / Θ [m/rad] of the two modes, the slower first."""
+    """Frequencies [rad/s] and amplitude ratios X / Θ [m/rad] of the two mode shapes, the slower first."""
 
     frequencies: tuple[Any, Any]
     ratios: tuple[Any, Any]
 
 
 def airfoil(m: Any, I_E: Any, s: Any, k_x: Any, k_theta: Any) -> Airfoil:
-    """Small plunge x and pitch θ of a section whose mass centre is at s from its elastic axis.
+    """Frequencies and mode shapes of a section whose mass centre is at the distance s from its elastic axis.
+
+    The plunge x and the pitch θ are small::
 
         m x'' + m s θ'' + k_x x = 0,    m s x'' + I_E θ'' + k_θ θ = 0
 
@@ -44,9 +46,9 @@ def airfoil(m: Any, I_E: Any, s: Any, k_x: Any, k_theta: Any) -> Airfoil:
 def airfoil_motion(
     m: float, I_E: float, s: float, k_x: float, k_theta: float, x: float, theta: float, t: Any
 ) -> tuple[Any, Any]:
-    """Displacement and rotation at time t, let go at rest from ``x`` and ``theta``: the sum of both modes.
+    """Displacement and rotation at time t after a release from rest at ``x`` and ``theta``: the sum of both modes.
 
-    x = Σ r_i a_i cos(ω_i t), θ = Σ a_i cos(ω_i t), with r_1 a_1 + r_2 a_2 and a_1 + a_2 as at the start.
+    x = Σ r_i a_i cos(ω_i t), θ = Σ a_i cos(ω_i t), where r_1 a_1 + r_2 a_2 and a_1 + a_2 are the initial values.
     """
     (w_1, w_2), (r_1, r_2) = airfoil(m, I_E, s, k_x, k_theta)
     a_1 = (x - r_2 * theta) / (r_1 - r_2)
@@ -58,7 +60,7 @@ def airfoil_motion(
 def folding_links(
     x: Any, theta: Any, theta_rate: Any, m: Any, L: Any, M: Any, k_1: Any, k_2: Any, g: Any
 ) -> tuple[Any, Any]:
-    """Accelerations x'', theta'' of two links that fold under a line, with a mass and two springs.
+    """Accelerations x'', theta'' of two links that fold below a line, with a mass and two springs.
 
     With T = (m L²)(4/3 - cos²θ) θ'² + M x'²/2 and V = -m g L sin θ + k_1 (2 L (1 - cos θ) - x)²/2 + k_2 x²/2::
 
@@ -69,22 +71,22 @@ def folding_links(
 
     Parameters
     ----------
-    x : mass to the left [m]
-    theta, theta_rate : each link below the horizontal [rad], [rad/s]
+    x : displacement of the mass to the left [m]
+    theta, theta_rate : angle of each link below the horizontal, and its rate [rad], [rad/s]
     m, L, M, k_1, k_2, g : [kg], [m], [kg], [N/m], [N/m], [m/s²]
     """
     s, c = sin(theta), cos(theta)
     stretch = 2 * L * (1 - c) - x
     turning = m * g * L * c - 2 * L * k_1 * s * stretch - 2 * m * L**2 * s * c * theta_rate**2
-    # 4/3 of a whole number of thirds: exact for symbols too
+    # multiplied by 3 to avoid the fraction 4/3: exact for symbols too
     return (k_1 * stretch - k_2 * x) / M, 3 * turning / (2 * m * L**2 * (4 - 3 * c**2))
 
 
 def folding_equilibrium(m: float, L: float, k_1: float, k_2: float, g: float) -> tuple[float, float]:
-    """Where the machine of :func:`folding_links` rests: x, theta with 0 <= theta < 90 degrees.
+    """Equilibrium x, theta of the machine of :func:`folding_links`, with 0 <= theta < 90 degrees.
 
-    x = 2 L (1 - cos θ) k_1 / (k_1 + k_2) leaves 4 k L (1 - cos θ) tan θ = m g, 1/k = 1/k_1 + 1/k_2, whose left side
-    rises from 0 without bound: there is exactly one root.
+    With x = 2 L (1 - cos θ) k_1 / (k_1 + k_2) there remains 4 k L (1 - cos θ) tan θ = m g, 1/k = 1/k_1 + 1/k_2. The
+    left side grows from 0 without bound, so there is exactly one root.
     """
     from scipy.optimize import brentq
 

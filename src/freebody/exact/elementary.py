@@ -1,7 +1,7 @@
 """Elementary functions of numbers, of arrays, and of SymPy expressions.
 
-A closed form written with them is at once a number and a formula, so that it can be compared with an answer in symbols
-as well as with a simulation.
+A closed form written with them gives numbers or formulas, so that it can be compared with a simulation and with a
+symbolic result.
 """
 
 from __future__ import annotations
@@ -13,20 +13,21 @@ import numpy as np
 
 
 def symbolic(*x: Any) -> bool:
-    """Whether one of the arguments is a SymPy expression."""
+    """True if one of the arguments is a SymPy expression."""
     return any(hasattr(value, "free_symbols") for value in x)
 
 
 def _function(name: str) -> Callable[..., Any]:
-    written = {"arctan2": "atan2", "arccos": "acos", "arcsin": "asin", "arctan": "atan"}.get(name, name)
-    of_numbers = getattr(np, name)
+    """NumPy's function of this name, or SymPy's for symbolic arguments."""
+    sympy_name = {"arctan2": "atan2", "arccos": "acos", "arcsin": "asin", "arctan": "atan"}.get(name, name)
+    numeric = getattr(np, name)
 
     def function(*x: Any) -> Any:
         if symbolic(*x):
             import sympy
 
-            return getattr(sympy, written)(*x)
-        return of_numbers(*x)
+            return getattr(sympy, sympy_name)(*x)
+        return numeric(*x)
 
     function.__name__ = name
     return function

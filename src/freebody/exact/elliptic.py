@@ -1,8 +1,12 @@
 """Jacobi's functions and the integrals of the third kind of a motion, vectorized over time, up to k² = 1.
 
-A motion that is periodic in tau with the quarter period K is followed from the nearest multiple of K: there
-``|x| <= K/2``, every quantity is a sum of positive terms, and all digits stay. Whole quarters are counted
+A motion that is periodic in tau with the quarter period K is followed from the nearest multiple of K. There
+``|x| <= K/2``, every quantity is a sum of positive terms, and no digits are lost. Whole quarters are counted
 exactly, so that errors do not grow with time.
+
+Near a separatrix the period depends on the logarithm of a difference of almost equal numbers. The data are exact
+(each double is a rational number), so the few constants of a motion are computed from them once, with a hundred
+digits (:func:`precise`). Only the functions of time are computed in doubles.
 
 Sources: *NIST Handbook of Mathematical Functions* (DLMF), chapters 19, 20 and 22; E. T. Whittaker, G. N.
 Watson, *A Course of Modern Analysis*, 4th ed., chapters 21 and 22; B. C. Carlson, "Computing elliptic
@@ -13,14 +17,42 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from decimal import Decimal
-from typing import Any, NamedTuple
+from threading import local as per_thread
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .precise import INFINITY, complete_first, pi, precise
+DIGITS = 100
+Precise: TypeAlias = Any
+"""A number with a hundred digits: mpmath's ``mpf`` in the context :func:`precise`."""
 
+_CONTEXTS = per_thread()
 _FAR = 300.0  # cosh(x)² and 1 / cosh(x)² are still doubles
+
+
+def precise() -> Any:
+    """mpmath's arithmetic and functions with a hundred digits; ``convert`` takes a Fraction or float exactly.
+
+    Each thread has its own context, because mpmath's functions change the precision of theirs while they run.
+    """
+    if not hasattr(_CONTEXTS, "context"):
+        from mpmath import MPContext
+
+        _CONTEXTS.context = MPContext()
+        _CONTEXTS.context.dps = DIGITS
+    return _CONTEXTS.context
+
+
+def complete_third(m1: Precise, nu: Precise) -> Precise:
+    """Integral of 1 / (1 + nu sn²) over one quarter period, nu > -1, m1 > 0 (DLMF 19.25.2)."""
+    mp = precise()
+    return mp.elliprf(0, m1, 1) - nu / 3 * mp.elliprj(0, m1, 1, 1 + nu)
+
+
+def complete_pulse(m1: Precise, nu: Precise) -> Precise:
+    """Integral of cn² / (1 + nu sn²) over one quarter period, nu > -1, m1 > 0 (DLMF 19.25.2)."""
+    mp = precise()
+    return mp.elliprf(0, m1, 1) - (1 + nu) / 3 * mp.elliprj(0, m1, 1, 1 + nu)
 
 
 class Jacobi:
@@ -32,24 +64,25 @@ class Jacobi:
 
     Parameters
     ----------
-    m, m1 : Decimal
-        k² and 1 - k², given apart so that neither loses digits.
+    m, m1 : Precise
+        k² and 1 - k², given separately so that neither loses digits.
     """
 
-    def __init__(self, m: Decimal, m1: Decimal) -> None:
+    def __init__(self, m: Precise, m1: Precise) -> None:
+        mp = precise()
         self.m, self.m1 = float(m), float(m1)
         self.exact_m1 = m1
-        self.modulus1 = float(m1.sqrt())
-        self.exact_K = complete_first(m1)
+        self.modulus1 = float(mp.sqrt(m1))
+        self.exact_K = mp.elliprf(0, m1, 1)  # infinite at m1 = 0
         self.K = float(self.exact_K)
         self._hyperbolic = m > m1
-        K, other = float(self.exact_K), float(complete_first(m))
+        K, other = self.K, float(mp.elliprf(0, m, 1))
         if self._hyperbolic:
             K, other = other, K
         self._scale = math.pi / (2 * K)
         decay = math.pi * other / K  # nome q = exp(-decay)
         farthest = self.K / 2 * self._scale if self._hyperbolic and math.isfinite(self.K) else 0.0
-        # terms smaller than 1e-20 of the first one are left out (their exponentials may not even be doubles)
+        # terms below 1e-20 of the first are omitted (their exponentials may not even be doubles)
         orders = [n for n in range(9) if n == 0 or n * (n + 1) * decay - (2 * n + 1) * farthest < 46]
         self._odd = [(2 * n + 1, math.exp(-n * (n + 1) * decay) if n else 1.0) for n in orders]
         self._even = [
@@ -82,18 +115,18 @@ class Jacobi:
 
 
 class Beat:
-    """Whole multiples of an interval taken out of times: t = n T + r, \\|r\\| <= T/2.
+    """Division of times into whole intervals and a rest: t = n T + r, \\|r\\| <= T/2.
 
     T is split so that n times its first two parts is exact for n up to 2^26 (Cody and Waite's reduction): r
     is right to an ulp of T however many intervals have passed.
     """
 
-    @precise
-    def __init__(self, interval: Decimal) -> None:
+    def __init__(self, interval: Precise) -> None:
         self.interval = float(interval)
         self._parts = split(interval)
 
     def __call__(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return n and r."""
         if math.isinf(self.interval):
             return np.zeros_like(t), t
         count = np.rint(t / self.interval)
@@ -101,21 +134,20 @@ class Beat:
         return count, ((t - count * high) - count * middle) - count * low
 
 
-@precise
-def split(value: Decimal) -> tuple[float, float, float]:
+def split(value: Precise) -> tuple[float, float, float]:
     """Three doubles whose sum is the value; the first two have 26 bits."""
-    if value.is_infinite():
+    if precise().isinf(value):
         return float(value), 0.0, 0.0
     parts = []
     for _ in range(2):
         mantissa, exponent = math.frexp(float(value))
         parts.append(math.ldexp(round(math.ldexp(mantissa, 26)), exponent - 26))
-        value -= Decimal(parts[-1])
+        value -= parts[-1]
     return parts[0], parts[1], float(value)
 
 
 class Phase(NamedTuple):
-    """Where a motion is at the times asked: tau = quarter K + x.
+    """Position in the period at given times: tau = quarter K + x.
 
     ``beats``, ``rest``: t = beats (K / rate) + rest. ``s, c, d``: sn, cn, dn of x. ``odd``: quarter is odd.
     """
@@ -136,21 +168,22 @@ class Clock:
     Parameters
     ----------
     functions : Jacobi
-    rate, start : Decimal
+    rate, start : Precise
         ``|start| <= K``.
     """
 
-    @precise
-    def __init__(self, functions: Jacobi, rate: Decimal, start: Decimal) -> None:
+    def __init__(self, functions: Jacobi, rate: Precise, start: Precise) -> None:
+        mp = precise()
         self.functions, self.rate = functions, float(rate)
         K = functions.exact_K
-        self.exact_quarter = K / rate if rate else INFINITY
+        self.exact_quarter = K / rate if rate else mp.inf
         self.quarter = float(self.exact_quarter)
         self._beat = Beat(self.exact_quarter)
-        self.quarter0 = 0 if K.is_infinite() else int((start / K).to_integral_value())
+        self.quarter0 = 0 if mp.isinf(K) else int(mp.nint(start / K))
         self.x0 = float(start - self.quarter0 * K) if self.quarter0 else float(start)
 
     def __call__(self, t: Any) -> Phase:
+        """Return the phase at times ``t``."""
         functions = self.functions
         count, rest = self._beat(np.asarray(t, dtype=float))
         x = self.rate * rest + self.x0
@@ -173,37 +206,37 @@ class Clock:
 
 
 class Angle:
-    """An angle slope t + G(tau), where G gains the same in every quarter: an exact multiple and a rest.
+    """The angle slope t + G(tau), where G gains the same in every quarter: an exact multiple and a rest.
 
     Parameters
     ----------
     clock : Clock
-    slope : Decimal
+    slope : Precise
         [rad/s]
-    gain : Decimal
+    gain : Precise
         Increase of G in a quarter period [rad]; not used when the quarter is infinite.
     local : callable
         ``local(phase, odd) -> G - quarter * gain`` for a phase whose quarters are all even or all odd.
     """
 
-    @precise
     def __init__(
-        self, clock: Clock, slope: Decimal, gain: Decimal, local: Callable[[Phase, bool], np.ndarray]
+        self, clock: Clock, slope: Precise, gain: Precise, local: Callable[[Phase, bool], np.ndarray]
     ) -> None:
         self._clock, self._slope, self._gain, self._local = clock, float(slope), float(gain), local
         quarter = clock.exact_quarter
         #: Increase of the angle in a quarter period [rad].
-        self.exact_advance = gain if quarter.is_infinite() else slope * quarter + gain
+        self.exact_advance = gain if precise().isinf(quarter) else slope * quarter + gain
         self._parts = split(self.exact_advance)
         self._start = 0.0
         self._start = float(self._value(clock(0.0))[1])
 
     def halves(self, phase: Phase) -> tuple[np.ndarray, np.ndarray]:
-        """Two numbers whose sum is the angle since t = 0. The first is exact, and so its sine is right too."""
+        """Two numbers whose sum is the angle since t = 0. The first is exact, so that its sine is right too."""
         whole, rest = self._value(phase)
         return whole, rest - self._start
 
     def __call__(self, phase: Phase) -> np.ndarray:
+        """Return the angle since t = 0 [rad]."""
         whole, rest = self.halves(phase)
         return whole + rest
 
@@ -223,8 +256,8 @@ def pulse(phase: Phase, m1: float, nu: float) -> np.ndarray:
     """Integral of cn² / (1 + nu sn²) from 0 to x, nu >= 0.
 
     s R_C(d²/c², p q/c²) + m1 / (1 + nu) s³/3 R_J(c², d², 1, q), p = 1 + nu s², q = c² + m1 s² / (1 + nu):
-    Carlson's form of the integral after the change of parameter that leaves only positive terms (DLMF
-    19.21.12, 19.25.14).
+    Carlson's form of the integral, after a change of parameter that makes all terms positive (DLMF 19.21.12,
+    19.25.14).
     """
     from scipy.special import elliprc, elliprj
 
@@ -237,7 +270,7 @@ def pulse(phase: Phase, m1: float, nu: float) -> np.ndarray:
 
 
 def pulse_from_quarter(phase: Phase, m1: float, nu: float) -> np.ndarray:
-    """The same integrand from K to K + x: that of m1 sn² / (dn² + nu cn²) from 0 to x."""
+    """Integral of the function of :func:`pulse` from K to K + x: of m1 sn² / (dn² + nu cn²) from 0 to x."""
     from scipy.special import elliprj
 
     s2, c2, d2 = phase.s**2, phase.c**2, phase.d**2
@@ -246,18 +279,18 @@ def pulse_from_quarter(phase: Phase, m1: float, nu: float) -> np.ndarray:
 
 
 def turning(axis: int, *angles: np.ndarray) -> np.ndarray:
-    """Unit quaternions (scalar part first) of a turn about coordinate axis 0, 1 or 2 through the sum of the angles."""
-    out = None
+    """Unit quaternions (scalar part first) of a turn about coordinate axis 0, 1 or 2 by the sum of the angles."""
+    total = None
     for angle in angles:
         q = np.zeros((*np.shape(angle), 4))
         q[..., 0], q[..., axis + 1] = np.cos(angle / 2), np.sin(angle / 2)
-        out = q if out is None else product(out, q)
-    assert out is not None
-    return out
+        total = q if total is None else product(total, q)
+    assert total is not None
+    return total
 
 
 def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Product of quaternions, scalar part first: the turn p after the turn q."""
+    """Product of quaternions, scalar part first: the turn q, followed by the turn p."""
     p0, p1, p2, p3 = np.moveaxis(p, -1, 0)
     q0, q1, q2, q3 = np.moveaxis(q, -1, 0)
     return np.stack(
@@ -314,8 +347,8 @@ def quaternion(rotation: np.ndarray) -> np.ndarray:
     return q if q[0] >= 0 else -q
 
 
-@precise
-def turns(rate: Decimal) -> tuple[Beat, float]:
+def turns(rate: Precise) -> tuple[Beat, float]:
     """Beat of one whole turn at a constant rate, and the rate as a double."""
-    full = 2 * pi() / abs(rate) if rate else INFINITY
+    mp = precise()
+    full = 2 * mp.pi / abs(rate) if rate else mp.inf
     return Beat(full), float(rate)

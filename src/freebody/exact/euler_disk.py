@@ -1,14 +1,14 @@
-"""Euler's disk: a thin disk that rolls on a plane, ever flatter and ever faster.
+"""Euler's disk: a thin disk that rolls on a plane and becomes flatter and faster.
 
-e1 is level along the plane of the disk, e2 points from the foot P up to the centre C, e3 is the axle; the disk makes
-the angle θ with the plane. With ψ' its turn about the vertical Z = sin θ e2 + cos θ e3 and φ' its spin,
+e1 is horizontal in the plane of the disk, e2 points from the foot P up to the centre C, and e3 is the axle. The disk
+makes the angle θ with the plane. With its rate ψ' about the vertical Z = sin θ e2 + cos θ e3 and its spin φ',
 
     ω = θ' e1 + ψ' sin θ e2 + (φ' + ψ' cos θ) e3,     v_C = R (ω1 e3 - ω3 e1)        (no slip)
 
-and the balances of momentum and of angular momentum about C are written out below. The foot is slowed on its way round
-the rim: a level couple of the power -c φ'² (a viscous friction of the contour).
+and the balances of momentum and of angular momentum about C are written out below. Friction slows the foot on its way
+around the rim: a horizontal couple with the power -c φ'² (viscous friction of the contour).
 
-Source of the steady turn and of the energy argument: Moffatt, Nature 404 (2000) 833-834; derived here anew.
+Source of the steady motion and of the energy argument: Moffatt, Nature 404 (2000) 833-834; derived here independently.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .elementary import cos, log, sin, sqrt
 
 
 def euler_disk_turn(R: Any, theta: Any, g: Any = 9.81) -> Any:
-    """ψ' of the steady turn about a centre at rest [rad/s]: m R²/4 ψ'² sin θ cos θ = m g R cos θ, whatever the mass.
+    """Rate ψ' of the steady motion about a centre at rest [rad/s]: m R²/4 ψ'² sin θ cos θ = m g R cos θ for any mass.
 
     Examples
     --------
@@ -31,15 +31,15 @@ def euler_disk_turn(R: Any, theta: Any, g: Any = 9.81) -> Any:
 
 
 def euler_disk_energy(m: Any, R: Any, theta: Any, g: Any = 9.81) -> Any:
-    """Of the steady turn [J]: m g R sin θ + (m R²/4) (ψ' sin θ)²/2."""
+    """Energy of the steady motion [J]: m g R sin θ + (m R²/4) (ψ' sin θ)²/2."""
     return 3 * m * g * R * sin(theta) / 2
 
 
 def euler_disk_end(m: Any, R: Any, c: Any, theta: Any) -> Any:
-    """Time in which the energy of steady turns is spent, from θ to 0 [s]; ψ' is infinite then.
+    """Time in which friction dissipates the energy of the steady motion, from θ to 0 [s]; ψ' is then infinite.
 
-    3/2 m g R cos θ θ' = -c (ψ' cos θ)²  =>  cos θ grows as exp(8 c t/(3 m R²)). The centre is taken to stay at rest,
-    which is so up to parts of θ².
+    3/2 m g R cos θ θ' = -c (ψ' cos θ)²  =>  cos θ grows as exp(8 c t/(3 m R²)). The centre is assumed to stay at rest,
+    which holds up to terms of order θ².
 
     Examples
     --------
@@ -60,9 +60,9 @@ class RollingDisk:
 
 
 def rolling_disk(m: Any, R: Any, c: Any, state: tuple[Any, Any, Any, Any], g: Any = 9.81) -> RollingDisk:
-    """The disk at (θ, θ', ψ', φ').
+    """Accelerations and forces of the disk in the state (θ, θ', ψ', φ').
 
-    With Ω the turn of the axes e and F the force at P, moment -R e2 × F about C:
+    With the angular velocity Ω of the axes e and the force F at P, whose moment about C is -R e2 × F:
 
         m (v' + Ω × v) = F - m g Z,     H' + Ω × H = -R e2 × F + K,     H = (I ω1, I ω2, 2 I ω3),   I = m R²/4
     """
@@ -72,7 +72,7 @@ def rolling_disk(m: Any, R: Any, c: Any, state: tuple[Any, Any, Any, Any], g: An
     w3 = spin + across
     moment = m * R**2 / 4
     K3 = -c * spin
-    K2 = -K3 * k / s  # K is level
+    K2 = -K3 * k / s  # K is horizontal
     w1_rate = (moment * w2 * (across - 2 * w3) - m * R * (R * w2 * w3 + g * k)) / (moment + m * R**2)
     w2_rate = (2 * w1 * w3) - across * w1 + K2 / moment
     w3_rate = (m * R**2 * w1 * w2 + K3) / (2 * moment + m * R**2)

@@ -1,10 +1,9 @@
-"""Bodies that fall while they touch: on corners, floors and inside cylinders, from energy and force balances by hand.
+"""Bodies that fall in contact with corners, floors and cylinders, from energy and force balances by hand.
 
-Angles as each function says; all bodies start from rest, bars are slender and uniform, disks uniform.
+All bodies start from rest; bars are slender and uniform, disks uniform. Each function defines its angles.
 
-Sources: Problems 6.7 to 6.11 of the chapter (its figures as read in the project's specification); every formula
-below is
-derived here, not copied.
+Sources: Problems 6.7 to 6.11 of the chapter (with its figures as interpreted in the project's specification); every
+formula below is derived here, not copied.
 """
 
 from __future__ import annotations
@@ -18,8 +17,10 @@ from .swing import pendulum_period
 
 @dataclass(frozen=True)
 class BarInCylinder:
-    """Answers of Problem 6.7: rate [rad/s], angular acceleration [rad/s²], normal forces [N], small frequency
-    [rad/s]."""
+    """Answers of Problem 6.7.
+
+    Rate [rad/s], angular acceleration [rad/s²], normal forces [N], frequency of small oscillation [rad/s].
+    """
 
     rate: float
     alpha: float
@@ -29,7 +30,9 @@ class BarInCylinder:
 
 
 def bar_in_cylinder(m: float, R: float, theta_0: float, theta: float, g: float = 9.81) -> BarInCylinder:
-    """Bar of length √2 R inside a smooth cylinder, let go at θ_0 from the downward vertical, moving down at θ.
+    """Motion at θ, downwards, of a bar of length √2 R inside a smooth cylinder, released at θ_0.
+
+    The angles are from the downward vertical.
 
     C is at R/√2 from the axis, I_O = m R² (1/6 + 1/2) = 2/3 m R², so θ'' = -(3/(2√2)) (g/R) sin θ and
     θ'² = (3/√2) (g/R) (cos θ - cos θ_0). The normal forces pass through the axis, at 45° to the line OC:
@@ -57,9 +60,11 @@ def bar_in_cylinder(m: float, R: float, theta_0: float, theta: float, g: float =
 
 @dataclass(frozen=True)
 class DiskOffLedge:
-    """Answers of Problem 6.8: angle from the vertical [rad], rate [rad/s], angular acceleration [rad/s²] and
-    friction [N] where
-    the disk leaves the corner; angular acceleration just after."""
+    """Answers of Problem 6.8.
+
+    Angle from the vertical [rad], rate [rad/s], angular acceleration [rad/s²] and friction [N] when the disk leaves the
+    corner; angular acceleration just after.
+    """
 
     theta: float
     omega: float
@@ -69,11 +74,10 @@ class DiskOffLedge:
 
 
 def disk_off_ledge(m: float, R: float, g: float = 9.81) -> DiskOffLedge:
-    """Disk that turns about the corner of a ledge from the top, without slip.
+    """Motion of a disk that turns about the corner of a ledge from the top, without slip, until it leaves it.
 
     I_O = 3/2 m R²: θ'' = 2 g sin θ/(3 R), θ'² = 4 g (1 - cos θ)/(3 R);  N = m g cos θ - m R θ'² = 0 at cos θ =
-    4/7, and
-    T = m g sin θ - m R θ'' = m g sin θ/3. In flight nothing turns it.
+    4/7, and T = m g sin θ - m R θ'' = m g sin θ/3. In flight no moment acts about the centre.
 
     Examples
     --------
@@ -102,8 +106,10 @@ def disk_slips_on_ledge(mu: float) -> float:
 
 @dataclass(frozen=True)
 class BarOnLedge:
-    """Answers of Problem 6.9: angle below the horizontal where slip begins [rad], rate [rad/s], normal force and
-    friction [N]."""
+    """Answers of Problem 6.9.
+
+    Angle below the horizontal at which slip begins [rad], and rate [rad/s], normal force and friction [N] there.
+    """
 
     theta: float
     omega: float
@@ -112,9 +118,10 @@ class BarOnLedge:
 
 
 def bar_on_ledge(m: float, L: float, b: float, mu: float, g: float = 9.81) -> BarOnLedge:
-    """Bar that turns down about the corner of a ledge, d = L/2 - b from its centre, from the horizontal.
+    """Begin of slip of a bar that falls from the horizontal about the corner of a ledge.
 
-    With k² = L²/12 + d²:  θ'' = g d cos θ/k²,  θ'² = 2 g d sin θ/k²,
+    The corner is at the distance d = L/2 - b from the centre of the bar. With k² = L²/12 + d², θ'' = g d cos θ/k² and
+    θ'² = 2 g d sin θ/k²:
 
         N = m g cos θ (1 - d²/k²),   T = m g sin θ (1 + 2 d²/k²),   T = μ N at tan θ = μ (L²/12)/(L²/12 + 3 d²).
 
@@ -137,9 +144,11 @@ def bar_on_ledge(m: float, L: float, b: float, mu: float, g: float = 9.81) -> Ba
 
 @dataclass(frozen=True)
 class DiskInCylinder:
-    """Answers of Problem 6.10: rate [rad/s], angular acceleration of the line of centres [rad/s²], normal force
-    and size of the
-    friction [N], frequency of small oscillation [rad/s] and exact period [s]."""
+    """Answers of Problem 6.10.
+
+    Rate [rad/s] and angular acceleration [rad/s²] of the line of centres, normal force and magnitude of the friction
+    [N], frequency of small oscillation [rad/s] and exact period [s].
+    """
 
     rate: float
     alpha: float
@@ -152,8 +161,9 @@ class DiskInCylinder:
 def disk_in_cylinder(
     m: float, R: float, r: float, theta_0: float, theta: float, g: float = 9.81
 ) -> DiskInCylinder:
-    """Disk that rolls inside a cylinder, let go at θ_0 from the downward vertical, moving down at θ.
+    """Motion at θ, downwards, of a disk that rolls inside a cylinder, released at θ_0.
 
+    The angles of the line of centres are from the downward vertical.
     3/2 (R - r) θ'' = -g sin θ: a pendulum of length 3 (R - r)/2;  N = m g cos θ + m (R - r) θ'²,  |T| = m g |sin
     θ|/3.
 
@@ -176,9 +186,11 @@ def disk_in_cylinder(
 
 @dataclass(frozen=True)
 class FallingBar:
-    """Answers of Problem 6.11: friction coefficient, friction and normal force [N] and rate [rad/s] where it
-    slips; the largest
-    coefficient with which it slips in this direction, and the angle from the vertical then [rad]."""
+    """Answers of Problem 6.11.
+
+    Coefficient of friction, friction and normal force [N] and rate [rad/s] when the bar slips; the largest coefficient
+    for which it slips in this direction, and the angle from the vertical then [rad].
+    """
 
     mu: float
     friction: float
@@ -189,13 +201,14 @@ class FallingBar:
 
 
 def falling_bar(m: float, L: float, angle: float, g: float = 9.81) -> FallingBar:
-    """Bar that falls from the vertical with its lower end on a rough floor and slips at ``angle`` from the floor.
+    """Begin of slip of a bar that falls from the vertical with its lower end on a rough floor.
 
-    With θ from the vertical, θ'² = 3 g (1 - cos θ)/L:
+    ``angle`` is the angle from the floor at which it slips. With θ from the vertical, θ'² = 3 g (1 - cos θ)/L:
 
         T = 3/4 m g sin θ (3 cos θ - 2),     N = 1/4 m g (1 - 3 cos θ)².
 
-    T/N is largest where cos θ = 9/11: 15 √10/128, beyond which the bar slips the other way, or not before N = 0.
+    T/N is largest, 15 √10/128, at cos θ = 9/11. For larger coefficients of friction the bar slips the other way, or
+    does not slip before N = 0.
 
     Examples
     --------

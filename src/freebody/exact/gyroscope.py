@@ -1,4 +1,4 @@
-"""Gyroscope and heavy symmetric top about a fixed point.
+"""Gyroscope and heavy symmetric top about a fixed point: steady precession, release from rest, small oscillation.
 
     I_xi theta'' + psi' sin(theta) (I_zeta Omega - I_xi psi' cos(theta)) = m g L sin(theta)
     I_xi psi' sin²(theta) + I_zeta Omega cos(theta) = const.,      phi' + psi' cos(theta) = Omega = const.
@@ -43,7 +43,7 @@ def gyroscope_moments(m: float, R: float, L: float) -> tuple[float, float]:
 def least_spin(I_xi: Any, I_zeta: Any, mgL: Any, theta: Any) -> Any:
     """Smallest \\|Omega\\| for which a steady precession at ``theta`` exists (its two rates are then equal).
 
-    Omega² >= 4 m g L I_xi cos(theta) / I_zeta²; below the horizontal (theta >= pi/2) any spin will do.
+    Omega² >= 4 m g L I_xi cos(theta) / I_zeta²; below the horizontal (theta >= pi/2) any spin is enough.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def steady_precession(I_xi: Any, I_zeta: Any, mgL: Any, theta: Any, spin: Any) -
             f"at least {least:g} rad/s (and not zero). Spin faster, or lower the shaft."
         )
     cosine = float(np.cos(theta))
-    # written with the sum of like signs, so that the slow rate keeps its digits at high spin
+    # both terms have the same sign, so that the slow rate is accurate at high spin
     half = I_zeta * spin * (1 + np.sqrt(max(0.0, 1 - 4 * mgL * I_xi * cosine / (I_zeta * spin) ** 2))) / 2
     slow = mgL / half
     fast = half / (I_xi * cosine) if cosine else np.inf * np.sign(spin)
@@ -122,7 +122,7 @@ def steady_precession(I_xi: Any, I_zeta: Any, mgL: Any, theta: Any, spin: Any) -
 
 @dataclass(frozen=True)
 class TopMotion:
-    """Nutation of a top let go from rest.
+    """Nutation of a top released from rest.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class TopMotion:
     period : float
         Time between successive smallest (or largest) angles [s].
     theta, psi, phi : ndarray, shape (...)
-        Euler angles ZXZ at the times asked; psi = phi = 0 at t = 0 [rad].
+        Euler angles ZXZ at the given times; psi = phi = 0 at t = 0 [rad].
     theta_rate, psi_rate, phi_rate : ndarray, shape (...)
         Their rates [rad/s].
     """
@@ -149,7 +149,7 @@ class TopMotion:
 def top_from_rest(
     I_xi: float, I_zeta: float, mgL: float, theta0: float, spin: float, t: Any = 0.0
 ) -> TopMotion:
-    """Motion of a top whose shaft is let go from rest (theta' = psi' = 0) at ``theta0``.
+    """Motion of a top whose shaft is released from rest (theta' = psi' = 0) at ``theta0``.
 
     With u = cos(theta), a = I_zeta Omega / I_xi, b = 2 m g L / I_xi::
 
@@ -164,7 +164,7 @@ def top_from_rest(
     I_xi, I_zeta, mgL
         As in :func:`least_spin`; mgL positive.
     theta0 : float
-        Angle at which the shaft is let go, between 0 and pi, both excluded [rad].
+        Angle at which the shaft is released, between 0 and pi, both excluded [rad].
     spin : float
         Omega, total angular velocity along the symmetry axis [rad/s].
     t : float or array-like, shape (...)
@@ -181,7 +181,7 @@ def top_from_rest(
 
     Notes
     -----
-    Error about 1e-15 (1 + number of nutations). At zero spin the shaft passes through the downward vertical,
+    The error is about 1e-15 (1 + number of nutations). At zero spin the shaft passes through the downward vertical,
     where psi jumps by pi: theta stays in [0, pi] and psi is reported as 0.
 
     References
@@ -212,7 +212,7 @@ def top_from_rest(
     sn, cn, dn, amplitude = ellipj(tau - 2 * K * turns, m)
     drop = fall * cn**2  # u_0 - u
     u = u0 - drop
-    # 1 - u² from its factors at the ends, kept positive
+    # 1 - u² from its factors, kept positive against round-off
     sine = np.sqrt(np.maximum((1 - u) * (1 + u), 0.0))
     u_rate = 2 * p * fall * sn * cn * dn
     if spin == 0:
@@ -255,7 +255,7 @@ def _third_kind(n: float, m: float, turns: np.ndarray, amplitude: np.ndarray) ->
 
 @dataclass(frozen=True)
 class PrecessionResponse:
-    """Linear oscillation about a steady precession.
+    """Small oscillation about a steady precession.
 
     Attributes
     ----------
@@ -283,7 +283,7 @@ def precession_response(
 ) -> PrecessionResponse:
     """Small oscillation about steady precession after a small change of the angular velocity.
 
-    With psi_0' the steady rate and c = I_zeta Omega / I_xi - 2 psi_0' cos(theta_0)::
+    With the steady rate psi_0' and c = I_zeta Omega / I_xi - 2 psi_0' cos(theta_0)::
 
         theta_1'' + (psi_0' sin(theta_0))² theta_1 + c sin(theta_0) psi_1' = 0
         sin(theta_0) psi_1'' = c theta_1'
@@ -299,16 +299,16 @@ def precession_response(
     t : float or array-like, shape (...)
         Time [s].
     fast : bool
-        About the fast precession instead of the slow one.
+        If true, about the fast precession instead of the slow.
 
     Returns
     -------
     PrecessionResponse
-        Error: second order in ``w_xi`` and ``w_eta``.
+        Its error is of second order in ``w_xi`` and ``w_eta``.
 
     References
     ----------
-    Chapter, eqs (6.112) to (6.117), derived anew from (6.96).
+    Chapter, eqs (6.112) to (6.117), derived here from (6.96).
     """
     t = np.asarray(t, dtype=float)
     steady = steady_precession(I_xi, I_zeta, mgL, theta0, spin)[0 if fast else 1]
@@ -317,7 +317,7 @@ def precession_response(
 
 
 def small_oscillation(rate: Any, c: Any, theta0: Any, w_xi: Any, w_eta: Any, t: Any) -> PrecessionResponse:
-    """The oscillation of :func:`precession_response`, from the steady rate and its constant c; numbers or symbols.
+    """Oscillation of :func:`precession_response` from the steady rate and its constant c, for numbers or symbols.
 
     In terms of the rate alone, c = m g L / (I_xi psi_0') - psi_0' cos(theta_0).
     """

@@ -1,4 +1,4 @@
-"""The heavy symmetric top about a fixed point, as the user sees it; :mod:`freebody.exact.nutation` solves it."""
+"""Heavy symmetric top about a fixed point: the public functions; :mod:`freebody.exact.nutation` has the solution."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ class TopPath:
     Attributes
     ----------
     path : str
-        ``"loop"`` (the precession reverses in every nutation), ``"cusp"`` (it stops at the upper limit),
-        ``"wave"`` (it never stops), ``"steady"`` (theta constant), ``"sleeping"`` (upright for ever),
-        ``"asymptotic"`` (towards the upright for ever), ``"through the vertical"``, ``"plane swing"``,
-        ``"plane rotation"`` (a pendulum that goes over the top).
+        ``"loop"`` (the precession reverses in every nutation), ``"cusp"`` (the precession stops at the upper
+        limit), ``"wave"`` (the precession never stops), ``"steady"`` (theta constant), ``"sleeping"`` (always
+        upright), ``"asymptotic"`` (approaches the upright for ever), ``"through the vertical"``,
+        ``"plane swing"``, ``"plane rotation"`` (a pendulum that goes over the top).
     theta_min, theta_max : float
         Limits of theta [rad].
     period : float
         Time between two successive lowest points; ``inf`` for a sleeping or asymptotic top [s].
     psi_advance, phi_advance : float
-        Increase of psi and phi in a period; ``nan`` when it is infinite [rad].
+        Increase of psi and phi in a period; ``nan`` if the period is infinite [rad].
     roots : tuple of float
         u_1 <= u_2 <= u_3, the roots of the cubic.
     modulus2, complementary : float
@@ -65,8 +65,8 @@ class TopPath:
     def theta(self, t: Any) -> np.ndarray:
         """Angle of the axis from the upward vertical at times ``t`` [rad].
 
-        Between 0 and pi; but where the path leads exactly through the vertical (``"through the vertical"``
-        and the plane paths), theta goes on smoothly below 0 or above pi, and psi does not jump.
+        It is between 0 and pi. On a path exactly through the vertical (``"through the vertical"`` and the plane
+        paths), however, theta continues smoothly below 0 or above pi, and psi does not jump.
         """
         return self._motion.theta(t)
 
@@ -121,10 +121,10 @@ def top(
     psi0: float = 0.0,
     phi0: float = 0.0,
 ) -> TopPath:
-    """Motion of a heavy symmetric top about a fixed point, from any start, in closed form.
+    """Motion of a heavy symmetric top about a fixed point, for any initial values, in closed form.
 
-    The equations are in :mod:`freebody.exact.nutation`. Without spin it is the spherical pendulum, and the
-    plane one when psi' = 0 too.
+    The equations are in :mod:`freebody.exact.nutation`. Without spin the top is a spherical pendulum, and with
+    psi' = 0 as well a plane pendulum.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def top(
     spin : float
         Omega = phi' + psi' cos(theta): total angular velocity along the axis, constant [rad/s].
     theta_rate0, psi_rate0 : float
-        theta' and psi' at t = 0; psi' means nothing at theta0 = 0 and is not used there [rad/s].
+        theta' and psi' at t = 0; psi' has no meaning at theta0 = 0 and is not used there [rad/s].
     psi0, phi0 : float
         psi and phi at t = 0 [rad].
 
@@ -155,10 +155,10 @@ def top(
 
     Notes
     -----
-    The data count as exact numbers, and the constants are computed from them to 100 digits: the motion is
-    that of the given doubles to about 1e-14 (times the total angle, for psi and phi), near the sleeping top
-    as well. A double can not hold the exact start of a motion that ends upright; :func:`asymptotic_top` gives
-    that one.
+    The data are treated as exact numbers, and the constants are computed from them to 100 digits. The motion is
+    therefore accurate to about 1e-14 (times the total angle, for psi and phi) for the given doubles, near the
+    sleeping top too. Doubles cannot represent the exact initial values of a motion that ends upright;
+    :func:`asymptotic_top` gives this motion.
 
     References
     ----------
@@ -174,15 +174,14 @@ def top(
     >>> top(0.01308, 0.00216, 1.1772, theta0=1.0, spin=200.0, psi_rate0=-2.0).path
     'loop'
     """
-    named = {
+    data = {
         "I_xi": I_xi, "I_zeta": I_zeta, "mgL": mgL, "theta0": theta0, "spin": spin,
         "theta_rate0": theta_rate0, "psi_rate0": psi_rate0,
     }  # fmt: skip
-    _check(named)
-    with_vertical = float(theta0) == 0
-    if with_vertical and theta_rate0 == 0:
+    _check(data)
+    if float(theta0) == 0 and theta_rate0 == 0:
         a = I_zeta * spin / I_xi
-        still = Sleeping(a / 2, spin - a / 2)
+        sleeping = Sleeping(a / 2, spin - a / 2)
         return TopPath(
             "sleeping",
             0.0,
@@ -192,21 +191,21 @@ def top(
             math.nan,
             *_sleeping_roots(I_xi, mgL, a),
             spin,
-            still,
+            sleeping,
             psi0,
             phi0,
         )
-    constants = Constants.from_start(*(Fraction(float(value)) for value in named.values()))
+    constants = Constants.from_start(*(Fraction(float(value)) for value in data.values()))
     return _path(constants, spin, psi0, phi0)
 
 
 def asymptotic_top(
     I_xi: float, I_zeta: float, mgL: float, spin: float, *, psi0: float = 0.0, phi0: float = 0.0
 ) -> TopPath:
-    """Motion of a top that leaves the upright infinitely slowly and comes back to it: the separatrix.
+    """Motion of a top that leaves the upright infinitely slowly and returns to it: the separatrix.
 
     alpha = beta, b = a: u_1 = a² / beta - 1, u_2 = u_3 = 1, u = u_1 + (1 - u_1) tanh²(tau). At t = 0 the axis is at its
-    lowest point. Without spin it is the plane pendulum that falls from the top and comes to rest there again.
+    lowest point. Without spin the top is a plane pendulum that falls from the top and comes to rest there again.
 
     Parameters
     ----------
@@ -239,25 +238,26 @@ def asymptotic_top(
     return _path(Constants.asymptotic(A, C, W, Omega), spin, psi0, phi0)
 
 
-def _check(named: dict[str, float]) -> None:
-    for name, value in named.items():
+def _check(data: dict[str, float]) -> None:
+    """Refuse data of a top that are impossible."""
+    for name, value in data.items():
         if not math.isfinite(value):
             raise ModelError(f"Expected a finite number for {name}, got {value}.")
-    if not named["I_xi"] > 0 or not named["I_zeta"] >= 0:
+    if not data["I_xi"] > 0 or not data["I_zeta"] >= 0:
         raise ModelError(
             "Expected a positive transverse and an axial moment of inertia that is not negative, got "
-            f"I_xi = {named['I_xi']:g}, I_zeta = {named['I_zeta']:g} kg m²."
+            f"I_xi = {data['I_xi']:g}, I_zeta = {data['I_zeta']:g} kg m²."
         )
-    if not named["mgL"] > 0:
+    if not data["mgL"] > 0:
         raise ModelError(
-            f"Expected a positive moment mgL of the weight, got {named['mgL']:g} N m. Without weight the body is "
+            f"Expected a positive moment mgL of the weight, got {data['mgL']:g} N m. Without weight the body is "
             "torque-free: exact.torque_free((I_xi, I_xi, I_zeta), w0). If the mass centre is "
             "on the other side of the fixed point, point the axis there: mgL positive, pi - theta0, and the "
             "opposite signs of theta_rate0 and spin."
         )
-    if not 0 <= named["theta0"] <= math.pi:
+    if not 0 <= data["theta0"] <= math.pi:
         raise ModelError(
-            f"Expected theta0, the angle from the upward vertical, between 0 and pi, got {named['theta0']:g} rad. "
+            f"Expected theta0, the angle from the upward vertical, between 0 and pi, got {data['theta0']:g} rad. "
             "If it is negative, change its sign and that of theta_rate0, and add pi to psi0 and to phi0; degrees "
             "need numpy.radians."
         )

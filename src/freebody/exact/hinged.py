@@ -1,6 +1,7 @@
-"""Single bodies on a hinge: a struck bar, a door, a disk on a rod. Numbers, arrays or SymPy expressions.
+"""Single bodies on a hinge: a struck bar, a door, a disk on a rod, for numbers, arrays or SymPy expressions.
 
-The moment equation about the fixed hinge gives the motion, the force equation of the mass centre then the reaction.
+The moment equation about the fixed hinge gives the motion. The force equation of the mass centre then gives the
+reaction.
 Source: chapter, Problems 6.4 to 6.6.
 """
 
@@ -12,14 +13,16 @@ from .elementary import cos, sin, sqrt
 
 
 class StruckBar(NamedTuple):
-    """Of a bar that hangs from its upper end and feels a horizontal force: alpha [rad/s²], R_x [N]."""
+    """Angular acceleration [rad/s²] and horizontal reaction R_x [N] of a bar that hangs from its upper end."""
 
     alpha: Any
     reaction: Any
 
 
 def struck_bar(m: Any, L: Any, F: Any, h: Any) -> StruckBar:
-    """Angular acceleration and horizontal reaction of a uniform hanging bar under a force F at h below its hinge.
+    """Angular acceleration and horizontal reaction of a uniform hanging bar under a horizontal force F.
+
+    The force acts at the distance h below the hinge::
 
         (m L²/3) α = F h,    F + R_x = m (L/2) α
 
@@ -33,17 +36,18 @@ def struck_bar(m: Any, L: Any, F: Any, h: Any) -> StruckBar:
 
 
 def door_frequency(b: Any, alpha: Any, g: Any) -> Any:
-    """Frequency of the small motion of a uniform door of width b on a hinge line that leans by alpha [rad/s].
+    """Frequency of the small motion of a uniform door of width b on a hinge line inclined by alpha [rad/s].
 
-    (m b²/3) θ'' + m g sin(α) (b/2) sin(θ) = 0: the part of gravity that is normal to the line swings the door.
+    (m b²/3) θ'' + m g sin(α) (b/2) sin(θ) = 0: the component of gravity normal to the line swings the door.
     """
     return sqrt(3 * g * sin(alpha) / (2 * b))
 
 
 class DiskPendulum(NamedTuple):
-    """Of a disk on a massless rod: speed, acceleration, reaction on the rod in three pairs of directions.
+    """Rate, acceleration, reaction on the rod and small frequency of a disk on a massless rod.
 
-    ``x``, ``y`` are horizontal and up, ``along`` is along the rod to the hinge, ``across`` towards larger angles.
+    The components of the reaction are ``x``, ``y`` (horizontal and up), ``along`` (along the rod to the hinge) and
+    ``across`` (towards larger angles).
     """
 
     rate: Any
@@ -56,7 +60,9 @@ class DiskPendulum(NamedTuple):
 
 
 def disk_pendulum(m: Any, L: Any, R: Any, g: Any, release: Any, theta: Any) -> DiskPendulum:
-    """Disk of radius R fixed at its centre to a rod of length L, let go at the angle ``release``, at ``theta``.
+    """Motion at the angle ``theta`` of a disk on a rod, released from rest at the angle ``release``.
+
+    The disk of radius R is fixed at its centre to the rod of length L::
 
         I_O = m (L² + R²/2),    θ'² = 2 m g L (cos θ - cos θ_0) / I_O,    I_O θ'' = -m g L sin θ
 

@@ -10,8 +10,8 @@ vertical over I_xi), beta = 2 m g L / I_xi and alpha = theta'² + psi'² sin²(t
     phi' = Omega - u psi'       = Omega - a - (b - a) / (2 (1 - u)) + (b + a) / (2 (1 + u))
 
 so that psi and phi are integrals of the third kind. Each is taken from the nearest turning point of theta, in
-the form in which all terms are positive: nothing is lost when the axis passes close by the vertical (u_2 or
--u_1 almost 1) or lingers there (k² almost 1, which is the neighbourhood of the sleeping top).
+the form in which all terms are positive. No digits are lost when the axis passes close to the vertical (u_2 or
+-u_1 almost 1) or lingers there (k² almost 1, near the sleeping top).
 
 Sources: E. T. Whittaker, *A Treatise on the Analytical Dynamics of Particles and Rigid Bodies*, 4th ed.,
 sections 71 and 72; H. Goldstein et al., *Classical Mechanics*, 3rd ed., section 5.7; L. D. Landau, E. M.
@@ -24,18 +24,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from . import elliptic
-from .elliptic import Angle, Clock, Jacobi, Phase
-from .precise import complete_third, decimal, first, precise, root_between, sine_cosine
+from .elliptic import DIGITS, Angle, Clock, Jacobi, Phase, Precise, complete_third, precise
 
-#: Amplitude of u = cos(theta) below which a nutation is called steady, and distance of the stop of the precession from
-#: the upper limit, in units of the nutation, below which a path is called a cusp: what rounding of the data can do.
+#: Amplitude of u = cos(theta) below which a nutation is called steady, and distance between the stop of the precession
+#: and the upper limit, in units of the nutation, below which a path is called a cusp. Rounding of the data can do this.
 ROUNDING = 1e-12
 
 
@@ -43,15 +41,14 @@ ROUNDING = 1e-12
 class Constants:
     """Integrals of the motion, roots of the cubic and start, to a hundred digits."""
 
-    a: Decimal
-    b: Decimal
-    beta: Decimal
-    Omega: Decimal
-    roots: tuple[Decimal, Decimal, Decimal]
-    start: Decimal
+    a: Precise
+    b: Precise
+    beta: Precise
+    Omega: Precise
+    roots: tuple[Precise, Precise, Precise]
+    start: Precise
 
     @classmethod
-    @precise
     def from_start(
         cls,
         A: Fraction,
@@ -62,82 +59,103 @@ class Constants:
         rate: Fraction,
         psi_rate: Fraction,
     ) -> Constants:
-        sine, u0 = sine_cosine(theta0)
-        a, beta = decimal(C * spin / A), decimal(2 * W / A)
-        turn = decimal(psi_rate) * sine * sine
+        """Constants from the data at t = 0; A, C are the moments of inertia I_xi, I_zeta and W is m g L."""
+        mp = precise()
+        u0, sine = mp.cos_sin(mp.convert(theta0))
+        a, beta = mp.convert(C * spin / A), mp.convert(2 * W / A)
+        turn = mp.convert(psi_rate) * sine * sine
         b = turn + a * u0
-        alpha = decimal(rate) ** 2 + decimal(psi_rate) * turn + beta * u0
+        alpha = mp.convert(rate) ** 2 + mp.convert(psi_rate) * turn + beta * u0
         if a == 0 and b == 0:  # a plane pendulum: f = (1 - u²) (alpha - beta u)
-            low, middle, high = sorted((Decimal(-1), Decimal(1), alpha / beta))
+            low, middle, high = sorted((-mp.one, mp.one, alpha / beta))
         else:
-            # f(u_0 + x) = f_0 + f_1 x + f_2 x² + beta x³; f_0 = (sin(theta) theta')² is not negative by
-            # construction
-            f0 = (sine * decimal(rate)) ** 2
+            # f(u_0 + x) = f_0 + f_1 x + f_2 x² + beta x³, where f_0 = (sin(theta) theta')² cannot be negative
+            f0 = (sine * mp.convert(rate)) ** 2
             f1 = -2 * u0 * (alpha - beta * u0) - beta * (1 - u0 * u0) + 2 * a * turn
             f2 = 3 * beta * u0 - alpha - a * a
 
-            def f(u: Decimal) -> Decimal:
+            def f(u: Precise) -> Precise:
                 x = u - u0
                 return f0 + x * (f1 + x * (f2 + x * beta))
 
-            low = root_between(f, Decimal(-1), u0)
-            middle = root_between(lambda u: -f(u), u0, Decimal(1)) if u0 < 1 else Decimal(1)
-            high = max((alpha + a * a) / beta - low - middle, Decimal(1))
+            low = _root(f, -mp.one, u0)
+            middle = _root(lambda u: -f(u), u0, mp.one) if u0 < 1 else mp.one
+            high = max((alpha + a * a) / beta - low - middle, mp.one)
         spread = middle - low
-        s2 = min(max((u0 - low) / spread, Decimal(0)), Decimal(1)) if spread else Decimal(0)
-        start = (
-            first(s2, 1 - s2, min(max((high - u0) / (high - low), Decimal(0)), Decimal(1)))
-            if s2
-            else Decimal(0)
-        )
+        s2 = _fraction(u0 - low, spread) if spread else mp.zero
+        # F(phi | m) = s R_F(c², d², 1) (DLMF 19.25.5)
+        start = mp.sqrt(s2) * mp.elliprf(1 - s2, _fraction(high - u0, high - low), 1) if s2 else mp.zero
         # u rises with tau, while theta falls
-        return cls(a, b, beta, decimal(spin), (low, middle, high), -start if rate > 0 else start)
+        return cls(a, b, beta, mp.convert(spin), (low, middle, high), -start if rate > 0 else start)
 
     @classmethod
-    @precise
     def asymptotic(cls, A: Fraction, C: Fraction, W: Fraction, spin: Fraction) -> Constants:
-        a, beta = decimal(C * spin / A), decimal(2 * W / A)
-        one = Decimal(1)
-        return cls(a, a, beta, decimal(spin), (a * a / beta - 1, one, one), Decimal(0))
+        """Constants of the motion that ends upright, at its lowest point at t = 0."""
+        mp = precise()
+        a, beta = mp.convert(C * spin / A), mp.convert(2 * W / A)
+        return cls(a, a, beta, mp.convert(spin), (a * a / beta - 1, mp.one, mp.one), mp.zero)
+
+
+def _fraction(part: Precise, whole: Precise) -> Precise:
+    """part / whole, kept between 0 and 1 against round-off."""
+    return min(max(part / whole, precise().zero), precise().one)
+
+
+def _root(function: Callable[[Precise], Precise], low: Precise, high: Precise) -> Precise:
+    """The point where the function turns from negative at ``low`` to positive at ``high``, by bisection.
+
+    Bisection also finds the double roots that matter here, at which Newton's method is slow and inaccurate.
+    """
+    width, smallest = high - low, precise().mpf(10) ** (4 - DIGITS)
+    while width > smallest:
+        width /= 2
+        if function(low + width) <= 0:
+            low += width
+    return low + width / 2
 
 
 class Sleeping:
-    """Upright for ever. psi' = a/2 is the limit of small motions; only psi + phi has a meaning."""
+    """Motion of a top that stays upright. psi' = a/2 is the limit of small motions; only psi + phi has a meaning."""
 
     def __init__(self, psi_rate: float, phi_rate: float) -> None:
         self._rates = psi_rate, phi_rate
 
     def theta(self, t: Any) -> np.ndarray:
+        """Zeros."""
         return np.zeros(np.shape(t))
 
     theta_rate = theta
 
     def psi(self, t: Any) -> np.ndarray:
+        """Precession angle since t = 0 [rad]."""
         return self._rates[0] * np.asarray(t, dtype=float)
 
     def phi(self, t: Any) -> np.ndarray:
+        """Spin angle since t = 0 [rad]."""
         return self._rates[1] * np.asarray(t, dtype=float)
 
     def halves(self, t: Any) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
+        """psi and phi [rad], in the form of :meth:`Nutation.halves`."""
         return (self.psi(t),), (self.phi(t),)
 
     def rates(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
+        """psi' and phi' [rad/s]."""
         return np.full(np.shape(t), self._rates[0]), np.full(np.shape(t), self._rates[1])
 
 
 class Nutation:
     """theta, psi and phi by elliptic functions, from the nearest turning point."""
 
-    @precise
     def __init__(self, constants: Constants) -> None:
+        mp = precise()
         u1, u2, u3 = constants.roots
         a, b = constants.a, constants.b
         spread, whole = u2 - u1, u3 - u1
         self.functions = functions = Jacobi(spread / whole, (u3 - u2) / whole)
-        rate = (constants.beta * whole).sqrt() / 2
+        rate = mp.sqrt(constants.beta * whole) / 2
         self.clock = Clock(functions, rate, constants.start)
         self._rate, self._spread = float(rate), float(spread)
-        # 1 - u and 1 + u at the two turning points, and what the sums at any other point need
+        # 1 - u and 1 + u at the two turning points, and the constants of the sums at other points
         self._below, self._above = (float(1 + u1), float(1 + u2)), (float(1 - u1), float(1 - u2))
         self._beyond = float(u3 - 1)
         self._share = float((1 - u2) / whole)
@@ -152,14 +170,14 @@ class Nutation:
 
         self.limits = (_angle(1 - u2, 1 + u2), _angle(1 - u1, 1 + u1))
         self.path = self._class(constants)
-        infinite = functions.exact_K.is_infinite()
-        # integrals of 1 / (1 - u) and 1 / (1 + u) over a quarter; each goes with a factor that may be zero
-        minus = plus = Decimal(0)
+        infinite = mp.isinf(functions.exact_K)
+        # integrals of 1 / (1 - u) and 1 / (1 + u) over a quarter, each times a factor that may be zero
+        minus = plus = mp.zero
         if not infinite and b != a:
             minus = (b - a) / (2 * rate) * complete_third(functions.exact_m1, -spread / (1 - u1)) / (1 - u1)
         if not infinite and b != -a:
             plus = (b + a) / (2 * rate) * complete_third(functions.exact_m1, spread / (1 + u1)) / (1 + u1)
-        self.psi_angle = Angle(self.clock, Decimal(0), plus + minus, self._local(1.0))
+        self.psi_angle = Angle(self.clock, mp.zero, plus + minus, self._local(1.0))
         self.phi_angle = Angle(self.clock, constants.Omega - a, plus - minus, self._local(-1.0))
 
     def _class(self, constants: Constants) -> str:
@@ -175,15 +193,16 @@ class Nutation:
             return "steady"
         if a == 0:
             return "wave"
-        # Where the precession stops: its distance from the upper limit in units of the nutation; and the speed
-        # of the axis along the circles of latitude at the two limits. Near the vertical only the second tells.
+        # the distance from the upper limit at which the precession stops, in units of the nutation, and the speed of
+        # the axis along the circles of latitude at the two limits; near the vertical only the speed decides
         stop = (b / a - u2) / (u2 - u1)
-        upper, lower = ((b - a * u) / ((1 - u) * (1 + u)).sqrt() for u in (u2, u1))
-        if abs(stop) < Decimal(ROUNDING) and abs(upper) < Decimal(ROUNDING) * abs(lower):
+        upper, lower = ((b - a * u) / precise().sqrt((1 - u) * (1 + u)) for u in (u2, u1))
+        if abs(stop) < ROUNDING and abs(upper) < ROUNDING * abs(lower):
             return "cusp"
         return "loop" if (upper < 0) != (lower < 0) else "wave"
 
     def advance(self, angle: Angle) -> float:
+        """Increase of psi or phi in a period, between two lowest points [rad]."""
         return math.nan if math.isinf(self.clock.quarter) else float(2 * angle.exact_advance)
 
     # -- theta ---------------------------------------------------------------------------------------
@@ -208,13 +227,14 @@ class Nutation:
         return self._below[1] * (c2 + m1 * self._lower_ratio * s2)
 
     def theta(self, t: Any) -> np.ndarray:
+        """Angle of the axis from the upward vertical [rad]."""
         phase = self.clock(t)
         minus, plus = self._sides(phase)
         if self._plane:
             sn, cn, dn = self.clock.whole(phase)
             if self.path == "plane swing":  # cos(theta/2) = +-k sn changes its sign at the bottom
                 return 2 * np.arctan2(dn, self._ahead * math.sqrt(self.functions.m) * sn)
-            # theta/2 = pi/2 -+ the amplitude, which goes on for ever
+            # theta/2 = pi/2 -+ the amplitude, which grows without end
             k1 = self.functions.modulus1
             opposite = np.where(phase.odd, k1 * phase.s, phase.s)
             amplitude = phase.quarter * (math.pi / 2) + np.arctan2(opposite, phase.c)
@@ -224,11 +244,12 @@ class Nutation:
         return 2 * np.arctan2(np.sqrt(minus), np.sqrt(plus))
 
     def theta_rate(self, t: Any) -> np.ndarray:
+        """theta' [rad/s]."""
         phase = self.clock(t)
         minus, plus = self._sides(phase)
         sn, cn, dn = self.clock.whole(phase)
         if self._plane:
-            # (theta/2)' = -+cn k... of the swing, -+dn of the rotation
+            # (theta/2)' / rate = -+k cn for the swing, -+dn for the rotation
             turning = math.sqrt(self.functions.m) * cn if self.path == "plane swing" else dn
             return -2 * self._ahead * self._rate * turning
         if self._vertical:
@@ -238,24 +259,28 @@ class Nutation:
     # -- psi and phi -----------------------------------------------------------------------------------
 
     def psi(self, t: Any) -> np.ndarray:
+        """Precession angle since t = 0 [rad]."""
         return self.psi_angle(self.clock(t))
 
     def phi(self, t: Any) -> np.ndarray:
+        """Spin angle since t = 0 [rad]."""
         return self.phi_angle(self.clock(t))
 
     def halves(self, t: Any) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
+        """psi and phi, each as numbers whose sum is the angle [rad]; see :meth:`Angle.halves`."""
         phase = self.clock(t)
         return self.psi_angle.halves(phase), self.phi_angle.halves(phase)
 
     def rates(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
+        """psi' and phi' [rad/s]."""
         minus, plus = self._sides(self.clock(t))
-        # a factor that is zero may stand over a zero
+        # a zero factor may be divided by zero
         up = self._up / minus if self._up else np.zeros_like(minus)
         down = self._down / plus if self._down else np.zeros_like(plus)
         return up + down, self._slip - up + down
 
     def _local(self, sign: float) -> Callable[[Phase, bool], np.ndarray]:
-        """Integral of psi' (sign +1) or phi' less its steady part (-1) from the turning point, over d tau."""
+        """Function for the integral of psi' (sign +1), or of phi' less its steady part (-1), from the turning point."""
 
         def local(phase: Phase, odd: bool) -> np.ndarray:
             total = np.zeros_like(phase.x)
@@ -268,7 +293,7 @@ class Nutation:
         return local
 
     def _top_lower(self, phase: Phase) -> np.ndarray:
-        """1 / (1 - u) from the lower turning point: (x + n s³/3 R_J(c², d², 1, 1 - n s²)) / (1 - u_1)."""
+        """Integral of 1 / (1 - u) from the lower turning point: (x + n s³/3 R_J(c², d², 1, 1 - n s²)) / (1 - u_1)."""
         from scipy.special import elliprj
 
         s2, c2, d2 = phase.s**2, phase.c**2, phase.d**2
@@ -277,11 +302,11 @@ class Nutation:
         return (phase.x + n * phase.s * s2 / 3 * elliprj(c2, d2, 1.0, p)) / self._above[0]
 
     def _top_upper(self, phase: Phase) -> np.ndarray:
-        """1 / (1 - u) = d² / (1 - u_2 + m (u_3 - 1) s²) from the upper one.
+        """Integral of 1 / (1 - u) = d² / (1 - u_2 + m (u_3 - 1) s²) from the upper turning point.
 
         s R_C(c²/d², p q/d²) - h s³/3 R_J(c², d², 1, q), h = (1 - u_2)/(u_3 - u_1),
-        q = c² + s² (u_3 - 1)/(u_3 - u_1), p = 1 + m s² (u_3 - 1)/(1 - u_2): DLMF 19.21.12; it stays whole
-        when 1 - u_2 is tiny.
+        q = c² + s² (u_3 - 1)/(u_3 - u_1), p = 1 + m s² (u_3 - 1)/(1 - u_2): DLMF 19.21.12. It stays accurate when
+        1 - u_2 is tiny.
         """
         from scipy.special import elliprc, elliprj
 
@@ -294,12 +319,18 @@ class Nutation:
         return (near - self._share * phase.s * s2 / 3 * elliprj(c2, d2, 1.0, q)) / self._above[1]
 
     def _bottom_lower(self, phase: Phase) -> np.ndarray:
-        """1 / (1 + u) from the lower one: (x + rho P(x)) / (1 + u_2), P the pulse with rho = (u_2 - u_1)/(1 + u_1)."""
+        """Integral of 1 / (1 + u) from the lower turning point.
+
+        (x + rho P(x)) / (1 + u_2), where P is the pulse with rho = (u_2 - u_1)/(1 + u_1).
+        """
         rho = self._spread / self._below[0]
         return (phase.x + rho * elliptic.pulse(phase, self.functions.m1, rho)) / self._below[1]
 
     def _bottom_upper(self, phase: Phase) -> np.ndarray:
-        """1 / (1 + u) from the upper one: (x + e s³/3 R_J(c², d², 1, p)) / (1 + u_2), e = m1 (u_2 - u_1)/(1 + u_2)."""
+        """Integral of 1 / (1 + u) from the upper turning point.
+
+        (x + e s³/3 R_J(c², d², 1, p)) / (1 + u_2), where e = m1 (u_2 - u_1)/(1 + u_2).
+        """
         from scipy.special import elliprj
 
         m1 = self.functions.m1
@@ -309,7 +340,7 @@ class Nutation:
         return (phase.x + e * phase.s * s2 / 3 * elliprj(c2, d2, 1.0, p)) / self._below[1]
 
 
-@precise
-def _angle(minus: Decimal, plus: Decimal) -> float:
+def _angle(minus: Precise, plus: Precise) -> float:
     """theta from 1 - u and 1 + u."""
-    return 2 * math.atan2(float(minus.sqrt()), float(plus.sqrt()))
+    sqrt = precise().sqrt
+    return 2 * math.atan2(float(sqrt(minus)), float(sqrt(plus)))

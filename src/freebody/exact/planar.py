@@ -2,7 +2,7 @@
 
 x to the right, y up; angles from the downward vertical, counter-clockwise positive; bars slender and uniform.
 
-Sources: Examples 6.2 and 6.5 and Problem 6.15 of the chapter (its figures as read in the project's
+Sources: Examples 6.2 and 6.5 and Problem 6.15 of the chapter (with its figures as interpreted in the project's
 specification); every formula below is derived here, not copied.
 """
 
@@ -29,9 +29,9 @@ class HingedBar:
     omega_vertical : float
         Angular velocity when the bar is first vertical, clockwise [rad/s].
     reaction_vertical : float
-        Vertical reaction on the bar then, up [N].
+        Vertical reaction on the bar when it is vertical, up [N].
     energy_vertical : float
-        Kinetic energy then [J].
+        Kinetic energy when the bar is vertical [J].
     """
 
     alpha: float
@@ -42,7 +42,7 @@ class HingedBar:
 
 
 def hinged_bar(m: float, L: float, g: float = 9.81) -> HingedBar:
-    """Uniform bar hinged at a third of its length, let go from rest in the horizontal position.
+    """Motion and reaction of a uniform bar hinged at a third of its length, released from rest when horizontal.
 
     I_O = m L² / 12 + m (L / 6)² = m L² / 9, so alpha = (m g L / 6) / I_O = 3 g / (2 L), and the mass centre
     starts to fall with g / 4. From the energy, omega² = 3 g / L when the centre is L / 6 below the hinge.
@@ -88,8 +88,8 @@ class CartAndBar:
     ground : ndarray
         Force of the guide on M, positive up [N].
     energy : ndarray
-        Kinetic plus potential energy (spring, weight of the bar; zero at x = 0 with the bar's centre at the
-        height of the guide) [J].
+        Kinetic plus potential energy of spring and weight, which is zero at x = 0 with the bar's centre at the
+        height of the guide [J].
     """
 
     x_acceleration: Any
@@ -112,15 +112,16 @@ def cart_and_bar(
     F: float = 3.0,
     g: float = 9.81,
 ) -> CartAndBar:
-    """Particle on a guided spring with a hanging bar of length 2 a, force F to the right on its lower end.
+    """Accelerations and forces of a guided particle on a spring with a hanging bar of length 2 a.
 
-    The bar's centre is at (x + a sin(theta), -a cos(theta)) and its moment about it is m a² / 3::
+    A force F to the right acts at the lower end of the bar. The bar's centre is at (x + a sin(theta), -a cos(theta))
+    and its central moment of inertia is m a² / 3::
 
         (M + m) x'' + m a (theta'' cos(theta) - theta'² sin(theta)) + k x = F
         m a x'' cos(theta) + (4/3) m a² theta'' + m g a sin(theta) = 2 a F cos(theta)
 
     The force of the bar on M follows from M x'' = -k x + X and from the bar's vertical balance; the guide
-    carries the rest of the weights.
+    carries the remaining weight.
 
     Parameters
     ----------
@@ -164,7 +165,7 @@ class DoublePendulum:
     joint : ndarray, shape (..., 2)
         Force of link 1 on link 2 at J, components x, y [N].
     energy : ndarray
-        Kinetic plus potential energy, zero of height at O [J].
+        Kinetic plus potential energy, with heights measured from O [J].
     """
 
     accelerations: Any
@@ -185,7 +186,7 @@ def double_pendulum(
     L2: float = 0.6,
     g: float = 9.81,
 ) -> DoublePendulum:
-    """Two uniform links in series, absolute angles (Problem 6.15).
+    """Accelerations and forces of two uniform links in series, with absolute angles (Problem 6.15).
 
     With d = theta_1 - theta_2::
 
@@ -219,7 +220,7 @@ def double_pendulum(
     determinant = A * D - (B * c) ** 2
     acc1 = (D * Q1 - B * c * Q2) / determinant
     acc2 = (A * Q2 - B * c * Q1) / determinant
-    # second derivatives of the end of each link from its upper pin
+    # second derivatives of the vector from the upper pin of each link to its end
     end1 = np.stack([L1 * (acc1 * c1 - theta1_rate**2 * s1), L1 * (acc1 * s1 + theta1_rate**2 * c1)], axis=-1)
     end2 = np.stack([L2 * (acc2 * c2 - theta2_rate**2 * s2), L2 * (acc2 * s2 + theta2_rate**2 * c2)], axis=-1)
     up = np.array([0.0, g])

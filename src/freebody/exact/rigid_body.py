@@ -13,9 +13,9 @@ Made by :func:`freebody.exact.torque_free`. The formulas::
          = H / I_2 + H (1/I_1 - 1/I_2) cn² / (1 + nu sn²),    nu = I_3 (I_2 - I_1) / (I_1 (I_3 - I_2)) > 0
 
 The last line splits the integral of the third kind into a steady turn and pulses that vanish while the body
-hangs near its middle axis, so that it is as good on the separatrix (k² = 1; the pulse is then an arctangent
-of a hyperbolic tangent) as away from it. Two equal moments: two steady turns, about H and about the symmetry
-axis.
+lingers near its middle axis. It is therefore as accurate on the separatrix (k² = 1; the pulse is then an
+arctangent of a hyperbolic tangent) as away from it. Two equal moments give two steady turns, about H and about
+the symmetry axis.
 
 Sources: L. D. Landau, E. M. Lifshitz, *Mechanics*, 3rd ed., sections 33 and 37; E. T. Whittaker, *A Treatise
 on the Analytical Dynamics of Particles and Rigid Bodies*, 4th ed., sections 69 to 71; H. Goldstein et al.,
@@ -28,7 +28,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -36,8 +35,7 @@ import numpy as np
 
 from ..errors import ModelError
 from . import elliptic
-from .elliptic import Angle, Clock, Jacobi, Phase, product, turning
-from .precise import complete_pulse, decimal, first, precise
+from .elliptic import Angle, Clock, Jacobi, Phase, complete_pulse, precise, product, turning
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ class Cones:
         Principal axis (0, 1 or 2) that is the symmetry axis.
     rate : float
         Omega = (I_s - I_t) w_s / I_t: rate at which the angular velocity turns about the symmetry axis as
-        seen from the body, + by the right-hand rule [rad/s].
+        seen from the body, positive by the right-hand rule [rad/s].
     alpha, beta : float
         Angle between the symmetry axis and H, and between it and the angular velocity [rad]:
         tan(alpha) = I_t / I_s tan(beta).
@@ -78,8 +76,8 @@ class TorqueFreeMotion:
     ----------
     kind : str
         ``"steady"`` (the angular velocity does not change), ``"symmetric"`` (two equal moments: regular
-        precession), ``"triaxial"``, or ``"separatrix"`` (H² = 2 T I_2 exactly: towards the middle axis for
-        ever).
+        precession), ``"triaxial"``, or ``"separatrix"`` (H² = 2 T I_2 exactly: the angular velocity approaches
+        the middle axis for ever).
     moments : ndarray, shape (3,)
         Principal moments [kg m²].
     axes : ndarray, shape (3, 3)
@@ -94,9 +92,8 @@ class TorqueFreeMotion:
         Period of the angular velocity as seen from the body: 4 K / p, or 2 pi / \\|Omega\\|; ``inf`` on the
         separatrix, ``nan`` for a steady rotation [s].
     precession_per_period : float
-        Angle by which the body has turned about H when the angular velocity is back in the body: the motion
-        in space repeats only if it is a rational part of a turn [rad]. ``nan`` where ``period`` is not a
-        finite number.
+        Angle by which the body turns about H in one ``period``: the motion in space repeats only if it is a
+        rational part of a turn [rad]. ``nan`` where ``period`` is not a finite number.
     modulus2, complementary : float
         k² and 1 - k² (0 and 1 where there are no elliptic functions).
     """
@@ -212,7 +209,10 @@ def symmetry_axis(moments: Any) -> int | None:
 
 
 def solution(moments: np.ndarray, w: np.ndarray) -> Steady | Symmetric | Triaxial:
-    """The closed form that fits: components along principal axes, and the turn from the attitude at t = 0."""
+    """Closed form for these moments and this angular velocity ``w`` at t = 0, along the principal axes.
+
+    It gives the angular velocity along the principal axes and the turn from the attitude at t = 0.
+    """
     I1, I2, I3 = (Fraction(float(value)) for value in moments)
     w1, w2, w3 = (Fraction(float(value)) for value in w)
     if (I3 - I2) * w2 * w3 == 0 and (I1 - I3) * w3 * w1 == 0 and (I2 - I1) * w1 * w2 == 0:
@@ -227,23 +227,27 @@ class Steady:
     kind, modulus2, complementary = "steady", 0.0, 1.0
     period = precession_per_period = math.nan
 
-    @precise
     def __init__(self, w: np.ndarray) -> None:
+        mp = precise()
         self._w = w
-        size = decimal(sum((Fraction(float(value)) ** 2 for value in w), Fraction(0))).sqrt()
+        size = mp.sqrt(mp.convert(sum((Fraction(float(value)) ** 2 for value in w), Fraction(0))))
         self._axis = w / (float(size) or 1.0)
         self._beat, self._rate = elliptic.turns(size)
 
     def omega(self, t: np.ndarray) -> np.ndarray:
+        """Angular velocity along the principal axes, shape (..., 3) [rad/s]."""
         return np.broadcast_to(self._w, (*t.shape, 3)).copy()
 
     def turn(self, t: np.ndarray) -> np.ndarray:
+        """Unit quaternion of the turn since t = 0, shape (..., 4)."""
         return _about(self._axis, self._beat, self._rate, t)
 
     def turning_points(self) -> np.ndarray:
+        """Angular velocities at which the herpolhode can be nearest to H and farthest from it [rad/s]."""
         return self._w[None, :]
 
     def curve(self, points: int) -> np.ndarray:
+        """Points of the polhode along the principal axes, shape (points, 3) [rad/s]."""
         return self.omega(np.zeros(points))
 
 
@@ -252,8 +256,8 @@ class Symmetric:
 
     kind, modulus2, complementary = "symmetric", 0.0, 1.0
 
-    @precise
     def __init__(self, moments: np.ndarray, w: np.ndarray, axis: int) -> None:
+        mp = precise()
         I_t, I_s = (Fraction(float(moments[place])) for place in (axis - 1, axis))
         self._order = [(axis + 1) % 3, (axis + 2) % 3, axis]
         self._w = w[self._order]
@@ -261,90 +265,97 @@ class Symmetric:
             ((Fraction(float(i)) * Fraction(float(v))) ** 2 for i, v in zip(moments, w, strict=True)),
             Fraction(0),
         )
-        precession = decimal(size2).sqrt() / decimal(I_t)
-        rate = decimal((I_s - I_t) * Fraction(float(w[axis])) / I_t)
-        self._direction = moments * w / float(decimal(size2).sqrt())
+        size = mp.sqrt(mp.convert(size2))
+        precession = size / mp.convert(I_t)
+        rate = mp.convert((I_s - I_t) * Fraction(float(w[axis])) / I_t)
+        self._direction = moments * w / float(size)
         self._spin_axis = np.eye(3)[axis]
         self._about_H = elliptic.turns(precession)
         self._about_axis = elliptic.turns(rate)
         self.period = self._about_axis[0].interval
-        self.precession_per_period = float(2 * elliptic.pi() * precession / abs(rate))
+        self.precession_per_period = float(2 * mp.pi * precession / abs(rate))
 
     def omega(self, t: np.ndarray) -> np.ndarray:
+        """Angular velocity along the principal axes, shape (..., 3) [rad/s]."""
         beat, rate = self._about_axis
         angle = rate * beat(t)[1]
         x, y, z = self._w
-        out = np.empty((*t.shape, 3))
-        out[..., self._order[0]] = x * np.cos(angle) - y * np.sin(angle)
-        out[..., self._order[1]] = x * np.sin(angle) + y * np.cos(angle)
-        out[..., self._order[2]] = z
-        return out
+        w = np.empty((*t.shape, 3))
+        w[..., self._order[0]] = x * np.cos(angle) - y * np.sin(angle)
+        w[..., self._order[1]] = x * np.sin(angle) + y * np.cos(angle)
+        w[..., self._order[2]] = z
+        return w
 
     def turn(self, t: np.ndarray) -> np.ndarray:
+        """Unit quaternion of the turn since t = 0, shape (..., 4)."""
         beat, rate = self._about_axis
         return product(_about(self._direction, *self._about_H, t), _about(self._spin_axis, beat, -rate, t))
 
     def turning_points(self) -> np.ndarray:
+        """Angular velocities at which the herpolhode can be nearest to H and farthest from it [rad/s]."""
         return self.omega(np.zeros(1))
 
     def curve(self, points: int) -> np.ndarray:
+        """Points of the polhode along the principal axes, shape (points, 3) [rad/s]."""
         return self.omega(np.linspace(0, self.period, points))
 
 
 class Triaxial:
-    """Three moments that differ: Jacobi's elliptic functions, hyperbolic ones on the separatrix."""
+    """Motion of a body with three different moments: elliptic functions, hyperbolic ones on the separatrix."""
 
-    @precise
     def __init__(self, moments: tuple[Fraction, ...], w: tuple[Fraction, ...]) -> None:
+        mp = precise()
+        exact = mp.convert
         low, middle, high = sorted(range(3), key=lambda place: moments[place])
-        # H² - 2 T I_2: its sign tells which extreme axis the angular velocity circles
+        # the sign of H² - 2 T I_2 decides which extreme axis the angular velocity circles
         excess = moments[high] * (moments[high] - moments[middle]) * w[high] ** 2
         excess -= moments[low] * (moments[middle] - moments[low]) * w[low] ** 2
-        one, two, three = (low, middle, high) if excess >= 0 else (high, middle, low)
-        I1, I2, I3 = moments[one], moments[two], moments[three]
-        self._order = [one, two, three]
+        self._order = order = [low, middle, high] if excess >= 0 else [high, middle, low]
+        I1, I2, I3 = (moments[i] for i in order)
+        w1, w2, w3 = (w[i] for i in order)
         # columns: the axes e_1, e_2, e_3 of the formulas along the principal axes; w_1, w_3 >= 0 at t = 0
-        sign1, sign3 = (1.0 if value >= 0 else -1.0 for value in (w[one], w[three]))
-        handed = 1.0 if (one, two, three) in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) else -1.0
+        sign1, sign3 = (1.0 if value >= 0 else -1.0 for value in (w1, w3))
+        handed = 1.0 if order in ([0, 1, 2], [1, 2, 0], [2, 0, 1]) else -1.0
         sign2 = handed * sign1 * sign3
         self._signs = (sign1, sign2, sign3)
         frame = np.zeros((3, 3))
-        frame[one, 0], frame[two, 1], frame[three, 2] = self._signs
+        frame[order, [0, 1, 2]] = self._signs
         self._frame = elliptic.quaternion(frame)
 
-        A = I1 * (I3 - I1) * w[one] ** 2 + I2 * (I3 - I2) * w[two] ** 2
-        B = I2 * (I2 - I1) * w[two] ** 2 + I3 * (I3 - I1) * w[three] ** 2
-        m = decimal((I2 - I1) * A / ((I3 - I2) * B))
-        m1 = decimal(abs((I3 - I1) * excess / ((I3 - I2) * B)))
-        nu = decimal(I3 * (I2 - I1) / (I1 * (I3 - I2)))
-        rate = decimal((I3 - I2) * B / (I1 * I2 * I3)).sqrt()
-        size = decimal(sum(((i * v) ** 2 for i, v in zip(moments, w, strict=True)), Fraction(0))).sqrt()
+        A = I1 * (I3 - I1) * w1**2 + I2 * (I3 - I2) * w2**2
+        B = I2 * (I2 - I1) * w2**2 + I3 * (I3 - I1) * w3**2
+        m = exact((I2 - I1) * A / ((I3 - I2) * B))
+        m1 = exact(abs((I3 - I1) * excess / ((I3 - I2) * B)))
+        nu = exact(I3 * (I2 - I1) / (I1 * (I3 - I2)))
+        rate = mp.sqrt(exact((I3 - I2) * B / (I1 * I2 * I3)))
+        size = mp.sqrt(exact(sum(((i * v) ** 2 for i, v in zip(moments, w, strict=True)), Fraction(0))))
 
         self._direct = 1.0 if I3 > I1 else -1.0  # w_2 = + or - b sn
         functions = Jacobi(m, m1)
-        s2, c2 = decimal(I2 * (I3 - I2) * w[two] ** 2 / A), decimal(I1 * (I3 - I1) * w[one] ** 2 / A)
-        start = first(s2, c2, decimal(I3 * (I3 - I1) * w[three] ** 2 / B))
-        ahead = float(w[two]) * sign2 * self._direct >= 0
+        s2, c2 = exact(I2 * (I3 - I2) * w2**2 / A), exact(I1 * (I3 - I1) * w1**2 / A)
+        # F(phi | m) = s R_F(c², d², 1) (DLMF 19.25.5)
+        start = mp.sqrt(s2) * mp.elliprf(c2, exact(I3 * (I3 - I1) * w3**2 / B), 1)
+        ahead = float(w2) * sign2 * self._direct >= 0
         self._clock = Clock(functions, rate, start if ahead else -start)
 
         self._amplitudes = [
-            float(abs(decimal(square)).sqrt())
+            float(mp.sqrt(exact(abs(square))))
             for square in (A / (I1 * (I3 - I1)), A / (I2 * (I3 - I2)), B / (I3 * (I3 - I1)))
         ]
         # (I_1 w_1, I_2 w_2) = sqrt(|A|) (lean_1 cn, +-lean_2 sn), which has a direction even where A is 0
-        self._lean = [float(abs(decimal(square)).sqrt()) for square in (I1 / (I3 - I1), I2 / (I3 - I2))]
-        self._small = float(abs(decimal(A)).sqrt() / size)
-        self._upright = float(decimal(I3) / size)
+        self._lean = [float(mp.sqrt(exact(abs(square)))) for square in (I1 / (I3 - I1), I2 / (I3 - I2))]
+        self._small = float(mp.sqrt(exact(abs(A))) / size)
+        self._upright = float(exact(I3) / size)
 
-        separatrix = functions.exact_K.is_infinite()
-        gain = Decimal(0) if separatrix else complete_pulse(m1, nu)
-        weight = size * decimal(1 / I1 - 1 / I2) / rate
+        separatrix = mp.isinf(functions.exact_K)
+        gain = mp.zero if separatrix else complete_pulse(m1, nu)
+        weight = size * exact(1 / I1 - 1 / I2) / rate
         factor, m1_, nu_ = float(weight), float(m1), float(nu)
 
         def local(phase: Phase, odd: bool) -> np.ndarray:
             return factor * (elliptic.pulse_from_quarter if odd else elliptic.pulse)(phase, m1_, nu_)
 
-        self._psi = Angle(self._clock, size / decimal(I2), weight * gain, local)
+        self._psi = Angle(self._clock, size / exact(I2), weight * gain, local)
         self.kind = "separatrix" if separatrix else "triaxial"
         self.modulus2, self.complementary = functions.m, functions.m1
         self.period = math.inf if separatrix else float(4 * self._clock.exact_quarter)
@@ -352,17 +363,20 @@ class Triaxial:
         self._at_start = elliptic.conjugate(self._euler(self._clock(0.0)))
 
     def omega(self, t: np.ndarray) -> np.ndarray:
+        """Angular velocity along the principal axes, shape (..., 3) [rad/s]."""
         sn, cn, dn = self._clock.whole(self._clock(t))
         return self._arranged(cn, sn, dn)
 
     def _arranged(self, cn: Any, sn: Any, dn: Any) -> np.ndarray:
-        out = np.empty((*np.shape(sn), 3))
+        """Angular velocity along the principal axes from the elliptic functions [rad/s]."""
+        w = np.empty((*np.shape(sn), 3))
         values = (cn, self._direct * sn, dn)
         for place, sign, size, value in zip(self._order, self._signs, self._amplitudes, values, strict=True):
-            out[..., place] = sign * size * value
-        return out
+            w[..., place] = sign * size * value
+        return w
 
     def turn(self, t: np.ndarray) -> np.ndarray:
+        """Unit quaternion of the turn since t = 0, shape (..., 4)."""
         phase = self._clock(t)
         turn = product(self._at_start, product(turning(2, *self._psi.halves(phase)), self._euler(phase)))
         return product(product(self._frame, turn), elliptic.conjugate(self._frame))
@@ -377,17 +391,19 @@ class Triaxial:
         sine = self._small * np.hypot(opposite, adjacent) / np.where(phase.odd, d, 1.0)
         cosine = self._upright * self._amplitudes[2] * np.where(phase.odd, k1 / d, d)
         theta = np.arctan2(sine, cosine)
-        # whole turns leave the quaternion's sign, half turns of phi are exact: quarters modulo 8
+        # the quaternion is the same after two whole turns, and half turns of phi are exact: quarters modulo 8
         quarters = np.mod(phase.quarter, 8) * (math.pi / 2)
         angle = np.arctan2(opposite, adjacent)
         phi = (np.full_like(theta, math.pi / 2), -self._direct * quarters, -self._direct * angle)
         return product(turning(0, theta), turning(2, *phi))
 
     def turning_points(self) -> np.ndarray:
+        """Angular velocities at which the herpolhode can be nearest to H and farthest from it [rad/s]."""
         k1 = self._clock.functions.modulus1
         return self._arranged(np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.array([1.0, k1]))
 
     def curve(self, points: int) -> np.ndarray:
+        """Points of the polhode along the principal axes, shape (points, 3) [rad/s]."""
         functions = self._clock.functions
         ends = (-math.pi / 2, math.pi / 2) if self.kind == "separatrix" else (0.0, 2 * math.pi)
         amplitude = np.linspace(*ends, points)

@@ -1,4 +1,4 @@
-"""Rotors: whirl of a Jeffcott rotor, swing of a gyrocompass, a car kept upright. Numbers or SymPy expressions.
+"""Rotors: whirl of a Jeffcott rotor, swing of a gyrocompass, a gyroscopic monorail car, for numbers or expressions.
 
 Sources: Genta, *Dynamics of Rotating Systems*, section 2.4; Magnus, *Kreisel: Theorie und Anwendungen*, chapter 14.
 """
@@ -13,7 +13,7 @@ from .elementary import arctan2, cos, sin, sqrt
 
 
 class Whirl(NamedTuple):
-    """Radius of the whirl [m], angle behind the mass centre [rad], torque on the shaft [N m]."""
+    """Radius of the whirl [m], its angle behind the mass centre [rad], torque on the shaft [N m]."""
 
     radius: Any
     lag: Any
@@ -21,13 +21,13 @@ class Whirl(NamedTuple):
 
 
 def jeffcott(m: Any, e: Any, k: Any, d: Any, omega: Any) -> Whirl:
-    """Steady whirl of a disk whose mass centre is at e from a flexible shaft that turns at omega.
+    """Steady whirl of a disk on a flexible shaft that turns at omega; its mass centre is at e from the shaft.
 
     With z = x + i y, m z'' + d z' + k z = m e ω² exp(i ω t) has z = r exp(i (ω t - δ))::
 
         r = m e ω² / |k - m ω² + i d ω|,    δ = arg(k - m ω² + i d ω)
 
-    and the damping takes the power d (r ω)², which the torque d ω r² brings.
+    and the damping dissipates the power d (r ω)², which the torque d ω r² supplies.
 
     Examples
     --------
@@ -41,9 +41,9 @@ def jeffcott(m: Any, e: Any, k: Any, d: Any, omega: Any) -> Whirl:
 
 
 def jeffcott_start(m: float, e: float, k: float, d: float, omega: float, t: Any) -> tuple[Any, Any]:
-    """Deflection x, y of the rotor of :func:`jeffcott` at time t, from rest in the middle.
+    """Deflection x, y of the rotor of :func:`jeffcott` at time t, from rest without deflection.
 
-    The whirl, and two decaying terms exp(s t), m s² + d s + k = 0, that cancel its start.
+    It is the whirl and two decaying terms exp(s t), m s² + d s + k = 0, which cancel the whirl at t = 0.
     """
     Z = m * e * omega**2 / complex(k - m * omega**2, d * omega)
     s_1, s_2 = np.roots([m, d, k]).astype(complex)
@@ -55,12 +55,12 @@ def jeffcott_start(m: float, e: float, k: float, d: float, omega: float, t: Any)
 
 
 def gyrocompass(theta: Any, theta_rate: Any, *, M: Any, c: Any, H: Any, I_T: Any, horizontal: Any) -> Any:
-    """Acceleration of a gyrocompass at the angle theta from north.
+    """Acceleration θ'' of a gyrocompass at the angle theta from north.
 
         M θ'' + c θ' + H w sin(θ) - I_T w² sin(θ) cos(θ) = 0
 
     w is the horizontal component of the angular velocity of the Earth, H the spin momentum, I_T the transverse moment
-    of inertia of the rotor, M that of rotor and ring about the vertical.
+    of inertia of the rotor, M the moment of inertia of rotor and ring about the vertical.
 
     Returns
     -------
@@ -99,10 +99,10 @@ def monorail(
 
 
 def monorail_speed(m_C: Any, h: Any, I_C: Any, m_R: Any, a: Any, I_S: Any, I_T: Any, h_G: Any, g: Any) -> Any:
-    """Smallest speed of the rotor that keeps the car of :func:`monorail` up: I_S Ω >= sqrt(A k) + sqrt(B W).
+    """Smallest speed of the rotor that keeps the car of :func:`monorail` upright: I_S Ω >= sqrt(A k) + sqrt(B W).
 
-    A φ'' + H θ' - W φ = 0, B θ'' - H φ' - k θ = 0 have A B s⁴ + (H² - A k - B W) s² + W k = 0, whose roots s² are
-    negative where H² - A k - B W >= 2 sqrt(A B W k).
+    A φ'' + H θ' - W φ = 0 and B θ'' - H φ' - k θ = 0 give A B s⁴ + (H² - A k - B W) s² + W k = 0, whose roots s² are
+    negative if H² - A k - B W >= 2 sqrt(A B W k).
     """
     A = I_C + m_C * h**2 + I_T + m_R * (h_G + a) ** 2
     B, k = I_T + m_R * a**2, m_R * g * a

@@ -1,4 +1,4 @@
-"""Bodies fixed to a shaft in two bearings, which carry forces across the shaft and no moments.
+"""Bodies fixed to a shaft in two bearings that exert forces across the shaft and no moments.
 
 X horizontal, Y up, Z along the shaft; the bearings A and B are at Z = L/2 and -L/2, theta is the angle of the
 body's x axis from X. In the axes of the body, whose origin O is midway between the bearings, with omega =
@@ -9,7 +9,7 @@ theta' and alpha = theta'', H_O = (-I_xz omega, -I_yz omega, I_z omega), so that
 
 for a mass centre at the distance e from O along x. I_xz and I_yz are the integrals ∫xz dm and ∫yz dm.
 
-All functions take numbers or SymPy expressions. Sources: chapter, section 6.6 and Problems 6.12, 6.13, derived
+All functions accept numbers or SymPy expressions. Sources: chapter, section 6.6 and Problems 6.12, 6.13, derived
 here by hand.
 """
 
@@ -23,7 +23,7 @@ from .elementary import cos, sin
 def bearing_forces(
     m: Any, L: Any, g: Any, theta: Any, omega: Any, alpha: Any = 0, I_xz: Any = 0, I_yz: Any = 0, e: Any = 0
 ) -> tuple[Any, Any, Any, Any]:
-    """R_AX, R_AY, R_BX, R_BY: the forces of the bearings on the shaft, in ground axes [N].
+    """Forces R_AX, R_AY, R_BX, R_BY of the bearings on the shaft, in ground axes [N].
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def tilted_product(I_axis: Any, I_across: Any, beta: Any) -> Any:
 
 
 def tilted_axial(I_axis: Any, I_across: Any, beta: Any) -> Any:
-    """Its moment of inertia about z: I_axis cos² + I_across sin²."""
+    """Moment of inertia about z of the body of :func:`tilted_product`: I_axis cos² + I_across sin²."""
     return I_axis * cos(beta) ** 2 + I_across * sin(beta) ** 2
 
 

@@ -1,8 +1,10 @@
-"""Bodies that turn by inner means: reaction wheel, control moment gyro, yo-yo, a cat, a damper. Numbers or symbols.
+"""Bodies that turn by internal forces: reaction wheel, control moment gyroscope, yo-yo, cat, damper.
 
-Each follows from the momentum that is kept. Sources: Wie, *Space Vehicle Dynamics and Control*, 2nd ed., chapter 7;
-Eide and Vaughan, *Equations of motion and design criteria for the despin of a vehicle by the radial release of weights
-and cables*, NASA TN D-1012 (1962), for the yo-yo.
+The formulas, for numbers or symbols, follow from the conservation of momentum.
+
+Sources: Wie, *Space Vehicle Dynamics and Control*, 2nd ed., chapter 7; for the yo-yo, Eide and Vaughan, *Equations of
+motion and design criteria for the despin of a vehicle by the radial release of weights and cables*, NASA TN D-1012
+(1962).
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ PI = 3.141592653589793
 
 
 class WheelTurn(NamedTuple):
-    """Angle [rad], greatest rates of satellite and wheel [rad/s], work of the motor up to half the time [J]."""
+    """Angle [rad], greatest rates of satellite and wheel [rad/s], work of the motor in the first half [J]."""
 
     angle: Any
     body_rate: Any
@@ -24,7 +26,7 @@ class WheelTurn(NamedTuple):
 
 
 def wheel_turn(I_B: Any, I_W: Any, T: Any, tau: Any, pi: Any = PI) -> WheelTurn:
-    """A satellite turned from rest to rest by the torque T sin(2 π t / τ) of a wheel's motor.
+    """Turn of a satellite from rest to rest by the torque T sin(2 π t / τ) of a wheel's motor.
 
         I_B θ' = (T τ / 2π) (1 - cos(2 π t / τ)),    θ(τ) = T τ² / (2 π I_B),    I_B θ' + I_W (θ' + φ') = 0
 
@@ -38,7 +40,7 @@ def wheel_turn(I_B: Any, I_W: Any, T: Any, tau: Any, pi: Any = PI) -> WheelTurn:
 
 
 class PlatformTurn(NamedTuple):
-    """Acceleration at the start [rad/s²]; rate [rad/s] and torque of the gimbal's motor [N m] at an angle."""
+    """Initial acceleration [rad/s²]; rate [rad/s] and torque of the gimbal's motor [N m] at an angle of the gimbal."""
 
     start: Any
     rate: Any
@@ -46,14 +48,14 @@ class PlatformTurn(NamedTuple):
 
 
 def platform_turn(I_P: Any, I_S: Any, I_T: Any, Omega: Any, nu: Any, delta: Any) -> PlatformTurn:
-    """A free platform with a rotor whose axis is tilted by delta at the rate nu from the horizontal.
+    """Turn of a free platform with a rotor whose axis is at the angle delta, with the rate nu, from the horizontal.
 
     The momentum about the vertical is zero::
 
         (I_P + I_T cos²δ + I_S sin²δ) θ' + I_S Ω sin δ = 0
 
-    and the motor feels the component about the gimbal's axis of ω × H of the rotor, in axes of the gimbal
-    ω = (ν, θ' sin δ, θ' cos δ), H = (I_T ν, I_S (Ω + θ' sin δ), I_T θ' cos δ).
+    and the torque of the motor is the component of ω × H of the rotor about the gimbal's axis, where in axes of the
+    gimbal ω = (ν, θ' sin δ, θ' cos δ), H = (I_T ν, I_S (Ω + θ' sin δ), I_T θ' cos δ).
 
     Parameters
     ----------
@@ -68,7 +70,7 @@ def platform_turn(I_P: Any, I_S: Any, I_T: Any, Omega: Any, nu: Any, delta: Any)
 
 
 class Despin(NamedTuple):
-    """Length for no spin [m]; time [s], spin [rad/s] and tension of a cord [N] at a free length."""
+    """Length of cord that stops the spin [m]; time [s], spin [rad/s] and tension of a cord [N] at a free length."""
 
     length: Any
     time: Any
@@ -77,9 +79,9 @@ class Despin(NamedTuple):
 
 
 def yo_yo(I: Any, R: Any, m: Any, omega: Any, length: Any) -> Despin:  # noqa: E741
-    """Two masses m on cords that unwind from a drum of radius R, I its moment of inertia, omega the spin before.
+    """Despin of a drum of radius R and moment of inertia I by two masses m on cords that unwind from it.
 
-    With C = 1 + I / (2 m R²) and φ the angle that has come off, energy and momentum give::
+    ``omega`` is the spin ω_0 before. With C = 1 + I / (2 m R²) and the unwound angle φ, energy and momentum give::
 
         C (ω² - ω_0²) + φ² (ω + φ')² = 0,    C (ω - ω_0) + φ² (ω + φ') = 0
 
@@ -96,10 +98,10 @@ def yo_yo(I: Any, R: Any, m: Any, omega: Any, length: Any) -> Despin:  # noqa: E
 
 
 def cat_turn(J: Any, K: Any, alpha: Any, pi: Any = PI) -> Any:
-    """Angle by which a cat turns that rolls its two bent halves once about their spines [rad].
+    """Angle by which a bent cat turns when it rolls its two halves once about their spines [rad].
 
-    The line that halves the bend carries the momentum 2 (J cos²α + K sin²α) ψ' of the turn and -2 J φ' cos α of the
-    rolls, together zero; φ runs to 2 π.
+    Along the line that bisects the bend, the momentum of the turn 2 (J cos²α + K sin²α) ψ' and that of the rolls
+    -2 J φ' cos α add up to zero; φ grows to 2 π.
 
     Parameters
     ----------
@@ -114,7 +116,7 @@ def cat_turn(J: Any, K: Any, alpha: Any, pi: Any = PI) -> Any:
 
 
 def cat_bend(J: Any, K: Any) -> Any:
-    """The bend alpha with which the cat of :func:`cat_turn` turns by half a turn [rad].
+    """Bend alpha for which the cat of :func:`cat_turn` makes half a turn [rad].
 
     The root of (K - J) cos²α + 2 J cos α - K = 0 between 0 and 1: cos α = K / (J + sqrt(J² + K² - J K)).
 
@@ -129,7 +131,7 @@ def cat_bend(J: Any, K: Any) -> Any:
 def sink_rates(
     w: Any, ball: Any, I_1: float, I_2: float, I_3: float, I_D: float, c: float
 ) -> tuple[list[float], list[float]]:
-    """Rates of the angular velocities of a body and of a ball in a viscous fluid inside, both in axes of the body.
+    """Rates of the angular velocities of a body and of a ball in a viscous fluid inside it, in axes of the body.
 
         I ω' + ω × I ω = c (σ - ω),    I_D (σ' + ω × σ) = -c (σ - ω)
 

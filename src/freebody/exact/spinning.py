@@ -1,9 +1,9 @@
 """Elementary gyroscopic effects: wheels of a motorcycle, rotors of an aircraft, and a blow on a spinning body.
 
 A rotor with the spin angular momentum h that is turned at Omega needs the moment Omega × h, and exerts the
-opposite one.
+opposite moment.
 
-All functions take numbers or SymPy expressions. Sources: chapter, Problems 6.17 to 6.19 and 6.21, derived here
+All functions accept numbers or SymPy expressions. Sources: chapter, Problems 6.17 to 6.19 and 6.21, derived here
 by hand.
 """
 
@@ -20,7 +20,7 @@ def wheel_torque(I: Any, r: Any, v: Any, R: Any) -> Any:  # noqa: E741
 
 
 def curve_lean(m: Any, h: Any, v: Any, R: Any, g: Any, I: Any = 0, r: Any = 1) -> Any:  # noqa: E741
-    """Lean of a motorcycle in a curve from the vertical; without ``I`` that of a particle [rad].
+    """Lean of a motorcycle in a curve, from the vertical [rad]; without ``I`` the lean of a particle.
 
     Moments about C along the direction of travel: m g h sin - (m v²/R) h cos = 2 I (v/r)(v/R) cos.
     """
@@ -28,15 +28,15 @@ def curve_lean(m: Any, h: Any, v: Any, R: Any, g: Any, I: Any = 0, r: Any = 1) -
 
 
 def pitching_moment(I_p: Any, w_p: Any, I_e: Any, w_e: Any, v: Any, R: Any) -> Any:
-    """Moment on an airframe in a right turn, nose up +; propeller clockwise as the pilot sees it, engine against it.
+    """Moment on an airframe in a right turn, positive nose up.
 
-    The spin h = I_p w_p - I_e w_e points forwards. The turn -v/R about the vertical makes its tip swing to the
-    right; the rotors are turned so by a moment to the right, nose up on them, and press the airframe's nose
-    down.
+    The propeller turns clockwise as the pilot sees it, the engine the other way. The spin h = I_p w_p - I_e w_e points
+    forwards. The turn -v/R about the vertical swings its tip to the right. This needs a moment on the rotors to the
+    right, nose up, and the rotors press the airframe's nose down.
     """
     return -(v / R) * (I_p * w_p - I_e * w_e)
 
 
 def transverse_spin(J: Any, arm: Any, I_1: Any) -> Any:
-    """Angular velocity that an impulse J at a distance gives about the axis across both: J arm / I_1 [rad/s]."""
+    """Angular velocity after an impulse J, about the axis normal to impulse and arm: J arm / I_1 [rad/s]."""
     return J * arm / I_1

@@ -31,7 +31,7 @@ def pendulum_period(amplitude: float, rate: float) -> float:
     Returns
     -------
     float
-        [s]; 2 pi / rate at zero amplitude.
+        Period [s]; 2 pi / rate at zero amplitude.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def pendulum_period(amplitude: float, rate: float) -> float:
 
 
 def pendulum(amplitude: float, rate: float, t: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Angle and speed of a pendulum let go from rest at ``amplitude``.
+    """Angle and rate of a pendulum released from rest at ``amplitude``.
 
     With k = sin(amplitude / 2)::
 

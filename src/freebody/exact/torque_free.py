@@ -1,4 +1,4 @@
-"""Bodies that turn with no torque about the mass centre.
+"""Bodies that turn about the mass centre without torque.
 
     H = I_1 w_1 e_1 + I_2 w_2 e_2 + I_3 w_3 e_3 = const.        I_1 w_1' = (I_2 - I_3) w_2 w_3, and cyclic
 
@@ -26,13 +26,13 @@ class SymmetricMotion:
     Attributes
     ----------
     rate : float
-        Rate Omega at which the angular velocity turns about axis 3 as seen from the body, + from axis 1
+        Rate Omega at which the angular velocity turns about axis 3 as seen from the body, positive from axis 1
         to axis 2 [rad/s].
     alpha, beta : float
         Angle between axis 3 and H, and between axis 3 and the angular velocity [rad].
     body_cone, space_cone : float
-        Semi-angles of the cone the angular velocity draws in the body (about axis 3) and in space
-        (about H) [rad]; the first rolls on the second.
+        Half angles of the cones that the angular velocity draws in the body (about axis 3) and in space
+        (about H) [rad]; the body cone rolls on the space cone.
     precession_rate : float
         Rate at which axis 3 turns about H [rad/s].
     momentum : ndarray, shape (3,)
@@ -111,11 +111,11 @@ def torque_free(I: Any, w0: Any, t: None = None, *, attitude: Any = None) -> Tor
 @overload
 def torque_free(I: Any, w0: Any, t: Any, *, attitude: Any = None) -> np.ndarray: ...  # noqa: E741
 def torque_free(I: Any, w0: Any, t: Any = None, *, attitude: Any = None) -> TorqueFreeMotion | np.ndarray:  # noqa: E741
-    """Motion of any rigid body about its mass centre with no torque, in closed form.
+    """Motion of any rigid body about its mass centre without torque, in closed form.
 
-    Two equal moments: body and space cones. Three different ones: Jacobi's elliptic functions for the angular
-    velocity and an elliptic integral of the third kind for the turn about H; hyperbolic functions on the
-    separatrix. The equations are in :mod:`freebody.exact.rigid_body`.
+    Two equal moments give body and space cones. Three different moments give Jacobi's elliptic functions for the
+    angular velocity and an elliptic integral of the third kind for the turn about H; on the separatrix the functions
+    are hyperbolic. The equations are in :mod:`freebody.exact.rigid_body`.
 
     Parameters
     ----------
@@ -123,9 +123,9 @@ def torque_free(I: Any, w0: Any, t: Any = None, *, attitude: Any = None) -> Torq
         Principal moments of inertia about the mass centre, in any order, equal ones included; or the inertia
         matrix in body axes, which is diagonalized [kg m²].
     w0 : array-like, shape (3,)
-        Angular velocity at t = 0, body axes (the principal axes, if moments were given) [rad/s].
+        Angular velocity at t = 0, body axes (the principal axes if moments are given) [rad/s].
     t : float or array-like, shape (...), optional
-        Times [s]: short for ``torque_free(I, w0).angular_velocity(t)``.
+        Times [s]: the result is then ``torque_free(I, w0).angular_velocity(t)``.
     attitude : array-like, shape (3, 3) or (4,), optional
         R_NB at t = 0, or its unit quaternion, scalar part first. Default: body axes and inertial axes
         coincide.
@@ -134,21 +134,22 @@ def torque_free(I: Any, w0: Any, t: Any = None, *, attitude: Any = None) -> Torq
     -------
     TorqueFreeMotion
         With ``angular_velocity(t)``, ``attitude(t)``, ``quaternion(t)``, ``polhode()``, ``herpolhode(t)``,
-        ``cones``, ``period``...; or, when ``t`` is given, ndarray, shape (..., 3): the angular velocity in
+        ``cones``, ``period``...; if ``t`` is given, ndarray, shape (..., 3): the angular velocity in
         body axes [rad/s].
 
     Raises
     ------
     ModelError
-        If a moment of inertia is not positive, the inertia matrix is not symmetric, the angular velocity has
-        not three finite components, or the attitude is no rotation.
+        If a moment of inertia is not positive, the inertia matrix is not symmetric, the angular velocity does
+        not have three finite components, or the attitude is not a rotation.
 
     Notes
     -----
-    The data count as exact numbers, and what decides the period is computed from them to 100 digits. So the
-    motion is that of the given doubles to about 1e-14, however near to the separatrix, and the error does not
-    grow with time. (That motion may itself depend strongly on the data: near the separatrix the period grows
-    as log(1/(1 - k²)).) Principal moments of a full matrix that are equal to rounding are taken as equal.
+    The data are treated as exact numbers, and the constants that determine the period are computed from them to 100
+    digits. The motion is therefore accurate to about 1e-14 for the given doubles, however near to the separatrix, and
+    the error does not grow with time. (The motion itself may depend strongly on the data: near the separatrix the
+    period grows as log(1/(1 - k²)).) Principal moments of a full matrix that are equal within round-off are treated
+    as equal.
 
     References
     ----------
@@ -190,7 +191,7 @@ def torque_free(I: Any, w0: Any, t: Any = None, *, attitude: Any = None) -> Torq
     start = _unit_quaternion(attitude)
     along = axes.T @ w
     if not np.array_equal(axes, np.eye(3)):
-        along[abs(along) <= 4 * np.finfo(float).eps * np.linalg.norm(w)] = 0.0  # rounding of the axes
+        along[abs(along) <= 4 * np.finfo(float).eps * np.linalg.norm(w)] = 0.0  # round-off of the axes
     parts = solution(moments, along)
     motion = TorqueFreeMotion(
         kind=parts.kind,
@@ -234,16 +235,17 @@ def _principal(inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _unit_quaternion(attitude: Any) -> np.ndarray:
+    """The unit quaternion of an attitude given as a matrix or quaternion; the identity for None."""
     if attitude is None:
         return np.array([1.0, 0.0, 0.0, 0.0])
-    given = np.asarray(attitude, dtype=float)
-    if given.shape == (4,) and abs(np.linalg.norm(given) - 1) < 1e-9:
-        return given / np.linalg.norm(given)
-    if given.shape == (3, 3) and abs(given.T @ given - np.eye(3)).max() < 1e-9 and np.linalg.det(given) > 0:
-        return quaternion_of(given)
+    R = np.asarray(attitude, dtype=float)
+    if R.shape == (4,) and abs(np.linalg.norm(R) - 1) < 1e-9:
+        return R / np.linalg.norm(R)
+    if R.shape == (3, 3) and abs(R.T @ R - np.eye(3)).max() < 1e-9 and np.linalg.det(R) > 0:
+        return quaternion_of(R)
     raise ModelError(
         "Expected the attitude at t = 0 as a rotation matrix R_NB, shape (3, 3), or a unit quaternion, shape "
-        f"(4,), scalar part first; got {given.tolist()}. Normalize the quaternion; a matrix must have "
+        f"(4,), scalar part first; got {R.tolist()}. Normalize the quaternion; a matrix must have "
         "orthonormal columns and the determinant +1."
     )
 

@@ -20,9 +20,9 @@ __all__ = ["read", "read_case", "replacing", "write"]
 
 
 def read(path: str | os.PathLike[str]) -> System:
-    """The system that a model file describes.
+    """Return the system that a model file describes.
 
-    Nothing in a file is executed and a file opens no other file.
+    Nothing in a file is executed, and a file opens no other file.
 
     Parameters
     ----------
@@ -36,34 +36,28 @@ def read(path: str | os.PathLike[str]) -> System:
     Raises
     ------
     FormatError
-        With the file, the line and the key, what was expected there and what came.
+        The message names the file, the line and the key, and says what was expected and what came.
 
     See Also
     --------
-    write : the way back
+    write : write a system to a file
     """
     return read_case(path).system
 
 
 def read_case(path: str | os.PathLike[str]) -> Case:
-    """The system of a model file with its ``[initial]``, ``[near]`` and ``[run]``; errors as :func:`read`."""
+    """Return the system of a model file with its ``[initial]``, ``[near]`` and ``[run]``; errors as in :func:`read`."""
     from .toml.read import case_from_text
 
     file = _checked(path)
     if not file.is_file():
-        what = (
-            "a folder"
-            if file.is_dir()
-            else "no file"
-            if not file.exists()
-            else "something that is no plain file"
-        )
-        raise FormatError(f"Expected a model file at '{file}', found {what}.")
+        content = "a folder" if file.is_dir() else "a special file" if file.exists() else "no file"
+        raise FormatError(f"Expected a model file at '{file}', found {content}.")
     try:
         with file.open("rb") as stream:
             data = stream.read(MAX_SIZE + 1)
     except OSError as error:
-        raise FormatError(f"Can not read '{file}': {error.strerror}.") from None
+        raise FormatError(f"Cannot read '{file}': {error.strerror}.") from None
     if len(data) > MAX_SIZE:
         raise FormatError(f"{file.name}: expected at most {MAX_SIZE} bytes, got more.")
     try:
@@ -87,7 +81,7 @@ def write(
 ) -> None:
     """Write a system as a model file that :func:`read` reads back as the same system.
 
-    The file is replaced whole: an error leaves what was there before.
+    The file is replaced as a whole: an error leaves the old file in place.
 
     Parameters
     ----------
@@ -95,17 +89,17 @@ def write(
     path : path-like
         Ends in ``.toml``; its folder must exist.
     initial : mapping of str to number or expression, optional
-        Values at the start by name, for the table ``[initial]``.
+        Initial values by name, for the table ``[initial]``.
     until : number or expression, optional
         Length of the run [s].
     tolerance : float, optional
     near : mapping, optional
-        Of a machine with constraints, for the table ``[near]``: where the search for a closed position begins.
+        For machines with constraints, for the table ``[near]``: an approximate closed configuration.
 
     Raises
     ------
     FormatError
-        An expression without a text, a folder that can not be written.
+        An expression that has no text in the file's language, or a folder that cannot be written.
 
     Examples
     --------
@@ -128,12 +122,13 @@ def write(
 
 
 def _checked(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a model file, or raise FormatError."""
     try:
         file = Path(path)
-        named = file.suffix.lower() == ".toml" and "\0" not in str(file)
+        valid = file.suffix.lower() == ".toml" and "\0" not in str(file)
     except TypeError:
         raise FormatError(f"Expected the path of a model file, got {path!r}.") from None
-    if not named:
+    if not valid:
         raise FormatError(
             f"Expected a file that ends in .toml, got '{file}'. Other formats are not read or written yet."
         )

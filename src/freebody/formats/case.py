@@ -1,4 +1,4 @@
-"""A model file's content: the machine, and what is to be run with it."""
+"""Content of a model file: the machine and the settings of its run."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from ..describe.system import System
 
 @dataclass(frozen=True)
 class Case:
-    """A system with the start and the length of a run, as :func:`freebody.simulate` takes them.
+    """A system with the initial values and the length of a run, arguments of :func:`freebody.simulate`.
 
     Attributes
     ----------
     system : System
     initial : dict of str to expression
-        Values at the start by name (``theta``, ``theta'``); expressions of parameters and numbers.
+        Initial values by name (``theta``, ``theta'``): numbers and expressions of parameters.
     until : expression or None
         Length of the run [s].
     tolerance : float or None
-        Of the integration.
+        Tolerance of the integration.
     near : dict of str to expression
-        Of a machine with constraints: where the search for what is not in ``initial`` begins.
+        For machines with constraints: a guess for the values that are not in ``initial``.
     """
 
     system: System

@@ -1,4 +1,4 @@
-"""Files are replaced whole: a reader sees the old one or the new one, never half of one."""
+"""Atomic replacement of files: a reader sees the old file or the new file, never a part."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ..errors import FormatError
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary path beside ``path``, renamed to it when the block ends without an error.
+    """Yield a temporary path beside ``path``, which is renamed to it if the block ends without an error.
 
-    The temporary name keeps the suffix, since writers of pictures choose their format by it.
+    The temporary name keeps the suffix, by which writers of pictures choose their format.
 
     Examples
     --------
@@ -37,12 +37,12 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
     except OSError as error:
-        raise FormatError(f"Can not write '{target}': {error.strerror}. Choose another folder.") from None
+        raise FormatError(f"Cannot write '{target}': {error.strerror}. Choose another folder.") from None
     os.close(handle)
     new = Path(name)
     try:
         yield new
-        # mkstemp makes files that only their owner reads; a result is an ordinary file
+        # mkstemp makes files that only their owner can read; the result gets the usual permissions
         mask = os.umask(0)
         os.umask(mask)
         new.chmod(0o666 & ~mask)

@@ -1,4 +1,4 @@
-"""Expressions as the text that `scalar.parser` reads."""
+"""Text of expressions, in the language that `scalar.parser` reads."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import sympy
 from sympy.printing.str import StrPrinter
 
 from ..errors import FormatError
+from ..scalar.algebra import Expression, Scalar
 
-# SymPy's class -> our name, where the two differ
+# SymPy's class -> our name, for those that differ
 _NAMES = {"Abs": "abs", "Min": "min", "Max": "max"}
 _SAME = {
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
@@ -20,6 +21,8 @@ _SAME = {
 
 
 class _Printer(StrPrinter):
+    """SymPy's printer with the names of a system; it refuses anything that a file cannot hold."""
+
     def __init__(self, texts: Mapping[Any, str]) -> None:
         super().__init__({"order": None})
         self.texts = texts
@@ -49,7 +52,7 @@ class _Printer(StrPrinter):
         return "exp(1)"
 
     def _print_Pow(self, expr: Any, rational: bool = False) -> str:
-        # (-1)**(1/2) and its likes never pass the parser, so a square root is the only power by name
+        # the parser never yields (-1)**(1/2) and the like, so a square root is the only power with a name
         if expr.exp is sympy.S.Half:
             return f"sqrt({self._print(expr.base)})"
         return super()._print_Pow(expr, rational=rational)
@@ -58,14 +61,14 @@ class _Printer(StrPrinter):
         return f"{expr.p}/{expr.q}"
 
 
-def expression_text(expression: Any, texts: Mapping[Any, str]) -> str:
-    """An expression as text over the system's names.
+def expression_text(expression: Expression, texts: Mapping[Any, str]) -> str:
+    """Return an expression as text over the system's names.
 
     Parameters
     ----------
     expression : int, Fraction, float or SymPy expression
     texts : mapping of SymPy atom to str
-        The name of every symbol, coordinate and speed.
+        Names of all symbols, coordinates and speeds.
 
     Raises
     ------
@@ -82,8 +85,8 @@ def expression_text(expression: Any, texts: Mapping[Any, str]) -> str:
     return _Printer(texts).doprint(sympy.sympify(expression))
 
 
-def toml_number(value: Any) -> int | float | None:
-    """A number that TOML holds exactly as we read it back: 1/10 as 0.1; None for others, such as 1/3.
+def toml_number(value: Scalar) -> int | float | None:
+    """Return a number that TOML holds exactly, such as 0.1 for 1/10, or None if there is none, as for 1/3.
 
     >>> toml_number(Fraction(1, 10)), toml_number(3), toml_number(Fraction(1, 3))
     (0.1, 3, None)

@@ -1,4 +1,4 @@
-"""The assembled machine: frozen data."""
+"""The model: a machine assembled to frozen data."""
 
 from .assemble import assemble
 from .model import Coordinate, JointPlace, Link, Model, Place, Speed

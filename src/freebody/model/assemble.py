@@ -1,4 +1,4 @@
-"""assemble: from a description to a frozen model, every defect named in the user's own words."""
+"""Assembly of a system to a model; the message about each defect uses the user's names."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from ..describe.description import about_of, changes_of, coordinates_of, names_of, parameters_of, positive_in
 from ..describe.joints.joint import Joint, Primitive
 from ..describe.names import TIME, rate
 from ..describe.system import System
@@ -21,7 +22,7 @@ from .model import GROUND, Coordinate, JointPlace, Link, Model, Place, Speed
 
 
 def assemble(system: System) -> Model:
-    """Freeze a system into a model: a tree of links, outward from the ground.
+    """Return the model of a system: a tree of links, outward from the ground.
 
     The cost is linear in the number of bodies.
 
@@ -36,8 +37,8 @@ def assemble(system: System) -> Model:
     Raises
     ------
     ModelError
-        A body that hangs on nothing, a joint that closes a loop, a coordinate that moves nothing, a
-        moving tip without mass.
+        If a body hangs on nothing, a joint of a type that cannot close a loop closes one, a coordinate moves
+        nothing, or a moving tip has no mass.
 
     Examples
     --------
@@ -52,22 +53,22 @@ def assemble(system: System) -> Model:
         raise ModelError(
             f"Expected a System, got {shown(system)}. A model is described first: s = fb.System('name')."
         )
-    kinds = system.names.kinds
+    kinds = names_of(system).kinds
     coordinates, speeds = _state(system)
     index = {speed.symbol: i for i, speed in enumerate(speeds)}
-    # a scalar coordinate stands for its speed
+    # a scalar coordinate has the index of its speed
     index.update({c.symbol: index[rate(c.symbol)] for c in coordinates if c.kind == "scalar"})
-    start = {coordinate.symbol: i for i, coordinate in enumerate(coordinates)}
+    positions = {coordinate.symbol: i for i, coordinate in enumerate(coordinates)}
     links: list[Link] = []
     bodies: dict[str, Place] = {}
     joints: dict[str, JointPlace] = {}
     for joint in _outward(system):
-        where = (
+        place = (
             Place(GROUND, ZERO, 0, ZERO, IDENTITY) if joint.parent.is_ground else bodies[joint.parent.name]
         )
         numbers = []
         last = len(joint.primitives) - 1
-        parent, position, rotation = where.link, _plus(where.origin, joint.at), joint.parent_axes
+        parent, position, rotation = place.link, _plus(place.origin, joint.at), joint.parent_axes
         primitives = list(joint.primitives)
         if primitives[last].kind in ("ball", "free") and joint.child_axes != IDENTITY:
             primitives.append(Primitive("weld"))
@@ -79,7 +80,7 @@ def assemble(system: System) -> Model:
                 axis = tuple(map(exact, apply(joint.child_axes, axis)))
                 body = joint.child
             numbers.append(len(links))
-            links.append(_link(joint, primitive, parent, rotation, position, axis, body, index, start))
+            links.append(_link(joint, primitive, parent, rotation, position, axis, body, index, positions))
             parent, position, rotation = numbers[-1], ZERO, IDENTITY
         mass = joint.child.mass_properties
         assert mass is not None
@@ -91,7 +92,7 @@ def assemble(system: System) -> Model:
         )
     model = Model(
         name=system.name,
-        parameters=tuple(system.parameter_list),
+        parameters=tuple(parameters_of(system)),
         coordinates=coordinates,
         speeds=speeds,
         links=tuple(links),
@@ -99,31 +100,38 @@ def assemble(system: System) -> Model:
         joints={name: joints[name] for name in system.joints if name in joints},
         loads=dict(system.loads),
         gravity=system.gravity,
-        positive=tuple(sorted(system.positive, key=str)),
-        names=system.names,
-        about=dict(system.about),
+        positive=tuple(sorted(positive_in(system), key=str)),
+        names=names_of(system),
+        about=dict(about_of(system)),
         order=_order(links, speeds, kinds),
         constraints={
             **{name: closure(joint) for name, joint in system.joints.items() if joint.closes},
             **system.constraints,
         },
         controllers=tuple(system.controllers.values()),
-        described=(system, system.changes.count),
+        described=(system, changes_of(system).count),
     )
     _check_coordinates(model)
     _check_tips(model)
-    held = {x for mesh in model.meshes.values() if isinstance(mesh, Mesh) for x in mesh.positive}
-    positive = tuple(sorted({*model.positive, *held}, key=str)) if held else model.positive
+    of_meshes = {x for mesh in model.meshes.values() if isinstance(mesh, Mesh) for x in mesh.positive}
+    positive = tuple(sorted({*model.positive, *of_meshes}, key=str)) if of_meshes else model.positive
     return replace(model, positive=positive, contacts=contacts(model, tuple(system.contacts.values())))
 
 
 def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:
+    """Coordinates and speeds, in order of declaration."""
     coordinates, speeds = [], []
-    names = system.names
+    names = names_of(system)
     for text, atom in names.atoms.items():
         kind = names.kinds[text]
         if kind == "coordinate":
-            sort = "scalar" if text in system.declared else "quaternion" if text[-2:-1] == "e" else "position"
+            sort = (
+                "scalar"
+                if text in coordinates_of(system)
+                else "quaternion"
+                if text[-2:-1] == "e"
+                else "position"
+            )
             coordinates.append(Coordinate(text, atom, sort))
         elif kind == "speed":
             speeds.append(Speed(text, atom, rate(atom)))
@@ -132,14 +140,14 @@ def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:
 
 def _outward(system: System) -> list[Joint]:
     """Joints in an order in which every parent comes before its children."""
-    hangs: dict[str, Joint] = {}
+    carriers: dict[str, Joint] = {}
     children: dict[str, list[Joint]] = {}
     for joint in system.joints.values():
         if joint.closes:
             continue
-        hangs[joint.child.name] = joint
+        carriers[joint.child.name] = joint
         children.setdefault(joint.parent.name, []).append(joint)
-    loose = [name for name in system.bodies if name not in hangs]
+    loose = [name for name in system.bodies if name not in carriers]
     if loose:
         carries = {joint.parent.name: joint.name for joint in system.joints.values()}
         as_parent = [name for name in loose if name in carries]
@@ -158,9 +166,9 @@ def _outward(system: System) -> list[Joint]:
         joint = waiting.popleft()
         result.append(joint)
         waiting.extend(children.get(joint.child.name, []))
-    if len(result) < len(hangs):
+    if len(result) < len(carriers):
         reached = {joint.child.name for joint in result}
-        ring = [name for name in hangs if name not in reached]
+        ring = [name for name in carriers if name not in reached]
         raise ModelError(
             f"Bodies {', '.join(ring)} hang on each other and not on the ground. Join one of them to the ground."
         )
@@ -171,15 +179,16 @@ def _outward(system: System) -> list[Joint]:
 
 def _link(
     joint: Joint, primitive: Primitive, parent: int, rotation: Matrix, position: Vector, axis: Vector,
-    body: Any, index: dict[Any, int], start: dict[Any, int],
+    body: Any, index: dict[Any, int], positions: dict[Any, int],
 ) -> Link:  # fmt: skip
+    """The link of a primitive; ``index`` and ``positions`` give the speeds and coordinates of SymPy atoms."""
     y = primitive.coordinate
     partials: tuple[tuple[int, Any], ...] = ()
     drift: Any = 0
     bias: Any = 0
     q = u = -1
     if primitive.kind in ("ball", "free"):
-        q = start[y[0]]
+        q = positions[y[0]]
         prefix = str(y[0].func)[: -len("_e0" if primitive.kind == "ball" else "_x")]
         u = index[sympy.Function(f"{prefix}_wx")(TIME)]
     elif primitive.kind != "weld" and isinstance(y, sympy.Basic):
@@ -197,9 +206,9 @@ def _link(
 
 
 def _rates(y: Any, index: dict[Any, int]) -> tuple[tuple[tuple[int, Any], ...], Any, Any]:
-    """Of a displacement y(q, t): the non-zero (j, ∂y/∂q_j), ∂y/∂t, and y'' less its part in accelerations:
+    """Rates of a displacement y(q, t): the non-zero (j, ∂y/∂q_j), ∂y/∂t, and y'' without its terms with accelerations.
 
-    Σ_jk ∂²y/∂q_j∂q_k u_j u_k + 2 Σ_j ∂²y/∂q_j∂t u_j + ∂²y/∂t².
+    The last is Σ_jk ∂²y/∂q_j∂q_k u_j u_k + 2 Σ_j ∂²y/∂q_j∂t u_j + ∂²y/∂t².
     """
     linear = {}
     for term in sympy.Add.make_args(y):
@@ -231,32 +240,37 @@ def _rates(y: Any, index: dict[Any, int]) -> tuple[tuple[tuple[int, Any], ...], 
 def _order(
     links: list[Link], speeds: tuple[Speed, ...], kinds: dict[str, str]
 ) -> tuple[tuple[int, int], ...] | None:
-    """Peel the matrix dy/dq: a row with one open speed and a constant non-zero entry determines it."""
+    """Pairs (link, speed) in which the rows of dy/dq determine the speeds, or None if they do not.
+
+    A row whose other speeds are all determined, and whose entry for the last is a non-zero constant, determines the
+    last.
+    """
     rows = {i: dict(link.partials) for i, link in enumerate(links) if link.partials}
-    open_in: dict[int, set[int]] = {i: set(row) for i, row in rows.items()}
-    having: dict[int, list[int]] = {}
+    undetermined: dict[int, set[int]] = {i: set(row) for i, row in rows.items()}
+    rows_with: dict[int, list[int]] = {}
     for i, row in rows.items():
         for j in row:
-            having.setdefault(j, []).append(i)
-    ready = deque(i for i in rows if len(open_in[i]) == 1)
+            rows_with.setdefault(j, []).append(i)
+    ready = deque(i for i in rows if len(undetermined[i]) == 1)
     order: list[tuple[int, int]] = []
     while ready:
         i = ready.popleft()
-        if len(open_in[i]) != 1:
+        if len(undetermined[i]) != 1:
             continue
-        (j,) = open_in[i]
+        (j,) = undetermined[i]
         if isinstance(rows[i][j], sympy.Basic):
             continue
         order.append((i, j))
-        for k in having[j]:
-            open_in[k].discard(j)
-            if len(open_in[k]) == 1:
+        for k in rows_with[j]:
+            undetermined[k].discard(j)
+            if len(undetermined[k]) == 1:
                 ready.append(k)
     scalars = sum(speed.name.endswith("'") for speed in speeds)
     return tuple(order) if len(order) == len(rows) == scalars else None
 
 
 def _check_coordinates(model: Model) -> None:
+    """Refuse a coordinate that occurs in no displacement."""
     moved = {j for link in model.links for j, _ in link.partials}
     for i, speed in enumerate(model.speeds):
         if speed.name.endswith("'") and i not in moved:
@@ -267,17 +281,18 @@ def _check_coordinates(model: Model) -> None:
 
 
 def _check_tips(model: Model) -> None:
-    carries = {link.parent for link in model.links}
-    tips, others = set(), set()
+    """Refuse a moving link without mass at the end of the tree, unless its speeds also move other links."""
+    parents = {link.parent for link in model.links}
+    tips, speeds_of_others = set(), set()
     for i, link in enumerate(model.links):
         massless = link.mass == 0 and all(entry == 0 for row in link.inertia for entry in row)
-        if i not in carries and massless and (link.kind in ("ball", "free") or link.partials):
+        if i not in parents and massless and (link.kind in ("ball", "free") or link.partials):
             tips.add(i)
         else:
-            others |= {j for j, _ in link.partials}
+            speeds_of_others |= {j for j, _ in link.partials}
     for i in sorted(tips):
         link = model.links[i]
-        if link.kind in ("ball", "free") or not {j for j, _ in link.partials} <= others:
+        if link.kind in ("ball", "free") or not {j for j, _ in link.partials} <= speeds_of_others:
             raise ModelError(
                 f"Body '{link.body}' is a moving tip without mass: joint '{link.joint}' would accelerate it without "
                 f"limit. Give it mass, weld it, leave it out, or let it follow bodies with mass, by a coordinate= that "

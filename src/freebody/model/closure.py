@@ -1,26 +1,25 @@
-"""Joints that close a loop: the conditions that they put on the bodies they join.
+"""Conditions of joints that close a loop.
 
-In the joint axes of the parent, with d the vector from the joint's point on the parent to that on the child:
+With d the vector from the joint's point on the parent to its point on the child, in the joint axes of the parent:
 
     point joints              d = 0
-    slider, cylindrical       d at right angles to the axis
+    slider, cylindrical       d along the axis
     planar                    d in the plane
     screw                     as cylindrical, and d along the axis = pitch × the angle of the turn
 
-and on the direction of the axes: dot products of unit vectors, one fixed in each body, that stay zero.
+Conditions on the directions of the axes are dot products of unit vectors, one fixed in each body, that stay zero.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import sympy
 
-from ..describe.body import Body
+from ..describe.frame import Frame
 from ..describe.joints.joint import Joint
 from ..errors import ModelError
-from ..scalar.algebra import IDENTITY, Matrix, Vector, cross
+from ..scalar.algebra import IDENTITY, Expression, Matrix, Vector, cross
 
 X, Y, Z = IDENTITY
 LETTERS = "xyz"
@@ -28,29 +27,29 @@ LETTERS = "xyz"
 
 @dataclass(frozen=True)
 class Thread:
-    """Of a screw: its letter and axis, two unit vectors across that make a right-handed set with it, its pitch [m]."""
+    """A screw: letter and direction of its axis, two unit vectors that make a right-handed set with it, pitch [m]."""
 
     letter: str
     axis: Vector
     first: Vector
     second: Vector
-    pitch: Any
+    pitch: Expression
 
 
 @dataclass(frozen=True)
 class Closure:
     """A loop-closing joint.
 
-    ``along`` are the (letter, unit vector) in parent joint axes in which d vanishes; ``in_ground`` says that they are
-    ground axes instead; ``square`` the (letter, vector on the parent, vector on the child) whose dot products keep the
-    value that they have when the axes of both are parallel, mostly zero. Letters are x, y, z of the joint's axes, and
-    of an oblique axis n, with p and q across.
+    ``along`` are the directions (letter, unit vector) along which d vanishes, in the joint axes of the parent, or in
+    ground axes if ``in_ground`` is true. ``square`` are the triples (letter, vector on the parent, vector on the child)
+    whose dot products keep the value that they have when the axes of both are parallel, mostly zero. The letters are
+    x, y, z of the joint's axes; an oblique axis has the letter n, and the directions across it have p and q.
     """
 
     name: str
     type: str
-    parent: Body
-    child: Body
+    parent: Frame
+    child: Frame
     at: Vector
     to: Vector
     parent_axes: Matrix
@@ -62,11 +61,11 @@ class Closure:
 
 
 def closure(joint: Joint) -> Closure:
-    """The conditions of a joint that closes a loop."""
-    # turned round, the axis of a loop-closing joint is the same: it has no displacement, a screw the same pitch
+    """Return the conditions of a joint that closes a loop."""
+    # the axis may be reversed: a loop-closing joint has no displacement, and the pitch of a screw stays the same
     axes = [_positive(primitive.axis) for primitive in joint.primitives]
     letters = tuple(zip(LETTERS, IDENTITY, strict=True))
-    # the moment of a condition a·b = 0 acts along b × a: these three turn about x, y and z
+    # the moment of a condition a·b = 0 acts along b × a: here along x, y and z
     locked = (("x", Z, Y), ("y", X, Z), ("z", Y, X))
     along: tuple[tuple[str, Vector], ...] = letters
     square: tuple[tuple[str, Vector, Vector], ...] = ()
@@ -89,7 +88,7 @@ def closure(joint: Joint) -> Closure:
         along, in_ground, square = ((_letter(axes[2]), axes[2]),), False, _aligned(axes[2])
     elif joint.type not in ("ball", "gimbal"):
         raise ModelError(
-            f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' closes a loop, which joints of this type can not. "
+            f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' closes a loop, which joints of this type cannot. "
             f"Open the loop elsewhere: declare this joint before the one that closes it."
         )
     return Closure(
@@ -99,22 +98,23 @@ def closure(joint: Joint) -> Closure:
 
 
 def _positive(axis: Vector) -> Vector:
+    """The axis, reversed if it is a negative coordinate axis."""
     return _minus(axis) if _minus(axis) in IDENTITY else axis
 
 
 def _aligned(n: Vector) -> tuple[tuple[str, Vector, Vector], ...]:
-    """Conditions that keep the axis n of the child along that of the parent."""
+    """Conditions that keep the axis n of the child parallel to the axis n of the parent."""
     (a, e1), (b, e2) = _across(n)
     return ((a, _minus(e2), n), (b, e1, n))
 
 
 def _letter(n: Vector) -> str:
-    """Of a direction: its letter, or n where it is oblique."""
+    """Letter of a direction; n if it is oblique."""
     return LETTERS[IDENTITY.index(n)] if n in IDENTITY else "n"
 
 
 def _across(n: Vector) -> list[tuple[str, Vector]]:
-    """Two unit vectors that make a right-handed set with the axis, named by their letters; p and q if it is oblique."""
+    """Two unit vectors that make a right-handed set with the axis, with their letters; p and q if it is oblique."""
     if n in IDENTITY:
         k = IDENTITY.index(n)
         i, j = (k + 1) % 3, (k + 2) % 3

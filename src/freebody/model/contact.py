@@ -1,7 +1,7 @@
-"""Contacts of an assembled machine: one element for each pair of points that may touch.
+"""Contacts of a model: one element for each pair of shapes that may touch at one point.
 
-Corners and the ends of a segment touch each for themselves. A machine is *planar* where all its joints move in one
-plane; a contact within that plane has one tangent, any other has two.
+Each corner and each end of a segment is a separate element. A machine is *planar* if all its joints move in one
+plane. A contact in that plane has one tangent, any other contact has two.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..describe.body import Point
-from ..describe.contacts.contact import (
+from ..describe.contact_shapes import (
     Ball,
     Circle,
-    ContactPair,
     Corners,
     Cylinder,
     Ellipsoid,
     Segment,
     kind_of,
 )
-from ..errors import ModelError
-from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, cross, dot, multiply
+from ..describe.contacts.contact import ContactPair
+from ..describe.frame import Point
+from ..errors import ModelError, nearest
+from ..scalar.algebra import IDENTITY, ZERO, Expression, Matrix, Vector, apply, cross, dot, multiply
 from ..scalar.expression import exact
 from .model import GROUND, Link, Model
 
@@ -31,21 +31,21 @@ ROUND = (Ball, Circle, Cylinder)
 
 @dataclass(frozen=True)
 class Contact:
-    """One element of a contact: two shapes that touch in one point.
+    """One element of a contact: two shapes that touch at one point.
 
     Attributes
     ----------
     name : str
-        That of the contact; with a number or "start" and "end" where it has several elements.
+        Name of the contact, followed by a number, "start" or "end" if it has several elements.
     owner : str
-        The contact as the user named it.
+        Name that the user gave to the contact.
     feature, surface : shapes
     friction, static_friction, restitution : expressions of parameters
     impact : "newton" or "poisson"
     planar : unit vector or None
         Normal k of the plane of motion; the tangent is then n × k.
     upright : unit vector
-        Ground axis against gravity; tangents of round surfaces have no direction where n = -upright.
+        Ground axis against gravity; the tangents of round surfaces are undefined where n = -upright.
     normal_name, tangent_names : str, tuple of str
         Names of the forces N and T.
     """
@@ -54,9 +54,9 @@ class Contact:
     owner: str
     feature: Any
     surface: Any
-    friction: Any
-    static_friction: Any
-    restitution: Any
+    friction: Expression
+    static_friction: Expression
+    restitution: Expression
     impact: str
     planar: Vector | None
     upright: Vector
@@ -73,22 +73,22 @@ class Contact:
 
     @property
     def frictionless(self) -> bool:
-        """Whether there is no friction whatever the parameters."""
+        """True if there is no friction for any values of the parameters."""
         return bool(self.friction == 0 and self.static_friction == 0)
 
     @property
     def swapped(self) -> bool:
-        """Whether the flat one of the two shapes is the feature."""
+        """True if the flat shape of the two is the feature."""
         return kind_of(self.feature) in ("plane", "segment", "heightline")
 
 
 def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
-    """The elements of all contacts, in order of declaration.
+    """Return the elements of all contacts, in order of declaration.
 
     Raises
     ------
     ModelError
-        Shapes that touch in a point only where their axes are parallel, in a machine in which these may turn.
+        If shapes touch at one point only while their axes are parallel, and the machine can turn these axes.
     """
     if not pairs:
         return ()
@@ -100,12 +100,12 @@ def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
         for name in model.joints
         for ending in (*"xyznpq", "Mx", "My", "Mz", "Mn", "Mp", "Mq")
     }
-    known = {pair.name for pair in pairs}
+    names = {pair.name for pair in pairs}
     result: list[Contact] = []
     for pair in pairs:
         for ending, feature, surface in _elements(pair):
-            name = _free(f"{pair.name}_{ending}", known) if ending else pair.name
-            known.add(name)
+            name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
+            names.add(name)
             k = next((k for k in planes if _within(model, frames, feature, surface, IDENTITY[k])), None)
             _check_axes(pair.name, feature, surface, k)
             letters = ("T",) if k is not None else ("T1", "T2")
@@ -122,20 +122,22 @@ def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
 
 
 def _free(name: str, taken: set[str]) -> str:
+    """The name, with underscores appended until it is not taken."""
     while name in taken:
         name += "_"
     return name
 
 
 def _upright(gravity: Vector) -> Vector:
-    live = [k for k in range(3) if gravity[k] != 0]
-    return IDENTITY[live[0]] if len(live) == 1 else IDENTITY[2]
+    """The ground axis along which gravity acts; z for any other gravity."""
+    axes = [k for k in range(3) if gravity[k] != 0]
+    return IDENTITY[axes[0]] if len(axes) == 1 else IDENTITY[2]
 
 
 def _elements(pair: ContactPair) -> list[tuple[str, Any, Any]]:
-    """(ending of the name, feature, surface) of shapes that touch in one point each.
+    """(ending of the name, feature, surface) of the elements of a pair, each of which touches at one point.
 
-    The ending is empty for what is meant first of all: the only element, or the side of a segment.
+    The ending is empty for the main element: the only one, or the side of a segment.
     """
     feature, surface = _parts(pair.feature, pair.surface), _parts(pair.surface, pair.feature)
     pairs = [(a, b) for a in feature for b in surface]
@@ -143,7 +145,7 @@ def _elements(pair: ContactPair) -> list[tuple[str, Any, Any]]:
         return [(str(i), a, b) for i, (a, b) in enumerate(pairs, start=1)]
     ((a, b),) = pairs
     result = [("", a, b)]
-    # what is round rolls on over the end of a side
+    # a round shape can roll over the end of a side
     if isinstance(a, Segment) and isinstance(b, ROUND):
         result += [(ending, end, b) for ending, end in zip(("start", "end"), _ends(a), strict=True)]
     elif isinstance(b, Segment) and isinstance(a, ROUND):
@@ -156,6 +158,7 @@ def _ends(side: Segment) -> list[Point]:
 
 
 def _parts(shape: Any, other: Any) -> list[Any]:
+    """The parts of a shape that touch the other separately: corners, and ends of a segment on a plane or inside."""
     if isinstance(shape, Corners):
         return list(shape.points)
     if isinstance(shape, Segment) and (kind_of(other) == "plane" or getattr(other, "inside", False)):
@@ -167,7 +170,7 @@ def _parts(shape: Any, other: Any) -> list[Any]:
 
 
 def _frames(links: Sequence[Link]) -> list[tuple[Matrix, Vector]]:
-    """Rotation and position in the ground of every link with all displacements zero."""
+    """Rotation and position of every link in the ground if all displacements are zero."""
     result: list[tuple[Matrix, Vector]] = []
     for link in links:
         R, p = (IDENTITY, ZERO) if link.parent == GROUND else result[link.parent]
@@ -187,9 +190,9 @@ def _zero(v: Vector) -> bool:
 
 
 def _moves_across(links: Sequence[Link], frames: Sequence[tuple[Matrix, Vector]], k: Vector) -> bool:
-    """Whether all joints turn about k and slide at right angles to it."""
+    """True if all joints turn about k or slide at right angles to it."""
     for link, (R, _) in zip(links, frames, strict=True):
-        # the frame of the link is turned about the joint's axis only, which it leaves alone
+        # a turn of the link's frame about the joint's axis does not change that axis
         n = apply(R, link.axis)
         if link.kind == "hinge" and _zero(cross(n, k)):
             continue
@@ -201,7 +204,7 @@ def _moves_across(links: Sequence[Link], frames: Sequence[tuple[Matrix, Vector]]
 
 
 def _within(model: Model, frames: Sequence[tuple[Matrix, Vector]], a: Any, b: Any, k: Vector) -> bool:
-    """Whether two shapes of a machine that moves at right angles to k touch in that plane."""
+    """True if two shapes of a machine that moves at right angles to k touch in the plane of motion."""
     depths = []
     for shape in (a, b):
         R, p = _frame(model, frames, shape.body)
@@ -217,11 +220,12 @@ def _within(model: Model, frames: Sequence[tuple[Matrix, Vector]], a: Any, b: An
         if isinstance(shape, Point | Ball | Ellipsoid):
             at = shape.components if isinstance(shape, Point) else shape.at
             depths.append(exact(dot(k, p) + dot(k, apply(R, at))))
-    # the line between a point or sphere and another lies in the plane if they are in one depth
+    # the line between two points or spheres is in the plane if both have the same depth
     return len(depths) < 2 or exact(depths[0] - depths[1]) == 0
 
 
 def _frame(model: Model, frames: Sequence[tuple[Matrix, Vector]], body: Any) -> tuple[Matrix, Vector]:
+    """Rotation and position of a body's frame in the ground if all displacements are zero."""
     if body.is_ground:
         return IDENTITY, ZERO
     place = model.bodies[body.name]
@@ -231,7 +235,7 @@ def _frame(model: Model, frames: Sequence[tuple[Matrix, Vector]], body: Any) -> 
 
 
 def _check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
-    """Two walls of cylinders, or one on a flat side, touch in one point of a plane, or not in one point at all."""
+    """Refuse two cylinders, or a cylinder and a flat side, that do not touch in the plane of motion."""
     walls = [shape for shape in (a, b) if isinstance(shape, Circle | Cylinder)]
     flat = [shape for shape in (a, b) if kind_of(shape) == "segment"]
     if k is None and (len(walls) == 2 or (walls and flat)):
@@ -248,17 +252,18 @@ def _check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
 
 @dataclass(frozen=True)
 class Touching:
-    """A contact that is closed: a condition of the machine while it stays so.
+    """A closed contact: a condition of the machine while it stays closed.
 
-    ``direction`` is that of the slip velocity along the tangents; empty: the state's own. None: no slip.
+    ``direction`` is the direction of the slip velocity along the tangents. It is empty if the state gives the
+    direction, and None if the contact does not slip.
     """
 
     contact: Contact
-    direction: tuple[Any, ...] | None
+    direction: tuple[Expression, ...] | None
 
     @property
     def slips(self) -> bool:
-        """Whether the feature slips over the surface."""
+        """True if the feature slips over the surface."""
         return self.direction is not None
 
 
@@ -266,23 +271,22 @@ MODES = ("open", "stick", "slip+", "slip-", "slip")
 
 
 def in_modes(model: Model, modes: Any) -> Model:
-    """The machine while its contacts keep their modes: the closed ones are conditions as its constraints are.
+    """Return the model whose contacts keep their modes: closed contacts are conditions, as its constraints are.
 
     Parameters
     ----------
     model : Model
     modes : mapping of str to mode
-        By name of a contact, or of one of its elements: "open", "stick" (round features then roll), "slip+" and
-        "slip-" (by the sign of the slip velocity along the tangent), "slip" (in 3-D: along the slip velocity of the
-        state), or ("slip", (d1, d2)) with a given direction of slip. Those not named are open.
+        Modes by name of a contact, or of one of its elements: "open", "stick" (round features then roll), "slip+"
+        and "slip-" (by the sign of the slip velocity along the tangent), "slip" (in 3-D: along the slip velocity of
+        the state), or ("slip", (d1, d2)) with a given direction of slip. Contacts without a mode are open.
 
     Raises
     ------
     ModelError
-        Unknown contacts and modes; a sign in 3-D, none in the plane; sticking without friction.
+        If a contact or mode is unknown, if a mode has a sign in 3-D or none in the plane, or if a contact without
+        friction sticks.
     """
-    from ..errors import nearest
-
     names = {c.name for c in model.contacts} | {c.owner for c in model.contacts}
     for name in modes:
         if name not in names:
@@ -294,7 +298,7 @@ def in_modes(model: Model, modes: Any) -> Model:
     closed = {}
     elements = {c.name for c in model.contacts}
     for contact in model.contacts:
-        # where an element bears the name of its contact, that name means it alone
+        # a name that an element shares with its contact means the element only
         whole = "open" if contact.owner in elements else modes.get(contact.owner, "open")
         mode = modes.get(contact.name, whole)
         touching = _touching(model, contact, mode)
@@ -304,12 +308,13 @@ def in_modes(model: Model, modes: Any) -> Model:
 
 
 def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:
+    """The closed contact for a mode, None if it is open."""
     name = contact.name
     if mode == "open":
         return None
     if mode == "stick":
         if contact.frictionless:
-            raise ModelError(f"Contact '{name}' has no friction and can not stick. Its mode is 'slip'.")
+            raise ModelError(f"Contact '{name}' has no friction and cannot stick. Its mode is 'slip'.")
         return Touching(contact, None)
     if mode in ("slip+", "slip-"):
         if contact.planar is None:

@@ -1,4 +1,4 @@
-"""A machine, assembled: frozen data, of which everything else is a function."""
+"""The model: a machine as frozen data, from which every result is computed."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..describe.constraints.constraint import Gear
+from ..describe.description import Parameter
 from ..describe.loads.load import Load
-from ..describe.system import Parameter
-from ..scalar.algebra import Matrix, Vector
+from ..scalar.algebra import Expression, Matrix, Vector
 from ..space.mass import MassProperties
 
 if TYPE_CHECKING:
@@ -21,7 +21,10 @@ GROUND = -1
 
 @dataclass(frozen=True)
 class Coordinate:
-    """An entry of q: its name, its SymPy atom and, unless it belongs to a quaternion or a free joint, its speed."""
+    """An entry of q: its name, its SymPy atom and its kind.
+
+    A scalar coordinate has its own speed; the coordinates of a quaternion or of the position of a free joint do not.
+    """
 
     name: str
     symbol: Any
@@ -39,11 +42,11 @@ class Speed:
 
 @dataclass(frozen=True)
 class Link:
-    """One primitive motion and the link that it moves.
+    """A primitive motion and the link that it moves.
 
-    The link's frame has its origin at the joint's point and the axes of the body it belongs to (of the
-    joint, for the massless links inside a joint). In the frame of the parent link the joint's
-    own frame stands at ``position`` with the constant ``rotation`` (parent from joint).
+    The link's frame has its origin at the joint's point and the axes of its body (the axes of the joint
+    for the massless links inside a joint). In the frame of the parent link, the joint's
+    frame has the origin ``position`` and the constant rotation ``rotation`` (parent from joint).
     """
 
     joint: str
@@ -53,35 +56,35 @@ class Link:
     rotation: Matrix
     position: Vector
     axis: Vector
-    pitch: Any
-    displacement: Any  # y(q, t) of a 1-dof primitive
-    partials: tuple[tuple[int, Any], ...]  # (index of the speed, dy/dq), the non-zero ones
-    drift: Any  # dy/dt at constant q
-    bias: Any  # second derivative of y less the part linear in accelerations
+    pitch: Expression
+    displacement: Expression  # y(q, t) of a primitive with one degree of freedom
+    partials: tuple[tuple[int, Expression], ...]  # (index of the speed, dy/dq) where dy/dq is not zero
+    drift: Expression  # dy/dt at constant q
+    bias: Expression  # second derivative of y without the terms with accelerations
     q: int  # first coordinate of a ball or free joint, else -1
     u: int  # first speed of a ball or free joint, else -1
-    mass: Any
+    mass: Expression
     center: Vector
     inertia: Matrix  # about the mass centre
 
     @property
     def one_dof(self) -> bool:
-        """Whether the motion has a displacement."""
+        """True if the motion has a displacement."""
         return self.kind in ("hinge", "slider", "screw")
 
     @property
     def driven(self) -> bool:
-        """Whether the motion is a given function of time."""
+        """True if the motion is a given function of time."""
         return self.one_dof and not self.partials
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where a body's frame is: in which link, its origin seen from the link's."""
+    """Place of a body's frame: its link, and its origin from the origin of the link."""
 
     link: int
     origin: Vector
-    mass: Any
+    mass: Expression
     center: Vector  # from the body's origin
     inertia: Matrix
     properties: MassProperties | None = None
@@ -101,7 +104,7 @@ class JointPlace:
 
 @dataclass(frozen=True)
 class Model:
-    """Tree of links, coordinates, loads and parameters. Made by :func:`assemble`; never changed."""
+    """Tree of links, coordinates, loads and parameters, made by :func:`assemble`; it never changes."""
 
     name: str
     parameters: tuple[Parameter, ...]
@@ -116,19 +119,19 @@ class Model:
     names: Any
     about: Mapping[str, tuple[str, str]]
     order: tuple[tuple[int, int], ...] | None = field(default=None)
-    """(link, speed) pairs: displacements that determine the coordinates one after another; None if they do not."""
+    """(link, speed) pairs whose displacements determine the coordinates one after another; None if there are none."""
 
     constraints: Mapping[str, Any] = field(default_factory=dict)
-    """Closures of loops and constraints on coordinates and speeds, by name."""
+    """Closures of closed loops and constraints on coordinates and speeds, by name."""
 
     contacts: tuple[Any, ...] = ()
-    """Pairs of shapes that may touch in a point, in order of declaration."""
+    """Pairs of shapes that may touch at one point, in order of declaration."""
 
     controllers: tuple[Any, ...] = ()
     """Sampled controllers, in order of declaration."""
 
     described: Any = field(default=None, repr=False, compare=False)
-    """The system that it was made of, and the count of its changes then."""
+    """The system of the model, and the count of its changes at assembly."""
 
     @property
     def n_q(self) -> int:
@@ -159,33 +162,33 @@ class Model:
 
     @cached_property
     def rest(self) -> tuple[float, ...]:
-        """The state (q, u) of zeros, and unit quaternions that are the identity."""
+        """State (q, u) with all coordinates and speeds zero and all unit quaternions the identity."""
         return tuple(float(i in self.quaternions) for i in range(self.n_q + self.n_u))
 
     @cached_property
     def moved_by(self) -> tuple[tuple[int, ...], ...]:
-        """Of each coordinate the speeds along which it changes."""
+        """For each coordinate, the indices of the speeds that change it."""
         result: list[tuple[int, ...]] = []
         for i, coordinate in enumerate(self.coordinates):
             if coordinate.kind == "scalar":
                 result.append((self.speed_names.index(coordinate.name + "'"),))
                 continue
             sizes = {"free": 7, "ball": 4}
-            link = next(one for one in self.links if 0 <= one.q <= i < one.q + sizes.get(one.kind, 0))
+            link = next(k for k in self.links if 0 <= k.q <= i < k.q + sizes.get(k.kind, 0))
             start = link.u if coordinate.kind == "quaternion" else link.u + 3
             result.append((start, start + 1, start + 2))
         return tuple(result)
 
     @cached_property
     def places(self) -> Mapping[str, int]:
-        """Where each coordinate and speed stands in (q, u), by name."""
+        """Index of each coordinate and speed in (q, u), by name."""
         return {name: i for i, name in enumerate((*self.coordinate_names, *self.speed_names))}
 
     @cached_property
     def single_places(self) -> Mapping[str, int]:
-        """:attr:`places` without the components of quaternions, which are numbers in fours."""
-        inside = {i + k for i in self.quaternions for k in range(4)}
-        return {name: i for name, i in self.places.items() if i not in inside}
+        """:attr:`places` without the components of quaternions, which have a meaning only in fours."""
+        components = {i + k for i in self.quaternions for k in range(4)}
+        return {name: i for name, i in self.places.items() if i not in components}
 
     @cached_property
     def parameter_names(self) -> Mapping[Any, str]:
@@ -199,38 +202,39 @@ class Model:
 
     @cached_property
     def assumed(self) -> tuple[Any, ...]:
-        """What was assumed positive of the parameters alone, in a fixed order."""
+        """Expressions of the parameters alone that are assumed positive, in a fixed order."""
         from .values import assumed
 
         return assumed(self)
 
     @cached_property
     def meshes(self) -> Mapping[str, Mesh | str]:
-        """Where the teeth of each gear touch, or why its ratio alone is known, by its name."""
+        """The mesh of each gear, or the reason why only its ratio is known, by name."""
         from .mesh import mesh_of
 
-        return {name: mesh_of(self, one) for name, one in self.constraints.items() if isinstance(one, Gear)}
+        gears = {name: gear for name, gear in self.constraints.items() if isinstance(gear, Gear)}
+        return {name: mesh_of(self, gear) for name, gear in gears.items()}
 
     @property
     def signals(self) -> tuple[Any, ...]:
         """Signals in the machine's expressions, with their symbols."""
         if not self.names.signals:
             return ()
-        own = {parameter.name for parameter in self.parameters}
-        return tuple(one for one in self.names.signals.values() if one.symbols[0].name in own)
+        parameters = {parameter.name for parameter in self.parameters}
+        return tuple(signal for signal in self.names.signals.values() if signal.symbols[0].name in parameters)
 
     @property
     def switched(self) -> bool:
-        """Whether parameters change with time: signals, or inputs of controllers."""
+        """True if parameters change with time: as signals, or as inputs of controllers."""
         return bool(self.controllers or self.signals)
 
     def values(self, given: Mapping[Any, Any] | None = None) -> dict[str, float]:
-        """Values of all parameters by name: the defaults, replaced by those given (by name or symbol).
+        """Values of all parameters by name: the values in ``given`` (by name or symbol), else the defaults.
 
         Raises
         ------
         ModelError
-            An unknown parameter, or one that has no value.
+            If a parameter is unknown or has no value.
         """
         from .values import parameter_values
 

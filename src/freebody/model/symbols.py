@@ -8,14 +8,15 @@ from typing import Any
 
 import sympy
 
-from ..describe.body import Body, Point
+from ..describe.body import Body
+from ..describe.frame import Point
 from ..describe.joints.joint import Joint
 
 
 def symbols_of(part: Any) -> set[Any]:
     """Symbols of the expressions in a part of a model, such as its links, loads or contacts.
 
-    A body stands for itself: its mass is that of a link.
+    A body has no symbols here: its mass is counted with its link.
     """
     if isinstance(part, sympy.Basic):
         return set(part.free_symbols)
@@ -30,5 +31,5 @@ def symbols_of(part: Any) -> set[Any]:
     if isinstance(part, Joint):
         return symbols_of([part.at, part.to])
     if is_dataclass(part):
-        return set().union(*(symbols_of(getattr(part, one.name)) for one in fields(part)), set())
+        return set().union(*(symbols_of(getattr(part, field.name)) for field in fields(part)), set())
     return set()

@@ -12,7 +12,7 @@ import sympy
 from ..describe.constraints.constraint import Gear
 from ..describe.names import finite
 from ..errors import ModelError, nearest, shown
-from ..scalar.algebra import floats
+from ..scalar.algebra import Expression, floats
 from ..scalar.expression import evaluate
 from ..scalar.units import quantity
 
@@ -23,7 +23,7 @@ _NUMBERS = frozenset((float, int, np.float64))
 
 
 def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]:
-    """See :meth:`Model.values`."""
+    """Values of all parameters by name; see :meth:`Model.values`."""
     if not isinstance(given, Mapping):
         raise ModelError(f"Expected values of parameters by name, such as {{'m': 2}}, got {shown(given)}.")
     by_name = dict(model.defaults)
@@ -42,47 +42,50 @@ def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]
 
 
 def assumed(model: Model) -> tuple[Any, ...]:
-    """What was assumed positive of the parameters alone, in a fixed order (`Model.assumed`).
+    """Expressions of the parameters alone that are assumed positive, in a fixed order (`Model.assumed`).
 
-    Assumptions on coordinates, such as ``cos(theta) > 0``, are of the motion and can not be asked of values.
+    Assumptions on coordinates, such as ``cos(theta) > 0``, restrict the motion and cannot be checked from values.
     """
-    known = {parameter.symbol for parameter in model.parameters}
+    symbols = {parameter.symbol for parameter in model.parameters}
     return tuple(
         expression
         for expression in sorted(model.positive, key=str)
         if isinstance(expression, sympy.Basic)
-        and expression.free_symbols <= known
+        and expression.free_symbols <= symbols
         and not expression.has(sympy.core.function.AppliedUndef)
     )
 
 
 def check_assumptions(model: Model, numbers: Mapping[str, float]) -> None:
-    """Refuse values that contradict what was assumed of the parameters (`Model.assumed`).
+    """Refuse values that contradict the assumptions on the parameters (`Model.assumed`).
 
     Raises
     ------
     ModelError
-        The expression that is not positive, with the values in it.
+        If an expression is not positive; the message shows it with its values.
     """
     for expression in model.assumed:
         check_assumption(model, expression, numbers)
 
 
-def check_assumption(model: Model, expression: Any, numbers: Mapping[str, float], where: str = "") -> None:
-    """Refuse values at which an expression that was assumed positive is not."""
-    known = {symbol.name: symbol for symbol in expression.free_symbols}
-    value = float(evaluate(expression, {symbol: numbers[name] for name, symbol in known.items()}, floats))
+def check_assumption(
+    model: Model, expression: Expression, numbers: Mapping[str, float], where: str = ""
+) -> None:
+    """Refuse values for which an expression that is assumed positive is not; ``where`` begins the message."""
+    symbols = {symbol.name: symbol for symbol in expression.free_symbols}
+    value = float(evaluate(expression, {symbol: numbers[name] for name, symbol in symbols.items()}, floats))
     if not value > 0:
-        shown = ", ".join(f"{name} = {numbers[name]:g}" for name in sorted(known))
+        values = ", ".join(f"{name} = {numbers[name]:g}" for name in sorted(symbols))
         raise ModelError(
             f"{where}Expected {str(expression).replace('**', '^')} > 0 in '{model.name}', as s.assume or its use says, "
-            f"but {shown} makes it {value:g}. Change the values, or take the assumption back."
+            f"but {values} makes it {value:g}. Change the values, or take the assumption back."
         )
 
 
-def _number(value: Any, name: str, model: Model) -> float:
+def _number(value: Expression, name: str, model: Model) -> float:
+    """The value of a parameter as a float; text may have a unit."""
     if type(value) in _NUMBERS and abs(value) <= sys.float_info.max:
-        return float(value) + 0  # an expression of -0 is 0
+        return float(value) + 0  # -0.0 becomes 0.0, as it does in expressions
     if isinstance(value, str):
         declared = model.about.get(name, ("", ""))[0]
         value = quantity(value, declared or _unit_by_use(model, name), f"parameter '{name}'")
@@ -93,8 +96,11 @@ def _number(value: Any, name: str, model: Model) -> float:
 
 
 def _unit_by_use(model: Model, name: str) -> str:
-    """The unit of a parameter that is, but for a number, a mass, a length of a solid, a component of a joint's point
-    or of gravity, or the pressure angle of a gear; none where it stands nowhere alone, or as one and as another."""
+    """Unit of a parameter, from its use in the machine; "" if the uses give none or different units.
+
+    A use that gives a unit is the parameter, or a number times it, as a mass, a length of a solid, a component of a
+    joint's point or of gravity, or the pressure angle of a gear.
+    """
     used: list[tuple[str, Any]] = [("m/s^2", g) for g in model.gravity]
     for place in model.bodies.values():
         used.append(("kg", place.mass))
@@ -105,7 +111,7 @@ def _unit_by_use(model: Model, name: str) -> str:
             if shape.kind not in ("mesh", "revolved"):
                 used += [("m", length) for _, length in shape.dimensions]
     used += [("m", x) for joint in model.joints.values() for x in (*joint.at, *joint.to)]
-    gears = [one for one in model.constraints.values() if isinstance(one, Gear)]
+    gears = [constraint for constraint in model.constraints.values() if isinstance(constraint, Gear)]
     used += [("rad", gear.pressure_angle) for gear in gears]
-    alone = {unit for unit, x in used if isinstance(x, sympy.Expr) and str(x.as_coeff_Mul()[1]) == name}
-    return alone.pop() if len(alone) == 1 else ""
+    units = {unit for unit, x in used if isinstance(x, sympy.Expr) and str(x.as_coeff_Mul()[1]) == name}
+    return units.pop() if len(units) == 1 else ""

@@ -1,7 +1,7 @@
-"""What every algorithm may do with a number, whatever the number is.
+"""Operations that every algorithm may use on a number, whatever its type.
 
 A *scalar* is an element of a field: a float, a canonical polynomial (`polynomial`), or a node
-of a recorded program (`trace`). Plain ``int`` and ``Fraction`` are constants of every field, so
+of a tape (`trace`). Plain ``int`` and ``Fraction`` are constants of every field, so
 that ``0 * x`` is the exact ``0`` and a zero needs no type. Vectors are tuples of three scalars,
 matrices are tuples of three rows: small, immutable, and the same for every field.
 """
@@ -14,43 +14,50 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias
 
+from ..errors import ExpressionError
+
 Scalar: TypeAlias = Any
-"""A number of any field: a float, a canonical polynomial, a node of a recorded program, an int or a Fraction."""
+"""A number of any field: a float, a canonical polynomial, a node of a tape, an int or a Fraction."""
 Expression: TypeAlias = Any
-"""What a user may write for a number: int, float, Fraction, SymPy expression, or text that the parser reads."""
+"""A number as a user may write it: int, float, Fraction, SymPy expression, or text that the parser reads."""
 Vector: TypeAlias = tuple[Scalar, Scalar, Scalar]
+"""Three components."""
 Matrix: TypeAlias = tuple[Vector, Vector, Vector]
+"""Three rows of three entries."""
 
 ZERO: Vector = (0, 0, 0)
 IDENTITY: Matrix = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 class Field(ABC):
-    """Where the scalars of one computation live."""
+    """The scalars of one computation: their constants and functions."""
 
     @abstractmethod
-    def constant(self, value: int | Fraction | float | str) -> Any:
+    def constant(self, value: int | Fraction | float | str) -> Scalar:
         """A number of this field; a string names an irrational one (``"pi"``, ``"E"``)."""
 
     @abstractmethod
-    def apply(self, function: str, *arguments: Any) -> Any:
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
         """``function`` (sin, cos, tan, sqrt, exp, log, atan2, ...) of scalars of this field."""
 
-    def sin(self, x: Any) -> Any:
+    def sin(self, x: Scalar) -> Scalar:
+        """Sine of x [rad]."""
         return self.apply("sin", x)
 
-    def cos(self, x: Any) -> Any:
+    def cos(self, x: Scalar) -> Scalar:
+        """Cosine of x [rad]."""
         return self.apply("cos", x)
 
-    def sqrt(self, x: Any) -> Any:
+    def sqrt(self, x: Scalar) -> Scalar:
+        """Square root of x."""
         return self.apply("sqrt", x)
 
     def unit(self, v: Vector) -> Vector:
-        """v/|v|; of a vector that vanishes, which has no direction, 0."""
+        """v/|v|, or zeros for a zero vector, which has no direction."""
         square = dot(v, v)
         return scale(divide(1, self.sqrt(square + self.vanishing(square))), v)
 
-    def vanishing(self, square: Any) -> Any:
+    def vanishing(self, square: Scalar) -> Scalar:
         """1 where a square is 0, else 0."""
         return 1 - self.apply("sign", square)
 
@@ -73,11 +80,13 @@ class Floats(Field):
     }
 
     def constant(self, value: int | Fraction | float | str) -> float:
+        """The number as a float."""
         if isinstance(value, str):
             return {"pi": math.pi, "E": math.e}[value]
         return float(value)
 
-    def apply(self, function: str, *arguments: Any) -> Any:
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
+        """``function`` of floats; the exact 0 where sin, tan or sqrt of 0 is asked for."""
         if all(argument == 0 for argument in arguments) and function in ("sin", "tan", "sqrt"):
             return 0
         return self._math[function](*arguments)
@@ -89,14 +98,35 @@ floats = Floats()
 HALF = Fraction(1, 2)
 
 
-def divide(a: Any, b: Any) -> Any:
-    """a / b, exact when both are plain numbers (Python divides ints to a float)."""
+def divide(a: Scalar, b: Scalar) -> Scalar:
+    """a / b, exact when both are int or Fraction (Python's quotient of two ints is a float)."""
     if isinstance(b, int):
         b = Fraction(b)
     return a / b
 
 
-def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+def exact_constant(value: Expression) -> int | Fraction | None:
+    """Exact value of an int, Fraction, float, NumPy number or SymPy number; None for anything else.
+
+    A float stands for the decimal it prints as: 0.1 is 1/10.
+    """
+    if isinstance(value, int):
+        return value
+    if isinstance(value, Fraction):
+        return value.numerator if value.denominator == 1 else value
+    if isinstance(value, float) or type(value).__module__ == "numpy":
+        value = float(value)
+        if not math.isfinite(value):
+            raise ExpressionError(f"Expected a finite number, got {value!r}.")
+        return exact_constant(Fraction(repr(value)))
+    if getattr(value, "is_Rational", False):
+        return exact_constant(Fraction(int(value.p), int(value.q)))
+    if getattr(value, "is_Float", False):
+        return exact_constant(Fraction(str(value)))
+    return None
+
+
+def dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
     """a · b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
@@ -125,7 +155,7 @@ def negate(a: Vector) -> Vector:
     return (-a[0], -a[1], -a[2])
 
 
-def scale(s: Any, a: Vector) -> Vector:
+def scale(s: Scalar, a: Vector) -> Vector:
     """s a."""
     return (s * a[0], s * a[1], s * a[2])
 
@@ -184,7 +214,7 @@ def subtract_matrices(A: Matrix, B: Matrix) -> Matrix:
 
 
 def congruence(R: Matrix, A: Matrix) -> Matrix:
-    """R A Rᵀ for a symmetric A: six entries are computed, three mirrored."""
+    """R A Rᵀ for a symmetric A; six entries are computed and three mirrored."""
     B = multiply(R, A)
     xx, xy, xz = dot(B[0], R[0]), dot(B[0], R[1]), dot(B[0], R[2])
     yy, yz, zz = dot(B[1], R[1]), dot(B[1], R[2]), dot(B[2], R[2])

@@ -1,7 +1,7 @@
 """Sine and cosine (sinh and cosh) of canonical polynomials, by the addition theorems.
 
 The atoms are sine and cosine of one monomial each, over a common denominator when fractions of
-it occur: sin(theta/2) asked for after sin(theta) becomes a new pair that is related to the old.
+it occur: sin(theta/2) after sin(theta) becomes a new pair of atoms that is related to the old pair.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from .element import Polynomial
 from .roots import divide, monomial_of, square_root
 
 LARGEST_MULTIPLE = 24
+"""sin(n x) is expanded in sin(x) and cos(x) up to this n; beyond it, it is a separate atom."""
 
 
 def sine_and_cosine(ring: Any, kind: str, x: Polynomial) -> tuple[Any, Any]:
@@ -54,11 +55,13 @@ def _multiple(ring: Any, kind: str, monomial: Any, q: Fraction) -> tuple[Any, An
 
 
 def _sum(kind: str, a: tuple[Any, Any], b: tuple[Any, Any]) -> tuple[Any, Any]:
+    """Sine and cosine of the sum of two angles."""
     sign = -1 if kind == "sin" else 1
     return a[0] * b[1] + a[1] * b[0], a[1] * b[1] + sign * (a[0] * b[0])
 
 
 def _times(kind: str, pair: tuple[Any, Any], n: int) -> tuple[Any, Any]:
+    """Sine and cosine of n times an angle."""
     result: tuple[Any, Any] = (0, 1)
     for _ in range(n):
         result = _sum(kind, result, pair)
@@ -66,16 +69,16 @@ def _times(kind: str, pair: tuple[Any, Any], n: int) -> tuple[Any, Any]:
 
 
 def _fraction(ring: Any, kind: str, monomial: Any, q: Fraction) -> tuple[Any, tuple[Any, Any], int]:
-    """The atom pair of monomial/d and n with q = n/d; d grows when a new fraction is asked for."""
+    """Key and atom pair of monomial/d, and n with q = n/d; d grows when a new fraction occurs."""
     chain = ring.cache.setdefault(("fractions", kind, monomial), [])
     n, d = q.numerator, q.denominator
-    for known, pair in chain:
-        if known % d == 0 and n * (known // d) <= LARGEST_MULTIPLE:
-            return (kind, monomial, known), pair, n * (known // d)
+    for level, pair in chain:
+        if level % d == 0 and n * (level // d) <= LARGEST_MULTIPLE:
+            return (kind, monomial, level), pair, n * (level // d)
     finest = chain[-1][0] if chain else 1
     common = lcm(finest, d) if chain else d
     if common // finest > LARGEST_MULTIPLE and chain or n * (common // d) > LARGEST_MULTIPLE:
-        key = (kind, monomial, q)  # an atom of its own, not related to the others
+        key = (kind, monomial, q)  # a separate atom, not related to the others
         if key not in ring.cache:
             ring.cache[key] = _atoms(ring, kind, monomial_of(ring, monomial) * q, None, 1)
         return key, ring.cache[key], 1
@@ -91,7 +94,7 @@ def _fraction(ring: Any, kind: str, monomial: Any, q: Fraction) -> tuple[Any, tu
 
 
 def _atoms(ring: Any, kind: str, angle: Any, coarser: tuple[Any, Any] | None, k: int) -> tuple[Any, Any]:
-    """New generators for sine and cosine of ``angle``; ``coarser`` is the pair of k times it."""
+    """New generators for sine and cosine of ``angle``; ``coarser`` is the pair of k times the angle."""
     angle = ring.coerce(angle)
     names = ("cos", "sin") if kind == "sin" else ("sinh", "cosh")  # the second leads the relation
     first = ring.new(names[0], (names[0], angle), arguments=(angle,))
@@ -141,6 +144,7 @@ def _of_pi(ring: Any, monomial: Any, q: Fraction) -> tuple[Any, Any]:
 
 
 def _of_inverse_function(ring: Any, g: Any) -> tuple[Any, Any] | None:
+    """Sine and cosine of a generator that is an inverse trigonometric function; None for any other."""
     if g.name == "asin":
         return g.arguments[0], square_root(ring, ring.coerce(1 - g.arguments[0] * g.arguments[0]))
     if g.name == "acos":

@@ -1,4 +1,4 @@
-"""The field of NumPy arrays: one run of an algorithm for many states, entry by entry."""
+"""The field of NumPy arrays: an algorithm runs once for many states, entry by entry."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .algebra import FUNCTIONS, Field
+from .algebra import FUNCTIONS, Field, Scalar
 
 _NAMES = {
     "asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2", "pow": "power",
@@ -18,7 +18,7 @@ _NAMES = {
 
 
 class Column(np.ndarray):
-    """An array that takes a Fraction as a number; NumPy alone would make an array of Python objects."""
+    """An array that treats a Fraction as a number; NumPy alone would make an array of Python objects."""
 
     __slots__ = ()
 
@@ -36,28 +36,30 @@ for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv"
     setattr(Column, f"__{_name}__", _plain(f"__{_name}__"))
 
 
-def column(values: Any) -> Any:
-    """Values as a scalar of the field :data:`arrays`."""
+def column(values: Any) -> Scalar:
+    """The values as a scalar of the field :data:`arrays`."""
     return np.asarray(values, dtype=float).view(Column)
 
 
 def function_of_arrays(name: str) -> Callable[..., Any]:
-    """NumPy's function of that name in :data:`FUNCTIONS`."""
-    found: Callable[..., Any] = getattr(np, _NAMES.get(name, name))
-    return found
+    """NumPy's function for a name in :data:`FUNCTIONS`."""
+    function: Callable[..., Any] = getattr(np, _NAMES.get(name, name))
+    return function
 
 
 class Arrays(Field):
-    """Arrays of one shape; plain numbers are constants."""
+    """The field of arrays of one shape; plain numbers are constants."""
 
     _functions = {name: function_of_arrays(name) for name in FUNCTIONS}
 
     def constant(self, value: int | Fraction | float | str) -> float:
+        """The number as a float, the same for every entry."""
         if isinstance(value, str):
             return {"pi": math.pi, "E": math.e}[value]
         return float(value)
 
-    def apply(self, function: str, *arguments: Any) -> Any:
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
+        """``function`` entry by entry; the exact 0 where sin, tan or sqrt of the int 0 is asked for."""
         if function in ("sin", "tan", "sqrt") and type(arguments[0]) is int and arguments[0] == 0:
             return 0
         numbers = [float(x) if isinstance(x, int | Fraction) else x for x in arguments]

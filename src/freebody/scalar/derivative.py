@@ -3,8 +3,8 @@
     forward    ẏ = (∂y/∂x) ẋ          one sweep per direction ẋ
     reverse    x̄ = (∂y/∂x)ᵀ ȳ         one sweep per output y
 
-Both add at most a few operations per operation passed. What is constant stays a plain number, so that a direction
-or an output that does not matter costs nothing.
+Both add at most a few operations per operation passed. Constants stay plain numbers, so that a direction or an
+output without influence costs nothing.
 
 Source: A. Griewank, A. Walther, Evaluating Derivatives (2008), chapters 2 and 3.
 """
@@ -27,7 +27,7 @@ def forward(tape: Tape, outputs: Sequence[Any], wrt: Sequence[Traced], seeds: Se
     tape : Tape
     outputs : sequence of scalars, length m
     wrt : sequence of Traced, length n
-        Variables; a result of other nodes is taken as independent of them.
+        Variables; a variable that is computed from other nodes is treated as independent of them.
     seeds : sequence of scalars, length n
         The direction: rates of the variables.
 
@@ -56,7 +56,7 @@ def forward(tape: Tape, outputs: Sequence[Any], wrt: Sequence[Traced], seeds: Se
 def beside(
     tape: Tape, functions: Mapping[str, Sequence[Any]], wrt: Sequence[Traced]
 ) -> tuple[dict[str, list[Any]], list[Traced]]:
-    """Outputs of functions, each with its derivative behind it, and the variables, each with its rate behind it."""
+    """Outputs of functions, each followed by its derivative, and variables, each followed by its rate."""
     rates = [tape.input(f"rate of {tape.inputs[tape.a[x.index]]}") for x in wrt]
     results = {
         name: [x for pair in zip(outputs, forward(tape, outputs, wrt, rates), strict=True) for x in pair]
@@ -73,7 +73,7 @@ def reverse(tape: Tape, output: Any, wrt: Sequence[Traced]) -> list[Any]:
 def transposed(
     tape: Tape, outputs: Sequence[Any], weights: Sequence[Any], wrt: Sequence[Traced]
 ) -> list[Any]:
-    """Gradient of Σ_i weight_i output_i with respect to ``wrt``, weights taken as constant."""
+    """Gradient of Σ_i weight_i output_i with respect to ``wrt``, with constant weights."""
     _check(tape, wrt)
     if len(weights) != len(outputs):
         raise ExpressionError(
@@ -98,7 +98,7 @@ def transposed(
 
 
 def jacobian(tape: Tape, outputs: Sequence[Any], wrt: Sequence[Traced]) -> list[list[Any]]:
-    """∂output_i/∂x_j, by rows: forward or reverse, whichever needs fewer sweeps."""
+    """Rows of ∂output_i/∂x_j, by forward or reverse sweeps, whichever are fewer."""
     if len(outputs) < len(wrt):
         return [reverse(tape, y, wrt) for y in outputs]
     columns = [forward(tape, outputs, [x], [1]) for x in wrt]
@@ -133,7 +133,7 @@ def _is_zero(x: Any) -> bool:
 
 
 def _partials(tape: Tape, i: int, first: Any, second: Any) -> tuple[Any, ...]:
-    """Partial derivatives of node i by its operands; 0 in place of one that ``first``, ``second`` say is unused."""
+    """Partial derivatives of node i by its operands; 0 for an operand whose use, ``first`` or ``second``, is zero."""
     code = tape.op[i]
     x = tape.scalar(tape.a[i])
     v = tape.scalar(i)
@@ -159,7 +159,7 @@ def _partials(tape: Tape, i: int, first: Any, second: Any) -> tuple[Any, ...]:
     if code == CODES["atan2"]:  # angle of the point (y, x)
         square = x * x + y * y
         return (y / square, -(x / square))
-    # min and max: the mean of the two where they are equal
+    # min and max: the mean of both derivatives where the operands are equal
     side = tape.apply("sign", x - y) / 2
     half = Fraction(1, 2)
     return (half - side, half + side) if code == CODES["min"] else (half + side, half - side)

@@ -1,4 +1,4 @@
-"""Numbers as people read them."""
+"""Text of numbers for people to read."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def significant(value: Any, digits: int = 6) -> str:
-    """A number to so many digits, several of them in a row, words as they are.
+    """Text of a number with ``digits`` significant digits, of several numbers in a row, or of a word unchanged.
 
     >>> significant(0.1 + 0.2), significant(3), significant(True), significant((1.0, 2.5, -0.0))
     ('0.3', '3', 'yes', '1, 2.5, 0')

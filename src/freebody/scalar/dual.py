@@ -1,9 +1,9 @@
-"""Dual numbers over any field: a scalar that carries its derivatives by several variables through an algorithm.
+"""Dual numbers over any field: scalars that carry their derivatives by several variables through an algorithm.
 
     x + ε·∂x,      ε_i ε_j = 0
 
-The derivatives are exact, on floats, on polynomials and on traces alike: no difference quotient is taken. Only the
-derivatives that are not zero are stored, so that a variable costs nothing where it does not matter.
+The derivatives are exact on floats, polynomials and tapes: no difference quotient is taken. Only derivatives that are
+not zero are stored, so that a variable without influence costs nothing.
 
 Source: A. Griewank, A. Walther, Evaluating Derivatives (2008), chapter 3 (forward mode, vector version).
 """
@@ -14,14 +14,12 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from .algebra import Field, divide
+from .algebra import HALF, Field, Scalar, divide
 from .series import Series
-
-HALF = Fraction(1, 2)
 
 
 class DualField(Field):
-    """Dual numbers over a field.
+    """The field of dual numbers over a field.
 
     Examples
     --------
@@ -36,21 +34,24 @@ class DualField(Field):
     def __init__(self, base: Field) -> None:
         self.base = base
 
-    def constant(self, value: int | Fraction | float | str) -> Any:
+    def constant(self, value: int | Fraction | float | str) -> Scalar:
+        """A number of the base field."""
         return self.base.constant(value)
 
-    def variable(self, value: Any, index: int) -> Dual:
-        """The variable of that index, with the derivative 1 by itself."""
+    def variable(self, value: Scalar, index: int) -> Dual:
+        """The variable of an index, whose derivative by itself is 1."""
         return Dual(self.base, value, {index: 1})
 
-    def dual(self, value: Any, slopes: Mapping[int, Any]) -> Any:
-        """A scalar with given derivatives by index; without any, the value itself."""
+    def dual(self, value: Scalar, slopes: Mapping[int, Scalar]) -> Scalar:
+        """A scalar with derivatives by index; the value itself if all are zero."""
         return _dual(self.base, value, {i: d for i, d in slopes.items() if not _is_zero(d)})
 
-    def vanishing(self, square: Any) -> Any:
+    def vanishing(self, square: Scalar) -> Scalar:
+        """1 where the value of a square is 0, else 0."""
         return self.base.vanishing(square.value if type(square) is Dual else square)
 
-    def apply(self, function: str, *arguments: Any) -> Any:
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
+        """``function`` of dual numbers and constants, by the chain rule."""
         if not any(type(x) is Dual for x in arguments):
             return self.base.apply(function, *arguments)
         values = [x.value if type(x) is Dual else x for x in arguments]
@@ -62,10 +63,10 @@ class DualField(Field):
 
 
 class Dual:
-    """One scalar with its derivatives; made by :class:`DualField`."""
+    """A scalar with its derivatives, made by :class:`DualField`."""
 
     __slots__ = ("base", "slopes", "value")
-    __array_ufunc__ = None  # NumPy numbers leave the operation to us
+    __array_ufunc__ = None  # NumPy numbers leave the operation to this class
 
     def __init__(self, base: Field, value: Any, slopes: dict[int, Any]) -> None:
         self.base = base
@@ -138,13 +139,13 @@ class Dual:
         return f"Dual({self.value}, {self.slopes})"
 
 
-def value_of(x: Any) -> Any:
+def value_of(x: Scalar) -> Scalar:
     """The scalar without its derivatives."""
     return x.value if type(x) is Dual else x
 
 
-def slope_of(x: Any, index: int) -> Any:
-    """Derivative by the variable of that index."""
+def slope_of(x: Scalar, index: int) -> Scalar:
+    """Derivative by the variable of an index."""
     return x.slopes.get(index, 0) if type(x) is Dual else 0
 
 
@@ -157,7 +158,7 @@ def _dual(base: Field, value: Any, slopes: dict[int, Any]) -> Any:
 
 
 def _chain(base: Field, value: Any, parts: list[tuple[Any, Any]]) -> Any:
-    """value with the derivatives Σ rate · ∂x."""
+    """The value with the derivatives Σ rate · ∂x over the parts (rate, x)."""
     slopes: dict[int, Any] = {}
     for rate, x in parts:
         if type(x) is not Dual or _is_zero(rate):
@@ -209,7 +210,7 @@ def _choice(f: Field, side: Any, x: Any, y: Any) -> Any:
 _BINARY: dict[str, Callable[..., tuple[Any, Any]]] = {
     "atan2": _atan2,
     "pow": _pow,
-    # the mean of the two where they are equal
+    # the mean of both derivatives where the operands are equal
     "max": lambda f, x, y, v, *used: (HALF + _choice(f, 1, x, y), HALF - _choice(f, 1, x, y)),
     "min": lambda f, x, y, v, *used: (HALF - _choice(f, 1, x, y), HALF + _choice(f, 1, x, y)),
 }

@@ -10,6 +10,7 @@ from typing import Any
 from flint.utils.flint_exceptions import IncompatibleContextError
 
 from ..errors import ExpressionError
+from .algebra import exact_constant
 from .budget import FREE
 
 _new = object.__new__
@@ -18,8 +19,8 @@ _new = object.__new__
 class Polynomial:
     """``numerator / denominator``, in normal form modulo the relations of its ring.
 
-    Equal elements have one representation, so ``==`` compares it, and ``x - x`` is the plain
-    int 0. Results that are numbers come as int or `Fraction`.
+    Equal elements have one representation, which ``==`` compares, and ``x - x`` is the plain
+    int 0. Results that are numbers are returned as int or `Fraction`.
     """
 
     __slots__ = ("ring", "num", "den", "mask")
@@ -27,7 +28,7 @@ class Polynomial:
     ring: Any
     num: Any  # fmpz_mpoly
     den: int  # > 0, no factor in common with the content of num
-    mask: int  # generators that may occur: a superset of those that do
+    mask: int  # generators that may occur: a superset of the generators that do
 
     # ---------------------------------------------------------------- arithmetic
     def __add__(self, other: Any) -> Any:
@@ -206,7 +207,7 @@ class Polynomial:
         num = self.num
         if num.is_constant():
             return hash(Fraction(int(num.coefficient(0)) if num else 0, self.den))
-        # nothing here may depend on how many generators the context has
+        # the hash must not depend on the number of generators of the context
         first, last = (self.ring.exponents(num.monomial(i)) for i in (0, len(num) - 1))
         middle = tuple(int(num.coefficient(i)) for i in range(min(len(num), 4)))
         return hash((self.den, len(num), first, last, middle))
@@ -217,7 +218,7 @@ class Polynomial:
     # ---------------------------------------------------------------- questions
     @property
     def is_number(self) -> bool:
-        """Whether no generator occurs."""
+        """True if no generator occurs."""
         return bool(self.num.is_constant())
 
     def number(self) -> int | Fraction:
@@ -227,7 +228,7 @@ class Polynomial:
         return _constant(self.num, self.den)
 
     def atoms(self) -> frozenset[Any]:
-        """SymPy atoms that the element depends on (an angle, not its sine)."""
+        """SymPy atoms that the element depends on (an angle rather than its sine)."""
         return self.ring.atoms_of(self)
 
     def terms(self) -> list[tuple[tuple[tuple[int, int], ...], int]]:
@@ -243,7 +244,7 @@ class Polynomial:
         return self.ring.derivative(self, atom)
 
     def total_derivative(self, rates: Mapping[Any, Any]) -> Any:
-        """Σ ∂/∂atom · rates[atom]; time has the rate 1, an atom without a rate is constant."""
+        """Σ ∂/∂atom · rates[atom]; the rate of time is 1, and an atom without a rate is constant."""
         return self.ring.total_derivative(self, rates)
 
     def factor(self) -> tuple[int | Fraction, list[tuple[Polynomial, int]]]:
@@ -251,7 +252,7 @@ class Polynomial:
         return self.ring.factor(self)
 
     def to_sympy(self) -> Any:
-        """The same as a SymPy expression, expanded."""
+        """The element as an expanded SymPy expression."""
         return self.ring.to_sympy(self)
 
     def __str__(self) -> str:
@@ -282,12 +283,52 @@ def element(ring: Any, num: Any, den: int, mask: int) -> Any:
     return result
 
 
+def is_zero(x: Any) -> bool:
+    """True if an element, a number or anything that compares with 0 is zero.
+
+    The answer is exact even where the form of an element is not canonical. The ring has no zero divisors, so that
+    x = 0 if and only if x P^n = 0. Written in powers of the inverse i of P,
+
+        x = Σ a_k i^k      =>      x P^n = Σ a_k P^(n-k),
+
+    which holds no inverse of P. When all inverses are cleared, the remaining element has one form.
+    """
+    if type(x) is not Polynomial or not x.ring.relations.unfinished:
+        return bool(x == 0)
+    return bool(x == 0 or cleared(x) == 0)
+
+
+def cleared(x: Any) -> Any:
+    """x times powers of the reciprocals of its inverse generators, newest first, so that no inverse remains."""
+    ring = x.ring
+    while type(x) is Polynomial:
+        g = next((g for g in reversed(ring.used(x)) if g.kind == "inverse"), None)
+        if g is None:
+            break
+        terms = ring.terms(ring.promoted(x.num))
+        n = max(dict(monomial).get(g.index, 0) for monomial, _ in terms)
+        place = ring.capacity - 1 - g.index
+        rest, total = ring.promoted(x.num), 0
+        for k in range(n + 1):  # the coefficient of i^k, by derivatives at i = 0
+            a = rest.subs({f"g{g.index}": 0})
+            total = total + _reduced(ring, a, x.den) * g.arguments[0] ** (n - k)
+            rest = (rest.derivative(place) if k < n else rest) // (k + 1)
+        x = total
+    return x
+
+
+def _reduced(ring: Any, num: Any, den: int) -> Any:
+    x = element(ring, num, den, ring.support(num))
+    return ring.reduced(x) if type(x) is Polynomial else x
+
+
 def _constant(num: Any, den: int) -> int | Fraction:
     """A constant fmpz_mpoly over ``den``."""
     return _number(int(num.coefficient(0)), den) if num else 0
 
 
 def _number(numerator: int, denominator: int) -> int | Fraction:
+    """The quotient, as an int if it is one."""
     if denominator == 1:
         return numerator
     value = Fraction(numerator, denominator)
@@ -295,7 +336,7 @@ def _number(numerator: int, denominator: int) -> int | Fraction:
 
 
 def _cancel(result: Polynomial, den: int) -> None:
-    """Set the denominator, without the factor it has in common with the coefficients."""
+    """Set the denominator and cancel its common factor with the coefficients."""
     common = gcd(int(result.num.content()), den)
     if common != 1:
         result.num = result.num // common
@@ -304,6 +345,7 @@ def _cancel(result: Polynomial, den: int) -> None:
 
 
 def _scaled(x: Polynomial, factor: Any) -> Any:
+    """The element times a number, or NotImplemented if the factor is no number."""
     factor = _plain(factor)
     if factor is NotImplemented:
         return factor
@@ -321,19 +363,18 @@ def _scaled(x: Polynomial, factor: Any) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """int or Fraction; a float is the decimal it prints as; NotImplemented for no number."""
+    """The number as an int or Fraction, a float as the decimal it prints as; NotImplemented for anything else."""
     if isinstance(value, (int, Fraction)) and not isinstance(value, bool):
         return value
-    from .expression import exact
-
     if isinstance(value, float) or type(value).__module__ == "numpy" or getattr(value, "is_Number", False):
-        value = exact(value)
-        if isinstance(value, (int, Fraction)):
-            return value
+        number = exact_constant(value)
+        if number is not None:
+            return number
     return NotImplemented
 
 
 def _operand(ring: Any, value: Any) -> Any:
+    """A number as an element of the ring, or NotImplemented."""
     plain = _plain(value)
     return NotImplemented if plain is NotImplemented else ring.coerce(plain)
 
@@ -346,6 +387,6 @@ def _refuse_two_rings() -> None:
 
 
 def _align(a: Polynomial, b: Polynomial) -> None:
-    """Bring two elements of one ring to its present context."""
+    """Convert two elements of one ring to its current context."""
     a.num = a.ring.promoted(a.num)
     b.num = a.ring.promoted(b.num)

@@ -1,4 +1,4 @@
-"""SymPy at the edge: an expression of the user becomes a scalar of any field."""
+"""Conversion from SymPy: an expression of the user becomes a scalar of any field."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Any
 import sympy
 
 from ..errors import ExpressionError
-from .algebra import Field
+from .algebra import Expression, Field, Scalar, exact_constant
 from .element import Polynomial
 
-# SymPy's class -> our name of the function
+# SymPy's class -> name of the function in `algebra.FUNCTIONS`
 _NAMES: dict[Any, str] = {
     sympy.sin: "sin", sympy.cos: "cos", sympy.tan: "tan",
     sympy.asin: "asin", sympy.acos: "acos", sympy.atan: "atan", sympy.atan2: "atan2",
@@ -24,7 +24,7 @@ _NAMES: dict[Any, str] = {
 }  # fmt: skip
 
 
-def exact(value: Any) -> Any:
+def exact(value: Expression) -> Any:
     """A number as an exact constant, anything else as a SymPy expression.
 
     A float stands for the decimal it prints as: 0.1 is 1/10.
@@ -34,41 +34,31 @@ def exact(value: Any) -> Any:
     """
     if isinstance(value, bool):
         raise ExpressionError(f"Expected a number or an expression, got {value!r}.")
-    if isinstance(value, int):
-        return value
-    if isinstance(value, Fraction):
-        return value.numerator if value.denominator == 1 else value
-    if isinstance(value, float) or type(value).__module__ == "numpy":
-        value = float(value)
-        if value != value or value in (float("inf"), float("-inf")):
-            raise ExpressionError(f"Expected a finite number, got {value!r}.")
-        return exact(Fraction(repr(value)))
-    expression = sympy.sympify(
-        value, strict=not isinstance(value, str)
-    )  # else what has entries is iterated over
-    if expression.is_Rational:
-        return exact(Fraction(int(expression.p), int(expression.q)))
-    if expression.is_Float:
-        return exact(Fraction(str(expression)))
-    return expression
+    number = exact_constant(value)
+    if number is not None:
+        return number
+    # strict: SymPy would iterate over a sequence
+    expression = sympy.sympify(value, strict=not isinstance(value, str))
+    number = exact_constant(expression)
+    return expression if number is None else number
 
 
 def evaluate(
-    expression: Any,
-    lookup: Mapping[Any, Any] | Callable[[Any], Any],
+    expression: Expression,
+    lookup: Mapping[Any, Scalar] | Callable[[Any], Scalar],
     field: Field,
-    memo: dict[Any, Any] | None = None,
-) -> Any:
-    """The value of ``expression`` in ``field``.
+    memo: dict[Any, Scalar] | None = None,
+) -> Scalar:
+    """Value of ``expression`` in ``field``.
 
     Parameters
     ----------
     expression : int, Fraction, float or SymPy expression
-    lookup : mapping
+    lookup : mapping or callable
         Symbols, functions of time and their derivatives -> scalars of the field.
     field : Field
     memo : dict, optional
-        Values already known, by expression; filled on the way.
+        Values computed before, by expression; new ones are added.
     """
     if not isinstance(expression, sympy.Basic):
         if isinstance(expression, (int, Fraction)):
@@ -82,12 +72,8 @@ def evaluate(
     def value(e: Any) -> Any:
         if e in memo:
             return memo[e]
-        if e.is_Integer:
-            result: Any = int(e)
-        elif e.is_Rational:
-            result = Fraction(int(e.p), int(e.q))
-        elif e.is_Float:
-            result = Fraction(str(e))
+        if e.is_Rational or e.is_Float:
+            result: Any = exact_constant(e)
         elif e is sympy.pi:
             result = field.constant("pi")
         elif e is sympy.E:

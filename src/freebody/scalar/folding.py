@@ -1,4 +1,4 @@
-"""Functions of plain numbers: exact where that is easy, else in double precision."""
+"""Functions of the numbers in a tape: exact where that is easy, else in double precision."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ EVEN = frozenset({"cos", "cosh", "abs"})
 
 
 def number(x: Any) -> Any:
-    """An exact int or Fraction, or a float."""
+    """The number as an int, a Fraction or a float."""
     kind = type(x)
     if kind is int:
         return x
     if kind is float:
-        return x + 0.0  # there is one zero: equal numbers are one constant
+        return x + 0.0  # -0.0 becomes 0.0, so that equal numbers are one constant
     if isinstance(x, Integral):
         return int(x)
     if isinstance(x, Rational):
@@ -30,13 +30,14 @@ def number(x: Any) -> Any:
 
 
 def reciprocal(c: Any) -> Any:
+    """1 / c, exact unless c is a float."""
     if c == 0:
         raise ZeroDivisionError("Expected a divisor other than 0 in a recorded program.")
     return 1 / c if isinstance(c, float) else number(1 / Fraction(c))
 
 
 def fold(function: str, *numbers: Any) -> Any:
-    """A function of numbers: exact where that is easy, else in double precision."""
+    """Value of a function of numbers: exact where that is easy, else in double precision."""
     x, *rest = (number(n) for n in numbers)
     if function == "sign":
         return (x > 0) - (x < 0)

@@ -1,4 +1,4 @@
-"""Functions of canonical polynomials: what has a canonical expansion is expanded, the rest is opaque.
+"""Functions of canonical polynomials, expanded where a canonical expansion exists and opaque otherwise.
 
 - sine and cosine (and sinh, cosh) of a sum by the addition theorems; the atoms are sines and
   cosines of one monomial each, over a common denominator when fractions of it occur;
@@ -19,12 +19,11 @@ from .angles import sine_and_cosine
 from .element import Polynomial
 from .roots import absolute, divide, is_positive, monomial_of, square_root
 
-# sin(n x) is expanded in sin(x), cos(x) up to this n; beyond it is an atom of its own.
 _ODD = ("asin", "atan", "sign")
 
 
 def apply(ring: Any, name: str, arguments: list[Polynomial]) -> Any:
-    """The value of a function at elements of one ring."""
+    """Value of a function at elements of one ring."""
     expected = 2 if name in ("atan2", "pow") else None if name in ("min", "max") else 1
     if expected is not None and len(arguments) != expected:
         raise ExpressionError(
@@ -77,7 +76,7 @@ def derivative(ring: Any, g: Any, atom: Any) -> Any:
         return -ring.variable(g.partner) * d[0]
     if g.name == "exp":
         return itself * d[0]
-    if g.name in ("min", "max"):  # of a list: where the last argument or the rest decides
+    if g.name in ("min", "max"):  # either the last argument or the extreme of the rest decides
         *rest, last = g.arguments
         other = rest[0] if len(rest) == 1 else apply(ring, g.name, rest)
         step = apply(ring, "sign", [ring.coerce(last - other)])
@@ -95,21 +94,20 @@ def derivative(ring: Any, g: Any, atom: Any) -> Any:
         y, x = g.arguments
         return divide(ring, x * d[0] - y * d[1], x * x + y * y)
     x = g.arguments[0]
-    if g.name == "abs":  # |x|' = x x'/|x|, in the form that the direction of a force along x has
+    if g.name == "abs":  # |x|' = x x'/|x|, the form in which the direction of a force along x is written
         return divide(ring, x * d[0], itself)
     if g.name == "log":
         return divide(ring, d[0], x)
     if g.name == "atan":
         return divide(ring, d[0], 1 + x * x)
-    root = square_root(ring, ring.coerce(1 - x * x))
-    if g.name == "asin":
-        return divide(ring, d[0], root)
-    if g.name == "acos":
-        return -divide(ring, d[0], root)
+    if g.name in ("asin", "acos"):
+        rate = divide(ring, d[0], square_root(ring, ring.coerce(1 - x * x)))
+        return rate if g.name == "asin" else -rate
     raise AssertionError(g.name)
 
 
 def _exponential(ring: Any, x: Polynomial) -> Any:
+    """exp(x) as a product over the terms of x."""
     result: Any = 1
     for monomial, c in ring.terms(x.num):
         q = Fraction(c, x.den)
@@ -124,11 +122,12 @@ def _exponential(ring: Any, x: Polynomial) -> Any:
 
 
 def _exponential_atom(ring: Any, monomial: Any, q: Fraction) -> tuple[Any, int]:
+    """The atom exp(monomial/d) and n with q = n/d; d grows when a new fraction occurs."""
     chain = ring.cache.setdefault(("fractions", "exp", monomial), [])
     n, d = q.numerator, q.denominator
-    for known, atom in chain:
-        if known % d == 0:
-            return atom, n * (known // d)
+    for level, atom in chain:
+        if level % d == 0:
+            return atom, n * (level // d)
     finest = chain[-1][0] if chain else 1
     common = lcm(finest, d)
     if not monomial and common == 1:
@@ -166,6 +165,7 @@ def _sign(ring: Any, x: Polynomial) -> Any:
 
 
 def _opaque(ring: Any, name: str, arguments: list[Polynomial]) -> Polynomial:
+    """The generator for a function that is not expanded."""
     key = (name, *arguments)
     g = ring.find(key)
     if g is None:
@@ -180,7 +180,7 @@ _SYMPY = {
 
 
 def _of_numbers(ring: Any, name: str, numbers: list[Any]) -> Any:
-    """A function of rational numbers: exact where SymPy knows it, else one opaque generator."""
+    """Function of rational numbers: exact if SymPy knows the value, else one opaque generator."""
     value = _SYMPY[name](*(sympy.Rational(n.numerator, n.denominator) for n in numbers))
     if value.is_real is False or value.has(sympy.I, sympy.nan, sympy.zoo, sympy.oo):
         raise ExpressionError(f"Expected arguments where {name} is real, got {', '.join(map(str, numbers))}.")

@@ -1,16 +1,16 @@
-"""One form for a fraction of sines and cosines, by the tangents of half angles.
+"""Unique form of a fraction of sines and cosines, by the tangents of half angles.
 
     t = tan(x/2),   sin x = 2t/(1 + t²),   cos x = (1 - t²)/(1 + t²)
 
 Modulo sin² + cos² = 1 a fraction has many reduced forms: 1/(1 + cos x) = (1 - cos x)/sin² x. In t it is a fraction
-of plain polynomials, which has one. That one decides what is printed: its poles give the powers of sin x and cos x, the
-factors 1 ± cos x and 1 ± sin x, and other polynomials below; the rest stands above. Hyperbolic functions go by
-tanh(x/2) in the same way. Of commensurable angles the widest x/n is taken of which the fraction is a function:
-tan(x/2) is one of x.
+of plain polynomials, whose reduced form is unique. This form decides what is printed: its poles give the powers of
+sin x and cos x, the factors 1 ± cos x and 1 ± sin x, and the other polynomials of the denominator; the rest is the
+numerator. Hyperbolic functions are treated in the same way with tanh(x/2). Of commensurable angles x/n, the widest is
+used in which the fraction can be written: tan(x/2) is a function of x.
 
-A polynomial of degree 2k in t over (1 + t²)^k is a polynomial in sin x and cos x. A denominator of odd degree takes one
-factor more, above and below: sin x/(1 + cos x) or (1 - cos x)/sin x; the shorter is chosen, and of two as long the one
-with fewer poles.
+A polynomial of degree 2k in t over (1 + t²)^k is a polynomial in sin x and cos x. If the denominator has an odd degree,
+numerator and denominator are multiplied by one more factor: sin x/(1 + cos x) or (1 - cos x)/sin x. The shorter form is
+chosen, and of two forms of equal length the one with fewer poles.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ from .angles import sine_and_cosine
 from .element import Polynomial, element
 
 LONGEST = 20_000
-"""Terms in t, as estimated, beyond which a fraction keeps the form that it has."""
+"""Estimated number of terms in t beyond which a fraction keeps its form."""
 KINDS = {"sin": "sin", "cos": "sin", "sinh": "sinh", "cosh": "sinh"}
-"""Kinds of the generators of angles -> the first of the pair that they belong to."""
+"""Kinds of the generators of angles -> the first kind of their pair."""
 
 
 @dataclass(frozen=True)
 class HalfAngles:
-    """``top / below``, elements of a ring of their own, in which nothing else was read before.
+    """``top / below``, elements of a new ring that contains nothing else.
 
     Attributes
     ----------
     ring : Ring
     top, below : Polynomial or number
     longest : int
-        Terms of the longest factor below that holds a sine or cosine.
+        Terms of the longest factor of the denominator with a sine or cosine.
     """
 
     ring: Any
@@ -52,7 +52,7 @@ class HalfAngles:
 
     @property
     def whole(self) -> Any:
-        """The fraction as one element of its ring."""
+        """The fraction as an element of its ring."""
         return self.ring.coerce(self.ring.quotient(self.ring.coerce(self.top), self.ring.coerce(self.below)))
 
 
@@ -65,16 +65,16 @@ class _Form:
     factors: tuple[tuple[Any, int], ...]
 
     def size(self) -> int:
-        """Number of terms to be read."""
+        """Number of terms in the printed form."""
         return _size(self.top) + sum(_size(f) for f, _ in self.factors)
 
 
 @dataclass(slots=True)
 class _Angle:
-    """One angle, as a fraction 1/level of a monomial, and its sines: generator -> (is it the sine, multiple)."""
+    """An angle, 1/level of a monomial, and its sines and cosines: generator -> (True for the sine, multiple)."""
 
     kind: str
-    unit: Any  # the element of level 1
+    unit: Any  # the element at level 1
     level: int
     members: dict[int, tuple[bool, int]]
     t: Any = None
@@ -92,7 +92,7 @@ class _Angle:
 
 
 def half_angles(x: Any, below: Any = 1) -> HalfAngles | None:
-    """The form of ``x / below`` that all equal fractions have.
+    """Return the form of ``x / below`` that is the same for all equal fractions.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def half_angles(x: Any, below: Any = 1) -> HalfAngles | None:
     Returns
     -------
     HalfAngles or None
-        None where nothing is divided by a sine or cosine, where a root, an absolute value or a quaternion's component
-        with a square is below, and where the polynomials in t have more than ``LONGEST`` terms.
+        None if the denominator has no sine or cosine, if it has a root, an absolute value or the square of a
+        quaternion's component, and if the polynomials in t have more than ``LONGEST`` terms.
     """
     ring = next((e.ring for e in (x, below) if type(e) is Polynomial), None)
     if ring is None or not _divides(x, below):
@@ -112,26 +112,26 @@ def half_angles(x: Any, below: Any = 1) -> HalfAngles | None:
         ring.cache[key] = None
         if _cleared_size(x) * _cleared_size(below) <= LONGEST:
             ring.cache[key] = _form(ring, ring.coerce(x), ring.coerce(below))
-    found: HalfAngles | None = ring.cache[key]
-    return found
+    form: HalfAngles | None = ring.cache[key]
+    return form
 
 
 def _divides(x: Any, below: Any) -> bool:
-    """Whether a sine or cosine occurs in what is divided by."""
+    """True if a sine or cosine occurs in a denominator."""
     if type(below) is Polynomial and any(g.kind in KINDS for g in below.ring.used(below)):
         return True
     for e in (x, below):
-        # the mask of an element is quick, and holds all generators that occur
+        # the mask of an element is known and contains all generators that occur
         if type(e) is Polynomial and (mask := e.mask & _divisors(e.ring)) and mask & e.ring.support(e.num):
             return True
     return False
 
 
 def _divisors(ring: Any) -> int:
-    """Mask of the inverse generators of what holds a sine or cosine."""
-    known, mask = ring.cache.get("divided by angles", (0, 0))
-    if known < len(ring.generators):
-        for g in ring.generators[known:]:
+    """Mask of the inverse generators whose argument contains a sine or cosine."""
+    count, mask = ring.cache.get("divided by angles", (0, 0))
+    if count < len(ring.generators):
+        for g in ring.generators[count:]:
             if g.kind == "inverse" and any(h.kind in KINDS for h in ring.used(g.arguments[0])):
                 mask |= 1 << g.index
         ring.cache["divided by angles"] = len(ring.generators), mask
@@ -139,7 +139,7 @@ def _divisors(ring: Any) -> int:
 
 
 def _cleared_size(x: Any) -> int:
-    """An estimate of the terms of an element times all that its inverse generators stand for."""
+    """Estimated number of terms of an element times the reciprocals of its inverse generators."""
     if type(x) is not Polynomial:
         return 1
     ring = x.ring
@@ -152,6 +152,7 @@ def _cleared_size(x: Any) -> int:
 
 
 def _form(ring: Any, x: Polynomial, divisor: Polynomial) -> HalfAngles | None:
+    """:func:`half_angles` without the cache and the first checks."""
     (num, den), (top, low) = _cleared(ring, x), _cleared(ring, divisor)
     num, den = num * low, den * top
     scale = Fraction(divisor.den, x.den)
@@ -161,17 +162,17 @@ def _form(ring: Any, x: Polynomial, divisor: Polynomial) -> HalfAngles | None:
     if any((1 << g.index) & ring.relations.squares and g.kind not in KINDS for g in below):
         return None
     angles = _angles(ring, below, ring.of_mask(ring.support(num)))
-    held = {i for angle in angles for i in angle.members}
+    replaced = {i for angle in angles for i in angle.members}
     for g in reversed(ring.of_mask(ring.support(num))):
-        if 1 << g.index in ring.relations.square and g.index not in held:
+        if 1 << g.index in ring.relations.square and g.index not in replaced:
             num = num % ring.relations.square[1 << g.index]
     mask = ring.support(num) | ring.support(den)
-    others = sorted({g.index for g in ring.of_mask(mask)} - held, key=lambda i: _rank(ring, i))
-    names = (*(f"t{k}" for k in range(len(angles))), *(f"x{k}" for k in range(len(others))))
+    unchanged = sorted({g.index for g in ring.of_mask(mask)} - replaced, key=lambda i: _rank(ring, i))
+    names = (*(f"t{k}" for k in range(len(angles))), *(f"x{k}" for k in range(len(unchanged))))
     context = fmpz_mpoly_ctx.get(names, Ordering.lex)
     for place, (angle, t) in enumerate(zip(angles, context.gens(), strict=False)):
         angle.t, angle.place = t, place
-    first, second = (_in_half_angles(ring, x, angles, others, context) for x in (num, den))
+    first, second = (_in_half_angles(ring, x, angles, unchanged, context) for x in (num, den))
     if first is None or second is None:
         return None
     (above, high), (under, deep) = first, second
@@ -182,20 +183,20 @@ def _form(ring: Any, x: Polynomial, divisor: Polynomial) -> HalfAngles | None:
     above, under = above // common, under // common
     for angle in angles:
         above, under = _widest(above, under, angle)
-    own = _fresh(ring, [*others, *held])
+    new = _fresh(ring, [*unchanged, *replaced])
     for angle in angles:
-        x = own.coerce(own.from_sympy(ring.to_sympy(angle.unit)) * Fraction(1, angle.level))
-        angle.sine, angle.cosine = sine_and_cosine(own, angle.kind, x)
-    atoms = [own.from_sympy(ring.to_sympy(ring.variable(i))) for i in others]
-    form = _shortest(own, above, under, angles, atoms, scale)
+        x = new.coerce(new.from_sympy(ring.to_sympy(angle.unit)) * Fraction(1, angle.level))
+        angle.sine, angle.cosine = sine_and_cosine(new, angle.kind, x)
+    atoms = [new.from_sympy(ring.to_sympy(ring.variable(i))) for i in unchanged]
+    form = _shortest(new, above, under, angles, atoms, scale)
     total = form.content
     for x, n in form.factors:
         total = total * x**n
-    return HalfAngles(own, form.top, total, max((_size(x) for x, _ in form.factors), default=0))
+    return HalfAngles(new, form.top, total, max((_size(x) for x, _ in form.factors), default=0))
 
 
 def _cleared(ring: Any, x: Polynomial) -> tuple[Any, Any]:
-    """(numerator, denominator) of x without inverse generators, with no use of the relations: they hold in t."""
+    """(numerator, denominator) of x without inverse generators; the relations are not used, since they hold in t."""
     num, den = ring.promoted(x.num), ring.promoted(ring.one.num)
     while True:
         inverses = [g for g in ring.of_mask(ring.support(num) | ring.support(den)) if g.kind == "inverse"]
@@ -219,35 +220,36 @@ def _times(ring: Any, x: Any, index: int, p: Any) -> tuple[Any, int]:
 
 
 def _fresh(ring: Any, used: Sequence[int]) -> Any:
-    """A ring with the atoms that some generators depend on, as they were declared, and nothing else."""
+    """A new ring with only the atoms that some generators depend on, declared as in the old ring."""
     mask = 0
     for i in used:
         mask |= ring.generators[i].depends | (1 << i if ring.generators[i].atom is not None else 0)
-    own = type(ring)()
-    held = sorted((g for g in ring.of_mask(mask) if not g.arguments), key=lambda g: g.rank)
-    for g in held:
-        own.generator(g.atom, g.kind)
-        copy = own.find(g.atom)
+    new = type(ring)()
+    atoms = sorted((g for g in ring.of_mask(mask) if not g.arguments), key=lambda g: g.rank)
+    for g in atoms:
+        new.generator(g.atom, g.kind)
+        copy = new.find(g.atom)
         copy.positive = g.positive
         if not g.depends:  # π
             copy.depends = 0
     for x in ring.positive:
         if not ring.depends(x) & ~mask:
-            own.assume_positive(ring.to_sympy(x))
-    return own
+            new.assume_positive(ring.to_sympy(x))
+    return new
 
 
 # -- to half angles -------------------------------------------------------------------------------
 
 
 def _rank(ring: Any, index: int) -> Any:
+    """Sort key of a generator that does not depend on the order in which the ring read expressions."""
     g = ring.generators[index]
     return (sorted(a.rank for a in ring.of_mask(g.depends)), g.kind, g.name, index)
 
 
 def _angles(ring: Any, below: Sequence[Any], above: Sequence[Any]) -> list[_Angle]:
-    """The angles of a denominator, over the finest fraction of each that occurs."""
-    found: dict[Any, tuple[Any, dict[int, tuple[bool, int]]]] = {}
+    """The angles of a denominator, each at the finest fraction of it that occurs."""
+    members_of: dict[Any, tuple[Any, dict[int, tuple[bool, int]]]] = {}
     for k, g in enumerate((*below, *above)):
         if g.kind not in KINDS:
             continue
@@ -257,10 +259,10 @@ def _angles(ring: Any, below: Sequence[Any], above: Sequence[Any]) -> list[_Angl
         levels = [level for level, _ in ring.cache.get(("fractions", kind, monomial), ())]
         level = x.den if c == 1 and x.den in levels else 1
         key = (kind, x * level)
-        if key in found or k < len(below):
-            found.setdefault(key, (x * level, {}))[1][g.index] = (g.kind == kind, level)
+        if key in members_of or k < len(below):
+            members_of.setdefault(key, (x * level, {}))[1][g.index] = (g.kind == kind, level)
     result = []
-    for (kind, _), (unit, levels_of) in found.items():
+    for (kind, _), (unit, levels_of) in members_of.items():
         finest = lcm(*(level for _, level in levels_of.values()))
         members = {i: (sine, finest // level) for i, (sine, level) in levels_of.items()}
         result.append(_Angle(kind, ring.coerce(unit), finest, members))
@@ -270,25 +272,25 @@ def _angles(ring: Any, below: Sequence[Any], above: Sequence[Any]) -> list[_Angl
 
 
 def _in_half_angles(
-    ring: Any, x: Any, angles: Sequence[_Angle], others: Sequence[int], context: Any
+    ring: Any, x: Any, angles: Sequence[_Angle], unchanged: Sequence[int], context: Any
 ) -> tuple[Any, list[int]] | None:
     """(polynomial in t, k): x = polynomial / Π (1 ± t²)^k."""
-    where = {i: angle for angle in angles for i in angle.members}
-    free = dict(zip(others, context.gens()[len(angles) :], strict=True))
+    angle_of = {i: angle for angle in angles for i in angle.members}
+    free = dict(zip(unchanged, context.gens()[len(angles) :], strict=True))
     rows: dict[Any, Any] = {}
     for monomial, c in ring.terms(x):
         powers: list[list[tuple[int, int]]] = [[] for _ in angles]
         rest: Any = context.constant(c)
         for i, e in monomial:
-            if i in where:
-                powers[where[i].place].append((i, e))
+            if i in angle_of:
+                powers[angle_of[i].place].append((i, e))
             else:
                 rest = rest * free[i] ** e
         key = tuple(map(tuple, powers))
         rows[key] = rows[key] + rest if key in rows else rest
     degrees = {
         key: [
-            sum(angle.members[i][1] * e for i, e in own) for angle, own in zip(angles, key, strict=True)
+            sum(angle.members[i][1] * e for i, e in part) for angle, part in zip(angles, key, strict=True)
         ]
         for key in rows
     }  # fmt: skip
@@ -301,14 +303,14 @@ def _in_half_angles(
     total = context.constant(0)
     tables: list[dict[Any, Any]] = [{} for _ in angles]
     for key, rest in rows.items():
-        for angle, own, most, degree, table in zip(angles, key, highest, degrees[key], tables, strict=True):
-            if own not in table:
+        for angle, part, most, degree, table in zip(angles, key, highest, degrees[key], tables, strict=True):
+            if part not in table:
                 value = (1 + angle.sign * angle.t * angle.t) ** (most - degree)
-                for i, e in own:
+                for i, e in part:
                     sine, n = angle.members[i]
                     value = value * _multiple(angle, n)[sine] ** e
-                table[own] = value
-            rest = rest * table[own]
+                table[part] = value
+            rest = rest * table[part]
         total = total + rest
     return total, highest
 
@@ -323,20 +325,23 @@ def _multiple(angle: _Angle, n: int) -> tuple[Any, Any]:
 
 
 def _widest(above: Any, under: Any, angle: _Angle) -> tuple[Any, Any]:
-    """The fraction in the tangent of the widest half angle of which it is a function."""
+    """The fraction in the tangent of the widest half angle in which it can be written."""
     p = 2
     while p <= angle.level:
-        found = None if angle.level % p else _wider(above, under, angle, p)
-        if found is None:
+        wider = None if angle.level % p else _wider(above, under, angle, p)
+        if wider is None:
             p += 1
         else:
-            above, under = found
+            above, under = wider
             angle.level //= p
     return above, under
 
 
 def _wider(above: Any, under: Any, angle: _Angle, p: int) -> tuple[Any, Any] | None:
-    """The fraction in T = tan(p y/2) = A/B, where it is a function of it: above = Σ a_j A^j B^(n-j), and so below."""
+    """The fraction in T = tan(p y/2) = A/B, None if it is no function of T.
+
+    The numerator is then Σ a_j A^j B^(n-j), and the denominator likewise.
+    """
     t = angle.t
     degree = max(_degree(above, angle), _degree(under, angle))
     if degree % p:
@@ -347,12 +352,12 @@ def _wider(above: Any, under: Any, angle: _Angle, p: int) -> tuple[Any, Any] | N
     n, scale = degree // p, 1
     if p == 2:  # A = 2t
         A, scale = t, 2
-    found = []
+    parts = []
     for x in (above, under):
         total = t * 0
         high, low = (A, B) if p % 2 else (B, A)
         lead = int(high.leading_coefficient())
-        for j in range(n, -1, -1):  # the highest power of t is in high^j alone
+        for j in range(n, -1, -1):  # the highest power of t occurs in high^j only
             a = _coefficient(x, angle, p * j) * lead**j
             x, rest = divmod(x - a * high**j, low)
             if rest and j:
@@ -363,17 +368,18 @@ def _wider(above: Any, under: Any, angle: _Angle, p: int) -> tuple[Any, Any] | N
                 x = t * 0
             power = j if p % 2 else n - j
             total = total + a * t**power * scale ** (n - power)
-        found.append(total)
-    common = found[0].gcd(found[1])
-    return found[0] // common, found[1] // common
+        parts.append(total)
+    common = parts[0].gcd(parts[1])
+    return parts[0] // common, parts[1] // common
 
 
 def _degree(x: Any, angle: _Angle) -> int:
+    """Degree in t of an angle."""
     return max(int(x.degrees()[angle.place]), 0)
 
 
 def _coefficient(x: Any, angle: _Angle, power: int) -> Any:
-    """The coefficient of a power of t, a polynomial in all else."""
+    """The coefficient of a power of t, a polynomial in all other variables."""
     place = angle.place
     return x.context().from_dict(
         {(*m[:place], 0, *m[place + 1 :]): c for m, c in x.to_dict().items() if m[place] == power}
@@ -386,7 +392,7 @@ def _coefficient(x: Any, angle: _Angle, power: int) -> Any:
 def _shortest(
     ring: Any, above: Any, under: Any, angles: Sequence[_Angle], atoms: Sequence[Any], scale: Fraction
 ) -> _Form:
-    """Sines and cosines again: the shortest form that has these poles."""
+    """The shortest form in sines and cosines that has these poles."""
     infinite = [max(_degree(above, a) - _degree(under, a), 0) for a in angles]
     unit_powers = []
     for a in angles:
@@ -422,9 +428,9 @@ def _shortest(
             odd = odd * f
     parity = [(_degree(odd, a) + sum(p.values())) % 2 for a, p in zip(angles, poles, strict=True)]
     choices = [
-        # a pole that is there already first
-        sorted("i0+-" if a.sign > 0 else "i0", key=lambda name: own[name] % 2 == 0) if uneven else [" "]
-        for a, own, uneven in zip(angles, poles, parity, strict=True)
+        # existing poles first
+        sorted("i0+-" if a.sign > 0 else "i0", key=lambda name: pole[name] % 2 == 0) if uneven else [" "]
+        for a, pole, uneven in zip(angles, poles, parity, strict=True)
     ]
     if sum(parity) > 2:
         choices = [c[:1] for c in choices]
@@ -439,6 +445,7 @@ def _shortest(
 
 
 def _without(x: Any, divisor: Any) -> tuple[Any, int]:
+    """x without its factors ``divisor``, and their number."""
     n = 0
     while True:
         quotient, rest = divmod(x, divisor)
@@ -472,7 +479,7 @@ def _written(
     content: Any,
     scale: Fraction,
 ) -> _Form:
-    """The form whose denominator has the poles given, and one more (``extra``) where their number is odd."""
+    """The form whose denominator has these poles, and one more (``extra``) where their number is odd."""
     factors: list[tuple[Any, int]] = []
     k = [0] * len(write.angles)  # powers of 1 ± t² below
 
@@ -486,8 +493,8 @@ def _written(
             scale = scale * Fraction(x) ** -n
 
     def written(f: Any) -> Any:
-        own = [-(-_degree(f, a) // 2) for a in write.angles]
-        return own, write(f, own)
+        powers = [-(-_degree(f, a) // 2) for a in write.angles]
+        return powers, write(f, powers)
 
     spare = [0] * len(write.angles)
     for a, pole, more in zip(write.angles, poles, extra, strict=True):
@@ -495,7 +502,7 @@ def _written(
         s, c = a.sine, a.cosine
         if more != " ":
             pole[more] += 1
-            # t, t - 1 or t + 1 above, as it is below
+            # t, t - 1 or t + 1 above, as below
             above = above * (a.t - _ROOTS[more] if more != "i" else 1)
         for x, pair, number in ((s, "0i", 2), (c, "+-", -1)):
             n = min(pole[p] for p in pair)
@@ -522,24 +529,24 @@ def _written(
                 odd = odd * (a.t - _ROOTS[name] if name != "i" else 1)
                 spare[a.place] += name == "i"
     for f, n in whole:
-        own, x = written(f)
+        powers, x = written(f)
         below(x, n)
-        k = [i + n * j for i, j in zip(k, own, strict=True)]
+        k = [i + n * j for i, j in zip(k, powers, strict=True)]
     if not odd.is_constant() or any(spare):
-        own = [(_degree(odd, a) + j) // 2 for a, j in zip(write.angles, spare, strict=True)]
-        below(write(odd, own), 1)
-        k = [i + j for i, j in zip(k, own, strict=True)]
-    for a, powers in zip(write.angles, unit_powers, strict=True):
-        for unit, n in zip(a.units(), powers, strict=True):
-            above = above * unit ** (max(powers) - n)
-        k[a.place] += max(powers)
-    # f · Π below = above/(content · Π (1 ± t²)^k): each number in front was moved to scale
+        powers = [(_degree(odd, a) + j) // 2 for a, j in zip(write.angles, spare, strict=True)]
+        below(write(odd, powers), 1)
+        k = [i + j for i, j in zip(k, powers, strict=True)]
+    for a, counts in zip(write.angles, unit_powers, strict=True):
+        for unit, n in zip(a.units(), counts, strict=True):
+            above = above * unit ** (max(counts) - n)
+        k[a.place] += max(counts)
+    # f · Π below = above/(content · Π (1 ± t²)^k): numerical factors were moved to scale
     top = write(above, k) * scale
     return _Form(top, write(content, [0] * len(k)), tuple(factors))
 
 
 class _Writer:
-    """Polynomials in t over powers of 1 ± t², in sines and cosines."""
+    """Conversion of polynomials in t over powers of 1 ± t² to sines and cosines."""
 
     def __init__(self, ring: Any, angles: Sequence[_Angle], atoms: Sequence[Any]) -> None:
         self.ring, self.angles, self.atoms = ring, angles, atoms

@@ -1,4 +1,4 @@
-"""Text to expression, without executing anything.
+"""Parser of expressions, which executes no code from the text.
 
 The language has numbers, names, ``+ - * / ** ^``, signs, parentheses and a fixed list of functions:
 
@@ -8,7 +8,7 @@ The language has numbers, names, ``+ - * / ** ^``, signs, parentheses and a fixe
     power    = atom [ ("**" | "^") signed ]          right to left, binds tighter than a sign on its left
     atom     = number | number "deg" | number "rad" | name | function "(" sum { "," sum } ")" | "(" sum ")"
 
-A name may end in primes: ``theta'`` is the speed of ``theta``. Text is never handed to ``eval`` or
+A name may end in primes: ``theta'`` is the speed of ``theta``. Text is never passed to ``eval`` or
 ``sympify``. Decimals are exact: ``0.1`` is 1/10 and ``75deg`` or ``75°`` is 5 pi/12.
 """
 
@@ -23,11 +23,11 @@ import sympy
 from ..errors import ExpressionError, nearest
 
 MAX_LENGTH = 20_000  # characters
-MAX_DEPTH = 50  # parentheses, calls and powers inside one another: each level costs Python five calls
+MAX_DEPTH = 50  # nested parentheses, calls and powers: each level takes five nested calls in Python
 MAX_DIGITS = 400  # digits of one number, and decimal exponent
-MAX_EXPONENT = 100  # of a power with symbols in it
-MAX_BITS = 4096  # of a power of plain numbers
-MAX_CHOICES = 32  # arguments of min and max: SymPy compares each with each
+MAX_EXPONENT = 100  # exponent of a power with symbols
+MAX_BITS = 4096  # bits of a power of plain numbers
+MAX_CHOICES = 32  # arguments of min and max: SymPy compares each pair
 
 _DEGREE = sympy.pi / 180
 
@@ -69,7 +69,7 @@ class _Token(NamedTuple):
 
 
 def parse(text: str, names: Mapping[str, Any]) -> Any:
-    """The expression that a text stands for.
+    """Return the expression that a text stands for.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def parse(text: str, names: Mapping[str, Any]) -> Any:
     Raises
     ------
     ExpressionError
-        With the text, a caret under the place, what was expected there and the nearest known name.
+        The message says what was expected, shows the text with a caret under the place and the nearest known name.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def parse(text: str, names: Mapping[str, Any]) -> Any:
 
 
 class _Parser:
-    """Reads one text from left to right; every method returns a SymPy expression."""
+    """Reader of one text from left to right; the methods of the grammar return SymPy expressions."""
 
     def __init__(self, text: str, names: Mapping[str, Any]) -> None:
         self.text = text
@@ -152,10 +152,11 @@ class _Parser:
 
     @property
     def token(self) -> _Token:
+        """The current token."""
         return self.tokens[self.index]
 
     def accept(self, *operators: str) -> _Token | None:
-        """The current token if it is one of these operators, and step past it."""
+        """Return the current token and go to the next if it is one of these operators, else return None."""
         token = self.token
         if token.kind == "operator" and token.text in operators:
             self.index += 1
@@ -181,7 +182,7 @@ class _Parser:
         return value
 
     def after_operand(self) -> NoReturn:
-        """Something stands where an operator or the end should be."""
+        """Refuse a token that stands in place of an operator or the end."""
         token, before = self.token, self.tokens[self.index - 1]
         if token.kind in ("number", "name") or token.text == "(":
             after = token.text + "..." * (token.text == "(")
@@ -195,7 +196,7 @@ class _Parser:
         self.depth += 1
         if self.depth > MAX_DEPTH:
             self.fail(self.token.at, f"Expected at most {MAX_DEPTH} levels inside one another, got more.")
-        # collected and added at once: adding pair by pair is quadratic in the number of terms
+        # all terms are added at once: pairwise addition is quadratic in the number of terms
         at = self.token.at
         terms = [self.product()]
         while operator := self.accept("+", "-"):
@@ -207,7 +208,7 @@ class _Parser:
     def product(self) -> Any:
         at = self.token.at
         first = self.signed()
-        # numbers are multiplied, and kept small, on the way; the rest at once
+        # numbers are multiplied, and their size checked, one by one; the other factors all at once
         number, factors = (first, []) if first.is_Rational else (sympy.Integer(1), [first])
         while operator := self.accept("*", "/"):
             divisor = self.token.at
@@ -244,10 +245,10 @@ class _Parser:
         return self.real(base**exponent, start, "power")
 
     def real(self, value: Any, at: int, what: str) -> Any:
-        """The value of a function or power, refused where mechanics has no use for it."""
+        """Return the value of a function or power; refuse one that is not finite and real, or too large."""
         no_number = value.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo, sympy.I)
         if not no_number and value.is_number and not value.is_Rational:
-            # at each level: a tower of powers has more digits than there is memory
+            # checked at each level: a tower of powers has more digits than fit into memory
             if not abs(value.evalf(2)) < sympy.Integer(2) ** MAX_BITS:
                 self.fail(
                     at, f"Expected a value of at most {MAX_BITS} bits of this {what}, got a larger one."
@@ -258,13 +259,13 @@ class _Parser:
         return value
 
     def small(self, value: Any, at: int) -> Any:
-        """A number is refused when it has more digits than any machine: it would only burn time."""
+        """Return the value; refuse a number with more digits than any machine needs."""
         if value.is_Rational and _bits(value) > MAX_BITS:
             self.fail(at, f"Expected a number of at most {MAX_BITS} bits, got a larger one.")
         return value
 
     def check_power(self, base: Any, exponent: Any, start: int, at: int) -> None:
-        """Refuse what has no value, and what has so many digits that it only burns time."""
+        """Refuse a power that has no value or too many digits."""
         if not exponent.is_Rational:
             if base.is_Number and exponent.is_number and exponent.is_real:
                 if base.is_zero:
@@ -353,12 +354,16 @@ class _Parser:
             arguments.append(self.sum())
         self.close(opened)
         if not least <= len(arguments) <= most:
-            wanted = f"{least}" if least == most else f"{least} to {most}"
-            one = least == 2 < most and len(arguments) == 1
-            more = " The greatest or smallest of one quantity over a run is an output of it." if one else ""
+            count = f"{least}" if least == most else f"{least} to {most}"
+            over_time = least == 2 < most and len(arguments) == 1
+            more = (
+                " The greatest or smallest of one quantity over a run is an output of it."
+                if over_time
+                else ""
+            )
             self.fail(
                 function.at,
-                f"Expected {wanted} argument{'s' if most > 1 else ''} of {function.text}, "
+                f"Expected {count} argument{'s' if most > 1 else ''} of {function.text}, "
                 f"got {len(arguments)}.{more}",
             )
         try:
@@ -369,15 +374,15 @@ class _Parser:
 
 
 def _bits(number: Any) -> int:
-    """Size of a rational number."""
+    """Bits of the longer of numerator and denominator."""
     return max(int(abs(number.p)).bit_length(), int(number.q).bit_length())
 
 
 def _pointer(text: str, at: int, width: int = 72) -> str:
-    """The text with a caret under one place; a long text is cut around it."""
+    """The text with a caret under one place; a long text is shortened to its neighbourhood."""
     flat = re.sub(r"\s", " ", text)
     start = max(0, at - width // 2) if len(flat) > width else 0
     shown = flat[start : start + width]
-    left = "..." if start else ""
-    right = "..." if start + width < len(flat) else ""
-    return f"    {left}{shown}{right}\n    {' ' * (len(left) + at - start)}^"
+    before = "..." if start else ""
+    after = "..." if start + width < len(flat) else ""
+    return f"    {before}{shown}{after}\n    {' ' * (len(before) + at - start)}^"

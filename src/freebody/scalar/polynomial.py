@@ -1,4 +1,4 @@
-"""Exact canonical symbols on FLINT: polynomials modulo what their generators satisfy.
+"""Exact canonical expressions on FLINT: polynomials modulo the relations of their generators.
 
 >>> import sympy
 >>> from freebody.scalar.polynomial import Ring
@@ -10,7 +10,7 @@ True
 >>> ring.from_sympy((m**2 - M**2) / (m + M)).to_sympy()
 -M + m
 
-`Ring` makes elements (`ring`), `Polynomial` is one (`element`), `relations` keeps them canonical,
+`Ring` makes elements (`ring`), `Polynomial` is an element (`element`), `relations` keeps elements canonical,
 `functions` turns sines, roots and opaque functions into generators.
 """
 

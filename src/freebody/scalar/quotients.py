@@ -1,7 +1,7 @@
 """Division of canonical polynomials.
 
-Common factors cancel first, so that (m² - M²)/(m + M) is m - M; what is left of the divisor becomes
-one inverse generator per irreducible factor, with the relation p·p⁻¹ = 1.
+Common factors cancel first, so that (m² - M²)/(m + M) is m - M. Each remaining irreducible factor p of the
+divisor becomes an inverse generator, with the relation p·p⁻¹ = 1.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def _quotient(ring: Any, a: Any, b: Any) -> Any:
 
 
 def _exact(a: Any, b: Any) -> Any:
-    """a / b, or None where b does not divide a: a remainder, which no one needs, could be longer than both."""
+    """a / b, or None if b does not divide a. The remainder is not computed: it could be longer than both."""
     try:
         return a / b
     except DomainError:
@@ -61,7 +61,7 @@ def _exact(a: Any, b: Any) -> Any:
 
 
 def _without_inverses(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
-    """Numerator and denominator times what b's own inverse generators stand for."""
+    """Numerator and denominator, both times the reciprocals of the inverse generators of b."""
     for _ in range(len(ring.generators)):
         if type(b) is not Polynomial:
             break

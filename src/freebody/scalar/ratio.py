@@ -1,10 +1,10 @@
-"""Fractions of canonical polynomials: what systems of linear equations are solved with.
+"""Fractions of canonical polynomials, the scalars in which systems of linear equations are solved.
 
     a/b + c/d = (a d' + c b')/lcm(b, d),        a/b = 0  if and only if  a = 0
 
-The ring has no zero divisors, so that a numerator that is canonically zero decides. Common factors are
-taken out by FLINT's gcd after every operation (which keeps the elements small); no inverse generator is made,
-so that the ring does not grow by what is divided by.
+The ring has no zero divisors, so a ratio is zero if its numerator is canonically zero. FLINT's gcd cancels common
+factors after every operation, which keeps the elements small. No inverse generator is made, so that divisions do not
+enlarge the ring.
 """
 
 from __future__ import annotations
@@ -17,13 +17,15 @@ from typing import Any
 from ..errors import ExpressionError
 from .element import Polynomial, element
 
-_SHORT = 400  # terms of a denominator that is still freed of its sines and roots, to look for a shorter form
+_SHORT = (
+    400  # longest ratio, in terms, whose denominator is freed of sines and roots in search of a shorter form
+)
 
 
 class Ratio:
     """``num / den`` of elements of one ring; ``den`` is primitive, with a positive leading coefficient.
 
-    Two equal ratios need not have the same terms where sines and cosines occur, but their difference is zero.
+    Equal ratios with sines and cosines may have different terms, but their difference is zero.
 
     Parameters
     ----------
@@ -119,7 +121,7 @@ class Ratio:
 
     @property
     def is_number(self) -> bool:
-        """Whether no symbol occurs."""
+        """True if no symbol occurs."""
         return type(self.num) is not Polynomial and type(self.den) is not Polynomial
 
     def whole(self) -> Any:
@@ -131,10 +133,10 @@ class Ratio:
         )
 
     def tidy(self) -> Ratio:
-        """The same in the shortest of the forms known: sines that cancel, roots out of the denominator."""
+        """The ratio in its shortest form: with sines cancelled, or with no roots in the denominator."""
         best = _with_sines(self)
-        other = _rationalised(best)
-        return other if other is not None and len(other) < len(best) else best
+        rational = _rationalised(best)
+        return rational if len(rational) < len(best) else best
 
     def __repr__(self) -> str:
         return str(self.num) if self.den == 1 else f"({self.num})/({self.den})"
@@ -145,13 +147,13 @@ def _size(x: Any) -> int:
 
 
 def numerator(x: Any) -> Any:
-    """Numerator of a ratio; an element or a number is its own."""
+    """Numerator of a ratio; an element or a number is its own numerator."""
     return x.num if type(x) is Ratio else x
 
 
 def cleared(ring: Any, ratios: Sequence[Ratio]) -> list[Any]:
     """The ratios times the least common multiple of their denominators: elements of the ring."""
-    total: Any = None  # as it is, without the relations, by which a product would lose its factors
+    total: Any = None  # not in normal form: the relations would hide the factors of the product
     integers = 1
     for r in ratios:
         if type(r.den) is Polynomial:
@@ -174,16 +176,16 @@ def cleared(ring: Any, ratios: Sequence[Ratio]) -> list[Any]:
 
 def common_factor(ring: Any, elements: Sequence[Any]) -> Any:
     """Greatest common divisor of elements without inverse generators (their integer contents included)."""
-    found: Any = None
+    factor: Any = None
     for x in elements:
         if x == 0:
             continue
         x = ring.coerce(x)
         num = ring.promoted(x.num)
-        found = num if found is None else ring.common(ring.promoted(found), num)
-        if found.is_constant() and int(found.leading_coefficient()) in (1, -1):
+        factor = num if factor is None else ring.common(ring.promoted(factor), num)
+        if factor.is_constant() and int(factor.leading_coefficient()) in (1, -1):
             return 1
-    return 1 if found is None else element(ring, found, 1, ring.support(found))
+    return 1 if factor is None else element(ring, factor, 1, ring.support(factor))
 
 
 def divided(ring: Any, x: Any, divisor: Any) -> Any:
@@ -196,6 +198,7 @@ def divided(ring: Any, x: Any, divisor: Any) -> Any:
 
 
 def _reduced(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
+    """Numerator and denominator of a / b without common factors; the denominator is primitive or 1."""
     if a == 0:
         return 0, 1
     if b == 0:
@@ -224,7 +227,7 @@ def _reduced(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
 
 
 def _without_inverses(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
-    """Both times what their inverse generators stand for."""
+    """Both times the reciprocals of their inverse generators."""
     for _ in range(10 * len(ring.generators)):
         newest = -1
         for x in (a, b):
@@ -238,7 +241,7 @@ def _without_inverses(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
 
 
 def _without_common(ring: Any, b: Any, d: Any) -> tuple[Any, Any]:
-    """b and d over their greatest common divisor."""
+    """b and d, both divided by their greatest common divisor."""
     if type(b) is not Polynomial or type(d) is not Polynomial:
         return b, d
     bn, dn = ring.promoted(b.num), ring.promoted(d.num)
@@ -250,7 +253,7 @@ def _without_common(ring: Any, b: Any, d: Any) -> tuple[Any, Any]:
 
 
 def _with_sines(r: Ratio) -> Ratio:
-    """Sines that cancel: s² = 1 - c² hides them from the common divisor."""
+    """The ratio with common sines cancelled, which the common divisor misses because s² is written 1 - c²."""
     ring = r.ring
     if type(r.num) is not Polynomial or type(r.den) is not Polynomial:
         return r
@@ -264,7 +267,7 @@ def _with_sines(r: Ratio) -> Ratio:
 
 
 def over_sine(ring: Any, x: Any, index: int) -> Any:
-    """x / s of an element that s divides, else None: (a + b s)/s = b + s a/(1 - c²)."""
+    """x / s for the sine s of an index, None if s does not divide x: (a + b s)/s = b + s a/(1 - c²)."""
     if type(x) is not Polynomial:
         return None
     g = ring.generators[index]
@@ -279,21 +282,21 @@ def over_sine(ring: Any, x: Any, index: int) -> Any:
     return first + second * ring.variable(index)
 
 
-def _rationalised(r: Ratio) -> Ratio | None:
-    """The ratio with a denominator free of sines and square roots, if it stays short."""
+def _rationalised(r: Ratio) -> Ratio:
+    """The ratio with a denominator free of sines and square roots, as long as it stays short."""
     ring = r.ring
     squares = ring.relations.squares
     for _ in range(8):
         if type(r.den) is not Polynomial:
             return r
-        held = [g for g in ring.used(r.den) if (1 << g.index) & squares]
-        if not held or len(r) > _SHORT:
+        roots = [g for g in ring.used(r.den) if (1 << g.index) & squares]
+        if not roots or len(r) > _SHORT:
             break
-        place = ring.capacity - 1 - held[-1].index
+        place = ring.capacity - 1 - roots[-1].index
         num = ring.promoted(r.den.num)
         slope = num.derivative(place)
         # den = d0 + d1 g, times its conjugate d0 - d1 g
         d1 = element(ring, slope, 1, ring.support(slope))
-        conjugate = r.den - 2 * d1 * ring.variable(held[-1].index)
+        conjugate = r.den - 2 * d1 * ring.variable(roots[-1].index)
         r = Ratio(ring, r.num * conjugate, r.den * conjugate)
     return r

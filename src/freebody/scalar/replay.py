@@ -1,4 +1,4 @@
-"""A recorded program at arrays: one pass over its operations serves many points."""
+"""Evaluation of a tape for arrays: one pass over its operations serves many points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .trace import ADD, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
 
 Array = NDArray[np.float64]
 POINTS = 1024
-"""Points of one pass: the numbers that are alive at a time stay in the processor's cache."""
+"""Points of one pass, few enough that the intermediate values stay in the processor's cache."""
 _ARITHMETIC: dict[int, Callable[..., Any]] = {
     ADD: operator.add, SUB: operator.sub, MUL: operator.mul, DIV: operator.truediv, NEG: operator.neg,
 }  # fmt: skip
@@ -41,7 +41,7 @@ class Replay:
     def __init__(self, tape: Tape, outputs: Sequence[Any]) -> None:
         used = tape.used(outputs)
         place = {node: k for k, node in enumerate(used)}
-        self._given: list[tuple[int, int]] = []
+        self._inputs: list[tuple[int, int]] = []
         self._constants: list[tuple[int, float]] = []
         self._steps: list[tuple[int, Callable[..., Any], int, int, tuple[int, ...]]] = []
         self._size = len(used)
@@ -50,7 +50,7 @@ class Replay:
             if code == CONST:
                 self._constants.append((k, float(tape.constants[a])))
             elif code == INPUT:
-                self._given.append((k, a))
+                self._inputs.append((k, a))
             else:
                 act = _ARITHMETIC.get(code) or function_of_arrays(NAMES[code])
                 self._steps.append((k, act, place[a], place[b] if b >= 0 else -1, ()))
@@ -59,7 +59,7 @@ class Replay:
             for k, x in enumerate(outputs)
         ]
 
-        # what no later step needs is let go
+        # a value is released after the last step that needs it
         needed = {node for _, node, _ in self._outputs}
         for n in range(len(self._steps) - 1, -1, -1):
             k, act, a_place, b_place, _ = self._steps[n]
@@ -68,30 +68,30 @@ class Replay:
             self._steps[n] = (k, act, a_place, b_place, last)
 
     def __call__(self, inputs: Any) -> Array:
-        """Outputs (m, N) at inputs (n, N), in the order in which the tape's inputs were named."""
+        """Outputs, shape (m, N), for inputs, shape (n, N), in the order in which the tape's inputs were named."""
         inputs = np.asarray(inputs, dtype=float)
         n = inputs.shape[1]
         result = np.empty((len(self._outputs), n))
-        with np.errstate(all="ignore"):  # what is no number is looked at by those who asked
+        with np.errstate(all="ignore"):  # callers check for values that are not finite
             if n == 1:
-                try:  # plain numbers are ten times as fast as arrays of one
+                try:  # plain numbers are ten times as fast as arrays of length 1
                     self._pass(inputs[:, 0].tolist(), result)
                     return result
-                except ZeroDivisionError:  # which arrays give as infinite
+                except ZeroDivisionError:  # arrays give infinity
                     pass
             for start in range(0, n, POINTS):
                 self._pass(inputs[:, start : start + POINTS], result[:, start : start + POINTS])
         return result
 
     def _pass(self, inputs: Any, result: Array) -> None:
-        held: list[Any] = [None] * self._size
+        values: list[Any] = [None] * self._size
         for k, value in self._constants:
-            held[k] = value
-        for k, i in self._given:
-            held[k] = inputs[i]
+            values[k] = value
+        for k, i in self._inputs:
+            values[k] = inputs[i]
         for k, act, a, b, last in self._steps:
-            held[k] = act(held[a]) if b < 0 else act(held[a], held[b])
+            values[k] = act(values[a]) if b < 0 else act(values[a], values[b])
             for i in last:
-                held[i] = None
+                values[i] = None
         for k, node, number in self._outputs:
-            result[k] = held[node] if node >= 0 else number
+            result[k] = values[node] if node >= 0 else number

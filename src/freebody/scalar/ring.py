@@ -1,23 +1,23 @@
 """The ring of canonical polynomials: generators, relations, conversion from and to SymPy.
 
-Every number of a mechanism is a polynomial in parameters, coordinates, speeds, accelerations,
-and in *derived* generators: sine and cosine of an angle, the inverse of a sum of masses, a
-square root. The ring knows the relations among them (`relations`), so that each element has one
-form. What has no relation (``exp(v)``, ``atan2(y, x)``) is an opaque generator: canonical then
-means up to relations among such generators, and equal canonical arguments give the same one.
+Every scalar of a machine is a polynomial in parameters, coordinates, speeds, accelerations,
+and *derived* generators: sine and cosine of an angle, the inverse of a sum of masses, a
+square root. The ring stores the relations among the generators (`relations`), so that each element
+has one form. A function without a relation (``exp(v)``, ``atan2(y, x)``) is an opaque generator: canonical
+then means up to relations among such generators, and equal canonical arguments give the same generator.
 
-Limits of "canonical", all of them only for what is listed: products of square roots whose
-radicands have a common factor not known to be positive; inverse trigonometric functions among
+Elements may have several forms only in these cases: products of square roots whose
+radicands have a common factor not known to be positive; inverse trigonometric functions combined with
 each other; inverses of expressions of three and more angles with symbols for their lengths, such
-as that of a spring's length (`relations.LIMITS`; `zero.is_zero` decides exactly there too); sines of
+as the inverse of a spring's length (`relations.LIMITS`; `element.is_zero` decides exactly there too); sines of
 pi/n for n outside 1, 2, 3, 4, 6, 12; multiples of an angle beyond 24-fold (``sin(1.2345*theta)`` is
 not related to ``sin(theta)``).
 
-Within one ring equal elements are one element. Their *text* does not even depend on what the ring read before, where
-sines and cosines (or sinh and cosh) of commensurable angles are below a bar, beside whatever else (`half_angles`).
-Limits of that: a root, an absolute value or a quaternion's component with a square below, more than
-`half_angles.LONGEST` terms, and long denominators that get a name of their own. Without a bar an angle and a fraction
-of it (theta, theta/2) are printed by those that were read first.
+Within one ring equal elements are one element. For fractions with sines and cosines (or sinh and cosh) of
+commensurable angles in the denominator, not even the *text* depends on what the ring read before (`half_angles`).
+Exceptions: denominators with a root, an absolute value or the square of a quaternion's component, more than
+`half_angles.LONGEST` terms, and long denominators that are printed under a name. Without a denominator, an angle and
+its fractions (theta, theta/2) are printed in the form that the ring read first.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ ATOM_KINDS = (
     "parameter", "time", "coordinate", "speed", "acceleration", "reaction", "load", "quaternion", "constant",
 )  # fmt: skip
 
-_UNDECLARED = 10**6  # rank of atoms that only occurred in an expression: after all declared ones
+_UNDECLARED = 10**6  # rank of atoms that only occurred in an expression: after all declared atoms
 
 
 @dataclass(slots=True, eq=False)
 class Generator:
     """One generator of the ring.
 
-    ``kind`` is one of `ATOM_KINDS`, or of a derived generator: ``sin, cos, sinh, cosh, inverse,
-    sqrt, function``. ``arguments`` are what it is a function of, ``depends`` the mask of the
+    ``kind`` is one of `ATOM_KINDS`, or for a derived generator one of ``sin, cos, sinh, cosh, inverse,
+    sqrt, function``. ``arguments`` are the arguments of that function, ``depends`` the mask of the
     atoms in them.
     """
 
@@ -61,18 +61,18 @@ class Generator:
     depends: int = 0
     partner: int = -1  # the sine of a cosine and the cosine of a sine
     positive: bool = False
-    rank: int = 0  # place among the atoms in what is printed: that of its first declaration
+    rank: int = 0  # position among the atoms in printed text, by the first declaration
     derivatives: dict[int, Any] = field(default_factory=dict)
 
 
 class Ring(Field):
-    """Canonical polynomials over a growing set of generators.
+    """The field of canonical polynomials over a growing set of generators.
 
     Parameters
     ----------
     capacity : int
-        Room for generators to start with; it doubles when it is used up, and older elements
-        are carried over when they are next used.
+        Initial room for generators. It doubles when it is used up, and older elements
+        are converted when they are next used.
     """
 
     def __init__(self, capacity: int = 64):
@@ -80,7 +80,7 @@ class Ring(Field):
         self._index: dict[Any, int] = {}  # SymPy atom, or key of a derived generator -> index
         self._memo: dict[Any, Any] = {}
         self.positive: set[Any] = set()  # polynomials assumed positive, primitive
-        self.cache: dict[Any, Any] = {}  # of `functions` and of the display
+        self.cache: dict[Any, Any] = {}  # for `functions` and the display
         self._declared = 0
         self._open(capacity)
         self.budget = Budget(self)
@@ -96,7 +96,7 @@ class Ring(Field):
         self._variables = self.context.gens()[::-1]
 
     def promoted(self, num: Any) -> Any:
-        """``num`` in the present context."""
+        """``num`` in the current context."""
         return num if num.context() is self.context else num.project_to_context(self.context)
 
     def exponents(self, monomial: tuple[Any, ...]) -> tuple[tuple[int, int], ...]:
@@ -106,7 +106,7 @@ class Ring(Field):
 
     def terms(self, num: Any) -> list[tuple[tuple[tuple[int, int], ...], int]]:
         """Terms of an fmpz_mpoly as (sparse monomial, coefficient), in lexicographic order."""
-        # FLINT's text is read back: exponent vectors of 64 generators cost four times as much.
+        # FLINT's text is parsed: exponent vectors of 64 generators cost four times as much
         if num.is_constant():
             return [((), int(num.coefficient(0)))] if num else []
         factors: dict[str, tuple[int, int]] = {}
@@ -144,7 +144,7 @@ class Ring(Field):
 
     # ---------------------------------------------------------------- generators
     def new(self, kind: str, key: Any, **attributes: Any) -> Generator:
-        """A further generator; ``key`` finds it again."""
+        """Add a generator; :meth:`find` returns it for ``key``."""
         index = len(self.generators)
         if index == self.capacity:
             self._open(2 * self.capacity)
@@ -164,7 +164,7 @@ class Ring(Field):
         return None if index is None else self.generators[index]
 
     def variable(self, index: int) -> Polynomial:
-        """The generator of that index as an element."""
+        """The generator of an index as an element."""
         x = object.__new__(Polynomial)
         x.ring, x.num, x.den, x.mask = self, self._variables[index], 1, 1 << index
         return x
@@ -176,9 +176,9 @@ class Ring(Field):
         ----------
         atom : Symbol, function of time, or derivative of one
         kind : str, optional
-            One of `ATOM_KINDS`; groups the display, where atoms stand in the order in which they
-            were first declared with a kind. Without it, the form of the atom
-            tells: a symbol is a parameter, f(t) a coordinate, f'(t) a speed, f''(t) an acceleration.
+            One of `ATOM_KINDS`. Printed text groups the atoms by kind, in the order in which they
+            were first declared with a kind. By default the form of the atom
+            decides: a symbol is a parameter, f(t) a coordinate, f'(t) a speed, f''(t) an acceleration.
         """
         if kind is not None and kind not in ATOM_KINDS:
             raise ExpressionError(f"Unknown kind '{kind}' of a generator: {nearest(kind, ATOM_KINDS)}")
@@ -197,15 +197,15 @@ class Ring(Field):
         return self.variable(generator.index)
 
     def assume_positive(self, expr: Any) -> None:
-        """From now on √(expr²) is expr; an atom, or an expression such as ``2*a`` or ``a - b``."""
+        """Assume an atom, or an expression such as ``2*a`` or ``a - b``, positive: √(expr²) is expr from now on."""
         x = self.from_sympy(expr)
         if type(x) is not Polynomial:
             return
         x.num = self.promoted(x.num)
         _, factors = self.factored(x.num)
-        self._memo.clear()  # what was read before did not know it
+        self._memo.clear()  # its values did not use the assumption
         if len(factors) == 1 and int(factors[0][1]) % 2 == 0:
-            return  # a square that is not zero has a root of either sign
+            return  # a positive square says nothing about the sign of its root
         if len(x) == 1 and len(factors) == 1 and x.num.leading_coefficient() > 0:
             self.used(x)[0].positive = True
         else:
@@ -215,7 +215,7 @@ class Ring(Field):
         return element(self, x.num // int(x.num.content()), 1, x.mask)
 
     def unit_norm(self, e0: Any, e1: Any, e2: Any, e3: Any) -> None:
-        """Declare e0² + e1² + e2² + e3² = 1 for four atoms (before they are computed with)."""
+        """Declare e0² + e1² + e2² + e3² = 1 for four atoms, before they are used in computations."""
         parts = [self.generator(e) if not isinstance(e, Polynomial) else e for e in (e0, e1, e2, e3)]
         total: Any = -1
         for e in parts:
@@ -233,11 +233,11 @@ class Ring(Field):
     def constant(self, value: Any) -> Polynomial:
         """A number as an element; ``"pi"`` and ``"E"`` are generators."""
         if isinstance(value, str):
-            known = {"pi": sympy.pi, "E": sympy.E}
-            if value not in known:
-                raise ExpressionError(f"Unknown constant '{value}': {nearest(value, known)}")
-            x = self.generator(known[value], "constant")
-            self.generators[self._index[known[value]]].depends = 0
+            atoms = {"pi": sympy.pi, "E": sympy.E}
+            if value not in atoms:
+                raise ExpressionError(f"Unknown constant '{value}': {nearest(value, atoms)}")
+            x = self.generator(atoms[value], "constant")
+            self.generators[self._index[atoms[value]]].depends = 0
             return x
         value = expression.exact(value)
         if not isinstance(value, (int, Fraction)):
@@ -258,7 +258,7 @@ class Ring(Field):
         return self.constant(value)
 
     def vanishing(self, square: Any) -> Any:
-        """0: a symbol stands for what does not vanish."""
+        """0: expressions with symbols are treated as non-zero."""
         return 0
 
     def apply(self, function: str, *arguments: Any) -> Any:
@@ -269,11 +269,11 @@ class Ring(Field):
 
     # ---------------------------------------------------------------- division
     def quotient(self, a: Polynomial, b: Polynomial) -> Any:
-        """a / b; common factors cancel, what is left of b becomes inverse generators."""
+        """a / b; common factors cancel, the remaining factors of b become inverse generators."""
         return quotients.quotient(self, a, b)
 
     def reduced(self, x: Polynomial) -> Any:
-        """Normal form of an element made before a relation was declared."""
+        """Normal form of an element that is older than a relation."""
         num, scale, mask = self.relations.normal_form(self.promoted(x.num), x.mask, x.mask)
         return element(self, num, x.den * scale, mask)
 
@@ -302,7 +302,7 @@ class Ring(Field):
 
     # ---------------------------------------------------------------- derivatives
     def used(self, x: Polynomial) -> list[Generator]:
-        """Generators that occur in an element, oldest first; its mask becomes exact."""
+        """Generators that occur in an element, oldest first; the call makes its mask exact."""
         mask = x.mask = self.support(x.num)
         return self.of_mask(mask)
 
@@ -344,16 +344,16 @@ class Ring(Field):
         """Rate of x when every atom changes at its rate; see `Polynomial.total_derivative`."""
         if type(x) is not Polynomial:
             return 0
-        known: dict[int, Any] = {}
+        atom_rates: dict[int, Any] = {}
         for g in self.of_mask(self.depends(x)):
             rate = rates.get(g.atom, 1 if g.kind == "time" else 0)
-            known[g.index] = rate if type(rate) is Polynomial else self.coerce(rate)
+            atom_rates[g.index] = rate if type(rate) is Polynomial else self.coerce(rate)
         total: Any = 0
         for g in self.used(x):
             rate = 0
             for atom in self.of_mask(g.depends):
-                if known[atom.index] != 0:
-                    rate = rate + self._generator_derivative(g, atom.index) * known[atom.index]
+                if atom_rates[atom.index] != 0:
+                    rate = rate + self._generator_derivative(g, atom.index) * atom_rates[atom.index]
             if rate != 0:
                 total = total + self._partial(x, g.index) * rate
         return total
@@ -397,22 +397,23 @@ class Ring(Field):
         return to_sympy.expression_of(self, x)
 
     def text(self, x: Any) -> str:
-        """A plain text of the element, for messages; `symbolic.printing.display` prints for readers."""
+        """Plain text of the element for messages; `symbolic.printing.display` prints for readers."""
         if type(x) is not Polynomial:
             return str(x)
         return str(self.to_sympy(x)) if len(x) <= 200 else f"<polynomial of {len(x)} terms>"
 
     def elements(self, values: Iterable[Any]) -> tuple[Polynomial, ...]:
-        """Several values, coerced."""
+        """Several values as elements of this ring."""
         return tuple(self.coerce(v) for v in values)
 
 
 def element_one(ring: Ring) -> Polynomial:
-    """The one of a ring, as an element."""
+    """The number 1 as an element of a ring."""
     return ring.constant(1)
 
 
 def _kind(atom: Any) -> str:
+    """Kind of an atom, from its form."""
     if atom.is_Symbol:
         return "time" if atom.name == "t" else "parameter"
     if atom.is_Derivative:

@@ -1,4 +1,4 @@
-"""Square roots and absolute values of canonical polynomials, by irreducible factors; what is positive."""
+"""Square roots and absolute values of canonical polynomials, by irreducible factors, and tests for their sign."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .element import Polynomial, element
 
 
 def is_positive(ring: Any, num: Any) -> bool:
-    """Whether an fmpz_mpoly is known, or was assumed, to be nowhere negative."""
+    """True if an fmpz_mpoly is known or assumed to be nowhere negative."""
     if ring.positive and element(ring, num // int(num.content()), 1, ring.support(num)) in ring.positive:
         return True
     return all(
@@ -23,22 +23,22 @@ def is_positive(ring: Any, num: Any) -> bool:
 
 
 def with_sines(ring: Any, factors: Sequence[tuple[Any, Any]]) -> tuple[int, list[tuple[Any, int]]]:
-    """Factors (c - 1)(c + 1) of a denominator as -s², so that 1/sin² keeps its name."""
-    left = [(p, int(n)) for p, n in factors]
+    """Sign and factors of a denominator with (c - 1)(c + 1) replaced by -s², so that 1/sin² keeps its name."""
+    result = [(p, int(n)) for p, n in factors]
     sign = 1
-    for p, n in list(left):
+    for p, n in list(result):
         if len(p) != 2 or p.total_degree() != 1:
             continue
         g = ring.generators[ring.exponents(p.monomial(0))[0][0]]
         if g.kind != "cos":
             continue
         c = ring.promoted(ring.variable(g.index).num)
-        if p == c - 1 and (c + 1, n) in left:
-            left.remove((p, n))
-            left.remove((c + 1, n))
-            left.append((ring.variable(g.partner).num, 2 * n))
+        if p == c - 1 and (c + 1, n) in result:
+            result.remove((p, n))
+            result.remove((c + 1, n))
+            result.append((ring.variable(g.partner).num, 2 * n))
             sign *= (-1) ** n
-    return sign, left
+    return sign, result
 
 
 def _positive(ring: Any, g: Any) -> bool:
@@ -48,10 +48,12 @@ def _positive(ring: Any, g: Any) -> bool:
 
 
 def divide(ring: Any, a: Any, b: Any) -> Any:
+    """a / b of elements or numbers."""
     return ring.quotient(ring.coerce(a), ring.coerce(b))
 
 
 def monomial_of(ring: Any, monomial: Sequence[tuple[int, int]]) -> Any:
+    """The element for a monomial ((generator, exponent), ...)."""
     result: Any = ring.one
     for i, e in monomial:
         result = result * ring.variable(i) ** e
@@ -59,7 +61,7 @@ def monomial_of(ring: Any, monomial: Sequence[tuple[int, int]]) -> Any:
 
 
 def square_root(ring: Any, x: Polynomial) -> Any:
-    """√x with squares taken out: √(12 m²) = 2√3 m for a positive m, 2√3 |m| otherwise."""
+    """√x with squares extracted: √(12 m²) = 2√3 m for a positive m, 2√3 |m| otherwise."""
     if not x:
         return 0
     outside: Any = 1
@@ -71,15 +73,15 @@ def square_root(ring: Any, x: Polynomial) -> Any:
     radicand: Any = 1 if constant > 0 else -1
     for p, n in factors:
         n = int(n)
-        known = is_positive(ring, p)
-        if not known and is_positive(ring, -p):
-            p, known = -p, True
+        positive = is_positive(ring, p)
+        if not positive and is_positive(ring, -p):
+            p, positive = -p, True
             radicand = radicand * (-1) ** n
         f = element(ring, p, 1, ring.support(p))
         if n >= 2:
-            outside = outside * (f if known or (n // 2) % 2 == 0 else absolute(ring, f)) ** (n // 2)
+            outside = outside * (f if positive or (n // 2) % 2 == 0 else absolute(ring, f)) ** (n // 2)
         if n % 2:
-            if known:
+            if positive:
                 outside = outside * _root_generator(ring, f)
             else:
                 radicand = radicand * f
@@ -107,7 +109,7 @@ def _root_generator(ring: Any, radicand: Polynomial) -> Polynomial:
 
 
 def _cleared(ring: Any, x: Polynomial, even: bool) -> tuple[Polynomial, list[tuple[Polynomial, int]]]:
-    """x times powers of what its inverse generators stand for, and these powers (halved if even)."""
+    """x times powers of the reciprocals of its inverse generators, and these powers (halved if even)."""
     divisor: list[tuple[Polynomial, int]] = []
     for _ in range(len(ring.generators)):
         inverses = [g for g in ring.used(x) if g.kind == "inverse"]
@@ -123,6 +125,7 @@ def _cleared(ring: Any, x: Polynomial, even: bool) -> tuple[Polynomial, list[tup
 
 
 def absolute(ring: Any, x: Polynomial) -> Any:
+    """|x| as a product over the irreducible factors of x."""
     if x.is_number:
         return abs(x.number())
     x, divisor = _cleared(ring, x, even=False)

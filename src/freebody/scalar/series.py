@@ -1,9 +1,9 @@
-"""Truncated power series in time over any field: exact time derivatives of anything an algorithm computes.
+"""Truncated power series in time over any field: exact time derivatives of the results of any algorithm.
 
     x(t + τ) = x_0 + x_1 τ + x_2 τ² + ...          x_k = x^(k) / k!
 
-An algorithm run on series gives the derivatives of its result along a motion; no difference quotients, and the same
-code on floats, polynomials and traces.
+An algorithm that runs on series gives the derivatives of its result along a motion, without difference quotients. The
+same code serves floats, polynomials and tapes.
 
 Source: Griewank & Walther, Evaluating Derivatives (2008), §13.2 (the recurrences of table 13.2).
 """
@@ -15,45 +15,50 @@ from fractions import Fraction
 from typing import Any
 
 from ..errors import FreebodyError
-from .algebra import Field, divide
+from .algebra import Field, Scalar, divide
 
 
 class SeriesField(Field):
-    """Series of a given order over a field."""
+    """The field of series of one order over a field."""
 
     def __init__(self, base: Field, order: int) -> None:
         self.base = base
         self.order = order
-        # series of series: the coefficients of the outer ones are the inner ones
+        # series of series: the coefficients of the outer series are the inner series
         self.level: int = base.level + 1 if isinstance(base, SeriesField) else 1
 
-    def constant(self, value: int | Fraction | float | str) -> Any:
+    def constant(self, value: int | Fraction | float | str) -> Scalar:
+        """A number of the base field."""
         return self.base.constant(value)
 
-    def series(self, coefficients: Sequence[Any]) -> Series:
-        """The series with the given Taylor coefficients; missing ones are zero."""
+    def series(self, coefficients: Sequence[Scalar]) -> Series:
+        """The series with these Taylor coefficients; missing coefficients are zero."""
         missing = self.order + 1 - len(coefficients)
         return Series(self, (*coefficients[: self.order + 1], *(0,) * missing))
 
-    def vanishing(self, square: Any) -> Any:
-        mine = isinstance(square, Series) and square.field.level == self.level
-        return self.base.vanishing(square.c[0] if mine else square)
+    def vanishing(self, square: Scalar) -> Scalar:
+        """1 where the constant term of a square is 0, else 0."""
+        return self.base.vanishing(square.c[0] if self._contains(square) else square)
 
-    def apply(self, function: str, *arguments: Any) -> Any:
-        if not any(isinstance(x, Series) and x.field.level == self.level for x in arguments):
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
+        """``function`` of series and constants, by its recurrence."""
+        if not any(map(self._contains, arguments)):
             return self.base.apply(function, *arguments)
         rule = _RULES.get(function)
         if rule is None:
             raise FreebodyError(
-                f"The time derivative of '{function}' is not known here. Known: {', '.join(sorted(_RULES))}. "
-                f"Write it by these."
+                f"The time derivative of '{function}' is not known. Known: {', '.join(sorted(_RULES))}. "
+                f"Write it in terms of these."
             )
-        mine = (isinstance(x, Series) and x.field.level == self.level for x in arguments)
-        return rule(self, *(x if own else self.series([x]) for x, own in zip(arguments, mine, strict=True)))
+        return rule(self, *(x if self._contains(x) else self.series([x]) for x in arguments))
+
+    def _contains(self, x: Scalar) -> bool:
+        """True for a series of this level, False for its constants."""
+        return isinstance(x, Series) and x.field.level == self.level
 
 
 class Series:
-    """One truncated series; made by :meth:`SeriesField.series`."""
+    """A truncated series, made by :meth:`SeriesField.series`."""
 
     __slots__ = ("c", "field")
 
@@ -62,14 +67,14 @@ class Series:
         self.c = coefficients
 
     def derivative(self, k: int = 1) -> Any:
-        """k-th time derivative, k! x_k."""
+        """The k-th time derivative, k! x_k."""
         factor = 1
         for i in range(2, k + 1):
             factor *= i
         return factor * self.c[k]
 
     def _level(self, other: Any) -> int:
-        """0 when ``other`` is of this level, negative when it is a constant of it, positive when it is above."""
+        """0 if ``other`` has this level, negative if it is a constant of it, positive if its level is above."""
         return (other.field.level if isinstance(other, Series) else 0) - self.field.level
 
     def __add__(self, other: Any) -> Any:
@@ -196,7 +201,7 @@ def _exp(field: SeriesField, x: Series) -> Series:
 
 
 def _rule(name: str, rate: Any) -> Any:
-    """Rule of a function of one argument from its derivative, an expression of the argument."""
+    """Rule of a function of one argument from its derivative, a function of the argument."""
 
     def rule(field: SeriesField, x: Series) -> Series:
         return _integrated(field, field.base.apply(name, x.c[0]), rate(field, x), x)
@@ -217,7 +222,7 @@ def _abs(field: SeriesField, x: Series) -> Series:
 
 def _pow(field: SeriesField, x: Series, y: Series) -> Series:
     """x^y = exp(y log x)."""
-    power = _exp(field, y * _RULES["log"](field, x))
+    power: Series = _exp(field, y * _RULES["log"](field, x))
     return power
 
 

@@ -1,29 +1,32 @@
-"""Canonical polynomials at other scalars: numbers, arrays, series, or other polynomials in place of the atoms."""
+"""Substitution into canonical polynomials: numbers, arrays, series or other polynomials in place of the atoms."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from .algebra import Field, Floats, divide
+from .algebra import Field, Floats, Scalar, divide
+from .arrays import Arrays
+from .arrays import arrays as arrays
 from .polynomial import Polynomial, Ring
 
 
 class Substitution:
-    """Maps elements of one ring into a field, atom by atom.
+    """Map from the elements of one ring into a field, given by the values of the atoms.
 
-    What derived generators (sines, inverses, roots, functions) become follows from their arguments, each once.
+    The values of derived generators (sines, inverses, roots, functions) follow from their arguments and are computed
+    once each.
 
     Parameters
     ----------
     ring : Ring
     field : Field
-        Where the results live; the ring itself for a substitution of polynomials.
+        Field of the results; the ring itself for a substitution of polynomials.
     values : mapping
-        SymPy atom -> scalar of the field. In the ring itself, atoms without one stay as they are.
+        SymPy atom -> scalar of the field. In the ring itself, atoms without a value stay unchanged.
     generators : mapping, optional
-        Index of a generator -> scalar, where a derived generator is given directly: cos(theta) = 1/2.
+        Index of a derived generator -> scalar, to set its value directly, such as cos(theta) = 1/2.
 
     Examples
     --------
@@ -39,17 +42,17 @@ class Substitution:
         self,
         ring: Ring,
         field: Field,
-        values: Mapping[Any, Any],
-        generators: Mapping[int, Any] | None = None,
+        values: Mapping[Any, Scalar],
+        generators: Mapping[int, Scalar] | None = None,
     ) -> None:
         self.ring = ring
         self.field = field
         self.values = values
-        self._made: dict[int, Any] = dict(generators or {})
+        self._results: dict[int, Scalar] = dict(generators or {})
         self._inexact = isinstance(field, Arrays | Floats)
 
-    def __call__(self, x: Any) -> Any:
-        """The value of an element, or of a number."""
+    def __call__(self, x: Scalar) -> Scalar:
+        """Value of an element or a number."""
         if type(x) is not Polynomial:
             return float(x) if self._inexact else x
         total: Any = 0
@@ -65,12 +68,12 @@ class Substitution:
         return base if e == 1 else base**e
 
     def generator(self, index: int) -> Any:
-        """The value of a generator."""
-        if index not in self._made:
-            self._made[index] = self._make(index)
-        return self._made[index]
+        """Value of a generator."""
+        if index not in self._results:
+            self._results[index] = self._make(index)
+        return self._results[index]
 
-    def _make(self, index: int) -> Any:
+    def _make(self, index: int) -> Scalar:
         g = self.ring.generators[index]
         if not g.arguments:
             if g.atom in self.values:
@@ -88,35 +91,12 @@ class Substitution:
         return self.field.apply(g.name or g.kind, *arguments)
 
     def _touches(self, g: Any) -> bool:
-        """Whether anything that is replaced occurs in a derived generator."""
-        if any(one.atom in self.values for one in self.ring.of_mask(g.depends)):
+        """True if the substitution changes a derived generator."""
+        if any(atom.atom in self.values for atom in self.ring.of_mask(g.depends)):
             return True
         return any(
-            i in self._made or self._touches(self.ring.generators[i])
+            inner.index in self._results or self._touches(inner)
             for argument in g.arguments
-            for i in (one.index for one in self.ring.used(argument))
-            if self.ring.generators[i].arguments
+            for inner in self.ring.used(argument)
+            if inner.arguments
         )
-
-
-class Arrays(Field):
-    """The field of NumPy arrays: one evaluation at many points."""
-
-    def constant(self, value: Any) -> Any:
-        import math
-
-        return {"pi": math.pi, "E": math.e}[value] if isinstance(value, str) else value
-
-    def apply(self, function: str, *arguments: Any) -> Any:
-        import numpy as np
-
-        names: dict[str, Callable[..., Any]] = {
-            "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2, "abs": np.abs,
-            "pow": lambda x, y: np.asarray(x, dtype=float) ** y, "min": np.minimum, "max": np.maximum,
-        }  # fmt: skip
-        return (names.get(function) or getattr(np, function))(
-            *(np.asarray(a, dtype=float) for a in arguments)
-        )
-
-
-arrays = Arrays()

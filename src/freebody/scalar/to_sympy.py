@@ -1,8 +1,8 @@
 """Canonical polynomials as SymPy expressions, built in SymPy's own argument order.
 
-SymPy sorts the arguments of every sum and product by pairwise comparison, which is most of the
-time a large sum takes. Here the distinct factors are sorted once; terms are then ordered by
-their ranks, and the nodes made from arguments that already stand as SymPy would put them.
+SymPy sorts the arguments of every sum and product by pairwise comparison, which takes most of the
+time for a large sum. Here the distinct factors are sorted once, terms are ordered by the ranks of
+their factors, and the nodes are made from arguments that are already in SymPy's order.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _FUNCTIONS = {
     "sqrt": sympy.sqrt,
 }  # fmt: skip
 _sort_key = cmp_to_key(Basic.compare)
-_PRODUCT = sympy.Symbol("a") * sympy.Symbol("b")  # stands for the class of products in comparisons
+_PRODUCT = sympy.Symbol("a") * sympy.Symbol("b")  # represents the class of products in comparisons
 
 
 def atom_of(ring: Any, g: Any) -> Any:
@@ -54,7 +54,7 @@ def expression_of(ring: Any, x: Any) -> Any:
                 atom = atom_of(ring, ring.generators[f[0]])
                 factors[f] = atom if f[1] == 1 else sympy.Pow(atom, f[1])
                 base = atom.base if atom.is_Pow else atom
-                # SymPy joins numbers, roots, powers of one base: leave these to its own product
+                # SymPy joins numbers, roots and powers of one base: these are left to its own product
                 plain = (
                     plain
                     and (base.is_Symbol or base.is_Function or base.is_Derivative)
@@ -72,7 +72,7 @@ def expression_of(ring: Any, x: Any) -> Any:
     of_class = {type(e): e for e in order} | {sympy.Mul: _PRODUCT}
     class_rank = {type(e): i for i, e in enumerate(sorted(of_class.values(), key=_sort_key))}
     mul = class_rank[sympy.Mul]
-    one = sympy.S.One
+    unit = sympy.S.One
     rows = []
     constant = None
     for monomial, c in terms:
@@ -81,7 +81,7 @@ def expression_of(ring: Any, x: Any) -> Any:
             constant = number
             continue
         ranked = sorted([(factor_rank[f], factors[f]) for f in monomial], key=_first)
-        if number is not one:
+        if number is not unit:
             key = (mul, len(ranked) + 1, (rank[number], *(r for r, _ in ranked)))
             rows.append((key, sympy.Mul._from_args((number, *(e for _, e in ranked)))))
         elif len(ranked) == 1:

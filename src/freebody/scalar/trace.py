@@ -1,18 +1,18 @@
-"""Recorded programs: scalars that remember how they were computed.
+"""Tapes: scalars that record how they are computed.
 
-An algorithm run on :class:`Traced` scalars records its operations on a :class:`Tape`. Equal operations are
-one node (hash consing), so equal scalars are one object. Numbers never enter the tape by themselves: they are
-folded exactly (``int``, ``Fraction``) or in double precision, and signs are moved outward, so that
+An algorithm that runs on :class:`Traced` scalars records its operations on a :class:`Tape`. Equal operations are
+one node (hash consing), so equal scalars are one object. Operations on numbers alone are not recorded: they are
+folded exactly (``int``, ``Fraction``) or in double precision. Signs are moved outward, so that
 
     a + (-b) = a - b,   (-a) b = -(a b),   a - b = -(b - a),   (a 2) (1/2) = a
 
-each leave one node. Every identity used holds exactly in IEEE arithmetic up to the sign of zero, except that
-neighbouring constants are joined and a division by a constant is a multiplication by its reciprocal (each one
-rounding), and that 0 x is 0 and x / x is 1 whatever x is.
+each leave one node. Every identity used holds exactly in IEEE arithmetic up to the sign of zero, with these
+exceptions: neighbouring constants are joined and a division by a constant becomes a multiplication by its
+reciprocal (each costs one rounding), and 0 x is 0 and x / x is 1 for every x.
 
 Source: hash consing after A. P. Ershov, On programming of arithmetic operations (1958).
 
-The file is longer than others: every operation of a scalar is a rule of its tape.
+The file is long because every operation of a scalar is a rule of its tape.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ CONST, INPUT, ADD, SUB, MUL, DIV, NEG = range(7)
 CODES = {name: code for code, name in enumerate(NAMES)}
 POW = CODES["pow"]
 NONE = -1
-"""The second operand of an operation that has one."""
+"""The second operand of an operation with one operand."""
 
 _BINARY = frozenset({"atan2", "pow", "min", "max"})
 
 
 class Tape(Field):
-    """A program in the making: operations in the order of their first use.
+    """A recorded computation: operations in the order of their first use.
 
-    Node ``i`` is ``op[i]`` of the nodes ``a[i]`` and ``b[i]`` (:data:`NONE` when there is no second one).
-    Of a constant, ``a`` is its place in :attr:`constants`; of an input, its place in :attr:`inputs`.
+    Node ``i`` is ``op[i]`` of the nodes ``a[i]`` and ``b[i]`` (:data:`NONE` if there is no second operand).
+    For a constant, ``a`` is its index in :attr:`constants`; for an input, its index in :attr:`inputs`.
 
     >>> tape = Tape()
     >>> x, y = tape.input("x"), tape.input("y")
@@ -67,15 +67,15 @@ class Tape(Field):
         return f"<Tape of {len(self.op)} nodes, {len(self.inputs)} inputs>"
 
     def input(self, name: str) -> Traced:
-        """The scalar that is given from outside under this name."""
-        found = self._memo[INPUT].get(name)
-        if found is None:
+        """The input of this name."""
+        scalar = self._memo[INPUT].get(name)
+        if scalar is None:
             self.inputs.append(name)
-            found = self._memo[INPUT][name] = self._append(INPUT, len(self.inputs) - 1, NONE)
-        return found
+            scalar = self._memo[INPUT][name] = self._append(INPUT, len(self.inputs) - 1, NONE)
+        return scalar
 
     def constant(self, value: int | Fraction | float | str) -> Any:
-        """A number stays a plain number; ``"pi"`` and ``"E"`` are floats."""
+        """The number itself; ``"pi"`` and ``"E"`` as floats."""
         if isinstance(value, str):
             return {"pi": math.pi, "E": math.e}[value]
         return value
@@ -112,7 +112,7 @@ class Tape(Field):
         return self._record(CODES[function], self.node(x).index, NONE)
 
     def node(self, x: Any) -> Traced:
-        """``x`` as a node of this tape: a number becomes a node that holds it."""
+        """``x`` as a node of this tape; a number becomes a constant node."""
         if type(x) is Traced:
             if x.tape is not self:
                 raise ExpressionError(
@@ -121,14 +121,14 @@ class Tape(Field):
                 )
             return x
         x = number(x)
-        found = self._memo[CONST].get(x)
-        if found is None:
+        node = self._memo[CONST].get(x)
+        if node is None:
             self.constants.append(x)
-            found = self._memo[CONST][x] = self._append(CONST, len(self.constants) - 1, NONE)
-        return found
+            node = self._memo[CONST][x] = self._append(CONST, len(self.constants) - 1, NONE)
+        return node
 
     def scalar(self, i: int) -> Any:
-        """What node ``i`` holds: a number for a constant, else the traced scalar."""
+        """The scalar of node ``i``: a number for a constant, else the traced scalar."""
         code = self.op[i]
         if code == CONST:
             return self.constants[self.a[i]]
@@ -139,13 +139,13 @@ class Tape(Field):
         return self._memo[code][self.a[i], self.b[i]]
 
     def used(self, outputs: Iterable[Any]) -> list[int]:
-        """The nodes that the outputs need, operands first (increasing)."""
+        """Indices of the nodes that the outputs need, operands first (increasing)."""
         op, a, b = self.op, self.a, self.b
-        wanted = {x.index for x in outputs if type(x) is Traced}
-        if not wanted:
+        last = {x.index for x in outputs if type(x) is Traced}
+        if not last:
             return []
-        needed = bytearray(max(wanted) + 1)
-        for i in wanted:
+        needed = bytearray(max(last) + 1)
+        for i in last:
             needed[i] = 1
         for i in range(len(needed) - 1, -1, -1):
             if needed[i] and op[i] > INPUT:
@@ -155,7 +155,7 @@ class Tape(Field):
         return [i for i, flag in enumerate(needed) if flag]
 
     def evaluate(self, outputs: Iterable[Any], values: Mapping[str, float]) -> list[float]:
-        """Values of the outputs in Python floats, by name of input: the slow reference of the compiler."""
+        """Values of the outputs in Python floats, from the inputs by name: the slow reference of the compiler."""
         outputs = list(outputs)
         table: dict[int, float] = {}
         for i in self.used(outputs):
@@ -169,7 +169,7 @@ class Tape(Field):
         return [table[x.index] if type(x) is Traced else float(x) for x in outputs]
 
     def to_sympy(self, x: Any, symbols: Mapping[str, Any] | None = None) -> Any:
-        """A scalar as a SymPy expression; inputs are symbols of their names unless ``symbols`` maps them."""
+        """A scalar as a SymPy expression; an input is a symbol of its name unless ``symbols`` replaces it."""
         import sympy
 
         def constant(value: Any) -> Any:
@@ -211,10 +211,10 @@ class Tape(Field):
 
     def _record(self, code: int, i: int, j: int) -> Traced:
         memo = self._memo[code]
-        found = memo.get((i, j))
-        if found is None:
-            found = memo[i, j] = self._append(code, i, j)
-        return found
+        scalar = memo.get((i, j))
+        if scalar is None:
+            scalar = memo[i, j] = self._append(code, i, j)
+        return scalar
 
     def _times_number(self, x: Traced, c: Any) -> Any:
         if c == 0:
@@ -252,15 +252,15 @@ class Tape(Field):
 
 
 class Traced:
-    """A scalar of a recorded program: node ``index`` of ``tape``. Equal means the same node."""
+    """A scalar of a tape: node ``index`` of ``tape``. Equal scalars are the same node."""
 
     __slots__ = ("index", "minus", "tape")
-    __array_ufunc__ = None  # NumPy numbers leave the operation to us
+    __array_ufunc__ = None  # NumPy numbers leave the operation to this class
 
     def __init__(self, tape: Tape, index: int, minus: Traced | None) -> None:
         self.tape = tape
         self.index = index
-        self.minus = minus  # x when this is -x
+        self.minus = minus  # x if this is -x
 
     def __add__(self, other: Any) -> Any:
         if type(other) is not Traced:
@@ -280,13 +280,13 @@ class Traced:
         if i == j:
             return tape._times_number(self, 2)
         key = (i, j) if i < j else (j, i)
-        found = tape._memo[ADD].get(key)
-        if found is None:
-            found = tape._memo[ADD][key] = Traced(tape, len(tape.op), None)
+        result = tape._memo[ADD].get(key)
+        if result is None:
+            result = tape._memo[ADD][key] = Traced(tape, len(tape.op), None)
             tape.op.append(ADD)
             tape.a.append(key[0])
             tape.b.append(key[1])
-        return found
+        return result
 
     __radd__ = __add__
 
@@ -308,16 +308,16 @@ class Traced:
         if i == j:
             return 0
         memo = tape._memo[SUB]
-        found = memo.get((i, j))
-        if found is None:
-            found = memo.get((j, i))
-            if found is not None:
-                return -found
-            found = memo[i, j] = Traced(tape, len(tape.op), None)
+        result = memo.get((i, j))
+        if result is None:
+            result = memo.get((j, i))
+            if result is not None:
+                return -result
+            result = memo[i, j] = Traced(tape, len(tape.op), None)
             tape.op.append(SUB)
             tape.a.append(i)
             tape.b.append(j)
-        return found
+        return result
 
     def __rsub__(self, other: Any) -> Any:
         return -(self - other)
@@ -338,13 +338,13 @@ class Traced:
             tape.node(other)
         i, j = self.index, other.index
         key = (i, j) if i < j else (j, i)
-        found = tape._memo[MUL].get(key)
-        if found is None:
-            found = tape._memo[MUL][key] = Traced(tape, len(tape.op), None)
+        result = tape._memo[MUL].get(key)
+        if result is None:
+            result = tape._memo[MUL][key] = Traced(tape, len(tape.op), None)
             tape.op.append(MUL)
             tape.a.append(key[0])
             tape.b.append(key[1])
-        return found
+        return result
 
     __rmul__ = __mul__
 
@@ -382,13 +382,13 @@ class Traced:
             return self.minus
         tape = self.tape
         i = self.index
-        found = tape._memo[NEG].get(i)
-        if found is None:
-            found = tape._memo[NEG][i] = Traced(tape, len(tape.op), self)
+        result = tape._memo[NEG].get(i)
+        if result is None:
+            result = tape._memo[NEG][i] = Traced(tape, len(tape.op), self)
             tape.op.append(NEG)
             tape.a.append(i)
             tape.b.append(NONE)
-        return found
+        return result
 
     def __pos__(self) -> Traced:
         return self

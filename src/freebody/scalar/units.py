@@ -1,12 +1,12 @@
 """Numbers with a unit by name: ``75 deg``, ``2 rev/s``, ``3 N m``, ``9.81 m/s^2``.
 
     quantity = number unit
-    unit     = [ "1" ] [ "/" ] factor { [ "*" | "·" | "/" ] factor }      a "/" is of the factor behind it
+    unit     = [ "1" ] [ "/" ] factor { [ "*" | "·" | "/" ] factor }      a "/" applies to the next factor only
     factor   = name [ "^" integer | "²" | "³" ]
 
-The number is a product in the language of :mod:`freebody.scalar.parser`. A unit is its size in m, kg, s and rad and
-the exponents of these; factors are those of the International System of Units, BIPM, The International System of
-Units, 9th ed. 2019, tables 2, 4 and 8, exact.
+The number is a product in the language of :mod:`freebody.scalar.parser`. A unit has a size in m, kg, s and rad and
+the exponents of these. The factors are exact and from BIPM, The International System of Units, 9th ed. 2019, tables 2,
+4 and 8.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from .parser import CONSTANTS, FUNCTIONS, parse
 
 
 class Unit(NamedTuple):
-    """Its size in m, kg, s and rad, and their exponents."""
+    """Size of a unit in m, kg, s and rad, and their exponents."""
 
     size: Any
     exponents: tuple[int, int, int, int]
 
     @property
     def kind(self) -> tuple[int, int, int, int]:
-        """What has to agree: a torque per angle is a torque, but an angle is no pure number."""
+        """Exponents that convertible units share: a torque per angle is a torque, but an angle is not a pure number."""
         m, kg, s, rad = self.exponents
         return m, kg, s, max(rad, 0)
 
@@ -52,7 +52,7 @@ def _table() -> dict[str, Unit]:
         (2 * pi, "rev", "revolution", "revolutions"),
     ):
         named |= {name: (size, angle) for name in names}
-    return {name: Unit(*found) for name, found in named.items()}
+    return {name: Unit(*size_and_exponents) for name, size_and_exponents in named.items()}
 
 
 UNITS = _table()
@@ -65,12 +65,12 @@ _PARTS = re.compile(rf"(?P<sign>[*·/]?)\s*(?P<name>°|[^\W\d_²³]+)(?P<power>{
 
 
 def unit(text: str) -> Unit:
-    """The unit that a text names.
+    """Return the unit that a text names.
 
     Raises
     ------
     ExpressionError
-        A name that is no unit; all are listed.
+        For a name that is not a unit; the message lists all units.
 
     Examples
     --------
@@ -91,14 +91,15 @@ def unit(text: str) -> Unit:
             raise ExpressionError(f"Unknown unit '{part['name']}' in '{text}'; {_known(part['name'])}")
         power = {"²": 2, "³": 3}.get(part["power"] or "") or int((part["power"] or "1").lstrip("^*"))
         power = -power if part["sign"] == "/" else power
-        one = UNITS[part["name"]]
-        size *= one.size**power
-        exponents = tuple(a + power * b for a, b in zip(exponents, one.exponents, strict=True))  # type: ignore[assignment]
+        factor = UNITS[part["name"]]
+        size *= factor.size**power
+        exponents = tuple(a + power * b for a, b in zip(exponents, factor.exponents, strict=True))  # type: ignore[assignment]
         at = part.end()
     return Unit(size, exponents)
 
 
 def _known(name: str) -> str:
+    """End of the message about an unknown unit."""
     if name in CONSTANTS:
         return f"write a product as 2*{name}."
     near = nearest(name, UNITS)
@@ -106,17 +107,17 @@ def _known(name: str) -> str:
     return f"{near} {listed[0].upper()}{listed[1:]}" if near.startswith("did") else listed
 
 
-def quantity(text: str, wanted: str = "", what: str = "a value") -> Any:
-    """The number that a text stands for, in a unit that is wanted.
+def quantity(text: str, target: str = "", what: str = "a value") -> Any:
+    """Return the number that a text stands for, converted to a unit.
 
     Parameters
     ----------
     text : str
-        A number or an expression of numbers, with a unit behind it or without: without, it is in the unit wanted.
-    wanted : str, optional
-        Such as ``"rad/s"``; m, kg, s and rad if not given.
+        A number or an expression of numbers, followed by a unit or not; without a unit it is in ``target``.
+    target : str, optional
+        Unit of the result, such as ``"rad/s"``; by default in m, kg, s and rad.
     what : str, optional
-        What the number is of, for the messages.
+        Name of the quantity, for the messages.
 
     Returns
     -------
@@ -126,7 +127,8 @@ def quantity(text: str, wanted: str = "", what: str = "a value") -> Any:
     Raises
     ------
     ExpressionError
-        No number, an unknown unit, a unit of another kind, a unit where the one wanted is no known one.
+        If there is no number, if the unit is unknown or of another kind, or if there is a unit but ``target`` is not
+        a known unit.
 
     Examples
     --------
@@ -137,24 +139,24 @@ def quantity(text: str, wanted: str = "", what: str = "a value") -> Any:
     ...
     freebody.errors.ExpressionError: Expected parameter 'L' in m or a unit of its kind, got '2 kg'.
     """
-    found = _QUANTITY.fullmatch(text.strip())
-    if found and not re.search(r"[^eE*/^(]\s*[-+]", re.sub(r"\(.*\)", "0", found["number"])):
-        given = unit(found["unit"])
-        value = parse(found["number"], {})
-        if not wanted:
-            return value * given.size
+    match = _QUANTITY.fullmatch(text.strip())
+    if match and not re.search(r"[^eE*/^(]\s*[-+]", re.sub(r"\(.*\)", "0", match["number"])):
+        source = unit(match["unit"])
+        value = parse(match["number"], {})
+        if not target:
+            return value * source.size
         try:
-            asked = unit(wanted)
+            target_unit = unit(target)
         except ExpressionError:
             raise ExpressionError(
-                f"Expected {what} as a plain number in {wanted}, a unit without a size here, got '{text}'."
+                f"Expected {what} as a plain number in {target}, a unit without a size here, got '{text}'."
             ) from None
-        if asked.kind != given.kind:
-            turns = " A frequency of turns is written in rev/s." if "Hz" in found["unit"] else ""
+        if target_unit.kind != source.kind:
+            turns = " A frequency of turns is written in rev/s." if "Hz" in match["unit"] else ""
             raise ExpressionError(
-                f"Expected {what} {_in(wanted)} or a unit of its kind, got '{text.strip()}'.{turns}"
+                f"Expected {what} {_in(target)} or a unit of its kind, got '{text.strip()}'.{turns}"
             )
-        return value * given.size / asked.size
+        return value * source.size / target_unit.size
     words = set(re.findall(r"\b[^\W\d]\w*", text)) - {*FUNCTIONS, *CONSTANTS, "deg", "rad"}
     if words:
         raise ExpressionError(
@@ -163,5 +165,5 @@ def quantity(text: str, wanted: str = "", what: str = "a value") -> Any:
     return parse(text, {})
 
 
-def _in(wanted: str) -> str:
-    return "as a pure number" if wanted == "1" else f"in {wanted}"
+def _in(target: str) -> str:
+    return "as a pure number" if target == "1" else f"in {target}"

@@ -2,8 +2,8 @@
 
     m = ∫ dm,   m c = ∫ r dm,   I_O = ∫ (|r|² 1 - r rᵀ) dm,   dm = ρ dV
 
-The integrals are SymPy's and exact; what SymPy cannot do is refused, unless numbers are given for the
-symbols (``values=``): then it is done by adaptive quadrature.
+SymPy computes the integrals exactly. An integral that SymPy cannot do is refused. With numbers for the symbols
+(``values=``) the integrals are computed by adaptive quadrature.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from typing import Any
 import sympy
 
 from ..errors import MassError, shown
-from ..scalar.algebra import Vector
+from ..scalar.algebra import Expression, Vector
 from .entries import AXES, exact_number, is_symbolic, reciprocal, substitution, text, value_of
 from .mass import MassProperties
 from .shape import Shape
 
 REGIONS = ("cartesian", "cylindrical", "spherical")
 
-Bounds = Sequence[tuple[Any, Any]]
+Bounds = Sequence[tuple[Expression, Expression]]
 
 
 def from_density(
-    density: Any,
+    density: Expression,
     bounds: Bounds,
     variables: Sequence[Any],
     coordinates: str = "cartesian",
@@ -40,26 +40,26 @@ def from_density(
     density : number or expression of the variables
         [kg/m³]
     bounds : three pairs (lower, upper)
-        Of each variable, in the order of ``variables``; the bounds of one may be expressions of others.
+        Bounds of each variable, in the order of ``variables``; they may be expressions of the other variables.
     variables : three symbols
         ``(x, y, z)``; ``(r, phi, z)`` for ``"cylindrical"``; ``(r, theta, phi)`` for ``"spherical"``, theta
         measured from the z axis.
     coordinates : str
         ``"cartesian"``, ``"cylindrical"`` or ``"spherical"``.
     positive : sequence of symbols
-        Parameters known to be positive; a lone symbol as the upper bound over a lower bound 0 is known to be.
+        Parameters known to be positive. A symbol that is the upper bound above a lower bound 0 is added.
     values : mapping of symbol (or name) to number, optional
-        Numbers for the parameters; the integrals are then done by quadrature.
+        Numbers for the parameters; the integrals are then computed by quadrature.
 
     Returns
     -------
     MassProperties
-        In the axes x, y, z of the region; the body's origin is that of the region.
+        In the axes x, y, z of the region; the body's origin is the origin of the region.
 
     Raises
     ------
     MassError
-        If SymPy leaves an integral, which the message shows.
+        If SymPy cannot do an integral; the message shows it.
 
     Examples
     --------
@@ -73,23 +73,23 @@ def from_density(
     limits = _bounds(bounds, 3)
     rho = exact_number(density, "the density")
     position, jacobian = _position(names, coordinates)
-    known = _known_positive(limits, positive)
-    region = _Region(names, limits, known, values)
+    assumed = _assumed_positive(limits, positive)
+    region = _Region(names, limits, assumed, values)
     x, y, z = position
     integrands = [1, x, y, z, x * x, y * y, z * z, x * y, x * z, y * z]
     m, mx, my, mz, xx, yy, zz, xy, xz, yz = region.integrals([rho * f * jacobian for f in integrands])
     inertia = ((yy + zz, -xy, -xz), (-xy, xx + zz, -yz), (-xz, -yz, xx + yy))
-    return _assembled(m, (mx, my, mz), inertia, None, known)
+    return _assembled(m, (mx, my, mz), inertia, None, assumed)
 
 
 def revolve(
-    profile: Any,
-    bounds: tuple[Any, Any],
+    profile: Expression,
+    bounds: tuple[Expression, Expression],
     variable: Any,
     *,
-    mass: Any = None,
-    density: Any = None,
-    inner: Any = 0,
+    mass: Expression = None,
+    density: Expression = None,
+    inner: Expression = 0,
     axis: str = "z",
     positive: Sequence[Any] = (),
     values: Mapping[Any, Any] | None = None,
@@ -102,7 +102,7 @@ def revolve(
     Parameters
     ----------
     profile : number or expression of ``variable``
-        The outer radius r along the axis [m]; ``inner`` is the inner one.
+        The outer radius r along the axis [m]; ``inner`` is the inner radius.
     bounds : (lower, upper)
         Ends of the solid along the axis [m].
     variable : symbol
@@ -110,13 +110,13 @@ def revolve(
     mass, density : number or expression, one of the two
         [kg] for a uniform solid; [kg/m³], which may depend on ``variable``.
     values : mapping of symbol (or name) to number, optional
-        Numbers for the parameters; the integrals are then done by quadrature.
+        Numbers for the parameters; the integrals are then computed by quadrature.
 
     Raises
     ------
     MassError
-        If SymPy leaves an integral, which the message shows; for a radius below zero or an inner above an
-        outer radius, where they are numbers.
+        If SymPy cannot do an integral, which the message shows; for numbers, if a radius is negative or the inner
+        radius is larger than the outer.
 
     Examples
     --------
@@ -133,16 +133,16 @@ def revolve(
         raise MassError("Expected either mass= or density= of the solid of revolution, got both or none.")
     r, r_i = exact_number(profile, "the profile"), exact_number(inner, "the inner profile")
     limits = _bounds([bounds], 1)
-    known = _known_positive(limits, positive)
+    assumed = _assumed_positive(limits, positive)
     _check_profile(r, r_i, z, limits[0], values)
     rho = 1 if density is None else exact_number(density, "the density")
-    region = _Region((z,), limits, known, values)
+    region = _Region((z,), limits, assumed, values)
     ring = sympy.pi * sympy.Rational(1, 2) * rho * (r**4 - r_i**4)
     disk = sympy.pi * rho * (r**2 - r_i**2)
     m, mz, mzz, along = region.integrals([disk, z * disk, z**2 * disk, ring])
     if mass is not None:
         M = exact_number(mass, "the mass")
-        known = (*known, M) if is_symbolic(M) else known
+        assumed = (*assumed, M) if is_symbolic(M) else assumed
         M = region.put(M)
         share = exact_number(M) * reciprocal(exact_number(m))
         m, mz, mzz, along = M, *(share * exact_number(x) for x in (mz, mzz, along))
@@ -155,19 +155,19 @@ def revolve(
     shape = Shape("revolved", tuple(dimensions.items()), AXES[axis])
     if values is not None:
         shape = shape.mapped(region.put)
-    return _assembled(m, (first[0], first[1], first[2]), inertia, shape, known)
+    return _assembled(m, (first[0], first[1], first[2]), inertia, shape, assumed)
 
 
 class _Region:
-    """What is integrated over, and how."""
+    """A region of integration, with integrals over it."""
 
     def __init__(
-        self, names: Sequence[Any], limits: Bounds, known: Sequence[Any], values: Mapping[Any, Any] | None
+        self, names: Sequence[Any], limits: Bounds, positive: Sequence[Any], values: Mapping[Any, Any] | None
     ) -> None:
         self.put = substitution(values) if values is not None else (lambda entry: entry)
         self.numeric = values is not None
-        # SymPy does many integrals only with these assumptions; the symbols themselves come back afterwards.
-        self.assumed = {s: sympy.Dummy(s.name, positive=True) for s in known if s.is_Symbol}
+        # SymPy can do many integrals only with these assumptions; the results are written in the original symbols
+        self.assumed = {s: sympy.Dummy(s.name, positive=True) for s in positive if s.is_Symbol}
         self.order = _order(names, limits)
         for lower, upper in limits:
             width = value_of(exact_number(self.put(sympy.sympify(upper - lower))))
@@ -177,7 +177,7 @@ class _Region:
                 )
 
     def integrals(self, integrands: Sequence[Any]) -> list[Any]:
-        """The integral of each; SymPy expressions, or floats if there are values."""
+        """The integrals of the integrands: SymPy expressions, or floats if there are values."""
         return [self._quadrature(f) if self.numeric else self._exact(f) for f in integrands]
 
     def _exact(self, integrand: Any) -> Any:
@@ -187,14 +187,14 @@ class _Region:
             a, b = (sympy.sympify(x).xreplace(self.assumed) for x in (lower, upper))
             sign = {"positive": True} if sympy.sympify(a).is_nonnegative else {"real": True}
             inner = sympy.Dummy(name.name, **sign)
-            done = sympy.integrate(result.xreplace({name: inner}), (inner, a, b))
-            if done.has(sympy.Integral, sympy.Piecewise, sympy.nan, sympy.oo, sympy.zoo):
-                left = next(iter(done.atoms(sympy.Integral)), done).xreplace({inner: name, **back})
+            integral = sympy.integrate(result.xreplace({name: inner}), (inner, a, b))
+            if integral.has(sympy.Integral, sympy.Piecewise, sympy.nan, sympy.oo, sympy.zoo):
+                rest = next(iter(integral.atoms(sympy.Integral)), integral).xreplace({inner: name, **back})
                 raise MassError(
-                    f"Expected an integral that SymPy can do, but it left {left}. Give numbers for its "
+                    f"Expected an integral that SymPy can do, but it left {rest}. Give numbers for its "
                     "symbols with values={...}, or say which of them are positive with positive=(...)."
                 )
-            result = sympy.expand(done.xreplace({inner: name}))
+            result = sympy.expand(integral.xreplace({inner: name}))
         return result.xreplace(back)
 
     def _quadrature(self, integrand: Any) -> Any:
@@ -203,12 +203,12 @@ class _Region:
         integrand = sympy.sympify(self.put(sympy.sympify(integrand)))
         order = [(name, self.put(sympy.sympify(a)), self.put(sympy.sympify(b))) for name, a, b in self.order]
         names = [name for name, _, _ in order]
-        left = set().union(*(sympy.sympify(e).free_symbols for _, a, b in order for e in (a, b)))
-        left = (left | integrand.free_symbols) - set(names)
-        if left:
+        free = set().union(*(sympy.sympify(e).free_symbols for _, a, b in order for e in (a, b)))
+        free = (free | integrand.free_symbols) - set(names)
+        if free:
             raise MassError(
                 "Expected values of every symbol for the quadrature, got none of "
-                f"{', '.join(sorted(map(str, left)))}."
+                f"{', '.join(sorted(map(str, free)))}."
             )
         if integrand == 0:
             return 0
@@ -228,24 +228,26 @@ _QUADRATURE = 1 / 10**12  # relative
 
 
 def _assembled(
-    m: Any, first: Vector, about_origin: Any, shape: Shape | None, known: Sequence[Any]
+    m: Any, first: Vector, about_origin: Any, shape: Shape | None, positive: Sequence[Any]
 ) -> MassProperties:
+    """Mass properties from the mass, the first moment and the inertia about the origin."""
     m, first = _closed(m), tuple(exact_number(x) for x in first)
     if m == 0:
         raise MassError("Expected a solid with mass, got an integral of the density of 0. Check the bounds.")
     center = tuple(_closed(x * reciprocal(m)) for x in first)
-    found = MassProperties.from_inertia_about(m, center, about_origin, (0, 0, 0))
-    a, b, c = (tuple(_closed(x) for x in row) for row in found.inertia)
-    return MassProperties(m, found.center, (a, b, c), shape, tuple(known))
+    properties = MassProperties.from_inertia_about(m, center, about_origin, (0, 0, 0))
+    a, b, c = (tuple(_closed(x) for x in row) for row in properties.inertia)
+    return MassProperties(m, properties.center, (a, b, c), shape, tuple(positive))
 
 
 def _closed(entry: Any) -> Any:
-    """An exact entry, a quotient in lowest terms and its numerator and denominator as products."""
+    """An exact entry: a quotient in lowest terms whose numerator and denominator are products."""
     entry = exact_number(entry)
     return exact_number(sympy.factor_terms(sympy.cancel(entry))) if is_symbolic(entry) else entry
 
 
 def _position(names: Sequence[Any], coordinates: str) -> tuple[Vector, Any]:
+    """Position vector and Jacobian determinant."""
     a, b, c = names
     if coordinates == "cartesian":
         return (a, b, c), sympy.Integer(1)
@@ -256,17 +258,17 @@ def _position(names: Sequence[Any], coordinates: str) -> tuple[Vector, Any]:
 
 
 def _order(names: Sequence[Any], limits: Bounds) -> list[tuple[Any, Any, Any]]:
-    """Innermost first: a variable is integrated out when no bounds that remain speak of it."""
-    left = dict(zip(names, limits, strict=True))
+    """Variables with their bounds, innermost first: no bounds of later variables depend on a variable."""
+    remaining = dict(zip(names, limits, strict=True))
     order = []
-    while left:
-        free = [n for n in left if not any(_has(e, n) for m, pair in left.items() for e in pair)]
+    while remaining:
+        free = [n for n in remaining if not any(_has(e, n) for pair in remaining.values() for e in pair)]
         if not free:
             raise MassError(
                 f"Expected bounds that can be integrated one after the other, got bounds of "
-                f"{', '.join(map(str, left))} that depend on each other in a circle."
+                f"{', '.join(map(str, remaining))} that depend on each other in a circle."
             )
-        order.append((free[0], *left.pop(free[0])))
+        order.append((free[0], *remaining.pop(free[0])))
     return order
 
 
@@ -275,13 +277,13 @@ def _has(entry: Any, name: Any) -> bool:
 
 
 def _symbols(variables: Any, count: int) -> tuple[Any, ...]:
-    found = tuple(variables)
-    if not all(isinstance(s, sympy.Symbol) for s in found) or len(set(found)) != count:
+    symbols = tuple(variables)
+    if not all(isinstance(s, sympy.Symbol) for s in symbols) or len(set(symbols)) != count:
         raise MassError(
             f"Expected {count} different SymPy symbol{'s' if count > 1 else ''} as integration variables, "
-            f"got {found}."
+            f"got {symbols}."
         )
-    return found
+    return symbols
 
 
 def _bounds(bounds: Any, count: int) -> list[tuple[Any, Any]]:
@@ -292,15 +294,16 @@ def _bounds(bounds: Any, count: int) -> list[tuple[Any, Any]]:
     return [(exact_number(a, "a lower bound"), exact_number(b, "an upper bound")) for a, b in pairs]
 
 
-def _known_positive(limits: Bounds, given: Sequence[Any]) -> tuple[Any, ...]:
-    found = [b for a, b in limits if a == 0 and isinstance(b, sympy.Symbol)]
-    return tuple(dict.fromkeys([*(exact_number(s, "a positive symbol") for s in given), *found]))
+def _assumed_positive(limits: Bounds, positive: Sequence[Any]) -> tuple[Any, ...]:
+    """The symbols declared positive, and the upper bounds that must be."""
+    upper = [b for a, b in limits if a == 0 and isinstance(b, sympy.Symbol)]
+    return tuple(dict.fromkeys([*(exact_number(s, "a positive symbol") for s in positive), *upper]))
 
 
 def _check_profile(
     r: Any, r_i: Any, z: Any, limits: tuple[Any, Any], values: Mapping[Any, Any] | None
 ) -> None:
-    """Refuse radii that are numbers and wrong, at samples along the axis."""
+    """Refuse numerical radii that are impossible at samples along the axis."""
     put = substitution(values or {})
     a, b = (value_of(sympy.sympify(put(x))) for x in limits)
     if a is None or b is None:

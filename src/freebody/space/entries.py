@@ -1,8 +1,8 @@
-"""What a user may give as a number, a vector or a matrix, and what it becomes.
+"""Conversion of numbers, vectors and matrices that a user gives.
 
-A number is kept as it is (int, Fraction, float) or made plain (NumPy's and SymPy's numbers); any
-other SymPy expression stays one. A name in a text stands for the parameter of that name: the same real
-symbol that a system makes of it, and only a system can say whether it has one.
+An int, Fraction or float stays unchanged, NumPy's and SymPy's numbers are converted to these, and any other SymPy
+expression stays an expression. A name in a text stands for the parameter of that name: it becomes the real symbol
+that a system makes for it. Only a system can check that the parameter exists.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import sympy
 
 from ..errors import ExpressionError, MassError, ModelError, shown
-from ..scalar.algebra import Field, Matrix, Vector, floats
+from ..scalar.algebra import Expression, Field, Matrix, Scalar, Vector, floats
 from ..scalar.expression import exact
 from ..scalar.parser import parse
 
@@ -23,7 +23,7 @@ AXES: dict[str, Vector] = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 class _Parameters(dict[str, Any]):
-    """Any name as a parameter."""
+    """Mapping that contains every name, as a parameter."""
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and name.isidentifier()
@@ -32,8 +32,8 @@ class _Parameters(dict[str, Any]):
         return sympy.Symbol(name, real=True)
 
 
-def number(value: Any, what: str = "a number", error: type[ModelError] = ModelError) -> Any:
-    """One entry: int, Fraction, float, or a SymPy expression that is none of these.
+def number(value: Expression, what: str = "a number", error: type[ModelError] = ModelError) -> Scalar:
+    """Return one entry as an int, Fraction, float or, if it is none of these, as a SymPy expression.
 
     >>> number(sympy.Rational(1, 2)), number(2), number(sympy.Symbol("m") / 2)
     (Fraction(1, 2), 2, m/2)
@@ -80,8 +80,8 @@ def _finite(value: float, what: str, error: type[ModelError]) -> float:
     return value
 
 
-def exact_number(value: Any, what: str = "a number", error: type[ModelError] = MassError) -> Any:
-    """As :func:`number`, with floats as the decimals they print as, inside expressions too.
+def exact_number(value: Expression, what: str = "a number", error: type[ModelError] = MassError) -> Scalar:
+    """Return :func:`number` with each float, inside expressions too, as the decimal it prints as.
 
     >>> exact_number(0.1), exact_number(0.5 * sympy.Symbol("m"))
     (Fraction(1, 10), m/2)
@@ -93,11 +93,11 @@ def exact_number(value: Any, what: str = "a number", error: type[ModelError] = M
 
 
 def vector(value: Any, what: str, error: type[ModelError] = ModelError, entry: Any = number) -> Vector:
-    """Three entries."""
+    """Return three entries."""
     items = _items(value)
     if items is None or len(items) != 3:
-        came = shown(value) if items is None else f"{len(items)} components"
-        raise error(f"Expected three components of {what}, got {came}.")
+        got = shown(value) if items is None else f"{len(items)} components"
+        raise error(f"Expected three components of {what}, got {got}.")
     x, y, z = (
         entry(item, f"component {axis} of {what}", error) for axis, item in zip("xyz", items, strict=True)
     )
@@ -105,7 +105,7 @@ def vector(value: Any, what: str, error: type[ModelError] = ModelError, entry: A
 
 
 def matrix(value: Any, what: str, error: type[ModelError] = ModelError, entry: Any = number) -> Matrix:
-    """Three rows of three entries."""
+    """Return three rows of three entries."""
     rows = _items(value)
     inner = None if rows is None else [_items(row) for row in rows]
     if inner is None or len(inner) != 3 or any(row is None or len(row) != 3 for row in inner):
@@ -118,7 +118,7 @@ def matrix(value: Any, what: str, error: type[ModelError] = ModelError, entry: A
 
 
 def direction(axis: Any, what: str, error: type[ModelError] = ModelError) -> Vector:
-    """A letter or three components, of any length but zero."""
+    """Return the vector of an axis given by a letter or by three components of any length but zero."""
     if isinstance(axis, str):
         if axis not in AXES:
             raise error(f"Expected {what} as 'x', 'y', 'z' or three components, got '{axis}'.")
@@ -129,8 +129,8 @@ def direction(axis: Any, what: str, error: type[ModelError] = ModelError) -> Vec
     return n
 
 
-def value_of(entry: Any) -> Any:
-    """The entry as a plain real number, or None if it holds symbols.
+def value_of(entry: Scalar) -> Any:
+    """Return the entry as a plain real number, or None if it contains symbols or is not real.
 
     >>> value_of(Fraction(1, 2)), value_of(sympy.Symbol("m"))
     (Fraction(1, 2), None)
@@ -143,29 +143,29 @@ def value_of(entry: Any) -> Any:
     return value.real if value.imag == 0 else None
 
 
-def negative(entry: Any) -> bool:
-    """Whether the entry is surely below zero."""
+def negative(entry: Scalar) -> bool:
+    """True if the entry is a number below zero."""
     value = value_of(entry)
     return value is not None and value < 0
 
 
-def plain(entry: Any) -> Any:
-    """SymPy's rationals as int or Fraction, everything else as it is."""
+def plain(entry: Scalar) -> Scalar:
+    """Return a SymPy rational as an int or Fraction, anything else unchanged."""
     return exact(entry) if isinstance(entry, sympy.Expr) and entry.is_Rational else entry
 
 
-def reciprocal(entry: Any) -> Any:
-    """1/x, exact: an int divided by an int would be a float."""
+def reciprocal(entry: Scalar) -> Scalar:
+    """Exact 1/x (Python's quotient of two ints is a float)."""
     return 1 / entry if is_symbolic(entry) else 1 / Fraction(entry)
 
 
 def is_symbolic(*entries: Any) -> bool:
-    """Whether any entry is a SymPy expression."""
+    """True if any entry is a SymPy expression."""
     return any(isinstance(entry, sympy.Basic) for entry in entries)
 
 
-def text(entry: Any) -> str:
-    """An entry as a person writes it: short fractions stay fractions.
+def text(entry: Scalar) -> str:
+    """Text of an entry for people: short fractions stay fractions.
 
     >>> text(Fraction(1, 3)), text(Fraction(1, 10)), text(Fraction("0.1234567890123456789"))
     ('1/3', '0.1', '0.123457')
@@ -177,15 +177,14 @@ def text(entry: Any) -> str:
 
 
 def substitution(values: Mapping[Any, Any]) -> Any:
-    """A function that puts numbers for the symbols of an entry; keys are symbols or their names."""
+    """Return a function that replaces the symbols of an entry by numbers; keys are symbols or their names."""
     by_name = {str(key): exact_number(value, f"the value of {key}") for key, value in values.items()}
 
     def put(entry: Any) -> Any:
         if not isinstance(entry, sympy.Basic):
             return entry
         atoms = entry.free_symbols | entry.atoms(sympy.core.function.AppliedUndef)
-        found = {a: sympy.sympify(by_name[str(a)]) for a in atoms if str(a) in by_name}
-        return plain(entry.xreplace(found))
+        return plain(entry.xreplace({a: sympy.sympify(by_name[str(a)]) for a in atoms if str(a) in by_name}))
 
     return put
 
@@ -193,10 +192,12 @@ def substitution(values: Mapping[Any, Any]) -> Any:
 class Expressions(Field):
     """The field of SymPy expressions."""
 
-    def constant(self, value: int | Fraction | float | str) -> Any:
+    def constant(self, value: int | Fraction | float | str) -> Scalar:
+        """The number as a SymPy number."""
         return getattr(sympy, value) if isinstance(value, str) else sympy.sympify(exact(value))
 
-    def apply(self, function: str, *arguments: Any) -> Any:
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
+        """SymPy's ``function`` of expressions."""
         names = {"abs": "Abs", "pow": "Pow", "min": "Min", "max": "Max"}
         return plain(getattr(sympy, names.get(function, function))(*arguments))
 
@@ -205,13 +206,14 @@ expressions = Expressions()
 
 
 def common_field(*entries: Any) -> tuple[Field, tuple[Any, ...]]:
-    """The field that holds all entries, and the entries in it: expressions if one is, else floats."""
+    """The field of all entries, and the entries in it: expressions if any entry is one, else floats."""
     if not is_symbolic(*entries):
         return floats, entries
     return expressions, tuple(plain(sympy.sympify(exact(entry))) for entry in entries)
 
 
 def _items(value: Any) -> list[Any] | None:
+    """Entries of a sequence, array or matrix; None for anything else."""
     if isinstance(value, (str, bytes)):
         return None
     if hasattr(value, "tolist"):  # numpy.ndarray, sympy.Matrix

@@ -1,11 +1,11 @@
 """The twelve sequences of Euler angles, always body-fixed (intrinsic), in capitals: "ZXZ", "XYZ", ...
 
     R_NB = R_i(α) R_j(β) R_k(γ)
-    w_NB = α̇ e_i + β̇ e_j' + γ̇ e_k''                each axis where the turns before have taken it
+    w_NB = α̇ e_i + β̇ e_j' + γ̇ e_k''                each axis as turned by the turns before it
 
-Between the second and the third turn the map from rates to angular velocity is triangular, so its
-inverse needs one division: by sin β where k = i, by cos β where i, j, k differ. That is the singularity.
-The functions up to ``euler_rates`` hold for every scalar type.
+In the axes between the second and the third turn, the map from rates to angular velocity is triangular. Its
+inverse therefore needs one division: by sin β if k = i, by cos β if i, j, k differ. The sequence is singular where
+this divisor vanishes. The functions above "floats only" accept every scalar type.
 
 Source: [Wittenburg2008, section 2.1].
 """
@@ -18,21 +18,32 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from ..errors import ModelError, shown
-from ..scalar.algebra import Field, Matrix, Vector, apply, apply_transpose, cross, dot, multiply, transpose
+from ..scalar.algebra import (
+    Field,
+    Matrix,
+    Scalar,
+    Vector,
+    apply,
+    apply_transpose,
+    cross,
+    dot,
+    multiply,
+    transpose,
+)
 from .entries import AXES
 from .turn import matrix_about
 
 SEQUENCES = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "XYX", "XZX", "YXY", "YZY", "ZXZ", "ZYZ")
 
-Angles = Sequence[Any]
+Angles = Sequence[Scalar]
 
 
 class Singularity(NamedTuple):
-    """Where a sequence fails: index of the ``angle``, ``function`` of it that vanishes, its ``measure``."""
+    """Singularity of a sequence: index of the ``angle``, ``function`` of it that vanishes, its value ``measure``."""
 
     angle: int
     function: str
-    measure: Any
+    measure: Scalar
 
 
 def euler_axes(sequence: str) -> tuple[Vector, Vector, Vector]:
@@ -41,7 +52,7 @@ def euler_axes(sequence: str) -> tuple[Vector, Vector, Vector]:
     Raises
     ------
     ModelError
-        For a sequence that is none of the twelve; lower case is refused with the cure.
+        For a sequence that is none of the twelve; for lower case the message gives the cure.
     """
     if not isinstance(sequence, str) or sequence not in SEQUENCES:
         raise ModelError(_refused(sequence))
@@ -59,7 +70,7 @@ def matrix_from_euler(sequence: str, angles: Angles, field: Field) -> Matrix:
 def euler_rate_map(sequence: str, angles: Angles, field: Field, axes: str = "child") -> Matrix:
     """J, 3 x 3, with w = J (α̇, β̇, γ̇): angle rates to angular velocity [rad/s].
 
-    ``axes`` says where the components of w are: ``"child"`` (body axes) or ``"parent"``.
+    ``axes`` are the axes of the components of w: ``"child"`` (body axes) or ``"parent"``.
     """
     i, j, k = euler_axes(sequence)
     alpha, beta, gamma = angles
@@ -83,7 +94,7 @@ def euler_rates(sequence: str, angles: Angles, w: Vector, field: Field, axes: st
     s, c = field.sin(beta), field.cos(beta)
     m = cross(i, j)
     handed = dot(m, k)  # 0 where k = i, else +1 or -1: m = handed * k
-    # In the axes between the turns, R_jᵀ i = c i + s m (seen from the child), R_j k (seen from the parent).
+    # in the axes between the turns: R_jᵀ i = c i + s m (components of w in the child), R_j k (in the parent)
     if _in_child(axes):
         v = apply(matrix_about(k, gamma, field), w)
         outer_axis, inner_axis, sign = i, k, 1
@@ -107,7 +118,7 @@ def euler_rate_map_inverse(sequence: str, angles: Angles, field: Field, axes: st
 
 
 def euler_singularity(sequence: str, angles: Angles, field: Field) -> Singularity:
-    """What vanishes where the rate map has no inverse: the sine or the cosine of the second angle."""
+    """The sine or cosine of the second angle, which vanishes where the rate map has no inverse."""
     i, _, k = euler_axes(sequence)
     function = "sin" if i == k else "cos"
     return Singularity(1, function, field.apply(function, angles[1]))
@@ -115,16 +126,16 @@ def euler_singularity(sequence: str, angles: Angles, field: Field) -> Singularit
 
 # --- floats only ------------------------------------------------------------------------------
 
-# Below this measure the first and the third axis are parallel to round-off.
+# Below this measure the first and the third axis are parallel within round-off.
 PARALLEL = 16 * sys.float_info.epsilon
 
 
 def euler_from_matrix(sequence: str, R: Sequence[Sequence[Any]]) -> tuple[float, float, float]:
     """The three angles [rad] of a rotation matrix of floats.
 
-    The second angle is in [0, π] for sequences such as ZXZ, in [-π/2, π/2] for such as XYZ, the other two
-    in [-π, π]. At the singularity, where only their sum or difference is defined, the *third is zero* and the
-    first carries the whole turn.
+    The second angle is in [0, π] for sequences such as ZXZ and in [-π/2, π/2] for sequences such as XYZ, the
+    other two are in [-π, π]. At the singularity, where only their sum or difference is defined, the *third is
+    zero* and the first is the whole turn.
     """
     i, j, k = ("XYZ".index(letter) for letter in _checked(sequence))
     n = 3 - i - j  # the axis e_i × e_j = e e_n
@@ -140,8 +151,8 @@ def euler_from_matrix(sequence: str, R: Sequence[Sequence[Any]]) -> tuple[float,
         alpha = math.atan2(-e * r[j][n], r[n][n])
     if measure <= PARALLEL:
         return (math.atan2(e * r[n][j], r[j][j]), beta, float(0))
-    # The third angle from what is left after the first: it makes up for the round-off of the first, so
-    # that the matrix comes back to round-off also close to the singularity.
+    # the third angle from the rotation that remains after the first: it compensates the round-off of the first,
+    # so that the angles reproduce the matrix within round-off close to the singularity too
     ca, sa = math.cos(alpha), math.sin(alpha)
     cosine = ca * r[j][j] + sa * e * r[n][j]
     if k == i:
@@ -161,6 +172,7 @@ def _in_child(axes: str) -> bool:
 
 
 def _refused(sequence: Any) -> str:
+    """Message about a sequence that is none of the twelve."""
     if isinstance(sequence, str) and sequence.upper() in SEQUENCES:
         return (
             f"Expected a body-fixed (intrinsic) sequence in capitals, got '{sequence}': lower case is "

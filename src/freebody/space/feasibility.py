@@ -1,8 +1,8 @@
-"""What no body can have: the tests of mass and inertia, each naming what failed and by how much.
+"""Tests that a body can have a mass and an inertia; each message names the failed condition and by how much it fails.
 
-Every dm adds ``(y²+z², x²+z², x²+y²) dm`` to the moments, so none is negative, and none is larger
-than the sum of the other two, about any three perpendicular axes; on the principal axes this is also
-enough (Wittenburg, Dynamics of Multibody Systems, 2nd ed., 2008, section 3.1).
+Every dm adds ``(y²+z², x²+z², x²+y²) dm`` to the moments. About any three perpendicular axes, therefore, no moment
+is negative and none is larger than the sum of the other two. For the principal axes this condition is also
+sufficient (Wittenburg, Dynamics of Multibody Systems, 2nd ed., 2008, section 3.1).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 import sympy
 
 from ..errors import MassError
-from ..scalar.algebra import Matrix, Vector
+from ..scalar.algebra import Matrix, Scalar, Vector
 from .entries import is_symbolic, text, value_of
 
 # Round-off of a product of three matrices, in units of the largest entry.
@@ -24,7 +24,7 @@ _CURE = "Check the unit, the order of the axes, and that the inertia is about th
 
 
 def symmetric(A: Matrix) -> Matrix:
-    """The matrix itself, or MassError if it is not symmetric; the upper triangle is kept."""
+    """Return the matrix with its upper triangle mirrored; raise MassError if it is not symmetric."""
     bound = _bound(A)
     for i, j in ((0, 1), (0, 2), (1, 2)):
         difference = A[i][j] - A[j][i]
@@ -41,8 +41,8 @@ def symmetric(A: Matrix) -> Matrix:
     return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
 
-def check_mass(mass: Any) -> None:
-    """Refuse a mass below zero. Inertia without mass is the flywheel whose mass is counted elsewhere."""
+def check_mass(mass: Scalar) -> None:
+    """Refuse a mass below zero. Inertia without mass is allowed: a flywheel whose mass is counted elsewhere."""
     value = value_of(mass)
     if value is None:
         if not getattr(mass, "free_symbols", None):
@@ -53,7 +53,7 @@ def check_mass(mass: Any) -> None:
 
 
 def check_inertia(A: Matrix) -> None:
-    """Refuse moments that no body has, as far as the entries are numbers."""
+    """Refuse moments that no body can have, as far as the entries are numbers."""
     bound = _bound(A)
     diagonal = (A[0][0], A[1][1], A[2][2])
     for i, moment in enumerate(diagonal):
@@ -80,6 +80,7 @@ def check_inertia(A: Matrix) -> None:
 
 
 def _triangle(moments: Vector | tuple[float, ...], what: str, bound: Any) -> None:
+    """Refuse moments of which one exceeds the sum of the others."""
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         a, b, c = moments[i], moments[j], moments[k]
@@ -89,16 +90,17 @@ def _triangle(moments: Vector | tuple[float, ...], what: str, bound: Any) -> Non
         value = value_of(excess)
         if value is not None and value > bound:
             if is_symbolic(a, b, c):
-                seen = f"{text(a)} exceeds ({text(b)}) + ({text(c)}) by {text(excess)}"
+                reason = f"{text(a)} exceeds ({text(b)}) + ({text(c)}) by {text(excess)}"
             else:
-                seen = f"no body has {text(a)} > {text(b)} + {text(c)}, too large by {text(excess)}"
+                reason = f"no body has {text(a)} > {text(b)} + {text(c)}, too large by {text(excess)}"
             raise MassError(
-                f"Expected {what} that satisfy the triangle inequality, got {_listed(moments)}: {seen}. "
+                f"Expected {what} that satisfy the triangle inequality, got {_listed(moments)}: {reason}. "
                 + _CURE
             )
 
 
 def _bound(A: Matrix) -> float:
+    """Round-off of the entries."""
     values = [value_of(x) for row in A for x in row]
     return TOLERANCE * max((float(abs(v)) for v in values if v is not None), default=0)
 

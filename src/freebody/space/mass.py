@@ -1,11 +1,11 @@
-"""Mass properties of a rigid body, their theorems, and what no body can have.
+"""Mass properties of a rigid body and their theorems.
 
     I_P = I_C + m (|d|² 1 - d dᵀ),  d = p_PC        translation (parallel axes)
     I_A = R_AB I_B R_BA                             rotation
     I = Σ I_i about the common mass centre          combination; a hole is subtracted
 
-The inertia is always the *matrix* (off the diagonal: minus the integral); the products of inertia
-are the integrals ``I_xy = ∫ x y dm`` (Meirovitch's eq. (6.11)). Entries are exact numbers or
+The inertia is always the inertia *matrix*, whose entries off the diagonal are minus the products of inertia. The
+products of inertia are the integrals ``I_xy = ∫ x y dm`` (Meirovitch's eq. (6.11)). Entries are exact numbers or
 SymPy expressions.
 """
 
@@ -20,7 +20,9 @@ import sympy
 from ..errors import MassError
 from ..scalar.algebra import (
     ZERO,
+    Expression,
     Matrix,
+    Scalar,
     Vector,
     add,
     add_matrices,
@@ -51,9 +53,9 @@ from .shape import Shape, compound
 class Products(NamedTuple):
     """Products of inertia ``∫ x y dm``, ``∫ x z dm``, ``∫ y z dm`` [kg m²]."""
 
-    xy: Any
-    xz: Any
-    yz: Any
+    xy: Scalar
+    xz: Scalar
+    yz: Scalar
 
 
 @dataclass(frozen=True)
@@ -67,20 +69,20 @@ class MassProperties:
     center : 3 entries
         The mass centre from the body's origin, in body axes [m].
     inertia : 3 x 3
-        The inertia *matrix* about the mass centre, in body axes [kg m²]: off the diagonal it holds
+        The inertia *matrix* about the mass centre, in body axes [kg m²]: its entries off the diagonal are
         minus the products of inertia. See :meth:`from_products` for the other convention, and
         :meth:`from_inertia_about` for an inertia about another point.
     shape : Shape, optional
-        What the body looks like; for drawing only.
+        Shape of the body, for drawings only.
     positive : tuple of expressions
-        Masses and dimensions that are positive by their use.
+        Masses and dimensions, which are assumed positive.
 
     Raises
     ------
     MassError
-        For what no body can have: a negative mass, a negative moment of inertia, a moment larger
-        than the sum of the other two, an inertia matrix that is not symmetric. With symbols the
-        test is made again, with numbers, by :meth:`check`.
+        If the mass or a moment of inertia is negative, a moment is larger than the sum of the other
+        two, or the inertia matrix is not symmetric. With symbols, :meth:`check` repeats the
+        test with numbers.
 
     Examples
     --------
@@ -88,7 +90,7 @@ class MassProperties:
     ((5, 0, 0), (0, 5, 0), (0, 0, 1))
     """
 
-    mass: Any
+    mass: Scalar
     center: Vector
     inertia: Matrix
     shape: Shape | None = field(default=None, compare=False, repr=False)
@@ -104,7 +106,7 @@ class MassProperties:
 
     @classmethod
     def from_products(
-        cls, mass: Any, center: Any, moments: Any, products: Any = ZERO, *, shape: Shape | None = None
+        cls, mass: Expression, center: Any, moments: Any, products: Any = ZERO, *, shape: Shape | None = None
     ) -> MassProperties:
         """Mass properties from moments and *products* of inertia about the mass centre.
 
@@ -113,15 +115,15 @@ class MassProperties:
         moments : (I_xx, I_yy, I_zz)
             [kg m²]
         products : (I_xy, I_xz, I_yz)
-            The integrals ``∫ x y dm``, ...: *not* the entries of the matrix, which are minus these [kg m²].
+            The integrals ``∫ x y dm``, ...; the entries of the inertia *matrix* are minus these [kg m²].
         """
         Ixx, Iyy, Izz = vector(moments, "the moments of inertia", MassError, exact_number)
         Ixy, Ixz, Iyz = vector(products, "the products of inertia", MassError, exact_number)
         return cls(mass, center, ((Ixx, -Ixy, -Ixz), (-Ixy, Iyy, -Iyz), (-Ixz, -Iyz, Izz)), shape)
 
     @classmethod
-    def from_inertia_about(cls, mass: Any, center: Any, inertia: Any, point: Any) -> MassProperties:
-        """Mass properties from the inertia *matrix* about ``point`` (in body axes from the body's origin)."""
+    def from_inertia_about(cls, mass: Expression, center: Any, inertia: Any, point: Any) -> MassProperties:
+        """Mass properties from the inertia *matrix* about ``point`` (body axes, from the body's origin)."""
         m = exact_number(mass, "the mass")
         I_P = symmetric(matrix(inertia, "the inertia matrix", MassError, exact_number))
         c = vector(center, "the mass centre", MassError, exact_number)
@@ -139,23 +141,24 @@ class MassProperties:
         return _map(_tidy, add_matrices(self.inertia, _point_mass(self.mass, subtract(self.center, p))))
 
     def moved(self, p: Any) -> MassProperties:
-        """The body displaced by ``p`` (body axes) relative to the body's origin; same axes."""
-        p_ = vector(p, "the displacement", MassError, exact_number)
-        return self._with(self.mass, add(self.center, p_), self.inertia, self.shape and self.shape.moved(p_))
+        """Mass properties of the body displaced by ``p`` (body axes) relative to the body's origin."""
+        shift = vector(p, "the displacement", MassError, exact_number)
+        shape = self.shape and self.shape.moved(shift)
+        return self._with(self.mass, add(self.center, shift), self.inertia, shape)
 
     def rotated(self, R: Any) -> MassProperties:
-        """The body turned about the body's origin by R: ``c -> R c``, ``I_C -> R I_C Rᵀ``.
+        """Mass properties of the body turned about its origin by R: ``c -> R c``, ``I_C -> R I_C Rᵀ``.
 
-        ``R`` is a :class:`Rotation` or a rotation matrix R_BA that takes components in the present
+        ``R`` is a :class:`Rotation` or a rotation matrix R_BA that takes components in the current
         axes A of the properties to components in body axes B.
         """
-        given = R if isinstance(R, Rotation) else Rotation(R)
-        R_BA = _map(exact_number, given.matrix)
+        rotation = R if isinstance(R, Rotation) else Rotation(R)
+        R_BA = _map(exact_number, rotation.matrix)
         shape = self.shape and self.shape.rotated(R_BA)
         return self._with(self.mass, apply(R_BA, self.center), congruence(R_BA, self.inertia), shape)
 
     def __add__(self, other: MassProperties) -> MassProperties:
-        """Both bodies as one, given in the same body axes from the same origin."""
+        """Mass properties of both bodies as one; both refer to the same body axes and origin."""
         if not isinstance(other, MassProperties):
             return NotImplemented
         mass = _tidy(self.mass + other.mass)
@@ -163,16 +166,16 @@ class MassProperties:
             return self
         center = _weighted(self, other, 1, mass)
         inertia = add_matrices(self.about(center), other.about(center))
-        known = self.positive + other.positive
-        return self._with(mass, center, inertia, compound(self.shape, other.shape), known)
+        positive = self.positive + other.positive
+        return self._with(mass, center, inertia, compound(self.shape, other.shape), positive)
 
     def __sub__(self, hole: MassProperties) -> MassProperties:
-        """The body with ``hole`` cut out, both given in the same body axes from the same origin.
+        """Mass properties of the body with ``hole`` cut out; both refer to the same body axes and origin.
 
         Raises
         ------
         MassError
-            If no mass is left, or the rest is no body (the hole is not inside, or denser).
+            If no mass remains, or no body can have the remaining properties (the hole is not inside, or denser).
         """
         if not isinstance(hole, MassProperties):
             return NotImplemented
@@ -186,16 +189,16 @@ class MassProperties:
         center = _weighted(self, hole, -1, mass)
         inertia = subtract_matrices(self.about(center), hole.about(center))
         shape = compound(self.shape, hole.shape, hole=True)
-        known = self.positive + hole.positive + (mass,)
-        try:  # a hole that sticks out of its body can leave what no body can have
-            return MassProperties(mass, center, inertia, shape, known)
+        positive = self.positive + hole.positive + (mass,)
+        try:  # a hole that extends beyond the body can leave properties that no body has
+            return MassProperties(mass, center, inertia, shape, positive)
         except MassError as problem:
             raise MassError(
                 f"Expected a hole inside the body, got a rest that no body can be: {problem} "
                 "Move the hole inside the body, or correct its mass."
             ) from problem
 
-    # --- what is asked of them ----------------------------------------------------------------
+    # --- derived quantities -------------------------------------------------------------------
 
     @property
     def moments(self) -> Vector:
@@ -215,7 +218,7 @@ class MassProperties:
         """Principal moments and axes of inertia about the mass centre; see :func:`principal_axes`."""
         return principal_axes(self.inertia, self.positive)
 
-    def radius_of_gyration(self, axis: Any, point: Any = None) -> Any:
+    def radius_of_gyration(self, axis: str | Vector, point: Vector | None = None) -> Scalar:
         """``sqrt(n·I n / m)`` about an axis through the mass centre, or through ``point`` [m].
 
         >>> MassProperties(1, (0, 0, 0), ((4, 0, 0), (0, 4, 0), (0, 0, 4))).radius_of_gyration("z")
@@ -235,7 +238,7 @@ class MassProperties:
         return frozenset().union(*(e.free_symbols for e in entries if isinstance(e, sympy.Basic)))
 
     def at(self, values: Mapping[Any, Any]) -> MassProperties:
-        """The mass properties with numbers for symbols (or their names), checked."""
+        """The mass properties with numbers for symbols (or their names), checked again."""
         put = substitution(values)
         _check_positive(self.positive, put)
         shape = self.shape and self.shape.mapped(put)
@@ -244,12 +247,12 @@ class MassProperties:
         return MassProperties(put(self.mass), (x, y, z), _map(put, self.inertia), shape, rest)
 
     def check(self, values: Mapping[Any, Any]) -> None:
-        """Refuse what no body can have, at these values of the parameters.
+        """Refuse values of the parameters for which no body can have these mass properties.
 
         Raises
         ------
         MassError
-            Naming the test that failed and by how much, or the symbols that have no value.
+            The message names the failed condition and by how much it fails, or the symbols without a value.
         """
         put = substitution(values)
         missing = sorted(str(s) for s in self.symbols if str(s) not in {str(key) for key in values})
@@ -267,15 +270,15 @@ class MassProperties:
         center = ", ".join(map(text, self.center))
         return f"MassProperties(mass {text(self.mass)}, centre ({center}), inertia [{rows}])"
 
-    def _set(self, mass: Any, center: Vector, inertia: Matrix) -> None:
+    def _set(self, mass: Scalar, center: Vector, inertia: Matrix) -> None:
         for name, value in (("mass", mass), ("center", center), ("inertia", inertia)):
             object.__setattr__(self, name, value)
 
     def _with(
-        self, mass: Any, center: Vector, inertia: Matrix, shape: Shape | None, positive: Any = None
+        self, mass: Scalar, center: Vector, inertia: Matrix, shape: Shape | None, positive: Any = None
     ) -> MassProperties:
-        # Not through __init__: a theorem turns what a body can have into what a body can have, and the
-        # round-off of a rotation would only be refused for the flat bodies, which sit on the bound.
+        # The result is not checked: the theorems turn possible mass properties into possible ones, and a check
+        # would refuse only flat bodies, which are at the limit, because of the round-off of a rotation.
         result = object.__new__(MassProperties)
         result._set(_tidy(mass), tuple(map(_tidy, center)), _map(_tidy, inertia))
         object.__setattr__(result, "shape", shape)
@@ -283,22 +286,22 @@ class MassProperties:
         return result
 
 
-def _point_mass(m: Any, d: Vector) -> Matrix:
-    """m (|d|² 1 - d dᵀ)."""
+def _point_mass(m: Scalar, d: Vector) -> Matrix:
+    """Inertia matrix m (|d|² 1 - d dᵀ) of a particle at d."""
     x, y, z = d
     xy, xz, yz = -m * x * y, -m * x * z, -m * y * z
     return ((m * (y * y + z * z), xy, xz), (xy, m * (x * x + z * z), yz), (xz, yz, m * (x * x + y * y)))
 
 
-def _weighted(a: MassProperties, b: MassProperties, sign: int, mass: Any) -> Vector:
-    """(m_a c_a ± m_b c_b) / m."""
+def _weighted(a: MassProperties, b: MassProperties, sign: int, mass: Scalar) -> Vector:
+    """Mass centre (m_a c_a ± m_b c_b) / m."""
     moment = add(scale(a.mass, a.center), scale(sign * b.mass, b.center))
     inverse = reciprocal(mass)
     return tuple(_tidy(inverse * x) for x in moment)
 
 
-def _tidy(entry: Any) -> Any:
-    """An exact entry: a quotient of expressions in lowest terms, so that what cancels is gone."""
+def _tidy(entry: Scalar) -> Scalar:
+    """An exact entry, with expressions in lowest terms."""
     entry = exact_number(entry)
     return exact_number(sympy.cancel(entry)) if is_symbolic(entry) else entry
 
@@ -313,11 +316,12 @@ def _products(A: Matrix) -> Products:
 
 
 def _positive(entries: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Each expression once, in the order given; numbers need no assumption."""
+    """Each expression once, in the order of its first occurrence; numbers need no assumption."""
     return tuple(dict.fromkeys(e for e in map(exact_number, entries) if is_symbolic(e)))
 
 
 def _check_positive(positive: tuple[Any, ...], put: Any) -> None:
+    """Refuse values that make a mass or a length negative."""
     for expression in positive:
         value = value_of(put(expression))
         if value is not None and value < 0:

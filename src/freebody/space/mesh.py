@@ -15,6 +15,7 @@ from os.path import isfile, splitext
 from typing import TYPE_CHECKING, Any
 
 from ..errors import FormatError, MassError
+from ..scalar.algebra import Expression
 from .entries import exact_number, reciprocal, value_of
 from .mass import MassProperties
 from .shape import Shape
@@ -27,9 +28,9 @@ def mesh(
     vertices: Any,
     faces: Any = None,
     *,
-    density: Any = None,
-    mass: Any = None,
-    scale: Any = 1,
+    density: Expression = None,
+    mass: Expression = None,
+    scale: Expression = 1,
     flip: bool = False,
 ) -> MassProperties:
     """Mass properties of a uniform solid whose surface is a closed triangle mesh.
@@ -45,7 +46,7 @@ def mesh(
     scale : number
         Factor on the vertices, e.g. 0.001 for a file in millimetres.
     flip : bool
-        Turn every triangle over, for a mesh whose normals point inwards.
+        Reverse every triangle, for a mesh whose normals point inwards.
 
     Raises
     ------
@@ -93,7 +94,7 @@ def mesh(
             f"Expected triangles counter-clockwise seen from outside, got a mesh that is inside out (volume "
             f"{volume:.6g} m³). Turn it over with flip=True."
         )
-    # Of a unit density, about the mass centre: I = tr(S) 1 - S.
+    # inertia for unit density about the mass centre: I = tr(S) 1 - S
     unit = _clean(np.trace(second) * np.eye(3) - second, np.trace(second))
     center = _clean(center, abs(points).max())
     rho = exact_number(density, "the density") if density is not None else None
@@ -101,12 +102,12 @@ def mesh(
     ratio = m * reciprocal(exact_number(volume)) if rho is None else rho
     shape = Shape("mesh", (("vertices", _frozen(points)), ("faces", _frozen(triangles))))
     inertia = [[exact_number(float(unit[i, j])) * ratio for j in range(3)] for i in range(3)]
-    known = tuple(x for x in (mass, density) if x is not None)
-    return MassProperties(m, tuple(float(x) for x in center), inertia, shape, known)  # type: ignore[arg-type]
+    positive = tuple(x for x in (mass, density) if x is not None)
+    return MassProperties(m, tuple(float(x) for x in center), inertia, shape, positive)  # type: ignore[arg-type]
 
 
 def _clean(values: np.ndarray, size: float) -> np.ndarray:
-    """Exact zeros for what is round-off: a symmetric mesh then has the exact zeros of its solid."""
+    """The values with round-off replaced by exact zeros, so that a symmetric mesh has the exact zeros of its solid."""
     import numpy as np
 
     return np.where(abs(values) <= 64 * np.finfo(float).eps * size, 0, values)
@@ -124,7 +125,7 @@ def _integrals(points: np.ndarray, triangles: np.ndarray) -> tuple[float, np.nda
     volume, center = _first(points - origin, triangles)
     if volume == 0:
         return volume, origin, np.zeros((3, 3))
-    # A second pass about the centroid itself, so that no parallel-axis term cancels.
+    # a second pass about the centroid, so that no parallel-axis term cancels
     origin = origin + center
     a, b, c = (points[triangles[:, i]] - origin for i in range(3))
     V = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
@@ -134,6 +135,7 @@ def _integrals(points: np.ndarray, triangles: np.ndarray) -> tuple[float, np.nda
 
 
 def _first(points: np.ndarray, triangles: np.ndarray) -> tuple[float, np.ndarray]:
+    """Volume and centroid."""
     import numpy as np
 
     a, b, c = (points[triangles[:, i]] for i in range(3))
@@ -144,10 +146,10 @@ def _first(points: np.ndarray, triangles: np.ndarray) -> tuple[float, np.ndarray
 
 
 def _check_closed(points: np.ndarray, triangles: np.ndarray) -> None:
-    """Each edge must be run through as often in one sense as in the other."""
+    """Refuse a mesh with an edge that is not traversed equally often in both directions."""
     import numpy as np
 
-    # Equal points are one, whatever their index: STL files repeat them in every triangle.
+    # equal points are merged: STL files repeat them in every triangle
     same = np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)
     corners = same[triangles]
     edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
@@ -210,6 +212,7 @@ def _triangles(faces: Any, n: int) -> np.ndarray:
 
 
 def _read(path: str) -> tuple[Any, Any]:
+    """Vertices and faces from a file."""
     try:
         import trimesh
     except ImportError:
@@ -220,11 +223,11 @@ def _read(path: str) -> tuple[Any, Any]:
     if not isfile(path):
         raise FormatError(f"Expected a triangle mesh in '{path}', but there is no such file.")
     try:
-        # An open file, not its name: trimesh would follow a name that is a URL, and files named in the file.
+        # an open file rather than its name: trimesh would follow a name that is a URL, and files named in the file
         with open(path, "rb") as file:
-            read = trimesh.load(file, file_type=splitext(path)[1].lower(), force="mesh")
-        vertices, faces = read.vertices, read.faces
-    except Exception as problem:  # every reader of trimesh has its own
+            surface = trimesh.load(file, file_type=splitext(path)[1].lower(), force="mesh")
+        vertices, faces = surface.vertices, surface.faces
+    except Exception as problem:  # every reader of trimesh has its own exceptions
         raise FormatError(
             f"Expected a triangle mesh in '{path}', but it cannot be read: {problem}"
         ) from problem

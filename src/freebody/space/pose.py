@@ -1,4 +1,4 @@
-"""Poses: where a frame is and how it is turned.
+"""Poses: position and orientation of a frame.
 
 p_A = p_AB + R_AB p_B              a point
 v_A = R_AB v_B                     a vector
@@ -40,7 +40,7 @@ class Pose:
     rotation : Rotation, or 3 x 3
         R_AB.
     position : 3 entries
-        p_AB, the origin of B from that of A, components in A [m].
+        p_AB from the origin of A to the origin of B, components in A [m].
 
     Examples
     --------
@@ -71,12 +71,12 @@ class Pose:
         return _pose(compose(self._raw, other._raw))
 
     def point(self, p: Any) -> Vector:
-        """Components in A, from A's origin, of a point given in B [m]."""
+        """Position in A, from A's origin, of a point with the position ``p`` in B [m]."""
         x, y, z = (plain(c) for c in add(self.position, apply(self.rotation.matrix, vector(p, "the point"))))
         return (x, y, z)
 
     def vector(self, v: Any) -> Vector:
-        """Components in A of a vector given in B; the position plays no part."""
+        """Components in A of a vector with components ``v`` in B; the position has no influence."""
         return self.rotation.apply(v)
 
     def at(self, values: Mapping[Any, Any]) -> Pose:

@@ -1,4 +1,4 @@
-"""Principal moments and axes of inertia, with a defined choice where they are not unique.
+"""Principal moments and axes of inertia, with a definite choice where they are not unique.
 
 R_BPᵀ I R_BP = diag(I_1, I_2, I_3),  I_1 <= I_2 <= I_3
 """
@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import sympy
 
 from ..errors import MassError
-from ..scalar.algebra import Matrix, Vector, cross, negate, transpose
+from ..scalar.algebra import Matrix, Scalar, Vector, cross, negate, transpose
 from .entries import is_symbolic, value_of
 from .rotation import Rotation
 
-# Two principal moments closer than this, in units of the largest, are one: their axes are free.
+# Two principal moments closer than this, in units of the largest, count as equal: their axes are arbitrary.
 DEGENERATE = 64 * sys.float_info.epsilon
 
 
@@ -27,12 +27,12 @@ class PrincipalAxes(NamedTuple):
 
 
 def principal_axes(inertia: Matrix, positive: tuple[Any, ...] = ()) -> PrincipalAxes:
-    """Principal moments, ascending, and the proper rotation R_BP to their axes.
+    """Principal moments in ascending order, and the proper rotation R_BP to their axes.
 
-    A diagonal matrix is only sorted: exact, with symbols too. Moments whose order the symbols leave
-    open stay in the order of the body axes; those equal to each other do too. In a full matrix of
-    numbers, an axis that is unique points along its largest component; of two equal moments the
-    first axis lies as near to a body axis as it can; three equal moments give the body axes.
+    A diagonal matrix is only sorted, exactly and with symbols too. Moments whose order depends on the symbols
+    stay in the order of the body axes, and so do equal moments. For a full matrix of numbers, a unique axis
+    points along its largest component. The first axis of two equal moments lies as near to a body axis as
+    possible. Three equal moments give the body axes.
 
     Raises
     ------
@@ -69,13 +69,13 @@ def principal_axes(inertia: Matrix, positive: tuple[Any, ...] = ()) -> Principal
 
 def _sorted_diagonal(moments: Vector, positive: tuple[Any, ...]) -> PrincipalAxes:
     order = [0, 1, 2]
-    for _ in range(2):  # of a bubble sort; a pair that cannot be compared stays
+    for _ in range(2):  # two passes of a bubble sort; a pair that cannot be compared stays
         for i in (0, 1):
             if _above(moments[order[i]], moments[order[i + 1]], positive):
                 order[i], order[i + 1] = order[i + 1], order[i]
     units: list[Vector] = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
     even = order in ([0, 1, 2], [1, 2, 0], [2, 0, 1])
-    if not even:  # swap two equal moments rather than turn an axis round
+    if not even:  # exchange two equal moments rather than reverse an axis
         for i in (0, 1):
             if moments[order[i]] == moments[order[i + 1]]:
                 order[i], order[i + 1] = order[i + 1], order[i]
@@ -90,23 +90,23 @@ def _sorted_diagonal(moments: Vector, positive: tuple[Any, ...]) -> PrincipalAxe
     )
 
 
-def _above(a: Any, b: Any, positive: tuple[Any, ...]) -> bool:
-    """Whether a > b for sure, knowing that the symbols in ``positive`` are."""
+def _above(a: Scalar, b: Scalar, positive: tuple[Any, ...]) -> bool:
+    """True if a > b is certain, with the symbols in ``positive`` above zero."""
     if not is_symbolic(a, b):
         return bool(a > b)
-    known = {s: sympy.Symbol(s.name, positive=True) for s in map(_lone_symbol, positive) if s is not None}
-    difference = sympy.factor(sympy.sympify(a - b).xreplace(known))
+    assumed = {s: sympy.Symbol(s.name, positive=True) for s in map(_lone_symbol, positive) if s is not None}
+    difference = sympy.factor(sympy.sympify(a - b).xreplace(assumed))
     return difference.is_positive is True
 
 
 def _lone_symbol(expression: Any) -> Any:
-    """The symbol of ``m`` or ``2 a``: it is positive because the expression is."""
+    """The symbol in ``m`` or ``2 a``, which is positive because the expression is; None for other expressions."""
     coefficient, rest = expression.as_coeff_Mul()
     return rest if rest.is_Symbol and coefficient > 0 else None
 
 
 def _pointed(column: Any) -> Vector:
-    """The unit vector with its largest component (the first of equal ones) above zero."""
+    """The unit vector, reversed if its largest component (the first of equal components) is negative."""
     x, y, z = (float(c) for c in column)
     sizes = [abs(x), abs(y), abs(z)]
     largest = next(i for i in range(3) if sizes[i] >= max(sizes) * (1 - DEGENERATE))
@@ -114,7 +114,7 @@ def _pointed(column: Any) -> Vector:
 
 
 def _nearest_body_axis(n: Vector) -> Vector:
-    """The unit vector normal to n that lies nearest to a body axis, x before y before z."""
+    """The unit vector normal to n that lies nearest to a body axis; of equally near axes x, then y, comes first."""
     sizes = [abs(component) for component in n]
     i = next(i for i in range(3) if sizes[i] <= min(sizes) + DEGENERATE)
     p = tuple((1 if j == i else 0) - n[i] * n[j] for j in range(3))

@@ -4,7 +4,7 @@
     R_NB = 1 + 2 w [v]× + 2 [v]× [v]×              v = (x, y, z)
     q̇ = ½ q ∘ (0, ω) = ½ E(q) ω                   ω = w_NB_B, in body axes
 
-The functions up to ``quaternion_rate_map`` hold for every scalar type; those below are for floats.
+The functions above "floats only" accept every scalar type.
 
 Sources: [Wittenburg2008, section 2.1]; [Shuster1993].
 """
@@ -14,18 +14,15 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import Any
 
-from ..scalar.algebra import Field, Matrix, Vector
+from ..scalar.algebra import HALF, Field, Matrix, Scalar, Vector
 
-Quaternion = tuple[Any, Any, Any, Any]
-
-HALF = Fraction(1, 2)
+Quaternion = tuple[Scalar, Scalar, Scalar, Scalar]
 
 
 def quaternion_product(p: Quaternion, q: Quaternion) -> Quaternion:
-    """p ∘ q: the rotation q first, then p, as the matrices R(p) R(q)."""
+    """p ∘ q: the rotation q followed by the rotation p, as the product of matrices R(p) R(q)."""
     a, b, c, d = p
     w, x, y, z = q
     return (
@@ -55,7 +52,7 @@ def matrix_from_quaternion(q: Quaternion) -> Matrix:
     )
 
 
-def quaternion_from_axis_angle(axis: Vector, angle: Any, field: Field) -> Quaternion:
+def quaternion_from_axis_angle(axis: Vector, angle: Scalar, field: Field) -> Quaternion:
     """Unit quaternion of a turn by ``angle`` [rad] about the unit vector ``axis``."""
     half = HALF * angle
     s = field.sin(half)
@@ -75,7 +72,7 @@ def quaternion_rate(q: Quaternion, w_body: Vector) -> Quaternion:
 
 
 def quaternion_rate_map(q: Quaternion) -> tuple[Vector, Vector, Vector, Vector]:
-    """½ E(q), 4 x 3: angular velocity in child axes [rad/s] to q̇; never singular, undone by 2 Eᵀ."""
+    """½ E(q), 4 x 3: angular velocity in child axes [rad/s] to q̇; never singular, inverted by 2 Eᵀ."""
     w, x, y, z = (HALF * c for c in q)
     return ((-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w))
 
@@ -94,14 +91,14 @@ def angular_velocity_from_quaternion_rate(q: Quaternion, rate: Quaternion) -> Ve
 
 
 def quaternion_from_matrix(R: Sequence[Sequence[Any]]) -> tuple[float, float, float, float]:
-    """The unit quaternion of a rotation matrix of floats, its first nonzero component positive.
+    """The unit quaternion of a rotation matrix of floats; its first nonzero component is positive.
 
-    The largest of the four components is computed first, so that no small number divides
+    The largest of the four components is computed first, so that there is no division by a small number
     (Shepperd, J. Guidance and Control 1 (1978) 223-224).
     """
     (a, b, c), (d, e, f), (g, h, i) = ((float(x) for x in row) for row in R)
     trace = a + e + i
-    squares = (trace, a, e, i)  # 4 w² - 1, and the same for x, y, z less a common term
+    squares = (trace, a, e, i)  # 4 w² - 1, and the same for x, y, z up to a common term
     k = max(range(4), key=squares.__getitem__)
     if k == 0:
         q = (1 + trace, h - f, c - g, d - b)
@@ -115,7 +112,7 @@ def quaternion_from_matrix(R: Sequence[Sequence[Any]]) -> tuple[float, float, fl
 
 
 def axis_angle_from_quaternion(q: Sequence[Any]) -> tuple[tuple[float, float, float], float]:
-    """Axis (unit) and angle in [0, π] of a unit quaternion of floats; (1, 0, 0) and 0 for no rotation."""
+    """Unit axis, and angle in [0, π], of a unit quaternion of floats; (1, 0, 0) and 0 for the identity."""
     w, x, y, z = _canonical(tuple(float(c) for c in q))
     s = math.hypot(x, y, z)
     if s <= sys.float_info.min:
@@ -124,7 +121,7 @@ def axis_angle_from_quaternion(q: Sequence[Any]) -> tuple[tuple[float, float, fl
 
 
 def _canonical(q: Sequence[float]) -> tuple[float, float, float, float]:
-    """q or -q, of unit length: the first component that is not zero to round-off is positive."""
+    """q or -q with unit length, such that the first component beyond round-off is positive."""
     n = math.hypot(*q)
     first = next(c for c in q if abs(c) > 2 * sys.float_info.epsilon * n)
     w, x, y, z = (c / math.copysign(n, first) for c in q)

@@ -1,7 +1,7 @@
 """Rotations as values: R_AB takes components in B to components in A, ``v_A = R_AB @ v_B``.
 
-Here numbers and SymPy expressions meet: a :class:`Rotation` holds either. The formulas are those of
-`turn`, `euler` and `quaternion`, which hold for every scalar type.
+The entries of a :class:`Rotation` are numbers or SymPy expressions. The formulas are in `turn`, `euler` and
+`quaternion` and accept every scalar type.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
-from ..scalar.algebra import IDENTITY, Matrix, Vector, apply, dot, multiply, transpose
+from ..scalar.algebra import IDENTITY, Expression, Matrix, Scalar, Vector, apply, dot, multiply, transpose
 from .entries import (
     common_field,
     direction,
@@ -32,7 +32,7 @@ from .euler import euler_axes, euler_from_matrix, matrix_from_euler
 from .quaternion import axis_angle_from_quaternion, matrix_from_quaternion, quaternion_from_matrix
 from .turn import matrix_about
 
-# How far from orthonormal (or from unit length) a user's numbers may be: twelve printed digits.
+# Allowed deviation of a user's numbers from orthonormal columns (or unit length): twelve printed digits.
 TOLERANCE = 4096 * sys.float_info.epsilon
 
 
@@ -65,11 +65,11 @@ class Rotation:
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", _checked(matrix(self.matrix, "rotation matrix")))
 
-    # --- ways to say it -----------------------------------------------------------------------
+    # --- construction -------------------------------------------------------------------------
 
     @classmethod
     def trusted(cls, R: Any) -> Rotation:
-        """A rotation from a matrix that is known to be one; nothing is checked."""
+        """The rotation of a matrix that is known to be a rotation matrix; nothing is checked."""
         result = object.__new__(cls)
         rows = tuple(tuple(plain(entry) for entry in row) for row in R)
         object.__setattr__(result, "matrix", rows)
@@ -77,12 +77,12 @@ class Rotation:
 
     @classmethod
     def identity(cls) -> Rotation:
-        """No rotation."""
+        """The identity rotation."""
         return cls.trusted(IDENTITY)
 
     @classmethod
-    def axis_angle(cls, axis: Any, angle: Any) -> Rotation:
-        """A turn by ``angle`` [rad] about ``"x"``, ``"y"``, ``"z"``, or three components of any length."""
+    def axis_angle(cls, axis: str | Vector, angle: Expression) -> Rotation:
+        """A turn by ``angle`` [rad] about ``"x"``, ``"y"``, ``"z"``, or a vector of any length."""
         n = direction(axis, "the axis of rotation")
         field, (x, y, z, turn) = common_field(*n, number(angle, "the angle"))
         square = dot((x, y, z), (x, y, z))
@@ -94,24 +94,25 @@ class Rotation:
         return cls.trusted(matrix_about((x, y, z), turn, field))
 
     @classmethod
-    def euler(cls, sequence: str, *angles: Any) -> Rotation:
+    def euler(cls, sequence: str, *angles: Expression) -> Rotation:
         """``R_i(α) R_j(β) R_k(γ)``: turns about body-fixed axes, one after the other [rad].
 
         ``sequence`` is one of twelve in capitals, such as ``"ZXZ"`` (psi, theta, phi of a gyroscope).
         """
-        given = angles[0] if len(angles) == 1 and not isinstance(angles[0], (str, sympy.Expr)) else angles
+        entries = angles[0] if len(angles) == 1 and not isinstance(angles[0], (str, sympy.Expr)) else angles
         euler_axes(sequence)
         try:
-            count = len(given)
+            count = len(entries)
         except TypeError:
             count = 1
         if count != 3:
             raise ModelError(f"Expected three angles for the sequence {sequence}, got {count}.")
-        field, turns = common_field(*(number(a, f"angle {i + 1} of {sequence}") for i, a in enumerate(given)))
+        angles = tuple(number(a, f"angle {i + 1} of {sequence}") for i, a in enumerate(entries))
+        field, turns = common_field(*angles)
         return cls.trusted(matrix_from_euler(sequence, turns, field))
 
     @classmethod
-    def quaternion(cls, *q: Any, normalize: bool = False) -> Rotation:
+    def quaternion(cls, *q: Expression, normalize: bool = False) -> Rotation:
         """The rotation of a unit quaternion, scalar first: w, x, y, z.
 
         Raises
@@ -119,11 +120,13 @@ class Rotation:
         ModelError
             For a zero quaternion, and for one that is not of unit length unless ``normalize=True``.
         """
-        given = q[0] if len(q) == 1 and not isinstance(q[0], (str, int, float, sympy.Expr)) else q
-        if not hasattr(given, "__len__") or len(given) != 4:
-            got = len(given) if hasattr(given, "__len__") else repr(given)
+        components = q[0] if len(q) == 1 and not isinstance(q[0], (str, int, float, sympy.Expr)) else q
+        if not hasattr(components, "__len__") or len(components) != 4:
+            got = len(components) if hasattr(components, "__len__") else repr(components)
             raise ModelError(f"Expected the four components (w, x, y, z) of a quaternion, got {got}.")
-        items = [number(c, f"component {x} of the quaternion") for c, x in zip(given, "wxyz", strict=True)]
+        items = [
+            number(c, f"component {x} of the quaternion") for c, x in zip(components, "wxyz", strict=True)
+        ]
         field, entries = common_field(*items)
         square = sum(c * c for c in entries)
         if all(c == 0 for c in entries):
@@ -156,7 +159,7 @@ class Rotation:
 
     @classmethod
     def from_scipy(cls, rotation: Any) -> Rotation:
-        """From a single ``scipy.spatial.transform.Rotation``."""
+        """The rotation of a single ``scipy.spatial.transform.Rotation``."""
         R = rotation.as_matrix()
         if R.shape != (3, 3):
             raise ModelError(
@@ -182,28 +185,28 @@ class Rotation:
         x, y, z = (plain(c) for c in apply(self.matrix, vector(v, "the vector")))
         return (x, y, z)
 
-    # --- ways to read it ----------------------------------------------------------------------
+    # --- conversion ---------------------------------------------------------------------------
 
     def as_euler(self, sequence: str) -> tuple[float, float, float]:
-        """Angles [rad] of a sequence; at its singularity the third is zero. See :func:`euler_from_matrix`."""
+        """Angles of a sequence [rad]; at its singularity the third is zero. See :func:`euler_from_matrix`."""
         return euler_from_matrix(sequence, _floats(self.matrix, "as_euler"))
 
     def as_quaternion(self) -> tuple[float, float, float, float]:
-        """Unit quaternion, scalar first, its first component that is not zero positive."""
+        """Unit quaternion, scalar first; its first nonzero component is positive."""
         return quaternion_from_matrix(_floats(self.matrix, "as_quaternion"))
 
     def as_axis_angle(self) -> tuple[tuple[float, float, float], float]:
-        """Unit axis and angle in [0, π] rad; no rotation is (1, 0, 0) and 0."""
+        """Unit axis, and angle in [0, π] [rad]; (1, 0, 0) and 0 for the identity."""
         return axis_angle_from_quaternion(self.as_quaternion())
 
     def to_scipy(self) -> Any:
-        """As ``scipy.spatial.transform.Rotation``."""
+        """The rotation as a ``scipy.spatial.transform.Rotation``."""
         from scipy.spatial.transform import Rotation as SciPyRotation
 
         return SciPyRotation.from_matrix(_floats(self.matrix, "to_scipy"))
 
     def at(self, values: Mapping[Any, Any]) -> Rotation:
-        """The rotation with numbers for symbols (or their names); numbers all through become floats."""
+        """The rotation with numbers for symbols (or their names); entries that become numbers are floats."""
         put = substitution(values)
         rows = [[put(entry) for entry in row] for row in self.matrix]
         return Rotation.trusted(
@@ -226,19 +229,20 @@ class Rotation:
 
 
 def _checked(R: Matrix) -> Matrix:
+    """Return the matrix; raise ModelError if it is not a rotation matrix."""
     columns = transpose(R)
     for i in range(3):
         for j in range(i, 3):
             value = _number_or_sample(dot(columns[i], columns[j]))
             expected = 1 if i == j else 0
             if value is not None and abs(value - expected) > TOLERANCE:
-                which = (
+                reason = (
                     f"column {i + 1} has the squared length"
                     if i == j
                     else f"columns {i + 1} and {j + 1} have the dot product"
                 )
                 raise ModelError(
-                    f"Expected a rotation matrix with orthonormal columns, but {which} {text(float(value))}, "
+                    f"Expected a rotation matrix with orthonormal columns, but {reason} {text(float(value))}, "
                     f"{text(abs(float(value) - expected))} from {expected}. If these are rounded numbers, "
                     "use Rotation.nearest(matrix)."
                 )
@@ -249,21 +253,22 @@ def _checked(R: Matrix) -> Matrix:
 
 
 def _rotoreflection(determinant: Any) -> str:
+    """Message about a matrix with determinant -1."""
     return (
         f"Expected a rotation matrix with determinant +1, got {text(float(determinant))}: it is a "
         "rotoreflection, which turns a right hand into a left one. Change the sign of one column."
     )
 
 
-def _determinant(R: Matrix) -> Any:
+def _determinant(R: Matrix) -> Scalar:
     (a, b, c), (d, e, f), (g, h, i) = R
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
-def _number_or_sample(entry: Any) -> Any:
-    """The value; of an expression with symbols its value at one fixed point, None if that is not real.
+def _number_or_sample(entry: Scalar) -> Any:
+    """A number itself; for an expression with symbols its value at one fixed point, None if the value is not real.
 
-    An identity holds at every point, so a sample never refuses what is right.
+    An identity holds at every point, so a sample never refuses a correct matrix.
     """
     if not is_symbolic(entry):
         return entry
@@ -273,12 +278,13 @@ def _number_or_sample(entry: Any) -> Any:
     return float(value) if value.is_real else None
 
 
-def _floats(R: Matrix, asked: str) -> list[list[float]]:
+def _floats(R: Matrix, method: str) -> list[list[float]]:
+    """The entries as floats; raise ModelError in the name of the method if they contain symbols."""
     values = [[value_of(x) for x in row] for row in R]
     if any(x is None for row in values for x in row):
         names = sorted({str(s) for row in R for x in row if is_symbolic(x) for s in x.free_symbols})
         raise ModelError(
-            f"Expected a rotation of numbers for {asked}, got symbols ({', '.join(names)}). "
+            f"Expected a rotation of numbers for {method}, got symbols ({', '.join(names)}). "
             "Put numbers for them first: .at({...})."
         )
     return [[float(x) for x in row] for row in values]

@@ -1,4 +1,4 @@
-"""What a body looks like: kept beside its mass properties for drawing, used by no algorithm."""
+"""Shape of a body, stored with its mass properties for drawings; no algorithm uses it."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class Shape:
     dimensions : tuple of (name, value)
         [m]; ``mesh`` holds its arrays ``vertices`` and ``faces`` here, ``revolved`` its profile.
     axis : 3-tuple
-        Symmetry axis (or normal) before ``axes`` turns it, not always of unit length.
+        Symmetry axis (or normal) in the shape's axes, not always of unit length.
     center : 3-tuple
-        The shape's own origin (for all but ``revolved`` and ``mesh`` its mass centre), in body axes [m].
+        The shape's origin in body axes (for all but ``revolved`` and ``mesh`` its mass centre) [m].
     axes : 3 x 3
         R_BS: components in the shape's axes to components in body axes.
     parts : tuple of Shape
-        What a compound is made of, each placed in body axes.
+        Parts of a compound, each placed in body axes.
     hole : bool
-        Whether this part is taken away.
+        True if this part is cut out.
     color : str
-        Of the whole body, "#rrggbb"; empty if it was not chosen.
+        Colour of the whole body, "#rrggbb"; empty if none was chosen.
     """
 
     kind: str
@@ -49,7 +49,7 @@ class Shape:
         return f"a solid: {self.kind.replace('_', ' ')}{sizes and f' ({sizes})'}"
 
     def __getitem__(self, name: str) -> Any:
-        """One dimension by its name."""
+        """A dimension by its name."""
         return dict(self.dimensions)[name]
 
     def moved(self, p: Vector) -> Shape:
@@ -81,10 +81,10 @@ class Shape:
 
 
 def compound(first: Shape | None, second: Shape | None, hole: bool = False) -> Shape | None:
-    """Two shapes of one body; a hole is the second one taken away."""
+    """Two shapes as one; the second is cut out if it is a ``hole``."""
     if first is None or second is None:
         return second if first is None and not hole else first
-    left = first.parts if first.kind == "compound" else (first,)
-    # A hole in a hole is solid again.
-    right = second.parts if second.kind == "compound" else (second,)
-    return Shape("compound", parts=left + tuple(replace(part, hole=part.hole != hole) for part in right))
+    parts = first.parts if first.kind == "compound" else (first,)
+    added = second.parts if second.kind == "compound" else (second,)
+    # a hole in a hole is solid again
+    return Shape("compound", parts=parts + tuple(replace(part, hole=part.hole != hole) for part in added))

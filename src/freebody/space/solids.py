@@ -1,9 +1,9 @@
 """Uniform solids: mass properties from mass and dimensions.
 
-The origin of each is its mass centre. Moments from [MeriamKraige2012, table D/4] and
-[CRC2012, section "Moment of inertia for various bodies"]; each is derived again by integration in
-the tests. Masses and dimensions are numbers or SymPy expressions, known to be positive by their use.
-``axis`` is ``"x"``, ``"y"``, ``"z"`` or three components.
+The origin of each solid is its mass centre. The moments are from [MeriamKraige2012, table D/4] and
+[CRC2012, section "Moment of inertia for various bodies"]; the tests derive each of them by integration.
+Masses and dimensions are numbers or SymPy expressions, assumed positive. ``axis`` is ``"x"``, ``"y"``, ``"z"``
+or three components.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from typing import Any
 import sympy
 
 from ..errors import MassError, shown
-from ..scalar.algebra import dot
+from ..scalar.algebra import Expression, Scalar, Vector, dot
 from .entries import direction, exact_number, negative, reciprocal, text, vector
 from .mass import MassProperties
 from .shape import Shape
 
 
-def particle(m: Any) -> MassProperties:
+def particle(m: Expression) -> MassProperties:
     """A point mass: no inertia about itself."""
     return _solid("particle", m, {}, (0, 0, 0))
 
 
-def slender_bar(m: Any, length: Any, axis: Any = "x") -> MassProperties:
+def slender_bar(m: Expression, length: Expression, axis: str | Vector = "x") -> MassProperties:
     """A thin straight bar along ``axis``: 0 about it, ``m l²/12`` across it.
 
     >>> slender_bar(12, 1, axis="y").moments
@@ -36,26 +36,30 @@ def slender_bar(m: Any, length: Any, axis: Any = "x") -> MassProperties:
     return _about_axis("slender_bar", m, {"length": l}, axis, along=0, across=m * l * l / _12)
 
 
-def disk(m: Any, radius: Any, axis: Any = "z") -> MassProperties:
+def disk(m: Expression, radius: Expression, axis: str | Vector = "z") -> MassProperties:
     """A thin disk normal to ``axis``: ``m r²/2`` about it, ``m r²/4`` across it."""
     m, r = _mass(m), _length(radius, "radius", "disk")
     return _about_axis("disk", m, {"radius": r}, axis, along=m * r * r / _2, across=m * r * r / _4)
 
 
-def ring(m: Any, radius: Any, axis: Any = "z") -> MassProperties:
+def ring(m: Expression, radius: Expression, axis: str | Vector = "z") -> MassProperties:
     """A thin ring (hoop) normal to ``axis``: ``m r²`` about it, ``m r²/2`` across it."""
     m, r = _mass(m), _length(radius, "radius", "ring")
     return _about_axis("ring", m, {"radius": r}, axis, along=m * r * r, across=m * r * r / _2)
 
 
-def cylinder(m: Any, radius: Any, length: Any, axis: Any = "z") -> MassProperties:
+def cylinder(
+    m: Expression, radius: Expression, length: Expression, axis: str | Vector = "z"
+) -> MassProperties:
     """A solid circular cylinder: ``m r²/2`` about ``axis``, ``m (3 r² + l²)/12`` across it."""
     m, r, l = _mass(m), _length(radius, "radius", "cylinder"), _length(length, "length", "cylinder")  # noqa: E741
     across = m * (3 * r * r + l * l) / _12
     return _about_axis("cylinder", m, {"radius": r, "length": l}, axis, along=m * r * r / _2, across=across)
 
 
-def tube(m: Any, inner: Any, outer: Any, length: Any, axis: Any = "z") -> MassProperties:
+def tube(
+    m: Expression, inner: Expression, outer: Expression, length: Expression, axis: str | Vector = "z"
+) -> MassProperties:
     """A hollow circular cylinder: ``m (a² + b²)/2`` about ``axis``, ``m (3 (a² + b²) + l²)/12`` across it.
 
     ``inner`` a and ``outer`` b are radii.
@@ -69,7 +73,7 @@ def tube(m: Any, inner: Any, outer: Any, length: Any, axis: Any = "z") -> MassPr
     return _about_axis("tube", m, dimensions, axis, along=along, across=across, positive=gap)
 
 
-def cone(m: Any, radius: Any, height: Any, axis: Any = "z") -> MassProperties:
+def cone(m: Expression, radius: Expression, height: Expression, axis: str | Vector = "z") -> MassProperties:
     """A solid circular cone: ``3 m r²/10`` about ``axis``, ``3 m (4 r² + h²)/80`` across it.
 
     The axis points from the base to the apex. From the origin, which is the mass centre, the apex is at
@@ -80,7 +84,7 @@ def cone(m: Any, radius: Any, height: Any, axis: Any = "z") -> MassProperties:
     return _about_axis("cone", m, {"radius": r, "height": h}, axis, along=along, across=across)
 
 
-def box(m: Any, sizes: Sequence[Any]) -> MassProperties:
+def box(m: Expression, sizes: Sequence[Expression]) -> MassProperties:
     """A solid rectangular box with edges ``(l_x, l_y, l_z)``: ``m (l_y² + l_z²)/12`` about x, ...
 
     >>> box(12, (1, 2, 3)).moments
@@ -92,7 +96,7 @@ def box(m: Any, sizes: Sequence[Any]) -> MassProperties:
     return _solid("box", m, {"x": x, "y": y, "z": z}, moments)
 
 
-def plate(m: Any, sizes: Sequence[Any], normal: str = "z") -> MassProperties:
+def plate(m: Expression, sizes: Sequence[Expression], normal: str = "z") -> MassProperties:
     """A thin rectangular plate with edges ``(a, b)``: ``m b²/12``, ``m a²/12``, ``m (a² + b²)/12``.
 
     The edges lie along x and y for the normal z, along y and z for x, along z and x for y.
@@ -112,21 +116,21 @@ def plate(m: Any, sizes: Sequence[Any], normal: str = "z") -> MassProperties:
     return _solid("plate", m, {"a": a, "b": b}, tuple(moments), axis=normal)
 
 
-def sphere(m: Any, radius: Any) -> MassProperties:
+def sphere(m: Expression, radius: Expression) -> MassProperties:
     """A solid sphere: ``2 m r²/5``."""
     m, r = _mass(m), _length(radius, "radius", "sphere")
     moment = Fraction(2, 5) * m * r * r
     return _solid("sphere", m, {"radius": r}, (moment, moment, moment))
 
 
-def spherical_shell(m: Any, radius: Any) -> MassProperties:
+def spherical_shell(m: Expression, radius: Expression) -> MassProperties:
     """A thin spherical shell: ``2 m r²/3``."""
     m, r = _mass(m), _length(radius, "radius", "spherical_shell")
     moment = Fraction(2, 3) * m * r * r
     return _solid("spherical_shell", m, {"radius": r}, (moment, moment, moment))
 
 
-def ellipsoid(m: Any, semiaxes: Sequence[Any]) -> MassProperties:
+def ellipsoid(m: Expression, semiaxes: Sequence[Expression]) -> MassProperties:
     """A solid ellipsoid with *semi*-axes ``(a, b, c)`` along x, y, z: ``m (b² + c²)/5`` about x, ..."""
     m = _mass(m)
     a, b, c = _lengths(semiaxes, "ellipsoid")
@@ -134,10 +138,11 @@ def ellipsoid(m: Any, semiaxes: Sequence[Any]) -> MassProperties:
     return _solid("ellipsoid", m, {"a": a, "b": b, "c": c}, moments)
 
 
-def torus(m: Any, major: Any, minor: Any, axis: Any = "z") -> MassProperties:
+def torus(m: Expression, major: Expression, minor: Expression, axis: str | Vector = "z") -> MassProperties:
     """A solid torus: ``m (R² + 3 r²/4)`` about ``axis``, ``m (R²/2 + 5 r²/8)`` across it.
 
-    ``major`` R is the radius of the circle of the centres of the round sections, ``minor`` r theirs.
+    ``major`` R is the radius of the circle through the centres of the round sections, ``minor`` r the radius of the
+    sections.
     """
     m, R, r = _mass(m), _length(major, "major radius", "torus"), _length(minor, "minor radius", "torus")
     gap = _not_above("minor radius", r, "major radius", R, "torus")
@@ -151,15 +156,15 @@ _2, _4, _5, _12 = Fraction(2), Fraction(4), Fraction(5), Fraction(12)
 
 def _about_axis(
     kind: str,
-    m: Any,
-    dimensions: dict[str, Any],
-    axis: Any,
+    m: Scalar,
+    dimensions: dict[str, Scalar],
+    axis: str | Vector,
     *,
-    along: Any,
-    across: Any,
+    along: Scalar,
+    across: Scalar,
     positive: tuple[Any, ...] = (),
 ) -> MassProperties:
-    """``I = across (1 - n nᵀ) + along n nᵀ`` for a direction n of any length."""
+    """Mass properties of a solid of revolution: I = across (1 - n nᵀ) + along n nᵀ for an axis n of any length."""
     n = tuple(exact_number(c, "the axis") for c in direction(axis, f"the axis of the {kind}", MassError))
     square = dot(n, n)
     inverse = reciprocal(square)
@@ -176,8 +181,9 @@ def _about_axis(
 
 
 def _solid(
-    kind: str, m: Any, dimensions: dict[str, Any], moments: Sequence[Any], axis: str = "z"
+    kind: str, m: Scalar, dimensions: dict[str, Scalar], moments: Sequence[Scalar], axis: str = "z"
 ) -> MassProperties:
+    """Mass properties of a solid with principal moments about x, y, z."""
     m = _mass(m)
     a, b, c = moments
     shape = Shape(kind, tuple(dimensions.items()), direction(axis, "the axis"))
@@ -185,11 +191,11 @@ def _solid(
     return MassProperties(m, (0, 0, 0), inertia, shape, (m, *dimensions.values()))
 
 
-def _mass(m: Any) -> Any:
+def _mass(m: Expression) -> Scalar:
     return exact_number(m, "the mass")
 
 
-def _length(value: Any, what: str, kind: str) -> Any:
+def _length(value: Expression, what: str, kind: str) -> Scalar:
     entry = exact_number(value, f"the {what} of the {kind}")
     if isinstance(entry, sympy.Basic) and entry.has(sympy.I):
         raise MassError(f"Expected a {what} of the {kind} that is a real number, got {entry}.")
@@ -201,7 +207,7 @@ def _length(value: Any, what: str, kind: str) -> Any:
     return entry
 
 
-def _lengths(values: Any, kind: str) -> Any:
+def _lengths(values: Sequence[Expression], kind: str) -> Any:
     if kind == "box":
         what, names = "the edges (l_x, l_y, l_z) of the box", ("edge x", "edge y", "edge z")
     else:
@@ -211,7 +217,8 @@ def _lengths(values: Any, kind: str) -> Any:
     return tuple(_length(v, name, kind) for v, name in zip(lengths, names, strict=True))
 
 
-def _not_above(small: str, a: Any, large: str, b: Any, kind: str) -> tuple[Any, ...]:
+def _not_above(small: str, a: Scalar, large: str, b: Scalar, kind: str) -> tuple[Scalar, ...]:
+    """Return the difference b - a, which must not be negative."""
     gap = exact_number(sympy.expand(b - a))
     if negative(gap):
         raise MassError(

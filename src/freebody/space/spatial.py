@@ -1,18 +1,17 @@
 """Motion and force vectors, and the inertia that maps one to the other (6-D, angular part first).
 
-A motion (w, v) holds the angular velocity of a frame and the velocity of its origin; a force (n, f) the
-moment about the origin and the force. Both are pairs of 3-vectors of any scalar.
+A motion (w, v) is the angular velocity of a frame and the velocity of its origin. A force (n, f) is the
+moment about the origin and the force. Both are pairs of vectors of any scalar type.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 2.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..scalar.algebra import (
     IDENTITY,
     Matrix,
+    Scalar,
     Vector,
     add,
     add_matrices,
@@ -44,24 +43,24 @@ def minus(a: Spatial, b: Spatial) -> Spatial:
     return (subtract(a[0], b[0]), subtract(a[1], b[1]))
 
 
-def times(s: Any, a: Spatial) -> Spatial:
+def times(s: Scalar, a: Spatial) -> Spatial:
     """s a."""
     return (scale(s, a[0]), scale(s, a[1]))
 
 
-def power(motion: Spatial, force: Spatial) -> Any:
-    """w·n + v·f."""
+def power(motion: Spatial, force: Spatial) -> Scalar:
+    """Power of a force in a motion, w·n + v·f."""
     return dot(motion[0], force[0]) + dot(motion[1], force[1])
 
 
 def motion_to_child(R_PC: Matrix, p_PC_P: Vector, V_P: Spatial) -> Spatial:
-    """The motion of a frame fixed in the parent, seen at the child's origin in child axes."""
+    """A motion, given at the parent's origin in parent axes, at the child's origin in child axes."""
     w, v = V_P
     return (apply_transpose(R_PC, w), apply_transpose(R_PC, add(v, cross(w, p_PC_P))))
 
 
 def force_to_parent(R_PC: Matrix, p_PC_P: Vector, F_C: Spatial) -> Spatial:
-    """The same force about the parent's origin in parent axes."""
+    """A force, given at the child's origin in child axes, at the parent's origin in parent axes."""
     n, f = apply(R_PC, F_C[0]), apply(R_PC, F_C[1])
     return (add(n, cross(p_PC_P, f)), f)
 
@@ -76,12 +75,12 @@ def force_cross(V: Spatial, F: Spatial) -> Spatial:
     return (add(cross(V[0], F[0]), cross(V[1], F[1])), cross(V[0], F[1]))
 
 
-Inertia = tuple[Any, Vector, Matrix]
+Inertia = tuple[Scalar, Vector, Matrix]
 """Rigid inertia: mass m, first moment h = m c, moment of inertia about the origin."""
 
 
-def rigid_inertia(mass: Any, center: Vector, inertia_C: Matrix) -> Inertia:
-    """Inertia about the origin from that about the mass centre: I_O = I_C + m (c·c 1 - c cᵀ)."""
+def rigid_inertia(mass: Scalar, center: Vector, inertia_C: Matrix) -> Inertia:
+    """Inertia about the origin from the inertia about the mass centre: I_O = I_C + m (c·c 1 - c cᵀ)."""
     h = scale(mass, center)
     c2 = dot(center, h)
     steiner = subtract_matrices(tuple(scale(c2, row) for row in IDENTITY), outer(center, h))  # type: ignore[arg-type]
@@ -89,19 +88,19 @@ def rigid_inertia(mass: Any, center: Vector, inertia_C: Matrix) -> Inertia:
 
 
 def momentum_of(I_O: Inertia, V: Spatial) -> Spatial:
-    """(I_O w + h × v, m v - h × w): moment of momentum about the origin, and momentum."""
+    """Angular momentum about the origin, and momentum: (I_O w + h × v, m v - h × w)."""
     m, h, J = I_O
     w, v = V
     return (add(apply(J, w), cross(h, v)), subtract(scale(m, v), cross(h, w)))
 
 
 def inertia_sum(A: Inertia, B: Inertia) -> Inertia:
-    """Two bodies welded together."""
+    """Inertia of two bodies welded together."""
     return (A[0] + B[0], add(A[1], B[1]), add_matrices(A[2], B[2]))
 
 
 def inertia_to_parent(R_PC: Matrix, p_PC_P: Vector, I_C: Inertia) -> Inertia:
-    """The same inertia about the parent's origin in parent axes.
+    """An inertia, given about the child's origin in child axes, about the parent's origin in parent axes.
 
     With h' = R h:  J' = R J Rᵀ + 2 p·h' 1 - p h'ᵀ - h' pᵀ + m (p·p 1 - p pᵀ).
     """
@@ -117,11 +116,11 @@ def inertia_to_parent(R_PC: Matrix, p_PC_P: Vector, I_C: Inertia) -> Inertia:
 
 
 Blocks = tuple[Matrix, Matrix, Matrix]
-"""Symmetric 6 x 6 of an articulated body: [[J, H], [Hᵀ, M]]."""
+"""Symmetric 6 x 6 inertia of an articulated body: [[J, H], [Hᵀ, M]]."""
 
 
 def blocks(I_O: Inertia) -> Blocks:
-    """Rigid inertia as a full symmetric 6 x 6: H = h×, M = m 1."""
+    """A rigid inertia as a symmetric 6 x 6 matrix: H = h×, M = m 1."""
     m, h, J = I_O
     return (J, skew(h), ((m, 0, 0), (0, m, 0), (0, 0, m)))
 
@@ -154,7 +153,7 @@ def symmetric_difference(A: Matrix, x: Vector, y: Vector) -> Matrix:
 
 
 def blocks_to_parent(R_PC: Matrix, p_PC_P: Vector, A: Blocks) -> Blocks:
-    """X* A X: an articulated inertia about the parent's origin in parent axes.
+    """X* A X: an articulated inertia, given in the child's frame, about the parent's origin in parent axes.
 
     With J, H, M turned into parent axes:  M' = M,  H' = H + p× M,  J' = J + p× Hᵀ - H' p×.
     """

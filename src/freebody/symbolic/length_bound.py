@@ -1,7 +1,7 @@
-"""How long equations of motion are when they are written out: a bound, found without writing them.
+"""Upper bound of the length of the equations of motion in explicit form, without forming them.
 
-The algorithm runs on numbers of terms: a product of a and b terms has at most a b, a sum at most a + b. What cancels,
-and what sin² + cos² = 1 joins, is not seen, so that the bound lies above, the further the longer the machine.
+The algorithm runs on numbers of terms: a product of a and b terms has at most a b terms, a sum at most a + b.
+Cancellation and sin² + cos² = 1 are not considered, so the bound is too high, and more so for longer machines.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..scalar.algebra import Field
 
 
 class Terms:
-    """A number of terms in place of what has them."""
+    """Number of terms of an expression, in place of the expression."""
 
     __slots__ = ("n",)
 
@@ -52,20 +52,21 @@ def _terms(x: Any) -> int:
 
 
 class Lengths(Field):
-    """The field of numbers of terms."""
+    """Field whose scalars are numbers of terms."""
 
     def constant(self, value: Any) -> Terms:
+        """Return one term."""
         return Terms(1)
 
     def apply(self, function: str, *arguments: Any) -> Terms:
-        """A function is one generator, but sine and cosine of a sum of n angles have 2^(n - 1) terms."""
+        """Return the terms of a function: 2^(n - 1) for sine and cosine of a sum of n angles, else 1."""
         n = _terms(arguments[0])
         return Terms(2 ** min(n - 1, 1000) if function in ("sin", "cos") else 1)
 
 
 def most_terms(model: Model) -> int:
-    """Most terms that the equations of motion have when they are written out."""
-    one = Terms(1)
-    values = {parameter.symbol: one for parameter in model.parameters}
-    state = State(model, Lengths(), one, [one] * model.n_q, [one] * model.n_u, values)
-    return sum(map(_terms, inverse_dynamics(model, state, [one] * model.n_u)))
+    """Return an upper bound of the number of terms of all equations of motion in explicit form."""
+    symbol = Terms(1)
+    values = {parameter.symbol: symbol for parameter in model.parameters}
+    state = State(model, Lengths(), symbol, [symbol] * model.n_q, [symbol] * model.n_u, values)
+    return sum(map(_terms, inverse_dynamics(model, state, [symbol] * model.n_u)))

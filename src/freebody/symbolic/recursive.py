@@ -1,19 +1,19 @@
-"""Equations of motion written recursively: what grows with the number of bodies gets a name, body by body.
+"""Equations of motion in recursive form, with names for the quantities of each body.
 
 Outward from the ground, in the order of the links,
 
     φ_k = φ_{k-1} + θ_k,    a_k = a_{k-1} + α_{k-1} × r + ω_{k-1} × (ω_{k-1} × r),
 
-inward from the tips the force and the moment that the joint of body k passes on to it,
+inward from the tips, the force and the moment that the joint of body k transmits to it,
 
     f_k = m a_C + Σ f_{k+1} - loads,    n_k = dH/dt + Σ (n_{k+1} + r × f_{k+1}) - loads,
 
-and for every coordinate the projection of these on its motion. The algorithm is that of all other equations
-(`dynamics.newton_euler`) with a name in place of each component of more than one term, so that every line is short and
-their number is proportional to that of the bodies. As long as all axes on the way from the ground are parallel,
-components are along fixed axes and angles are counted from the ground; the other bodies' are along their own axes.
+and for every coordinate the projection of these on its motion. The algorithm is the same as for the other equations
+(`dynamics.newton_euler`), but each component of more than one term gets a name. So every line is short, and the number
+of lines is proportional to the number of bodies. If all axes on the path from the ground are parallel, components are
+along fixed axes and angles are measured from the ground; for other bodies, components are along their own axes.
 
-Source: Luh, Walker and Paul, On-line computational scheme for mechanical manipulators (1980); gravity as there, by an
+Source: Luh, Walker and Paul, On-line computational scheme for mechanical manipulators (1980); as there, gravity is an
 acceleration of the ground.
 """
 
@@ -36,6 +36,7 @@ from ..model.model import GROUND, Model
 from ..scalar.algebra import (
     IDENTITY,
     Matrix,
+    Scalar,
     Vector,
     add,
     apply,
@@ -50,19 +51,20 @@ from ..space.turn import matrix_about
 from .printing.printer import Printer
 
 FACTORS = 3
-"""Factors of a term that stays without a name."""
+"""Most factors of a term that gets no name."""
 
 FEW = 6
-"""Bodies that are listed by name."""
+"""Most bodies that are listed by name."""
 
 POSITIONS, MOTION, FORCES = range(3)
+"""Parts of the definitions, in the order in which they are printed."""
 
 
 @dataclass(frozen=True)
 class Definition:
-    """A named quantity: its symbol, the canonical polynomial that it stands for, and what it belongs to.
+    """A named quantity: its symbol, its value as a canonical polynomial, and its part of the definitions.
 
-    Rates of an angle are defined by the angle: ``angle`` is its generator.
+    A rate of an angle is defined by the angle, whose generator is ``angle``.
     """
 
     symbol: Any
@@ -73,7 +75,7 @@ class Definition:
 
 @dataclass(frozen=True)
 class Turn:
-    """Axes of a link that turned by ``angle`` about a fixed ``axis``: R = R(axis, angle) ``rest``."""
+    """Rotation of a link by ``angle`` about a fixed ``axis``: R = R(axis, angle) ``rest``."""
 
     axis: Vector | None
     angle: Any
@@ -88,24 +90,24 @@ class Names:
     def __init__(self, model: Model, ring: Ring) -> None:
         self.ring = ring
         self.definitions: dict[int, Definition] = {}
-        self._known: dict[Any, Any] = {}
+        self._symbols: dict[Any, Any] = {}
         self._time = model.names.atoms["t"]
-        self._taken = {*model.names.kinds, *model.loads, *(row.name for row in rows(model))}
+        self._reserved = {*model.names.kinds, *model.loads, *(row.name for row in rows(model))}
 
     def fresh(self, name: str) -> str:
-        """A name that the model does not have."""
-        while name in self._taken:
+        """Return a name that the model does not have, and reserve it."""
+        while name in self._reserved:
             name += "_"
-        self._taken.add(name)
+        self._reserved.add(name)
         return name
 
-    def named(self, name: str, value: Any, kind: str, part: int) -> Any:
-        """``value`` itself if it is short, else a symbol for it; equal and opposite values share one."""
+    def named(self, name: str, value: Scalar, kind: str, part: int) -> Scalar:
+        """Return ``value`` itself if it is short, else a symbol for it; equal and opposite values share a symbol."""
         if type(value) is not Polynomial or (len(value) == 1 and value.num.total_degree() <= FACTORS):
             return value
-        for known, sign in ((value, 1), (-value, -1)):
-            if known in self._known:
-                return sign * self._known[known]
+        for signed, sign in ((value, 1), (-value, -1)):
+            if signed in self._symbols:
+                return sign * self._symbols[signed]
         symbol = sympy.Symbol(self.fresh(name), real=True)
         return self._add(symbol, value, kind, part)
 
@@ -113,16 +115,16 @@ class Names:
         x = self.ring.generator(symbol, kind)
         (g,) = self.ring.used(x)
         self.definitions[g.index] = Definition(symbol, value, part, angle)
-        self._known[value] = x
+        self._symbols[value] = x
         return x
 
     def vector(self, name: str, v: Vector, kind: str, part: int) -> Vector:
-        """Components of a vector, named where they are not short."""
+        """Return a vector with symbols for its long components."""
         x, y, z = (self.named(f"{name}_{c}", a, kind, part) for c, a in zip("xyz", v, strict=True))
         return (x, y, z)
 
     def angle(self, name: str, value: Any, rates: Sequence[Any]) -> tuple[Any, Any, Any]:
-        """An angle and its two rates, named by one name and its primes."""
+        """Return an angle and its two rates, or symbols for them: a name, and the name with primes."""
         if type(value) is not Polynomial or (len(value) == 1 and value.num.total_degree() == 1):
             return value, *rates
         phi = sympy.Function(self.fresh(name), real=True)(self._time)
@@ -137,7 +139,7 @@ class Names:
         return whole, first, second
 
     def used_by(self, elements: Sequence[Any]) -> list[Definition]:
-        """The definitions that elements need, in order."""
+        """Return the definitions that elements need, in order."""
         needed: set[int] = set()
         pending = list(elements)
         while pending:
@@ -153,22 +155,22 @@ class Names:
 
 
 class _Placed(State):
-    """The model in the axes of its links, with names for the lines and pulls of its springs and dampers."""
+    """State in the axes of the links, with names for the lines of action and forces of springs and dampers."""
 
     def __init__(self, base: State, names: Names) -> None:
         super().__init__(base.model, base.field, base.t, base.q, base.u, base.values)
         self._names = names
 
-    def kept(self, what: str, of: Any, value: Any) -> Any:
+    def intermediate(self, what: str, of: Any, value: Any) -> Any:
         if what == "line":
             return self._names.vector(f"d_{of}", value, "coordinate", POSITIONS)
         return self._names.vector(f"F_{of}", value, "reaction", FORCES) if what == "pull" else value
 
 
 class _Working(State):
-    """The model in working axes: fixed ones, while all axes from the ground on are parallel, else those of the link.
+    """State in working axes: fixed axes if all axes on the path from the ground are parallel, else the link's own axes.
 
-    The algorithms take vectors in whatever axes the joints, inertias and subspaces are given.
+    The algorithms use the axes in which the joints, inertias and subspaces are given.
     """
 
     def __init__(self, base: State, names: Names, udot: Sequence[Any]) -> None:
@@ -181,7 +183,7 @@ class _Working(State):
             self._turns.append(self._turn(i))
 
     def label(self, i: int) -> str:
-        """The joint of a link, with a number for the links inside it."""
+        """Name of the joint of a link, with a number for links inside the joint."""
         joint = self.model.joints[self.model.links[i].joint]
         return (
             self.model.links[i].joint
@@ -209,7 +211,7 @@ class _Working(State):
         return Turn(axis, *self._names.angle(name, parent.angle + y, rates), rest)
 
     def axes(self, i: int) -> Matrix:
-        """Rotation from a link's axes to its working axes."""
+        """Return the rotation from a link's axes to its working axes."""
         if i == GROUND:
             return IDENTITY
         turn = self._turns[i]
@@ -222,7 +224,7 @@ class _Working(State):
         return self.cache["axes", i]
 
     def fixed(self, i: int) -> bool:
-        """Whether the working axes of a link are fixed."""
+        """Return True if the working axes of a link are fixed."""
         return i == GROUND or self._turns[i] is not None
 
     def joint(self, i: int) -> tuple[Matrix, Vector, Spatial]:
@@ -254,7 +256,7 @@ class _Working(State):
         n, s = self._base.subspace(i)
         return apply(self.axes(i), n), apply(self.axes(i), s)
 
-    def kept(self, what: str, of: Any, value: Any) -> Any:
+    def intermediate(self, what: str, of: Any, value: Any) -> Any:
         turn, label = self._turns[of], self.label(of)
         names = self._names
         if what == "force":
@@ -277,7 +279,7 @@ class _Working(State):
 
 
 class Recursive:
-    """The equations of motion of a model in named quantities; see the module."""
+    """Equations of motion of a model in named quantities."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -294,7 +296,7 @@ class Recursive:
         self.residuals = [x for x in residuals(model, base) if x != 0] if model.constraints else []
 
     def _place(self) -> None:
-        """Postures and velocities of the links, in names, for the loads."""
+        """Form the postures and velocities of the links, with names, for the loads."""
         model, base, working, names = self.model, self._base, self.working, self.names
         if not model.loads and not model.constraints:
             return
@@ -314,11 +316,11 @@ class Recursive:
             place = add(at.position, apply(at.rotation, p))
             postures.append(Posture(turned, names.vector(f"r_{label}", place, "coordinate", POSITIONS)))
         base.cache["postures"] = postures
-        found = []
+        link_velocities = []
         for i, (w, v) in enumerate(velocities(model, working)):
             R = working.axes(i)
-            found.append((apply_transpose(R, w), apply_transpose(R, v)))
-        base.cache["velocities"] = found
+            link_velocities.append((apply_transpose(R, w), apply_transpose(R, v)))
+        base.cache["velocities"] = link_velocities
 
     def _loads(self) -> Loading:
         """The loads and the forces of constraints, in working axes."""
@@ -327,17 +329,17 @@ class Recursive:
             multipliers = [
                 self.ring.generator(sympy.Symbol(row.name, real=True), "reaction") for row in rows(model)
             ]
-            given = constrained_loading(model, base, multipliers)
+            loads = constrained_loading(model, base, multipliers)
         else:
-            given = loading(model, base)
+            loads = loading(model, base)
         turned = {
-            i: (apply(working.axes(i), n), apply(working.axes(i), f)) for i, (n, f) in given.wrenches.items()
+            i: (apply(working.axes(i), n), apply(working.axes(i), f)) for i, (n, f) in loads.wrenches.items()
         }
-        return Loading(turned, given.along, given.generalized)
+        return Loading(turned, loads.along, loads.generalized)
 
     @property
     def normal(self) -> int | None:
-        """Number of the ground axis about which alone bodies turn and along which none moves, if there is one."""
+        """Index of the ground axis that alone is an axis of rotation and along which no body moves; else None."""
         working, still = self.working, [True, True, True]
         turns = [True, True, True]
         for i, (w, v) in enumerate(velocities(self.model, working)):
@@ -355,14 +357,17 @@ class Recursive:
 
     @cached_property
     def formulas(self) -> list[tuple[str, list[tuple[Any, Any]]]]:
-        """(heading, [(left, right), ...]): definitions in the order in which they are used, then the equations."""
-        own = [
+        """(heading, [(left, right), ...]) of the definitions in the order of their use, then of the equations."""
+        in_own_axes = [
             link.body for i, link in enumerate(self.model.links) if link.body and not self.working.fixed(i)
         ]
         axes = "along ground axes"
-        if own:
-            axes = f"along {'ground axes, those of ' if len(own) < len(self.model.bodies) else 'the own axes of '}"
-            axes += f"{_listed(own)}{' along their own axes' if len(own) < len(self.model.bodies) else ''}"
+        if in_own_axes:
+            names = _listed(in_own_axes)
+            if len(in_own_axes) < len(self.model.bodies):
+                axes = f"along ground axes, those of {names} along their own axes"
+            else:
+                axes = f"along the own axes of {names}"
         headings = {
             POSITIONS: "Angles and positions, outward from the ground; an angle's rates are its derivatives:",
             MOTION: f"Motion at the joints, outward; accelerations less that of gravity; components {axes}:",
@@ -373,11 +378,11 @@ class Recursive:
             lines = [(d.symbol, d.value) for d in self.definitions if d.part == part and d.angle is None]
             if lines:
                 result.append((heading, lines))
-        last = [(x, 0) for x in (*self.balances, *self.residuals)]
-        return [*result, ("Equations of motion:", last)]
+        equations = [(x, 0) for x in (*self.balances, *self.residuals)]
+        return [*result, ("Equations of motion:", equations)]
 
     def written(self, kind: type[Printer], sign: str) -> Iterator[tuple[str, list[str]]]:
-        """(heading, lines) in one kind of print."""
+        """Yield (heading, lines) as written by one kind of printer."""
         printer = kind(self.ring)
         for heading, pairs in self.formulas:
             lines = []

@@ -5,20 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..body import Point
+from ...scalar.algebra import Scalar, Vector
+from ..frame import Point
 from ..joints.joint import Joint
-from ..said import Named
+from ..labels import Named
 
 
 @dataclass(frozen=True, repr=False)
 class Condition(Named):
     """An expression of coordinates and time that stays zero.
 
-    ``unilateral``: it is kept from below only, as a bead in an open groove is. Its force is then 0 or more.
+    ``unilateral``: the expression is kept from falling below zero only, like a bead in an open groove. The force is
+    then 0 or more.
     """
 
     name: str
-    expression: Any
+    expression: Scalar
     unilateral: bool = False
 
 
@@ -27,30 +29,30 @@ class SpeedCondition(Named):
     """An expression, linear in speeds, that stays zero: rolling without slip, a knife edge."""
 
     name: str
-    expression: Any
+    expression: Scalar
 
 
 @dataclass(frozen=True, repr=False)
 class Gear(Named):
-    """Displacement of the first joint = ratio times that of the second; the pressure angle of the teeth, if known."""
+    """A gear: displacement of the first joint = ratio times displacement of the second; pressure angle, if known."""
 
     name: str
     first: Joint
     second: Joint
-    ratio: Any
-    pressure_angle: Any = None
+    ratio: Scalar
+    pressure_angle: Scalar = None
 
 
 @dataclass(frozen=True, repr=False)
 class Rope(Named):
     """A taut, massless rope of constant length that runs without friction over points.
 
-    ``unilateral``: it only pulls; else it is a light rod, which may push.
+    ``unilateral``: it only pulls; otherwise it is a light rod, which may push.
     """
 
     name: str
     points: tuple[Point, ...]
-    length: Any
+    length: Scalar
     unilateral: bool = True
 
 
@@ -60,21 +62,21 @@ class Rolling(Named):
 
     ``normal`` points away from the plane, to the side of the wheel; with ``first`` and ``second`` in the plane it
     makes a right-handed set of (letter, unit vector) in ground axes. ``unilateral``: the plane only presses on the
-    wheel. ``friction`` is the coefficient that the rolling is not to ask more than; None: it is not known.
+    wheel. ``friction`` is the coefficient that bounds the rolling force; None: it is not known.
     """
 
     name: str
     center: Point
-    axis: Any
-    radius: Any
+    axis: Vector | None
+    radius: Scalar
     plane: Point
-    normal: tuple[str, Any]
-    first: tuple[str, Any]
-    second: tuple[str, Any]
-    given: Any = None
-    """The axis as the user gave it."""
+    normal: tuple[str, Vector]
+    first: tuple[str, Vector]
+    second: tuple[str, Vector]
+    written_axis: Any = None
+    """The axis as the user wrote it."""
     unilateral: bool = True
-    friction: Any = None
+    friction: Scalar = None
 
 
 Constraint = Rolling | Condition | SpeedCondition | Gear | Rope

@@ -1,45 +1,46 @@
-"""The constraints of a system: conditions on coordinates and speeds, gears, ropes."""
+"""Methods of System that make constraints: conditions on coordinates and speeds, gears, ropes, rolling."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...errors import ModelError, shown
+from ...scalar.algebra import Expression
 from ..axes import UNIT, direction
-from ..body import Point
-from ..contacts.contact import ContactPair, Tether
+from ..constants import default_value
+from ..contact_shapes import Tether
+from ..contacts.contact import ContactPair
 from ..contacts.system_contacts import coefficient, contact
+from ..description import Description, claim, names_of, take_as_positive
+from ..frame import Point, own_point
 from ..joints.joint import Joint
 from ..joints.system_joints import check_smooth, check_unbroken
-from ..shapes import number
 from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
-
-if TYPE_CHECKING:
-    from ..system import System
 
 
 def constrain(
-    system: System, condition: Any, *, name: str | None = None, unilateral: bool = False
+    system: Description, condition: Any, *, name: str | None = None, unilateral: bool = False
 ) -> Constraint:
     """Keep an expression of coordinates and time zero (a holonomic constraint).
 
     Parameters
     ----------
     condition : expression, or SymPy ``Eq``
-        Of coordinates, parameters and time.
+        An expression of coordinates, parameters and time.
     name : str, optional
         Name of its multiplier in the equations.
     unilateral : bool
-        Whether the force acts only towards greater values of the expression (left - right), as that of an open groove
-        ``y - x^2`` does on a bead from below. A motion that asks for more says so: ``motion.warnings``.
+        True if the force acts only towards greater values of the expression (left - right), like that of an open groove
+        ``y - x^2`` on a bead from below. A motion that would need the opposite force reports it in
+        ``motion.warnings``.
 
     Raises
     ------
     ModelError
-        An expression that holds speeds, or no coordinate.
+        An expression with speeds, or without coordinates.
 
     Examples
     --------
@@ -50,83 +51,82 @@ def constrain(
     >>> c = s.constrain("y - x^2", name="wire")
     """
     name, expression = _named(system, condition, name, "constraint")
-    speeds = system.names.depends(expression, "speed")
+    speeds = names_of(system).depends(expression, "speed")
     if speeds:
         raise ModelError(
             f"Constraint '{name}' depends on {', '.join(speeds)}. A condition on speeds is given by s.constrain_speed."
         )
     check_smooth(system, expression, f"constraint '{name}'")
-    if not system.names.depends(expression, "coordinate"):
+    if not names_of(system).depends(expression, "coordinate"):
         raise ModelError(
-            f"Constraint '{name}' holds no coordinate: '{_shown(system, expression)}' says nothing about the motion."
+            f"Constraint '{name}' holds no coordinate: '{_text(system, expression)}' says nothing about the motion."
         )
     return _store(
-        system, Condition(name, expression, _truth(unilateral, f"unilateral= of constraint '{name}'"))
+        system, Condition(name, expression, _boolean(unilateral, f"unilateral= of constraint '{name}'"))
     )
 
 
-def constrain_speed(system: System, condition: Any, *, name: str | None = None) -> Constraint:
+def constrain_speed(system: Description, condition: Any, *, name: str | None = None) -> Constraint:
     """Keep an expression that is linear in the speeds zero (a non-holonomic constraint).
 
     Parameters
     ----------
     condition : expression, or SymPy ``Eq``
-        Of speeds (linearly), coordinates, parameters and time, such as ``"x' - R*phi'"``.
+        An expression, linear in the speeds, of speeds, coordinates, parameters and time, such as ``"x' - R*phi'"``.
     name : str, optional
         Name of its multiplier in the equations.
     """
     name, expression = _named(system, condition, name, "speed constraint")
-    speeds = system.names.depends(expression, "speed")
+    speeds = names_of(system).depends(expression, "speed")
     if not speeds:
         raise ModelError(
-            f"Speed constraint '{name}' holds no speed: '{_shown(system, expression)}'. A condition on coordinates is "
+            f"Speed constraint '{name}' holds no speed: '{_text(system, expression)}'. A condition on coordinates is "
             f"given by s.constrain."
         )
     check_unbroken(system, expression, f"speed constraint '{name}'")
-    atoms = [system.names.atoms[speed] for speed in speeds]
-    for one in atoms:
-        slope = sympy.diff(expression, one)
+    atoms = [names_of(system).atoms[speed] for speed in speeds]
+    for atom in atoms:
+        slope = sympy.diff(expression, atom)
         if any(sympy.simplify(sympy.diff(slope, other)) != 0 for other in atoms):
             raise ModelError(
-                f"Speed constraint '{name}' must be linear in the speeds, but '{_shown(system, expression)}' is not "
-                f"linear in {system.names.texts[one]}."
+                f"Speed constraint '{name}' must be linear in the speeds, but '{_text(system, expression)}' is not "
+                f"linear in {names_of(system).texts[atom]}."
             )
     return _store(system, SpeedCondition(name, expression))
 
 
 def gear(
-    system: System,
+    system: Description,
     first: Joint,
     second: Joint,
-    ratio: Any,
+    ratio: Expression,
     *,
     name: str | None = None,
-    pressure_angle: Any = None,
+    pressure_angle: Expression = None,
 ) -> Constraint:
     """Couple two joints by teeth: displacement of the first = ``ratio`` times that of the second.
 
-    Two wheels in outer mesh turn against each other, ratio -r2/r1; a rack and pinion have the ratio r. Of wheels with
-    parallel axes on a common body, and of a wheel and a rack, the ratio and the axes fix the pitch point: the teeth
-    push there, across the centre line and, apart, along it. Of other gears (bevel, crossed, coaxial) they do not:
-    bearings and teeth are not told apart. Belts and chains are no teeth; they are coupled by :meth:`constrain`.
+    Two wheels in outer mesh turn in opposite senses, with ratio -r2/r1; a rack and pinion have the ratio r. For wheels
+    with parallel axes on a common body, and for a wheel and a rack, the ratio and the axes fix the pitch point: there
+    the teeth push across the centre line and, apart, along it. For other gears (bevel, crossed, coaxial) they do not,
+    and the forces of bearings and teeth cannot be separated. Use :meth:`constrain` for belts and chains.
 
     Parameters
     ----------
     first, second : Joint
-        Hinges, sliders or screws. Those of a planetary gear join wheels and carrier; what stands still is the ground.
-    ratio : expression
-        Of parameters.
+        Hinges, sliders or screws. In a planetary gear they join wheels and carrier; a fixed wheel is the ground.
+    ratio : expression of parameters
     name : str, optional
         Name of the multiplier, the moment [N m] or force [N] on the first joint.
     pressure_angle : expression [rad], optional
-        Between the force of the teeth and the tangent, more than 0 and less than pi/2, such as ``"pi/9"`` or a
-        parameter. What presses the teeth apart is tan(pressure_angle) times the tangential force, whichever flank
-        bears; without the angle it is undetermined.
+        Angle between the force of the teeth and the tangent, more than 0 and less than pi/2, such as ``"pi/9"`` or a
+        parameter. The force that presses the teeth apart is tan(pressure_angle) times the tangential force, whichever
+        flank bears; without the angle it is indeterminate.
 
     Raises
     ------
     ModelError
-        Joints with several displacements or of another system, a ratio of zero, a pressure angle that no teeth have.
+        Joints with several displacements or of another system, a ratio of zero, a pressure angle out of range.
 
     Examples
     --------
@@ -157,16 +157,16 @@ def gear(
     if first is second:
         raise ModelError(f"A gear couples two joints, got '{first.name}' twice.")
     name = f"gear_{first.name}_{second.name}" if name is None else name
-    system.claim(name, system.constraints, "constraint")
+    claim(system, name, "constraint")
     factor = _fixed(system, ratio, f"the ratio of gear '{name}'", "coordinate", "speed", "time")
     if factor == 0:
-        still = _shown(system, sympy.sympify(first.primitives[0].coordinate))
+        still = _text(system, sympy.sympify(first.primitives[0].coordinate))
         raise ModelError(
             f"The ratio of gear '{name}' is 0: '{first.name}' would stand still and '{second.name}' feel nothing "
             f"of it. Give another ratio; what stands still has s.constrain('{still}')."
         )
     if isinstance(factor, sympy.Basic):
-        system.take_as_positive(factor**2)
+        take_as_positive(system, factor**2)
     if pressure_angle is not None:
         what = f"the pressure angle of gear '{name}'"
         pressure_angle = sympy.sympify(_fixed(system, pressure_angle, what, "coordinate", "speed", "time"))
@@ -176,35 +176,36 @@ def gear(
                 f"(20 degrees) as a rule."
             )
         if pressure_angle.free_symbols:
-            system.take_as_positive(pressure_angle, sympy.pi / 2 - pressure_angle)
+            take_as_positive(system, pressure_angle, sympy.pi / 2 - pressure_angle)
     return _store(system, Gear(name, first, second, factor, pressure_angle))
 
 
 def rope(
-    system: System,
+    system: Description,
     points: Sequence[Any],
-    length: Any,
+    length: Expression,
     *,
     name: str = "rope",
     unilateral: bool = True,
     taut: bool = True,
-    restitution: Any = 0,
+    restitution: Expression = 0,
 ) -> Constraint | ContactPair:
-    """A taut rope of constant ``length`` from the first point over all others to the last, without friction.
+    """Add a taut rope of constant ``length`` from the first point over all others to the last, without friction.
 
     Parameters
     ----------
     points : sequence of at least two Points
-        A rope that passes a point twice has it twice in the list.
+        List a point twice if the rope passes it twice.
     length : expression [m]
-        Of parameters and, for a rope that is hauled in, of time.
+        An expression of parameters and, for a rope that is hauled in, of time.
     unilateral : bool
-        Whether it only pulls. A motion in which it would push says so: ``motion.warnings``. False: a light rod.
+        True if it only pulls; a motion in which it would push reports it in ``motion.warnings``. False: a light rod.
     taut : bool
         False: it may go slack. It is then a contact between two points with the gap length - distance, whose tension
         is ``N_name``; while it is slack its mode is "open".
     restitution : expression of parameters
-        Of a rope that goes slack: ratio of speeds with which its ends come together again after it was pulled taut.
+        For a rope that goes slack: ratio of the speeds of its ends towards each other after, and apart before, it is
+        pulled taut.
 
     Examples
     --------
@@ -218,19 +219,18 @@ def rope(
     >>> motion.warnings[0].what
     'the rope pushes'
     """
-    names = system.contacts if taut is False else system.constraints
-    system.claim(name, names, "constraint")
+    claim(system, name, "constraint")
     if not isinstance(points, Iterable):
         raise ModelError(f"Expected a list of points for rope '{name}', got {shown(points)}.")
-    places = tuple(system.own_point(point, f"rope '{name}'") for point in points)
+    places = tuple(own_point(system, point, f"rope '{name}'") for point in points)
     if len(places) < 2:
         raise ModelError(f"Rope '{name}' needs at least two points, got {len(places)}.")
     moving = [p for p in places if not p.body.is_ground]
     if not moving:
         raise ModelError(f"All points of rope '{name}' are on the ground, so it holds nothing.")
-    one_sided = _truth(unilateral, f"unilateral= of rope '{name}'")
+    one_sided = _boolean(unilateral, f"unilateral= of rope '{name}'")
     reach = _fixed(system, length, f"the length of rope '{name}'", "coordinate", "speed")
-    if not _truth(taut, f"taut= of rope '{name}'"):
+    if not _boolean(taut, f"taut= of rope '{name}'"):
         if not one_sided:
             raise ModelError(
                 f"Rope '{name}' is to push (unilateral=False) and to go slack (taut=False). Leave one out: a rod does "
@@ -246,37 +246,37 @@ def rope(
 
 
 def _slack(
-    system: System, name: str, places: tuple[Point, ...], length: Any, restitution: Any
+    system: Description, name: str, places: tuple[Point, ...], length: Expression, restitution: Expression
 ) -> ContactPair:
-    """A rope that may go slack: one end stays within the sphere of its length about the other."""
+    """Return the contact of a rope that may go slack: one end stays inside a sphere about the other."""
     if len(places) > 2:
         raise ModelError(
             f"Rope '{name}' runs over {len(places)} points; one that goes slack (taut=False) joins two. Leave "
             "taut=False out: motion.warnings tells from when on it would be slack."
         )
     first, last = places
-    if system.names.depends(length, "time"):
+    if names_of(system).depends(length, "time"):
         raise ModelError(
             f"The length of rope '{name}' depends on time; that of one that goes slack (taut=False) is constant. Leave "
             "taut=False out, or give a length of parameters."
         )
-    known = number(system, length)
-    if known is not None and known <= 0:
-        raise ModelError(f"Expected a length greater than 0 m for rope '{name}', got {known:g}.")
+    number = default_value(system, length)
+    if number is not None and number <= 0:
+        raise ModelError(f"Expected a length greater than 0 m for rope '{name}', got {number:g}.")
     return contact(system, name, last, Tether(first.body, first.components, length), restitution=restitution)
 
 
 def rolling(
-    system: System,
+    system: Description,
     name: str,
     wheel: Any,
     *,
-    radius: Any,
+    radius: Expression,
     axis: Any = None,
     normal: str = "y",
     plane: Any = None,
     unilateral: bool = True,
-    friction: Any = None,
+    friction: Expression = None,
 ) -> Constraint:
     """Let a wheel or a sphere touch a plane fixed in the ground and roll on it without slip.
 
@@ -288,24 +288,24 @@ def rolling(
         The centre of the wheel.
     radius : expression [m]
     axis : 'x', 'y', 'z' or three components, optional
-        The wheel's axle in its body's axes: the rim is a circle at right angles to it. None for a sphere.
+        The wheel's axle in its body's axes; the rim is a circle at right angles to it. None for a sphere.
     normal : 'x', 'y', 'z', '-x', '-y' or '-z'
         Ground axis at right angles to the plane, pointing from the plane to the wheel.
     plane : Point of the ground, optional
-        A point of the plane; the ground's origin if not given.
+        A point of the plane; by default the ground's origin.
     unilateral : bool
-        Whether the plane only presses on the wheel. A motion in which it would have to pull says so:
-        ``motion.warnings``. False: a wheel that rails or its own weight elsewhere hold down.
+        True if the plane only presses on the wheel; a motion in which it would have to pull reports it in
+        ``motion.warnings``. False: a wheel that rails, or weight elsewhere, hold down.
     friction : expression of parameters, optional
-        Coefficient of static friction: a motion that asks for more says so. If not given, whatever rolling takes is
-        there.
+        Coefficient of static friction; a motion that needs more reports it in ``motion.warnings``. By default friction
+        is unlimited.
     """
     what = f"rolling '{name}'"
-    system.claim(name, system.constraints, "constraint")
-    center = system.own_point(wheel, what)
+    claim(system, name, "constraint")
+    center = own_point(system, wheel, what)
     if center.body.is_ground:
         raise ModelError(f"The wheel of {what} is the ground. Name the body that rolls.")
-    base = system.ground.origin if plane is None else system.own_point(plane, what)
+    base = system.ground.origin if plane is None else own_point(system, plane, what)
     if not base.body.is_ground:
         raise ModelError(f"The plane of {what} must be fixed in the ground, got a {base!r}.")
     sign, letter = (-1, str(normal)[1:]) if str(normal).startswith("-") else (1, str(normal))
@@ -316,7 +316,7 @@ def rolling(
     size = _fixed(system, radius, f"the radius of {what}", "coordinate", "speed", "time")
     if not isinstance(size, sympy.Basic) and size <= 0:
         raise ModelError(f"Expected a radius greater than 0 m for {what}, got {shown(radius)}.")
-    one_sided = _truth(unilateral, f"unilateral= of {what}")
+    one_sided = _boolean(unilateral, f"unilateral= of {what}")
     if friction is not None:
         friction = coefficient(system, friction, f"the friction of {what}")
         if not one_sided:
@@ -345,31 +345,34 @@ def rolling(
     )
 
 
-def _truth(value: Any, what: str) -> bool:
+def _boolean(value: Any, what: str) -> bool:
     if not isinstance(value, bool):
         raise ModelError(f"Expected True or False for {what}, got {shown(value)}.")
     return value
 
 
-def _shown(system: System, expression: Any) -> str:
-    """An expression as the user wrote it: x and x', not functions of time."""
-    return str(expression.xreplace({atom: sympy.Symbol(text) for atom, text in system.names.texts.items()}))
+def _text(system: Description, expression: Any) -> str:
+    """Return the text of an expression in the user's terms: x and x', not functions of time."""
+    return str(
+        expression.xreplace({atom: sympy.Symbol(text) for atom, text in names_of(system).texts.items()})
+    )
 
 
-def _fixed(system: System, value: Any, what: str, *kinds: str) -> Any:
-    """An expression that does not depend on names of these kinds."""
+def _fixed(system: Description, value: Any, what: str, *kinds: str) -> Any:
+    """Return an expression; raise ModelError if it depends on names of these kinds."""
     expression = system.expression(value, what)
-    moving = system.names.depends(expression, *kinds)
+    moving = names_of(system).depends(expression, *kinds)
     if moving:
         raise ModelError(
-            f"{what[0].upper()}{what[1:]} can not depend on {', '.join(moving)}. Write it out by s.constrain."
+            f"{what[0].upper()}{what[1:]} cannot depend on {', '.join(moving)}. Write it out by s.constrain."
         )
     return expression
 
 
-def _named(system: System, condition: Any, name: str | None, what: str) -> tuple[str, Any]:
+def _named(system: Description, condition: Any, name: str | None, what: str) -> tuple[str, Any]:
+    """Return the name of a condition, by default a number, and its expression, which stays zero."""
     name = f"constraint_{len(system.constraints) + 1}" if name is None else name
-    system.claim(name, system.constraints, "constraint")
+    claim(system, name, "constraint")
     if isinstance(condition, sympy.Equality):
         condition = condition.lhs - condition.rhs
     if isinstance(condition, str) and condition.count("=") == 1:
@@ -379,6 +382,6 @@ def _named(system: System, condition: Any, name: str | None, what: str) -> tuple
     return name, sympy.sympify(expression)
 
 
-def _store(system: System, constraint: Any) -> Any:
+def _store(system: Description, constraint: Any) -> Any:
     system.constraints[constraint.name] = constraint
     return constraint

@@ -1,16 +1,15 @@
-"""Contacts of a system: which shapes may touch, and by which laws."""
+"""The method of a system that makes contacts, and the pairs of shapes it supports."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...errors import ModelError, shown
-from ..body import Body, Point
-from ..shapes import constant, is_number, named, number
-from .contact import (
+from ...scalar.algebra import Expression, Scalar
+from ..constants import constant, default_value, is_number
+from ..contact_shapes import (
     Ball,
     Circle,
-    ContactPair,
     Corners,
     Cylinder,
     Ellipsoid,
@@ -19,9 +18,9 @@ from .contact import (
     Segment,
     kind_of,
 )
-
-if TYPE_CHECKING:
-    from ..system import System
+from ..description import Description, claim
+from ..frame import Frame, Point, own_body
+from .contact import ContactPair
 
 SHAPES = (
     "body.point, body.sphere, body.ellipsoid, body.circle, body.cylinder, body.plane, body.segment, body.corners or "
@@ -31,17 +30,17 @@ IMPACTS = ("newton", "poisson")
 
 
 def contact(
-    system: System,
+    system: Description,
     name: str,
     feature: Any,
     surface: Any,
     *,
-    friction: Any = 0,
-    static_friction: Any = None,
-    restitution: Any = 0,
+    friction: Expression = 0,
+    static_friction: Expression = None,
+    restitution: Expression = 0,
     impact: str = "newton",
 ) -> ContactPair:
-    """Let two shapes touch: they push (N ≥ 0), rub by Coulomb's law, and bounce.
+    """Let two shapes touch, with unilateral normal force, Coulomb friction and restitution.
 
         0 ≤ g ⊥ N ≥ 0,      |T| ≤ μ_s N in stick,      T = -μ_k N γ/|γ| in slip
 
@@ -55,7 +54,7 @@ def contact(
     feature, surface : shapes of two bodies
         From ``body.point, sphere, ellipsoid, circle, segment, corners, plane, cylinder, heightline``; the ground
         has them too.
-        Which of the two is the feature only sets the sense of the forces.
+        The choice of the feature only sets the sense of the forces.
     friction : expression of parameters, optional
         Coefficient of kinetic friction μ_k, and of static friction if ``static_friction`` is not given.
     static_friction : expression of parameters, optional
@@ -63,7 +62,7 @@ def contact(
     restitution : expression of parameters, optional
         Between 0 and 1.
     impact : "newton" or "poisson"
-        Whether restitution is the ratio of normal speeds or of normal impulses.
+        Restitution as the ratio of normal speeds (Newton) or of normal impulses (Poisson).
 
     Raises
     ------
@@ -81,39 +80,36 @@ def contact(
     System 'disk on a floor': 1 body, 1 joint, 3 coordinates, 1 contact
     """
     what = f"contact '{name}'"
-    system.claim(name, system.contacts, "contact")
-    one, other = (
-        _shape(system, feature, f"the feature of {what}"),
-        _shape(system, surface, f"the surface of {what}"),
-    )
-    if one.body is other.body:
-        where = "the ground" if one.body.is_ground else f"body '{one.body.name}'"
+    claim(system, name, "contact")
+    first = _shape(system, feature, f"the feature of {what}")
+    second = _shape(system, surface, f"the surface of {what}")
+    if first.body is second.body:
         raise ModelError(
-            f"The feature and the surface of {what} are both on {where}. A contact is between two bodies, or a body "
-            f"and the ground."
+            f"The feature and the surface of {what} are both on {first.body!r}. A contact is between two bodies, or "
+            f"a body and the ground."
         )
-    _check_pair(one, other, what)
+    _check_pair(first, second, what)
     kinetic = coefficient(system, friction, f"the friction of {what}")
     static = (
         kinetic
         if static_friction is None
         else coefficient(system, static_friction, f"the static friction of {what}")
     )
-    k, s = (number(system, x) for x in (kinetic, static))
+    k, s = (default_value(system, x) for x in (kinetic, static))
     if k is not None and s is not None and s < k:
         raise ModelError(
             f"The static friction of {what} is {s:g}, below its kinetic friction {k:g}. A contact at rest holds at "
             f"least what a slipping one does: exchange them."
         )
     bounce = constant(system, restitution, f"the restitution of {what}")
-    e = number(system, bounce)
+    e = default_value(system, bounce)
     if e is not None and not 0 <= e <= 1:
         raise ModelError(
             f"Expected a restitution between 0 (no bounce) and 1 (all of it) for {what}, got {e:g}."
         )
     if impact not in IMPACTS:
         raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
-    system.contacts[name] = ContactPair(name, one, other, kinetic, static, bounce, impact)
+    system.contacts[name] = ContactPair(name, first, second, kinetic, static, bounce, impact)
     return system.contacts[name]
 
 
@@ -136,7 +132,7 @@ SUPPORTED = {
 
 def _check_pair(feature: Any, surface: Any, what: str) -> None:
     a, b = kind_of(feature), kind_of(surface)
-    if b == "tether":  # of s.rope, whose ends are points
+    if b == "tether":  # made by s.rope, whose ends are points
         return
     if b not in SUPPORTED[a] and a not in SUPPORTED[b]:
         known = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
@@ -150,7 +146,7 @@ def _check_pair(feature: Any, surface: Any, what: str) -> None:
             f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."
         )
     if hollow and a == "plane":
-        raise ModelError(f"The plane of {what} can not touch a {b} from inside.")
+        raise ModelError(f"The plane of {what} cannot touch a {b} from inside.")
     if hollow and a in ("sphere", "circle", "cylinder"):
         R, r = hollow[0].radius, feature.radius
         if is_number(R) and is_number(r) and r >= R:
@@ -159,23 +155,29 @@ def _check_pair(feature: Any, surface: Any, what: str) -> None:
             )
 
 
-def _shape(system: System, shape: Any, what: str) -> Any:
-    if isinstance(shape, Body):
+def _shape(system: Description, shape: Any, what: str) -> Any:
+    if isinstance(shape, Frame):
         raise ModelError(
-            f"Expected a shape for {what}, got the whole of {named(shape)}. Say what of it touches: {SHAPES}."
+            f"Expected a shape for {what}, got the whole of {shape!r}. Say what of it touches: {SHAPES}."
         )
     if not isinstance(
         shape, Point | Ball | Ellipsoid | Circle | Cylinder | Plane | Segment | Corners | Heightline
     ):
         raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {shown(shape)}.")
-    system.own_body(shape.body, what)
+    own_body(system, shape.body, what)
     return shape
 
 
-def coefficient(system: System, value: Any, what: str) -> Any:
-    """A coefficient of friction: an expression of parameters, not negative as far as it is known."""
+def coefficient(system: Description, value: Expression, what: str) -> Scalar:
+    """Return a coefficient of friction as an expression of parameters.
+
+    Raises
+    ------
+    ModelError
+        An expression that varies, or whose default value is negative.
+    """
     expression = constant(system, value, what)
-    value_now = number(system, expression)
-    if value_now is not None and value_now < 0:
-        raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {value_now:g}.")
+    number = default_value(system, expression)
+    if number is not None and number < 0:
+        raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {number:g}.")
     return expression

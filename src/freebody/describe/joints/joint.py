@@ -1,4 +1,4 @@
-"""Joints: what a child body may do relative to its parent.
+"""Joints: the motions of a child body relative to its parent.
 
 Every joint is a chain of *primitive* motions (turn, slide, screw, ball, free) from the point
 ``at`` on the parent to the point ``to`` on the child; the links between the primitives carry no mass.
@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..body import Body
+from ...scalar.algebra import Matrix, Scalar, Vector
+from ..frame import Frame
 
 
 @dataclass(frozen=True)
@@ -22,27 +23,44 @@ class Primitive:
     """
 
     kind: str
-    axis: tuple[Any, Any, Any] = (0, 0, 0)
+    axis: Vector = (0, 0, 0)
     coordinate: Any = None
-    pitch: Any = 0
+    pitch: Scalar = 0
 
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint as the user gave it; see the methods of :class:`System` that make one."""
+    """A joint as the user described it; made by the methods of :class:`System`, such as ``s.hinge``.
+
+    Attributes
+    ----------
+    name : str
+    type : str
+        Name of the method that made it, such as "hinge".
+    parent, child : Body
+    at, to : three expressions [m]
+        The joint's point on the parent and on the child, in the axes of each body.
+    parent_axes, child_axes : 3 x 3
+        Rotation matrices whose columns are the joint axes on the parent and on the child.
+    primitives : tuple of Primitive
+        Elementary motions, from the parent to the child.
+    arguments : dict
+        Further arguments of the method, as the user wrote them.
+    closes : bool
+        True if the joint closes a loop: its child already has a joint, or is the ground.
+    """
 
     name: str
     type: str
-    parent: Body
-    child: Body
-    at: tuple[Any, Any, Any]
-    to: tuple[Any, Any, Any]
-    parent_axes: Any
-    child_axes: Any
+    parent: Frame
+    child: Frame
+    at: Vector
+    to: Vector
+    parent_axes: Matrix
+    child_axes: Matrix
     primitives: tuple[Primitive, ...]
-    given: dict[str, Any]
+    arguments: dict[str, Any]
     closes: bool = False
-    """Whether the joint closes a loop, because its child hangs on an earlier joint or is the ground."""
 
     def __repr__(self) -> str:
         return f"{self.type} '{self.name}' ({self.parent.name} -> {self.child.name})"

@@ -1,8 +1,8 @@
-"""The joints of a system: hinge, slider, cylindrical, screw, universal, ball, gimbal, planar, free, weld.
+"""Methods of System that make joints: hinge, slider, cylindrical, screw, universal, ball, gimbal, planar, free, weld.
 
 All take ``name, parent, child``, the point ``at`` on the parent and ``to`` on the child (components in
 the axes of each body, from its origin), and ``parent_axes`` / ``child_axes`` (rotation matrices whose
-columns are the joint axes) where the joint's axes are not parallel to the body's. With all coordinates
+columns are the joint axes) if the joint's axes are not parallel to the body's. With all coordinates
 zero the joint axes on both bodies coincide.
 """
 
@@ -10,59 +10,61 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import Any, ParamSpec
 
 import sympy
 
 from ...errors import ModelError, shown
-from ...scalar.algebra import cross
+from ...scalar.algebra import Expression, Scalar, Vector, cross
 from ..axes import UNIT, direction, orientation
-from ..body import Body, Point
+from ..description import (
+    Description,
+    all_or_nothing,
+    children_of,
+    claim,
+    coordinates_of,
+    declare_coordinate,
+    names_of,
+    varying,
+    vector,
+)
+from ..frame import Frame, Point, closes_loop, own_body
 from ..names import is_identifier
 from .joint import Joint, Primitive
-
-if TYPE_CHECKING:
-    from ..system import System
 
 Arguments = ParamSpec("Arguments")
 
 
 def _whole(make: Callable[Arguments, Joint]) -> Callable[Arguments, Joint]:
-    """A joint is made whole or not at all: when it is refused, its coordinates are not left behind."""
+    """Return a function that makes a joint whole or not at all: a refused joint leaves no coordinates behind."""
 
     @wraps(make)
     def attempt(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Joint:
         system: Any = args[0]
-        mark = system.names.mark()
-        try:
+        with all_or_nothing(system):
             return make(*args, **kwargs)
-        except Exception:
-            system.names.forget(mark)
-            for name in [name for name in system.declared if name not in system.names.kinds]:
-                del system.declared[name]
-            raise
 
     return attempt
 
 
 @_whole
 def hinge(
-    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
+    system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: Any = "z",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
 ) -> Joint:  # fmt: skip
-    """One turn about ``axis``, by the angle ``coordinate`` [rad].
+    """Add a hinge: one turn about ``axis`` by the angle ``coordinate`` [rad].
 
     Parameters
     ----------
     name : str
-    parent, child : Body
+    parent, child : Frame
     at, to : three components or Point, optional
-        The joint's point on the parent and on the child; the origin if not given.
+        The joint's point on the parent and on the child; by default their origins.
     axis : 'x', 'y', 'z' or three components
-        Direction in joint axes, of any length but zero.
+        Direction in joint axes; its length does not matter.
     parent_axes, child_axes : Rotation or 3 x 3 matrix, optional
     coordinate : str or expression, optional
-        A new name, or an expression of declared coordinates and time; the joint's name if not given.
+        A new name, or an expression of declared coordinates and time; by default the joint's name.
 
     Raises
     ------
@@ -86,10 +88,10 @@ def hinge(
 
 @_whole
 def slider(
-    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "x",
+    system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: Any = "x",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
 ) -> Joint:  # fmt: skip
-    """One displacement ``coordinate`` [m] along ``axis``, without turning. Arguments as :meth:`hinge`."""
+    """Add a slider: one displacement ``coordinate`` [m] along ``axis``, without turning. Arguments as :meth:`hinge`."""
     n = direction(system, axis, f"the axis of slider '{name}'")
     (slide,) = _coordinates(system, child, name, coordinate, [name])
     return _add(system, "slider", name, parent, child, at, to, parent_axes, child_axes,
@@ -98,10 +100,10 @@ def slider(
 
 @_whole
 def cylindrical(
-    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
+    system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: Any = "z",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
 ) -> Joint:  # fmt: skip
-    """A displacement along ``axis`` and a turn about it; ``coordinate`` is (displacement, angle)."""
+    """Add a displacement along ``axis`` and a turn about it; ``coordinate`` is (displacement, angle)."""
     n = direction(system, axis, f"the axis of cylindrical joint '{name}'")
     slide, turn = _coordinates(system, child, name, coordinate, [f"{name}_slide", f"{name}_turn"])
     return _add(system, "cylindrical", name, parent, child, at, to, parent_axes, child_axes,
@@ -111,14 +113,14 @@ def cylindrical(
 
 @_whole
 def screw(
-    system: System, name: str, parent: Body, child: Body, *, pitch: Any, at: Any = None, to: Any = None,
+    system: Description, name: str, parent: Frame, child: Frame, *, pitch: Expression, at: Any = None, to: Any = None,
     axis: Any = "z", parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
 ) -> Joint:  # fmt: skip
-    """A turn by ``coordinate`` [rad] about ``axis`` that advances ``pitch`` [m] per radian along it."""
+    """Add a turn by ``coordinate`` [rad] about ``axis`` that advances ``pitch`` [m] per radian along it."""
     n = direction(system, axis, f"the axis of screw '{name}'")
     (turn,) = _coordinates(system, child, name, coordinate, [name])
     advance = system.expression(pitch, f"the pitch of screw '{name}'")
-    moving = system.names.depends(advance, "coordinate", "speed", "time")
+    moving = varying(system, advance)
     if moving:
         raise ModelError(
             f"The pitch of screw '{name}' must be constant, but it depends on {', '.join(moving)}."
@@ -130,15 +132,15 @@ def screw(
 
 @_whole
 def universal(
-    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None,
     axis: Any = ("x", "y"), parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
 ) -> Joint:  # fmt: skip
-    """Two turns: about the first ``axis``, fixed in the parent, then about the second, fixed in the child."""
+    """Add two turns: about the first ``axis``, fixed in the parent, then about the second, fixed in the child."""
     if isinstance(axis, str) or not hasattr(axis, "__len__") or len(axis) != 2:
         raise ModelError(
             f"Expected two axes, such as ('x', 'y'), for universal joint '{name}', got {shown(axis)}."
         )
-    axes = [direction(system, one, f"the axis of universal joint '{name}'") for one in axis]
+    axes = [direction(system, part, f"the axis of universal joint '{name}'") for part in axis]
     if all(sympy.sympify(component) == 0 for component in cross(*axes)):
         raise ModelError(
             f"The two axes of universal joint '{name}' are parallel: {shown(axis)}. Give two directions, or make a "
@@ -152,10 +154,10 @@ def universal(
 
 @_whole
 def gimbal(
-    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: str = "ZXZ",
+    system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: str = "ZXZ",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
 ) -> Joint:  # fmt: skip
-    """All turns about a point, by three Euler angles in the body-fixed sequence ``axis``, such as "ZXZ"."""
+    """Add all turns about a point, by three Euler angles in the body-fixed sequence ``axis``, such as "ZXZ"."""
     if not isinstance(axis, str) or len(axis) != 3:
         raise ModelError(
             f"Expected a sequence of three axes, such as 'ZXZ', for gimbal '{name}', got {shown(axis)}."
@@ -177,13 +179,13 @@ def gimbal(
 
 @_whole
 def planar(
-    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
+    system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: Any = "z",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
 ) -> Joint:  # fmt: skip
-    """Motion in the plane normal to ``axis``: two displacements and a turn, (x, y, angle) for axis z.
+    """Add motion in the plane normal to ``axis``: two displacements and a turn, (x, y, angle) for axis z.
 
-    For axis x the displacements are along y and z, for axis y along z and x. Another normal is
-    reached by ``parent_axes``.
+    For axis x the displacements are along y and z, for axis y along z and x. Use ``parent_axes`` for
+    any other normal.
     """
     order = {"x": "yz", "y": "zx", "z": "xy"}
     if not isinstance(axis, str) or axis not in order:
@@ -203,15 +205,15 @@ def planar(
 
 @_whole
 def ball(
-    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None,
     parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
 ) -> Joint:  # fmt: skip
-    """All turns about a point, by a unit quaternion; no singular attitude.
+    """Add all turns about a point, by a unit quaternion; no attitude is singular.
 
     Coordinates ``NAME_e0 … NAME_e3`` (scalar first), speeds ``NAME_wx, NAME_wy, NAME_wz``: the angular
     velocity of the child in the parent, components in the child's joint axes. ``coordinate`` replaces NAME.
     """
-    system.claim(name, system.joints, "joint")
+    claim(system, name, "joint")
     q: list[Any] = []
     if not closes_loop(system, child):
         q = _components(
@@ -224,16 +226,16 @@ def ball(
 
 @_whole
 def free(
-    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None,
     parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
 ) -> Joint:  # fmt: skip
-    """Six degrees of freedom.
+    """Add six degrees of freedom.
 
-    Coordinates ``NAME_x, NAME_y, NAME_z`` (of ``to`` from ``at``, in the parent's joint axes) and the unit
+    Coordinates ``NAME_x, NAME_y, NAME_z`` (position of ``to`` from ``at``, in the parent's joint axes) and the unit
     quaternion ``NAME_e0 … NAME_e3``; speeds ``NAME_wx …`` and ``NAME_vx …``: angular velocity of the child
     and velocity of the point ``to``, both relative to the parent and in the child's joint axes.
     """
-    system.claim(name, system.joints, "joint")
+    claim(system, name, "joint")
     if closes_loop(system, child):
         raise ModelError(
             f"Free joint '{name}' would leave '{getattr(child, 'name', child)}', which another joint holds, free: "
@@ -248,66 +250,61 @@ def free(
 
 @_whole
 def weld(
-    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None,
     parent_axes: Any = None, child_axes: Any = None,
 ) -> Joint:  # fmt: skip
-    """No relative motion; the joint's reaction has all six components."""
+    """Fix the child to the parent; the joint's reaction has all six components."""
     return _add(system, "weld", name, parent, child, at, to, parent_axes, child_axes, [Primitive("weld")], {})
 
 
-def closes_loop(system: System, child: Any) -> bool:
-    """Whether a joint with this child closes a loop: the child is the ground, or hangs on an earlier joint."""
-    if isinstance(child, str):
-        return child == "ground" or child in system.hung
-    if not isinstance(child, Body):
-        return False
-    return child.system is system and (child.is_ground or child.name in system.hung)
-
-
-def _coordinates(system: System, child: Any, name: str, given: Any, defaults: list[str]) -> list[Any]:
-    """Displacements of a joint: new coordinates by name, or expressions; none for a joint that closes a loop."""
+def _coordinates(
+    system: Description, child: Any, name: str, coordinate: Any, defaults: list[str]
+) -> list[Any]:
+    """Return the displacements of a joint: new coordinates or expressions; None for each if it closes a loop."""
     what = f"the coordinate of joint '{name}'"
-    system.claim(name, system.joints, "joint")
+    claim(system, name, "joint")
     if closes_loop(system, child):
-        if given is not None:
+        if coordinate is not None:
             raise ModelError(
                 f"Joint '{name}' closes a loop, since '{getattr(child, 'name', child)}' is already held by an earlier "
                 f"joint: its displacement follows from the other coordinates. Leave out coordinate=, or declare this "
                 f"joint before the one that shall close the loop."
             )
         return [None] * len(defaults)
-    if given is None:
-        given = defaults
-    elif isinstance(given, str):
-        tokens = given.replace(",", " ").split()
-        given = tokens if len(tokens) > 1 and all(map(is_identifier, tokens)) else [given]
-    elif not isinstance(given, list | tuple):
-        given = [given]
-    if len(given) != len(defaults):
+    if coordinate is None:
+        arguments = defaults
+    elif isinstance(coordinate, str):
+        tokens = coordinate.replace(",", " ").split()
+        arguments = tokens if len(tokens) > 1 and all(map(is_identifier, tokens)) else [coordinate]
+    else:
+        arguments = list(coordinate) if isinstance(coordinate, list | tuple) else [coordinate]
+    if len(arguments) != len(defaults):
         count = f"{len(defaults)} coordinates" if len(defaults) > 1 else "1 coordinate"
         raise ModelError(
-            f"Expected {count} for joint '{name}', got {len(given)}: {', '.join(map(str, given))}."
+            f"Expected {count} for joint '{name}', got {len(arguments)}: {', '.join(map(str, arguments))}."
         )
     result = []
-    for one in given:
-        if isinstance(one, str) and is_identifier(one.strip()):
-            one = one.strip()
-            if one not in system.names.kinds:
-                result.append(system.declare_coordinate(one))
+    for argument in arguments:
+        if isinstance(argument, str) and is_identifier(argument.strip()):
+            text = argument.strip()
+            if text not in names_of(system).kinds:
+                result.append(declare_coordinate(system, text))
                 continue
-            if system.names.kinds[one] == "coordinate" and _in_use(system, system.names.atoms[one]):
+            if names_of(system).kinds[text] == "coordinate" and _in_use(system, names_of(system).atoms[text]):
                 raise ModelError(
-                    f"The coordinate '{one}' is already the displacement of another joint, so joint '{name}' can not "
+                    f"The coordinate '{text}' is already the displacement of another joint, so joint '{name}' cannot "
                     f"be given it by name. Choose a new name; to couple the joints on purpose, pass the expression."
                 )
-        value = system.expression(one, what)
-        speeds = system.names.depends(value, "speed")
+        value = system.expression(argument, what)
+        speeds = names_of(system).depends(value, "speed")
         if speeds:
             raise ModelError(
                 f"In {what}: a displacement may depend on coordinates, parameters and time, not on {', '.join(speeds)}."
             )
         check_smooth(system, value, what)
-        foreign = [n for n in system.names.depends(value, "coordinate") if n not in system.declared]
+        foreign = [
+            n for n in names_of(system).depends(value, "coordinate") if n not in coordinates_of(system)
+        ]
         if foreign:
             raise ModelError(
                 f"In {what}: {', '.join(foreign)} is a component of a ball or free joint; a displacement may depend on "
@@ -317,9 +314,9 @@ def _coordinates(system: System, child: Any, name: str, given: Any, defaults: li
     return result
 
 
-def check_smooth(system: System, value: Any, what: str) -> None:
-    """A displacement is as smooth as a motion without impacts is."""
-    rough = system.names.rough(value)
+def check_smooth(system: Description, value: Scalar, what: str) -> None:
+    """Raise ModelError if a displacement is not twice differentiable, since its reactions would be infinite."""
+    rough = names_of(system).rough(value)
     if rough:
         raise ModelError(
             f"In {what}: signal '{rough[0]}' bends or jumps, so that what it moves would need infinite forces. Use "
@@ -328,12 +325,12 @@ def check_smooth(system: System, value: Any, what: str) -> None:
         )
 
 
-def check_unbroken(system: System, value: Any, what: str) -> None:
-    """A speed does not jump."""
+def check_unbroken(system: Description, value: Scalar, what: str) -> None:
+    """Raise ModelError if a speed jumps, since its reactions would be infinite."""
     jumps = [
         name
-        for name in system.names.rough(value)
-        if system.names.signal_named(name).interpolation == "previous"
+        for name in names_of(system).rough(value)
+        if names_of(system).signal_named(name).interpolation == "previous"
     ]
     if jumps:
         raise ModelError(
@@ -342,27 +339,28 @@ def check_unbroken(system: System, value: Any, what: str) -> None:
         )
 
 
-def _in_use(system: System, atom: Any) -> bool:
+def _in_use(system: Description, atom: Any) -> bool:
+    """Return True if the coordinate is the displacement of a joint."""
     return any(
         primitive.coordinate == atom for joint in system.joints.values() for primitive in joint.primitives
     )
 
 
-def _components(system: System, prefix: Any, endings: list[str], kind: str) -> list[Any]:
+def _components(system: Description, prefix: Any, endings: list[str], kind: str) -> list[Any]:
     if not isinstance(prefix, str) or not prefix:
         raise ModelError(
             f"Expected a prefix (text) for the coordinates of a ball or free joint, got {shown(prefix)}."
         )
-    return [system.names.component(f"{prefix}_{ending}", kind) for ending in endings]
+    return [names_of(system).component(f"{prefix}_{ending}", kind) for ending in endings]
 
 
 def _add(
-    system: System, kind: str, name: str, parent: Any, child: Any, at: Any, to: Any, parent_axes: Any,
-    child_axes: Any, primitives: list[Primitive], given: dict[str, Any],
+    system: Description, kind: str, name: str, parent: Any, child: Any, at: Any, to: Any, parent_axes: Any,
+    child_axes: Any, primitives: list[Primitive], arguments: dict[str, Any],
 ) -> Joint:  # fmt: skip
-    system.claim(name, system.joints, "joint")
+    claim(system, name, "joint")
     what = f"{kind} '{name}'"
-    parent, child = system.own_body(parent, what), system.own_body(child, what)
+    parent, child = own_body(system, parent, what), own_body(system, child, what)
     if parent is child:
         raise ModelError(
             f"{what[0].upper()}{what[1:]} joins body '{parent.name}' to itself. Name two different bodies."
@@ -372,26 +370,26 @@ def _add(
         _place(system, at, parent, f"at= of {what}"), _place(system, to, child, f"to= of {what}"),
         orientation(system, parent_axes, f"parent_axes= of {what}"),
         orientation(system, child_axes, f"child_axes= of {what}"),
-        tuple(primitives), {**given, "parent_axes": parent_axes, "child_axes": child_axes},
+        tuple(primitives), {**arguments, "parent_axes": parent_axes, "child_axes": child_axes},
         closes_loop(system, child),
     )  # fmt: skip
     system.joints[name] = joint
-    system.hung.add(child.name)
+    children_of(system).add(child.name)
     return joint
 
 
-def _place(system: System, place: Any, body: Body, what: str) -> tuple[Any, Any, Any]:
+def _place(system: Description, place: Any, body: Frame, what: str) -> Vector:
     if place is None:
         return (0, 0, 0)
     if isinstance(place, Point):
         if place.body is not body:
             raise ModelError(f"Expected a point of body '{body.name}' for {what}, got a {place!r}.")
         return place.components
-    vector = system.vector(place, what)
-    for component in vector:
-        moving = system.names.depends(component, "coordinate", "speed", "time")
+    components = vector(system, place, what)
+    for component in components:
+        moving = varying(system, component)
         if moving:
             raise ModelError(
-                f"The point {what} is fixed in body '{body.name}' and can not depend on {', '.join(moving)}."
+                f"The point {what} is fixed in body '{body.name}' and cannot depend on {', '.join(moving)}."
             )
-    return vector
+    return components

@@ -1,15 +1,14 @@
-"""Loads: forces, couples, springs and dampers, each with the name it carries in the equations."""
+"""Loads: forces, couples, springs and dampers, each with its name in the equations."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
 
-from ..body import Body, Point
+from ...scalar.algebra import Scalar, Vector
+from ..frame import Frame, Point
 from ..joints.joint import Joint
-from ..said import Named
-
-Components = tuple[Any, Any, Any]
+from ..labels import Named
 
 
 @dataclass(frozen=True, repr=False)
@@ -18,8 +17,8 @@ class Force(Named):
 
     name: str
     point: Point
-    components: Components
-    frame: Body
+    components: Vector
+    frame: Frame
 
 
 @dataclass(frozen=True, repr=False)
@@ -27,10 +26,10 @@ class Torque(Named):
     """A couple on a body, and its opposite on ``reaction_on``; components in the axes of ``frame`` [N m]."""
 
     name: str
-    body: Body
-    components: Components
-    frame: Body
-    reaction_on: Body | None
+    body: Frame
+    components: Vector
+    frame: Frame
+    reaction_on: Frame | None
 
 
 @dataclass(frozen=True, repr=False)
@@ -40,28 +39,28 @@ class JointForce(Named):
     name: str
     joint: Joint
     index: int
-    value: Any
+    value: Scalar
 
 
 @dataclass(frozen=True, repr=False)
 class JointSpring(Named):
-    """-stiffness * (displacement - rest) along one displacement of a joint."""
+    """A spring along one displacement of a joint: force -stiffness * (displacement - rest)."""
 
     name: str
     joint: Joint
     index: int
-    stiffness: Any
-    rest: Any
+    stiffness: Scalar
+    rest: Scalar
 
 
 @dataclass(frozen=True, repr=False)
 class JointDamper(Named):
-    """-damping * rate along one displacement of a joint."""
+    """A damper along one displacement of a joint: force -damping * rate."""
 
     name: str
     joint: Joint
     index: int
-    damping: Any
+    damping: Scalar
 
 
 @dataclass(frozen=True, repr=False)
@@ -71,8 +70,8 @@ class Spring(Named):
     name: str
     start: Point
     end: Point
-    stiffness: Any
-    rest: Any
+    stiffness: Scalar
+    rest: Scalar
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,7 +81,7 @@ class Damper(Named):
     name: str
     start: Point
     end: Point
-    damping: Any
+    damping: Scalar
 
 
 @dataclass(frozen=True, repr=False)
@@ -91,7 +90,7 @@ class GeneralizedForce(Named):
 
     name: str
     coordinate: Any
-    value: Any
+    value: Scalar
 
 
 Load = Force | Torque | JointForce | JointSpring | JointDamper | Spring | Damper | GeneralizedForce

@@ -1,72 +1,71 @@
-"""The loads of a system: forces, torques, springs, dampers, generalized forces."""
+"""Methods of System that make loads: forces, torques, springs, dampers, generalized forces."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...errors import ModelError, nearest, shown
-from ..body import Body, Point
+from ...scalar.algebra import Expression, Scalar
+from ..description import Description, claim, coordinates_of, names_of, varying, vector
+from ..frame import Frame, Point, own_body, own_point
 from ..joints.joint import Joint
 from .load import Damper, Force, GeneralizedForce, JointDamper, JointForce, JointSpring, Load, Spring, Torque
 
-if TYPE_CHECKING:
-    from ..system import System
 
-
-def force(system: System, name: str, at: Any, components: Any, *, frame: Body | None = None) -> Load:
-    """A force at a point of a body, or of a motor along a slider.
+def force(system: Description, name: str, at: Any, components: Any, *, frame: Frame | None = None) -> Load:
+    """Add a force at a point of a body, or the force of a motor along a slider.
 
     Parameters
     ----------
     name : str
     at : Point, Body (its origin) or Joint (a slider)
     components : three expressions [N] (one, for a joint)
-        Of coordinates, speeds, time and parameters; components in ground axes unless ``frame`` says otherwise.
-    frame : Body, optional
+        Expressions of coordinates, speeds, time and parameters; components in ground axes unless ``frame`` is given.
+    frame : Frame, optional
         The body in whose axes the components are given.
     """
     what = f"force '{name}'"
-    system.claim(name, system.loads, "load")
+    claim(system, name, "load")
     if isinstance(at, Joint):
         return _joint_force(system, name, at, components, what, ("slider",))
-    point = system.own_point(at, what)
+    point = own_point(system, at, what)
     if point.body.is_ground:
         raise ModelError(
             f"Force '{name}' acts on the ground, which nothing moves: it would have no effect. Name a point of a body."
         )
-    axes = system.ground if frame is None else system.own_body(frame, what)
-    return _store(system, Force(name, point, system.vector(components, what), axes))
+    axes = system.ground if frame is None else own_body(system, frame, what)
+    return _store(system, Force(name, point, vector(system, components, what), axes))
 
 
 def torque(
-    system: System,
+    system: Description,
     name: str,
     on: Any,
     components: Any,
     *,
-    frame: Body | None = None,
-    reaction_on: Body | None = None,
+    frame: Frame | None = None,
+    reaction_on: Frame | None = None,
 ) -> Load:
-    """A couple on a body, or of a motor along a hinge or a screw.
+    """Add a couple on a body, or the moment of a motor along a hinge or a screw.
 
     Parameters
     ----------
     name : str
-    on : Body or Joint (a hinge)
+    on : Frame or Joint (a hinge)
     components : three expressions [N m] (one, for a joint, conjugate to its angle)
-    frame : Body, optional
-        The body in whose axes the components are given; ground axes if not given.
-    reaction_on : Body, optional
-        The body that feels the opposite couple; the ground if not given.
+    frame : Frame, optional
+        The body in whose axes the components are given; by default ground axes.
+    reaction_on : Frame, optional
+        The body on which the opposite couple acts; by default the ground.
     """
     what = f"torque '{name}'"
-    system.claim(name, system.loads, "load")
+    claim(system, name, "load")
     if isinstance(on, Joint):
         return _joint_force(system, name, on, components, what, ("hinge", "screw"))
-    body = system.own_body(on, what)
-    axes = system.ground if frame is None else system.own_body(frame, what)
-    other = None if reaction_on is None else system.own_body(reaction_on, what)
-    if body is other or (body.is_ground and other is None):
+    body = own_body(system, on, what)
+    axes = system.ground if frame is None else own_body(system, frame, what)
+    opposite = None if reaction_on is None else own_body(system, reaction_on, what)
+    if body is opposite or (body.is_ground and opposite is None):
         where = (
             "the ground, which nothing moves" if body.is_ground else f"'{body.name}' and so does its opposite"
         )
@@ -74,20 +73,20 @@ def torque(
             f"Torque '{name}' acts on {where}: it would have no effect. Name the body that turns, or another one as "
             f"reaction_on."
         )
-    return _store(system, Torque(name, body, system.vector(components, what), axes, other))
+    return _store(system, Torque(name, body, vector(system, components, what), axes, opposite))
 
 
 def spring(
-    system: System,
+    system: Description,
     name: str,
     on: Any,
     to: Any = None,
     *,
-    stiffness: Any,
-    rest: Any = 0,
+    stiffness: Expression,
+    rest: Expression = 0,
     coordinate: int = 0,
 ) -> Load:
-    """A linear spring on a joint's displacement, or straight between two points.
+    """Add a linear spring along a joint's displacement, or straight between two points.
 
     Parameters
     ----------
@@ -97,12 +96,12 @@ def spring(
         The second point.
     stiffness : expression [N/m], or [N m/rad] on a hinge
     rest : expression
-        Displacement or distance at which the spring is free of force.
+        Displacement or distance at which the spring force is zero.
     coordinate : int
-        Which displacement of a joint that has several, counted from 0.
+        Index of the displacement of a joint that has several, counted from 0.
     """
     what = f"spring '{name}'"
-    system.claim(name, system.loads, "load")
+    claim(system, name, "load")
     k = _constant(system, stiffness, f"the stiffness of {what}")
     free = _constant(system, rest, f"the rest length of {what}")
     if isinstance(on, Joint):
@@ -111,10 +110,12 @@ def spring(
     return _store(system, Spring(name, *_ends(system, on, to, what), k, free))
 
 
-def damper(system: System, name: str, on: Any, to: Any = None, *, damping: Any, coordinate: int = 0) -> Load:
-    """A linear damper on a joint's displacement, or straight between two points; ``damping`` in N s/m."""
+def damper(
+    system: Description, name: str, on: Any, to: Any = None, *, damping: Expression, coordinate: int = 0
+) -> Load:
+    """Add a linear damper along a joint's displacement, or straight between two points; ``damping`` in N s/m."""
     what = f"damper '{name}'"
-    system.claim(name, system.loads, "load")
+    claim(system, name, "load")
     c = _constant(system, damping, f"the damping of {what}")
     if isinstance(on, Joint):
         joint, index = _displacement(system, on, coordinate, what)
@@ -123,9 +124,15 @@ def damper(system: System, name: str, on: Any, to: Any = None, *, damping: Any, 
 
 
 def torsion_spring(
-    system: System, name: str, on: Joint, *, stiffness: Any, rest: Any = 0, coordinate: int | None = None
+    system: Description,
+    name: str,
+    on: Joint,
+    *,
+    stiffness: Expression,
+    rest: Expression = 0,
+    coordinate: int | None = None,
 ) -> Load:
-    """A linear torsion spring [N m/rad] on an angle of a joint, free of moment at the angle ``rest``."""
+    """Add a linear torsion spring [N m/rad] on an angle of a joint; its moment is zero at the angle ``rest``."""
     what = f"torsion spring '{name}'"
     if not isinstance(on, Joint):
         raise ModelError(f"Expected a joint with an angle for {what}, got {shown(on)}.")
@@ -139,34 +146,34 @@ def torsion_spring(
         raise ModelError(
             f"Displacement {shown(index)} of {on.type} '{on.name}' is not an angle; angles: {angles}."
         )
-    return system.spring(name, on, stiffness=stiffness, rest=rest, coordinate=index)
+    return spring(system, name, on, stiffness=stiffness, rest=rest, coordinate=index)
 
 
-def generalized_force(system: System, coordinate: Any, value: Any, *, name: str | None = None) -> Load:
-    """A force conjugate to a coordinate: its power is ``value`` times the coordinate's speed."""
-    if isinstance(coordinate, str) and coordinate not in system.declared:
-        raise ModelError(f"Unknown coordinate '{coordinate}'; {nearest(coordinate, system.declared)}")
+def generalized_force(system: Description, coordinate: Any, value: Any, *, name: str | None = None) -> Load:
+    """Add a force conjugate to a coordinate: its power is ``value`` times the coordinate's speed."""
+    if isinstance(coordinate, str) and coordinate not in coordinates_of(system):
+        raise ModelError(f"Unknown coordinate '{coordinate}'; {nearest(coordinate, coordinates_of(system))}")
     atom = system.expression(coordinate, "the coordinate of a generalized force")
-    if atom not in system.declared.values():
+    if atom not in coordinates_of(system).values():
         raise ModelError(
             f"Expected a coordinate of this system, got '{atom}'. Coordinates of ball and free joints take "
             f"forces and torques on the body instead."
         )
-    name = f"Q_{system.names.texts[atom]}" if name is None else name
-    system.claim(name, system.loads, "load")
+    name = f"Q_{names_of(system).texts[atom]}" if name is None else name
+    claim(system, name, "load")
     return _store(
         system, GeneralizedForce(name, atom, system.expression(value, f"generalized force '{name}'"))
     )
 
 
-def _store(system: System, load: Any) -> Any:
+def _store(system: Description, load: Load) -> Load:
     system.loads[load.name] = load
     return load
 
 
-def _constant(system: System, value: Any, what: str) -> Any:
+def _constant(system: Description, value: Expression, what: str) -> Scalar:
     expression = system.expression(value, what)
-    moving = system.names.depends(expression, "coordinate", "speed", "time")
+    moving = varying(system, expression)
     if moving:
         raise ModelError(
             f"{what[0].upper()}{what[1:]} must be constant, but it depends on {', '.join(moving)}. "
@@ -175,10 +182,10 @@ def _constant(system: System, value: Any, what: str) -> Any:
     return expression
 
 
-def _ends(system: System, start: Any, end: Any, what: str) -> tuple[Point, Point]:
+def _ends(system: Description, start: Any, end: Any, what: str) -> tuple[Point, Point]:
     if end is None:
         raise ModelError(f"Expected a joint or two points for {what}; the second point (to=) is missing.")
-    a, b = system.own_point(start, what), system.own_point(end, what)
+    a, b = own_point(system, start, what), own_point(system, end, what)
     if a.body is b.body:
         raise ModelError(
             f"Both ends of {what} are on '{a.body.name}', so it does nothing. Put one end on another body."
@@ -186,7 +193,7 @@ def _ends(system: System, start: Any, end: Any, what: str) -> tuple[Point, Point
     return a, b
 
 
-def _displacement(system: System, joint: Joint, index: int, what: str) -> tuple[Joint, int]:
+def _displacement(system: Description, joint: Joint, index: int, what: str) -> tuple[Joint, int]:
     if system.joints.get(joint.name) is not joint:
         raise ModelError(
             f"{what[0].upper()}{what[1:]}: joint '{joint.name}' belongs to another system than '{system.name}'. "
@@ -207,8 +214,8 @@ def _displacement(system: System, joint: Joint, index: int, what: str) -> tuple[
 
 
 def _joint_force(
-    system: System, name: str, joint: Joint, value: Any, what: str, kinds: tuple[str, ...]
-) -> Any:
+    system: Description, name: str, joint: Joint, value: Any, what: str, kinds: tuple[str, ...]
+) -> Load:
     joint, index = _displacement(system, joint, 0, what)
     if len(joint.primitives) != 1 or joint.primitives[0].kind not in kinds:
         raise ModelError(

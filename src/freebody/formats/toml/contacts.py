@@ -1,4 +1,4 @@
-"""Contacts in model files: a table for each, with its two shapes, read and written.
+"""Contacts in model files, read and written: a table for each contact, with its two shapes.
 
 [contacts.floor]
 feature = { body = "disk", shape = "circle", radius = "R" }
@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ...describe.contacts.contact import ContactPair, kind_of
+from ...describe.contact_shapes import kind_of
+from ...describe.contacts.contact import ContactPair
+from ...describe.frame import own_body
 from ...describe.system import System
 from ...errors import nearest
 from ...scalar.algebra import ZERO
@@ -34,7 +36,7 @@ SHAPES = {
     "corners": ("points", "size", "at"),
     "heightline": ("height", "at"),
 }
-"""The keys of each shape, besides ``body`` and ``shape``."""
+"""Keys of each shape, besides ``body`` and ``shape``."""
 
 _UNITS = {
     (1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z", (-1, 0, 0): "-x", (0, -1, 0): "-y", (0, 0, -1): "-z",
@@ -45,25 +47,26 @@ _UNITS = {
 
 
 def read_contact(system: System, name: str, table: Table) -> None:
-    """One contact of a file, added to the system."""
+    """Add one contact of a file to the system."""
     feature, surface = _shape(table, "feature"), _shape(table, "surface")
-    given: dict[str, Any] = {
+    laws: dict[str, Any] = {
         key: table.expression(key) for key in ("friction", "static_friction", "restitution") if table.has(key)
     }
     if table.has("impact"):
-        given["impact"] = table.text("impact")
+        laws["impact"] = table.text("impact")
     table.done()
-    table.guard(lambda: system.contact(name, feature, surface, **given))
+    table.guard(lambda: system.contact(name, feature, surface, **laws))
 
 
 def _shape(table: Table, key: str) -> Any:
+    """Return the shape of a contact that one key describes."""
     value = table.raw(key)
     place = Table(table.document, (*table.path, key), value, table.system)
-    body = place.guard(lambda: place.system.own_body(place.text("body", "ground"), f"'{key}'"), "body")
+    body = place.guard(lambda: own_body(place.system, place.text("body", "ground"), f"'{key}'"), "body")
     shape = place.text("shape", "point")
     if shape not in SHAPES:
         place.fail(f"Unknown shape '{shape}'; {nearest(shape, SHAPES)}", "shape")
-    given = {one: _READERS[one](place, one) for one in SHAPES[shape] if place.has(one)}
+    arguments = {name: _READERS[name](place, name) for name in SHAPES[shape] if place.has(name)}
     place.done()
     first = {
         "point": "point",
@@ -73,24 +76,24 @@ def _shape(table: Table, key: str) -> Any:
         "cylinder": "radius",
     }.get(shape)
     if shape == "point":
-        return place.guard(lambda: body.point(*given.get("point", ZERO)))
+        return place.guard(lambda: body.point(*arguments.get("point", ZERO)))
     if shape == "segment":
-        for needed in ("start", "end", "normal"):
-            place.raw(needed)
-        start, end = given.pop("start"), given.pop("end")
-        return place.guard(lambda: body.segment(start, end, **given))
+        for required in ("start", "end", "normal"):
+            place.raw(required)
+        start, end = arguments.pop("start"), arguments.pop("end")
+        return place.guard(lambda: body.segment(start, end, **arguments))
     if shape == "heightline":
         height = place.raw("height")
-        given.pop("height")
-        return place.guard(lambda: body.heightline(height, **given))
+        arguments.pop("height")
+        return place.guard(lambda: body.heightline(height, **arguments))
     if shape == "corners":
-        points = given.pop("points", ())
-        return place.guard(lambda: body.corners(*points, **given))
+        points = arguments.pop("points", ())
+        return place.guard(lambda: body.corners(*points, **arguments))
     if first:
         place.raw(first)
-        radius = given.pop(first)
-        return place.guard(lambda: getattr(body, shape)(radius, **given))
-    return place.guard(lambda: getattr(body, shape)(**given))
+        radius = arguments.pop(first)
+        return place.guard(lambda: getattr(body, shape)(radius, **arguments))
+    return place.guard(lambda: getattr(body, shape)(**arguments))
 
 
 def _direction(table: Table, key: str) -> Any:
@@ -113,7 +116,7 @@ def _edges(table: Table, key: str) -> Any:
 
 
 def _height(table: Table, key: str) -> Any:
-    # the name x stands for the place along the line, which the body knows and the system does not
+    # x is the position along the line, a name of the body and not of the system
     return table.text(key)
 
 
@@ -136,9 +139,9 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
 # --- write -------------------------------------------------------------------------------------
 
 
-def written_contact(writer: Writer, pair: ContactPair) -> dict[str, str]:
-    """The keys of one contact."""
-    keys = {"feature": _written(writer, pair.feature), "surface": _written(writer, pair.surface)}
+def contact_keys(writer: Writer, pair: ContactPair) -> dict[str, str]:
+    """Return the keys of one contact and their texts."""
+    keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
     if pair.friction != 0:
         keys["friction"] = writer.value(pair.friction)
     if pair.static_friction != pair.friction:
@@ -150,7 +153,8 @@ def written_contact(writer: Writer, pair: ContactPair) -> dict[str, str]:
     return keys
 
 
-def _written(writer: Writer, shape: Any) -> str:
+def _shape_text(writer: Writer, shape: Any) -> str:
+    """Return a shape as an inline table."""
     kind = kind_of(shape)
     keys: dict[str, str] = {}
     if not shape.body.is_ground:
@@ -165,7 +169,7 @@ def _written(writer: Writer, shape: Any) -> str:
 
 
 def _value(writer: Writer, kind: str, shape: Any, name: str) -> str | None:
-    """The text of one key; None where it is left out."""
+    """Return the text of one key, or None to leave it out."""
     if name == "point":
         return writer.row(shape.components)
     if name == "points":
@@ -174,7 +178,7 @@ def _value(writer: Writer, kind: str, shape: Any, name: str) -> str | None:
         texts = {**writer.texts, shape.variable: "x"}
         return f'"{expression_text(sympy.sympify(shape.height), texts)}"'
     if name == "size" or (kind == "corners" and name == "at"):
-        return None  # the points say it all
+        return None  # the points contain it
     value = getattr(shape, name)
     if name == "inside":
         return "true" if value else None

@@ -1,10 +1,10 @@
-"""How bodies are drawn, in model files: the keys ``shape`` and ``color`` of a body, read and written.
+"""Looks of bodies in model files: the keys ``shape`` and ``color`` of a body, read and written.
 
 color = "#0072B2"
 shape = { solid = "box", sizes = [0.4, 0.2, 0.2], at = [0, 0.1, 0] }
 
-A shape of several parts is a list of such tables, in which ``hole = true`` is cut out. ``at`` displaces a part, and
-``axes`` (a rotation matrix, columns are the part's axes) turns it before.
+A shape of several parts is a list of such tables; parts with ``hole = true`` are cut out. First ``axes`` (a rotation
+matrix whose columns are the part's axes) turns a part, then ``at`` displaces it.
 """
 
 from __future__ import annotations
@@ -31,28 +31,29 @@ _UNITS = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 def read_looks(
     table: Table, kinds: tuple[str, ...], arguments: Callable[..., Any]
 ) -> tuple[Shape | None, str | None]:
-    """The shape and the colour of a body, None where the file names none."""
+    """Return the shape and the colour of a body, None for those that the file does not name."""
     color = table.text("color") if table.has("color") else None
     if not table.has("shape"):
         return None, color
-    given = table.raw("shape")
-    listed = given if isinstance(given, list) else [given]
-    if not listed or not all(isinstance(one, dict) for one in listed):
+    value = table.raw("shape")
+    tables = value if isinstance(value, list) else [value]
+    if not tables or not all(isinstance(data, dict) for data in tables):
         table.fail(
             'Expected a shape such as { solid = "box", sizes = [0.4, 0.2, 0.2] }, or a list of these, '
-            f"got {given!r}.",
+            f"got {value!r}.",
             "shape",
         )
-    parts = [_part(table, one, kinds, arguments) for one in listed]
+    parts = [_part(table, data, kinds, arguments) for data in tables]
     if len(parts) == 1 and not parts[0].hole:
         return parts[0], color
     return Shape("compound", parts=tuple(parts)), color
 
 
 def _part(table: Table, data: Any, kinds: tuple[str, ...], arguments: Callable[..., Any]) -> Shape:
+    """Return one part of a shape."""
     part = Table(table.document, (*table.path, "shape"), data, table.system)
     if part.has("mass"):
-        part.fail("Expected no mass in a shape, which is only drawn; the mass stands in the body.", "mass")
+        part.fail("Expected no mass in a shape, which is only drawn; the mass belongs to the body.", "mass")
     kind = part.text("solid")
     if kind not in kinds:
         part.fail(f"Unknown solid '{kind}'; {nearest(kind, kinds)}", "solid")
@@ -62,54 +63,54 @@ def _part(table: Table, data: Any, kinds: tuple[str, ...], arguments: Callable[.
         part.fail(f"Expected true or false, got {hole!r}.", "hole")
     part.data = {**part.data, "mass": 1}
     make = getattr(solids, kind)
-    given = dict(arguments(part, make))
+    dimensions = dict(arguments(part, make))
     axes = part.matrix("axes") if part.has("axes") else IDENTITY
     at = part.vector("at", (0, 0, 0))
     part.done()
-    solid: MassProperties = part.guard(lambda: make(**given))
+    solid: MassProperties = part.guard(lambda: make(**dimensions))
     assert solid.shape is not None
     return replace(solid.shape.rotated(axes).moved(at), hole=hole)
 
 
-def written_looks(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own: bool) -> dict[str, str]:
-    """The keys ``shape`` and ``color``; no shape where it is that of the body's ``own`` solid.
+def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own: bool) -> dict[str, str]:
+    """Return the keys ``shape`` and ``color``; without a shape if it is that of the body's ``own`` solid.
 
-    Nor where no key can say it (meshes, solids of revolution): such a body is then drawn by its joints and inertia.
+    Meshes and solids of revolution have no keys either: such a body is then drawn by its joints and inertia.
     """
     if shape is None:
         return {}
     keys = {}
     leaves = shape.parts if shape.kind == "compound" else (shape,)
     if not own and leaves:
-        texts = [_written(writer, one, kinds) for one in leaves]
-        if all(text is not None for text in texts):
-            listed = [text for text in texts if text is not None]
-            keys["shape"] = listed[0] if len(listed) == 1 else f"[{', '.join(listed)}]"
+        texts = [_part_text(writer, part, kinds) for part in leaves]
+        tables = [text for text in texts if text is not None]
+        if len(tables) == len(texts):
+            keys["shape"] = tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]"
     if shape.color:
         keys["color"] = json.dumps(shape.color)
     return keys
 
 
-def _written(writer: Writer, shape: Shape, kinds: tuple[str, ...]) -> str | None:
-    """One part as an inline table, if a solid makes exactly it."""
+def _part_text(writer: Writer, shape: Shape, kinds: tuple[str, ...]) -> str | None:
+    """Return one part as an inline table, or None if no solid gives exactly this part."""
     if shape.kind not in kinds:
         return None
     make = getattr(solids, shape.kind)
-    known = inspect.signature(make).parameters
+    parameters = inspect.signature(make).parameters
     axis: Any = next((name for name, unit in _UNITS.items() if tuple(shape.axis) == unit), tuple(shape.axis))
     sizes = tuple(value for _, value in shape.dimensions)
-    given = {**dict(shape.dimensions), "axis": axis, "normal": axis, "sizes": sizes, "semiaxes": sizes}
-    given = {key: value for key, value in given.items() if key in known}
+    arguments = {**dict(shape.dimensions), "axis": axis, "normal": axis, "sizes": sizes, "semiaxes": sizes}
+    arguments = {key: value for key, value in arguments.items() if key in parameters}
     try:
-        base = make(m=1, **given).shape.rotated(shape.axes)
+        base = make(m=1, **arguments).shape.rotated(shape.axes)
     except (FreebodyError, TypeError):
         return None
-    turned = apply(shape.axes, make(m=1, **given).shape.center)
+    turned = apply(shape.axes, make(m=1, **arguments).shape.center)
     at: Any = tuple(a - b for a, b in zip(shape.center, turned, strict=True))
     if base.moved(at) != replace(shape, hole=False, color=""):
         return None
     keys = {"solid": json.dumps(shape.kind)}
-    for name, value in given.items():
+    for name, value in arguments.items():
         keys[name] = (
             writer.row(value)
             if isinstance(value, tuple)

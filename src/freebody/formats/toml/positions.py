@@ -1,8 +1,8 @@
-"""Where the keys of a TOML text stand, and how deep its values are nested.
+"""Line numbers of the keys of a TOML text, and limits of its nesting.
 
-``tomllib`` gives values without places. This scan knows just as much of the grammar as finding keys
-takes: headers, keys, strings, comments and brackets. Whether the text is TOML is left to ``tomllib``,
-which reads it afterwards; the limits are checked here, before anything recursive sees the text.
+``tomllib`` gives values without line numbers. This scan knows only as much of the grammar as finding keys
+requires: headers, keys, strings, comments and brackets. ``tomllib``, which reads the text afterwards, checks
+that it is TOML; the limits are checked here, before recursive code reads the text.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from ...errors import FormatError
 
 Path = tuple[str, ...]
 
-MAX_DEPTH = 8  # of brackets in one another, and of names in one key
+MAX_DEPTH = 8  # of nested brackets, and of the names in one key
 
 _SPACE = re.compile(r"[ \t]*")
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
@@ -26,18 +26,18 @@ _PLAIN = re.compile(r"[^\[\]{}\"'#,\n]+")
 
 
 def key_lines(text: str, name: str) -> dict[Path, int]:
-    """The line of every key and table header.
+    """Return the line of every key and table header.
 
     Parameters
     ----------
     text : str
     name : str
-        Of the file, for messages.
+        Name of the file, for messages.
 
     Returns
     -------
     dict of tuple of str to int
-        Path of the key from the root -> line, counted from 1. Of an array of tables the last header counts.
+        Path of the key from the root -> line, counted from 1. For an array of tables the last header counts.
 
     Raises
     ------
@@ -53,6 +53,8 @@ def key_lines(text: str, name: str) -> dict[Path, int]:
 
 
 class _Scan:
+    """A position in the text that moves over keys and values."""
+
     def __init__(self, text: str, name: str) -> None:
         self.text = text
         self.name = name
@@ -77,7 +79,7 @@ class _Scan:
                 continue
             path = self.key(table)
             if len(path) == len(table) or not self.equals():
-                self.to_line_end()  # not TOML: tomllib says so
+                self.to_line_end()  # not TOML; tomllib refuses it
                 continue
             self.lines.setdefault(path, self.line)
             self.value(path)
@@ -91,7 +93,7 @@ class _Scan:
         return match.group()
 
     def key(self, above: Path) -> Path:
-        """A dotted key, from the current place on."""
+        """Read a dotted key at the current position."""
         parts = list(above)
         while True:
             self.skip(_SPACE)
@@ -114,10 +116,10 @@ class _Scan:
         return True
 
     def value(self, path: Path) -> None:
-        """Step over a value; note the keys of inline tables on the way."""
-        opened: list[str] = []
+        """Step over a value; record the keys of inline tables on the way."""
+        brackets: list[str] = []
         while self.at < len(self.text):
-            if opened and opened[-1] == "{":
+            if brackets and brackets[-1] == "{":
                 self.skip(_SPACE)
                 before = self.at
                 inner = self.key(path)
@@ -127,16 +129,16 @@ class _Scan:
                     continue
             character = self.text[self.at : self.at + 1]
             if character in ("[", "{"):
-                opened.append(character)
-                if len(opened) > MAX_DEPTH:
+                brackets.append(character)
+                if len(brackets) > MAX_DEPTH:
                     self.too_deep("brackets")
                 self.at += 1
             elif character in ("]", "}"):
-                if opened:
-                    opened.pop()
+                if brackets:
+                    brackets.pop()
                 self.at += 1
             elif character == "\n":
-                if not opened:
+                if not brackets:
                     return
                 self.at += 1
                 self.line += 1

@@ -1,8 +1,6 @@
-"""TOML model files, read: every table becomes the call of `System` that bears its name.
+"""Reader of TOML model files: every table becomes a call of the method of `System` that has its name.
 
 The schema is on the page *Model files* of the documentation.
-
-The file is longer than others: it has a function for each table.
 """
 
 from __future__ import annotations
@@ -13,7 +11,8 @@ import tomllib
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from ...describe.body import Point
+from ...describe.description import names_of, varying
+from ...describe.frame import Point, own_body
 from ...describe.system import System
 from ...errors import FormatError, nearest
 from ...space import solids
@@ -46,18 +45,18 @@ JOINTS = {
 
 
 def case_from_text(text: str, name: str = "model.toml") -> Case:
-    """The case that a TOML text describes.
+    """Return the case that a TOML text describes.
 
     Parameters
     ----------
     text : str
     name : str
-        Of the file, for messages.
+        Name of the file, for messages.
 
     Raises
     ------
     FormatError
-        With the file, the line and the key, what was expected there and what came.
+        The message names the file, the line and the key, and says what was expected and what came.
 
     Examples
     --------
@@ -95,16 +94,16 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
     for coordinate in root.texts("coordinates"):
         root.guard(lambda name=coordinate: system.coordinates(name), "coordinates")
     conditions = root.texts("assume")
-    late = [one for one in conditions if _names(one) - set(system.names.kinds)]
+    of_joints = [text for text in conditions if _names(text) - set(names_of(system).kinds)]
     for condition in conditions:
-        if condition not in late:
+        if condition not in of_joints:
             _assume(root, condition)
     for body, table in root.tables("bodies"):
         _body(system, body, table)
-    # joints may hang on coordinates and loads on joints, so this order, whatever the file's
+    # joints refer to coordinates and loads refer to joints, so this order, whatever the order of the file
     for joint, table in root.tables("joints"):
         _joint(system, joint, table)
-    for condition in late:  # of coordinates
+    for condition in of_joints:  # with coordinates that joints declare
         _assume(root, condition)
     for constraint, table in root.tables("constraints"):
         _constraint(system, constraint, table)
@@ -149,7 +148,7 @@ def _parameters(root: Table) -> None:
 
 
 def _names(text: str) -> set[str]:
-    """The names in an expression, its functions left out."""
+    """Return the names in an expression, without its functions."""
     return set(re.findall(r"[A-Za-z_]\w*(?!\w|\s*\()", text))
 
 
@@ -196,7 +195,7 @@ def _parts(table: Table) -> MassProperties:
 
 
 def _solid(table: Table) -> MassProperties:
-    """One solid, or mass, centre and inertia; moved by ``at``."""
+    """Return one solid, or mass, centre and inertia, moved by ``at``."""
     if not table.has("solid"):
         mass = table.expression("mass")
         center = table.vector("center", (0, 0, 0))
@@ -207,8 +206,8 @@ def _solid(table: Table) -> MassProperties:
         if kind not in SOLIDS:
             table.fail(f"Unknown solid '{kind}'; {nearest(kind, SOLIDS)}", "solid")
         make = getattr(solids, kind)
-        given = dict(_solid_arguments(table, make))
-        result = table.guard(lambda: make(**given))
+        arguments = dict(_solid_arguments(table, make))
+        result = table.guard(lambda: make(**arguments))
     place = table.vector("at", (0, 0, 0))
     return result.moved(place) if place != (0, 0, 0) else result
 
@@ -236,35 +235,35 @@ def _joint(system: System, name: str, table: Table) -> None:
     kind = table.text("type")
     if kind not in JOINTS:
         table.fail(f"Unknown type of joint '{kind}'; {nearest(kind, JOINTS)}", "type")
-    given: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     for key in ("at", "to"):
         if table.has(key):
-            given[key] = table.vector(key)
+            arguments[key] = table.vector(key)
     for key in ("parent_axes", "child_axes"):
         if table.has(key):
-            given[key] = table.matrix(key)
+            arguments[key] = table.matrix(key)
     if "axis" in JOINTS[kind] and table.has("axis"):
-        given["axis"] = _axis(table, table.data["axis"], kind)
+        arguments["axis"] = _axis(table, table.data["axis"], kind)
     if "coordinate" in JOINTS[kind] and table.has("coordinate"):
-        given["coordinate"] = _coordinate(table, table.data["coordinate"])
+        arguments["coordinate"] = _coordinate(table, table.data["coordinate"])
     if "pitch" in JOINTS[kind]:
-        given["pitch"] = table.expression("pitch")
+        arguments["pitch"] = table.expression("pitch")
     parent, child = table.text("parent", "ground"), table.text("child")
     table.done()
-    table.guard(lambda: getattr(system, kind)(name, parent, child, **given))
+    table.guard(lambda: getattr(system, kind)(name, parent, child, **arguments))
 
 
 def _axis(table: Table, value: Any, kind: str) -> Any:
     if isinstance(value, str):
         return value
     if kind == "universal" and isinstance(value, list):
-        return tuple(one if isinstance(one, str) else table.three(one, "axis") for one in value)
+        return tuple(axis if isinstance(axis, str) else table.three(axis, "axis") for axis in value)
     return table.three(value, "axis")
 
 
 def _coordinate(table: Table, value: Any) -> Any:
     if isinstance(value, list):
-        return [one if isinstance(one, str) else table.read(one, "coordinate") for one in value]
+        return [part if isinstance(part, str) else table.read(part, "coordinate") for part in value]
     return value if isinstance(value, str) else table.read(value, "coordinate")
 
 
@@ -288,7 +287,7 @@ def _constraint(system: System, name: str, table: Table) -> None:
         value = table.raw("expression")
         one_sided = _sides(table) if kind == "condition" else {}
         make = system.constrain if kind == "condition" else system.constrain_speed
-        # "y = x^2" is read by the system, which knows equations
+        # a text is passed on, since "y = x^2" is an equation, which only the system reads
         expression = value if isinstance(value, str) else table.read(value, "expression")
         call = lambda: make(expression, name=name, **one_sided)  # noqa: E731
     elif kind == "gear":
@@ -300,30 +299,30 @@ def _constraint(system: System, name: str, table: Table) -> None:
         points = table.raw("points")
         if not isinstance(points, list):
             table.fail(f"Expected a list of points, got {points!r}.", "points")
-        places = [_place(table, one, "points") for one in points]
+        places = [_place(table, point, "points") for point in points]
         length = table.expression("length")
-        more = _sides(table)
+        options = _sides(table)
         if table.has("taut"):
-            more["taut"] = table.flag("taut")
+            options["taut"] = table.flag("taut")
         if table.has("restitution"):
-            more["restitution"] = table.expression("restitution")
-        call = lambda: system.rope(places, length, name=name, **more)  # noqa: E731
+            options["restitution"] = table.expression("restitution")
+        call = lambda: system.rope(places, length, name=name, **options)  # noqa: E731
     else:
         wheel, radius, normal = _point(table, "wheel"), table.expression("radius"), table.text("normal", "y")
         axis = _axis(table, table.data["axis"], kind) if table.has("axis") else None
         plane = _point(table, "plane") if table.has("plane") else None
-        given = _sides(table)
+        options = _sides(table)
         if table.has("friction"):
-            given["friction"] = table.expression("friction")
+            options["friction"] = table.expression("friction")
         call = lambda: system.rolling(  # noqa: E731
-            name, wheel, radius=radius, axis=axis, normal=normal, plane=plane, **given
+            name, wheel, radius=radius, axis=axis, normal=normal, plane=plane, **options
         )
     table.done()
     table.guard(call)
 
 
 def _sides(table: Table) -> dict[str, Any]:
-    """Whether a constraint is one-sided, where the file says so."""
+    """Return the argument ``unilateral`` of a constraint if the file has it."""
     return {"unilateral": table.flag("unilateral")} if table.has("unilateral") else {}
 
 
@@ -331,12 +330,12 @@ def _sides(table: Table) -> dict[str, Any]:
 
 
 def _loads(system: System, root: Table) -> list[Callable[[], None]]:
-    """One call for each load, in the order of the file."""
+    """Return one call for each load, in the order of the file."""
     makers: dict[str, Callable[[System, str, Table], Any]] = {
         "forces": _force, "torques": _torque, "springs": _spring, "dampers": _damper,
         "torsion_springs": _torsion_spring, "generalized_forces": _generalized,
     }  # fmt: skip
-    found = []
+    calls = []
     for section, make in makers.items():
         for name, table in root.tables(section):
             line = root.document.line(table.path)
@@ -346,8 +345,8 @@ def _loads(system: System, root: Table) -> list[Callable[[], None]]:
                 table.done()
                 table.guard(call)
 
-            found.append((line, action))
-    return [action for _, action in sorted(found, key=lambda pair: pair[0])]
+            calls.append((line, action))
+    return [action for _, action in sorted(calls, key=lambda pair: pair[0])]
 
 
 def _force(system: System, name: str, table: Table) -> Callable[[], Any]:
@@ -363,8 +362,8 @@ def _torque(system: System, name: str, table: Table) -> Callable[[], Any]:
         joint, value = _own_joint(table), table.expression("value")
         return lambda: system.torque(name, joint, value)
     on, components, frame = table.text("on"), table.vector("components"), _frame(table)
-    other = table.text("reaction_on") if table.has("reaction_on") else None
-    return lambda: system.torque(name, on, components, frame=frame, reaction_on=other)  # type: ignore[arg-type]
+    opposite = table.text("reaction_on") if table.has("reaction_on") else None
+    return lambda: system.torque(name, on, components, frame=frame, reaction_on=opposite)  # type: ignore[arg-type]
 
 
 def _spring(system: System, name: str, table: Table) -> Callable[[], Any]:
@@ -409,37 +408,37 @@ def _frame(table: Table) -> Any:
 
 
 def _point(table: Table, key: str) -> Point:
-    """``{ body = "bar", point = [0, "a", 0] }``, or the name of a body for its origin."""
+    """Return the point ``{ body = "bar", point = [0, "a", 0] }``, or the origin of a body given by name."""
     return _place(table, table.raw(key), key)
 
 
 def _place(table: Table, value: Any, key: str) -> Point:
     if isinstance(value, str):
-        return table.guard(lambda: table.system.own_body(value, f"'{key}'").origin, key)
+        return table.guard(lambda: own_body(table.system, value, f"'{key}'").origin, key)
     if not isinstance(value, dict):
         table.fail(
             f'Expected a point {{ body = "NAME", point = [x, y, z] }} or a body\'s name, got {value!r}.', key
         )
     place = Table(table.document, (*table.path, key), value, table.system)
-    body = place.guard(lambda: table.system.own_body(place.text("body"), f"'{key}'"), "body")
+    body = place.guard(lambda: own_body(table.system, place.text("body"), f"'{key}'"), "body")
     components = place.vector("point", (0, 0, 0))
     place.done()
     return place.guard(lambda: body.point(*components), "point")
 
 
-# --- what to run ------------------------------------------------------------------------------
+# --- the run ----------------------------------------------------------------------------------
 
 
 def _initial(system: System, root: Table, section: str) -> dict[str, Any]:
-    """Values of coordinates and speeds: ``[initial]``, or ``[near]`` of a machine with constraints."""
+    """Return the values of coordinates and speeds in ``[initial]`` or ``[near]``."""
     table = root.table(section)
-    names = system.names
+    names = names_of(system)
     known = [name for name, kind in names.kinds.items() if kind in ("coordinate", "speed")]
-    turning = [joint.name for joint in system.joints.values() if joint.type in ("ball", "free")]
+    ball_joints = [joint.name for joint in system.joints.values() if joint.type in ("ball", "free")]
     result: dict[str, Any] = {}
     for name, value in table.data.items():
-        if name not in known and name not in turning:
-            table.fail(f"Unknown coordinate or speed '{name}'; {nearest(name, [*known, *turning])}", name)
+        if name not in known and name not in ball_joints:
+            table.fail(f"Unknown coordinate or speed '{name}'; {nearest(name, [*known, *ball_joints])}", name)
         if name in known:
             result[name] = _constant(table, value, name)
         elif isinstance(value, list) and len(value) == 4:
@@ -450,15 +449,16 @@ def _initial(system: System, root: Table, section: str) -> dict[str, Any]:
 
 
 def _constant(table: Table, value: Any, name: str) -> Any:
-    """A number, or an expression of parameters."""
+    """Return a number or an expression of parameters."""
     expression = table.read(value, name)
-    moving = table.system.names.depends(expression, "coordinate", "speed", "time")
+    moving = varying(table.system, expression)
     if moving:
         table.fail(f"Expected numbers and parameters only, got an expression of {', '.join(moving)}.", name)
     return expression
 
 
 def _run(root: Table) -> tuple[Any, float | None]:
+    """Return the length and the tolerance of the run, None for those that the file does not give."""
     table = root.table("run")
     until, tolerance = None, None
     if table.has("until"):

@@ -1,4 +1,4 @@
-"""TOML model files, written: what `toml_read` reads back as the same system."""
+"""Writer of TOML model files, which `read` reads back as the same system."""
 
 from __future__ import annotations
 
@@ -11,20 +11,22 @@ from typing import Any
 
 import sympy
 
-from ...describe.body import Body, Point
 from ...describe.constraints import constraint as constraints
-from ...describe.contacts.contact import Tether
+from ...describe.contact_shapes import Tether
+from ...describe.contacts.contact import ContactPair
+from ...describe.description import about_of, coordinates_of, names_of, parameters_of, positive_in, vector
+from ...describe.frame import Frame, Point
 from ...describe.joints.joint import Joint
 from ...describe.loads import load as loads
 from ...describe.names import is_identifier
 from ...describe.system import System
 from ...errors import FormatError, FreebodyError
-from ...scalar.algebra import IDENTITY, ZERO
+from ...scalar.algebra import IDENTITY, ZERO, Matrix, Scalar
 from ...space import solids
 from ...space.mass import MassProperties
 from ..text import expression_text, toml_number
-from .contacts import written_contact
-from .looks import written_looks
+from .contacts import contact_keys
+from .looks import looks_keys
 from .read import JOINTS, SOLIDS, case_from_text
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+\Z")
@@ -38,59 +40,62 @@ def toml_text(
     tolerance: float | None = None,
     near: Mapping[str, Any] | None = None,
 ) -> str:
-    """The text of a model file.
+    """Return the text of a model file.
 
     Parameters
     ----------
     system : System
     initial, near : mapping of str to number or expression, optional
     until, tolerance : optional
-        Of the table ``[run]``.
+        Values of the table ``[run]``.
 
     Raises
     ------
     FormatError
-        An expression that the file's language has no word for.
+        An expression that has no text in the file's language.
     """
     writer = Writer(system)
     text = writer.document(initial, near, until, tolerance, assumed=())
-    # masses and dimensions are assumed positive by their use: only what the reader would not know is written
-    # when it comes to the contacts, whose sides have lengths that are simplified with it
-    known = writer.document(initial, near, until, tolerance, assumed=(), contacts=False)
-    implied = case_from_text(known, "the text being written").system.positive
-    rest = system.positive - implied
-    return writer.document(initial, near, until, tolerance, assumed=rest) if rest else text
+    # The reader knows that masses and dimensions are positive by their use. Only the other assumptions are written:
+    # those that it does not know before the contacts, since they simplify the lengths of sides.
+    without_contacts = writer.document(initial, near, until, tolerance, assumed=(), contacts=False)
+    implied = positive_in(case_from_text(without_contacts, "the text being written").system)
+    assumed = positive_in(system) - implied
+    return writer.document(initial, near, until, tolerance, assumed=assumed) if assumed else text
 
 
 class Writer:
-    """Texts of the parts of a system."""
+    """Text of the parts of a system."""
 
     def __init__(self, system: System) -> None:
         if not isinstance(system, System):
             raise FormatError(f"Expected a System to write, got {system!r}.")
-        if system.controllers or system.names.signals:
-            names = [*system.controllers, *(one.name for one in system.names.signals)]
+        if system.controllers or names_of(system).signals:
+            names = [*system.controllers, *(signal.name for signal in names_of(system).signals)]
             raise FormatError(
                 f"A model file has no words for controllers and signals; '{system.name}' has {', '.join(names)}. Keep "
                 "the description in Python."
             )
         self.system = system
-        self.texts = system.names.texts
+        self.texts = names_of(system).texts
 
     # --- values ---
 
-    def value(self, value: Any) -> str:
-        """A scalar as TOML: a number where that is exact, text otherwise."""
+    def value(self, value: Scalar) -> str:
+        """Return a scalar as TOML: a number if that is exact, text otherwise."""
         number = toml_number(value)
         return repr(number) if number is not None else quoted(expression_text(value, self.texts))
 
-    def row(self, values: Iterable[Any]) -> str:
+    def row(self, values: Iterable[Scalar]) -> str:
+        """Return a list of scalars."""
         return f"[{', '.join(map(self.value, values))}]"
 
-    def matrix(self, rows: Any) -> str:
+    def matrix(self, rows: Matrix) -> str:
+        """Return a list of rows."""
         return f"[{', '.join(map(self.row, rows))}]"
 
     def point(self, point: Point) -> str:
+        """Return a point as an inline table, or the name of the body for its origin."""
         if point.components == ZERO:
             return quoted(point.body.name)
         return f"{{ body = {quoted(point.body.name)}, point = {self.row(point.components)} }}"
@@ -106,39 +111,40 @@ class Writer:
         assumed: Iterable[Any],
         contacts: bool = True,
     ) -> str:
+        """Return the whole text, with these assumptions."""
         system = self.system
         head = {"name": quoted(system.name)}
         if any(component != 0 for component in system.gravity):
             head["gravity"] = self.row(system.gravity)
         if first := self.declared_first():
             head["coordinates"] = f"[{', '.join(map(quoted, first))}]"
-        conditions = sorted(f"{expression_text(one, self.texts)} > 0" for one in assumed)
+        conditions = sorted(f"{expression_text(expression, self.texts)} > 0" for expression in assumed)
         if conditions:
             head["assume"] = f"[{', '.join(map(quoted, conditions))}]"
         parts = [block(None, head)]
-        parameters = {p.name: "{}" if p.default is None else repr(p.default) for p in system.parameter_list}
+        parameters = {p.name: "{}" if p.default is None else repr(p.default) for p in parameters_of(system)}
         if parameters:
             parts.append(block(("parameters",), parameters))
         for name, body in system.bodies.items():
             parts.append(block(("bodies", name), self.body(body)))
-        self.used: set[Any] = set()
+        self.used: set[Any] = set()  # coordinates of the joints so far
         for name, joint in system.joints.items():
             parts.append(block(("joints", name), self.joint(joint)))
-        for name, held in system.constraints.items():
-            parts.append(block(("constraints", name), self.constraint(held)))
+        for name, constraint in system.constraints.items():
+            parts.append(block(("constraints", name), self.constraint(constraint)))
         for name, pair in system.contacts.items() if contacts else ():
             slack = isinstance(pair.surface, Tether)
-            keys = self.slack_rope(pair) if slack else written_contact(self, pair)
+            keys = self.slack_rope(pair) if slack else contact_keys(self, pair)
             parts.append(block(("constraints" if slack else "contacts", name), keys))
-        for name, one in system.loads.items():
-            section, keys = self.load(one)
+        for name, load in system.loads.items():
+            section, keys = self.load(load)
             parts.append(block((section, name), keys))
-        for name, (unit, about) in system.about.items():
+        for name, (unit, about) in about_of(system).items():
             keys = {"unit": quoted(unit), "about": quoted(about)}
             parts.append(block(("describe", name), {k: v for k, v in keys.items() if v != '""'}))
         for section, start in (("initial", initial), ("near", near)):
             if start:
-                named = {system.names.texts.get(name, name): value for name, value in start.items()}
+                named = {names_of(system).texts.get(name, name): value for name, value in start.items()}
                 values = {name: self.start(name, value) for name, value in named.items()}
                 parts.append(block((section,), values))
         run = {}
@@ -151,24 +157,24 @@ class Writer:
         return "\n".join(parts)
 
     def start(self, name: str, value: Any) -> str:
-        """An initial value; four of them for the attitude of a ball or free joint."""
-        given = value if isinstance(value, tuple | list) else (value,)
-        read = [self.system.expression(one, f"the initial value of '{name}'") for one in given]
-        return self.row(read) if len(read) > 1 else self.value(read[0])
+        """Return an initial value; four values for the attitude of a ball or free joint."""
+        values = value if isinstance(value, tuple | list) else (value,)
+        expressions = [self.system.expression(x, f"the initial value of '{name}'") for x in values]
+        return self.row(expressions) if len(expressions) > 1 else self.value(expressions[0])
 
     def declared_first(self) -> list[str]:
-        """Coordinates to declare before the joints, so that all come in the same order again.
+        """Return the coordinates to declare before the joints, so that the reader gets the same order.
 
-        A joint declares its own coordinates when it is read. Where that gives another order, or an
-        expression with a name that is not known yet, all that can be declared are.
+        A joint declares its own coordinates when it is read. If that gives another order, or an
+        expression with a name that is not known yet, all coordinates are declared first.
         """
-        kinds = self.system.names.kinds
-        wanted = [text for text, kind in kinds.items() if kind == "coordinate"]
-        return [] if self.order_after([]) == wanted else list(self.system.declared)
+        kinds = names_of(self.system).kinds
+        order = [text for text, kind in kinds.items() if kind == "coordinate"]
+        return [] if self.order_after([]) == order else list(coordinates_of(self.system))
 
     def order_after(self, first: list[str]) -> list[str] | None:
-        """Order of the coordinates when these are declared first; None if a joint then finds one unknown."""
-        names = self.system.names
+        """Return the order of the coordinates if ``first`` are declared first; None if a joint uses an unknown one."""
+        names = names_of(self.system)
         order: dict[str, Any] = dict.fromkeys(first)
         for joint in self.system.joints.values():
             for primitive in () if joint.closes else joint.primitives:
@@ -183,38 +189,39 @@ class Writer:
 
     # --- bodies ---
 
-    def body(self, body: Body) -> dict[str, str]:
+    def body(self, body: Frame) -> dict[str, str]:
+        """Return the keys of a body."""
         mass = body.mass_properties
         assert mass is not None
         shape = mass.shape
         bare = mass if shape is None or not shape.color else replace(mass, shape=replace(shape, color=""))
         solid = self.solid(bare)
         if solid is not None:
-            return solid | written_looks(self, shape, SOLIDS, True)
+            return solid | looks_keys(self, shape, SOLIDS, True)
         keys = {"mass": self.value(mass.mass)}
         if tuple(mass.center) != ZERO:
             keys["center"] = self.row(mass.center)
         if any(entry != 0 for row in mass.inertia for entry in row):
             keys["inertia"] = self.matrix(mass.inertia)
-        keys |= written_looks(self, shape, SOLIDS, False)
+        keys |= looks_keys(self, shape, SOLIDS, False)
         return keys
 
     def solid(self, mass: MassProperties) -> dict[str, str] | None:
-        """The keys of a named solid, if one with this shape has exactly these mass properties."""
+        """Return the keys of a named solid, or None if no solid of this shape has exactly these mass properties."""
         shape = mass.shape
         if shape is None or shape.kind not in SOLIDS or shape.axes != IDENTITY:
             return None
         make = getattr(solids, shape.kind)
-        known = inspect.signature(make).parameters
+        parameters = inspect.signature(make).parameters
         axis: Any = next(
             (name for name, unit in _UNITS.items() if tuple(shape.axis) == unit), tuple(shape.axis)
         )
         sizes = tuple(value for _, value in shape.dimensions)
-        given = {"m": mass.mass, **dict(shape.dimensions), "axis": axis, "normal": axis}
-        given |= {"sizes": sizes, "semiaxes": sizes}
-        given = {key: value for key, value in given.items() if key in known}
+        arguments = {"m": mass.mass, **dict(shape.dimensions), "axis": axis, "normal": axis}
+        arguments |= {"sizes": sizes, "semiaxes": sizes}
+        arguments = {key: value for key, value in arguments.items() if key in parameters}
         try:
-            unmoved = make(**given)
+            unmoved = make(**arguments)
             place = tuple(a - b for a, b in zip(mass.center, unmoved.center, strict=True))
             again = unmoved.moved(place)
         except (FreebodyError, TypeError):
@@ -228,7 +235,7 @@ class Writer:
         if not same:
             return None
         keys = {"solid": quoted(shape.kind)}
-        for name, value in given.items():
+        for name, value in arguments.items():
             key = "mass" if name == "m" else name
             if isinstance(value, tuple):
                 keys[key] = self.row(value)
@@ -241,6 +248,7 @@ class Writer:
     # --- joints ---
 
     def joint(self, joint: Joint) -> dict[str, str]:
+        """Return the keys of a joint."""
         keys = {
             "type": quoted(joint.type),
             "parent": quoted(joint.parent.name),
@@ -255,13 +263,13 @@ class Writer:
         if joint.child_axes != IDENTITY:
             keys["child_axes"] = self.matrix(joint.child_axes)
         if "axis" in JOINTS[joint.type]:
-            keys["axis"] = self.axis(joint.given["axis"])
+            keys["axis"] = self.axis(joint.arguments["axis"])
         if "pitch" in JOINTS[joint.type]:
             keys["pitch"] = self.value(joint.primitives[0].pitch)
         if joint.closes:
             return keys  # it has no coordinates
         if joint.type in ("ball", "free"):
-            prefix = joint.given["coordinate"] or joint.name
+            prefix = joint.arguments["coordinate"] or joint.name
             if prefix != joint.name:
                 keys["coordinate"] = quoted(prefix)
         elif joint.type != "weld":
@@ -270,53 +278,57 @@ class Writer:
         return keys
 
     def coordinate(self, coordinate: Any) -> str:
+        """Return the text of a joint's displacement."""
         text = self.value(coordinate)
         if coordinate in self.used and is_identifier(text.strip('"')):
-            return f'"({text[1:-1]})"'  # a bare name that is in use is refused; the expression is meant
+            return f'"({text[1:-1]})"'  # the reader refuses a bare name in use; parentheses make it an expression
         self.used.add(coordinate)
         return text
 
     def axis(self, axis: Any) -> str:
+        """Return the text of an axis, or of the two axes of a universal joint."""
         if isinstance(axis, str):
             return quoted(axis)
         if len(axis) == 2:
             return f"[{', '.join(map(self.axis, axis))}]"
-        return self.row(self.system.vector(axis, "the axis"))
+        return self.row(vector(self.system, axis, "the axis"))
 
     # --- constraints ---
 
-    def constraint(self, one: Any) -> dict[str, str]:
-        match one:
+    def constraint(self, constraint: constraints.Constraint) -> dict[str, str]:
+        """Return the keys of a constraint."""
+        match constraint:
             case constraints.Condition():
-                keys = {"type": quoted("condition"), "expression": self.value(one.expression)}
-                return keys | ({"unilateral": "true"} if one.unilateral else {})
+                keys = {"type": quoted("condition"), "expression": self.value(constraint.expression)}
+                return keys | ({"unilateral": "true"} if constraint.unilateral else {})
             case constraints.SpeedCondition():
-                return {"type": quoted("speed"), "expression": self.value(one.expression)}
+                return {"type": quoted("speed"), "expression": self.value(constraint.expression)}
             case constraints.Gear():
-                keys = {"first": quoted(one.first.name), "second": quoted(one.second.name)}
-                if one.pressure_angle is not None:
-                    keys["pressure_angle"] = self.value(one.pressure_angle)
-                return {"type": quoted("gear"), **keys, "ratio": self.value(one.ratio)}
+                keys = {"first": quoted(constraint.first.name), "second": quoted(constraint.second.name)}
+                if constraint.pressure_angle is not None:
+                    keys["pressure_angle"] = self.value(constraint.pressure_angle)
+                return {"type": quoted("gear"), **keys, "ratio": self.value(constraint.ratio)}
             case constraints.Rope():
-                points = f"[{', '.join(map(self.point, one.points))}]"
-                keys = {"type": quoted("rope"), "points": points, "length": self.value(one.length)}
-                return keys | ({} if one.unilateral else {"unilateral": "false"})
+                points = f"[{', '.join(map(self.point, constraint.points))}]"
+                keys = {"type": quoted("rope"), "points": points, "length": self.value(constraint.length)}
+                return keys | ({} if constraint.unilateral else {"unilateral": "false"})
             case constraints.Rolling():
-                keys = {"wheel": self.point(one.center), "radius": self.value(one.radius)}
-                if one.given is not None:
-                    keys["axis"] = self.axis(one.given)
-                letter, up = one.normal
+                keys = {"wheel": self.point(constraint.center), "radius": self.value(constraint.radius)}
+                if constraint.written_axis is not None:
+                    keys["axis"] = self.axis(constraint.written_axis)
+                letter, up = constraint.normal
                 keys["normal"] = quoted(letter if sum(up) > 0 else f"-{letter}")
-                if one.plane.components != ZERO:
-                    keys["plane"] = self.point(one.plane)
-                if not one.unilateral:
+                if constraint.plane.components != ZERO:
+                    keys["plane"] = self.point(constraint.plane)
+                if not constraint.unilateral:
                     keys["unilateral"] = "false"
-                if one.friction is not None:
-                    keys["friction"] = self.value(one.friction)
+                if constraint.friction is not None:
+                    keys["friction"] = self.value(constraint.friction)
                 return {"type": quoted("rolling"), **keys}
-        raise AssertionError(f"no words for {one!r}")
+        raise AssertionError(f"no words for {constraint!r}")
 
-    def slack_rope(self, pair: Any) -> dict[str, str]:
+    def slack_rope(self, pair: ContactPair) -> dict[str, str]:
+        """Return the keys of a rope that may go slack, which the system holds as a contact."""
         rope = pair.surface
         points = f"[{self.point(rope.body.point(*rope.at))}, {self.point(pair.feature)}]"
         keys = {"type": quoted("rope"), "points": points, "length": self.value(rope.radius), "taut": "false"}
@@ -324,63 +336,68 @@ class Writer:
 
     # --- loads ---
 
-    def load(self, one: Any) -> tuple[str, dict[str, str]]:
-        match one:
+    def load(self, load: loads.Load) -> tuple[str, dict[str, str]]:
+        """Return the section and the keys of a load."""
+        match load:
             case loads.Force():
-                keys = {"at": self.point(one.point), "components": self.row(one.components)}
-                return "forces", keys | self.frame(one.frame)
+                keys = {"at": self.point(load.point), "components": self.row(load.components)}
+                return "forces", keys | self.frame(load.frame)
             case loads.Torque():
-                keys = {"on": quoted(one.body.name), "components": self.row(one.components)}
-                keys |= self.frame(one.frame)
-                if one.reaction_on is not None:
-                    keys["reaction_on"] = quoted(one.reaction_on.name)
+                keys = {"on": quoted(load.body.name), "components": self.row(load.components)}
+                keys |= self.frame(load.frame)
+                if load.reaction_on is not None:
+                    keys["reaction_on"] = quoted(load.reaction_on.name)
                 return "torques", keys
             case loads.JointForce():
-                turns = one.joint.primitives[one.index].kind == "hinge"
-                keys = {"joint": quoted(one.joint.name), "value": self.value(one.value)}
+                turns = load.joint.primitives[load.index].kind == "hinge"
+                keys = {"joint": quoted(load.joint.name), "value": self.value(load.value)}
                 return ("torques" if turns else "forces"), keys
             case loads.JointSpring():
-                return "springs", self.on_joint(one) | self.stiffness(one)
+                return "springs", self.on_joint(load) | self.stiffness(load)
             case loads.JointDamper():
-                return "dampers", self.on_joint(one) | {"damping": self.value(one.damping)}
+                return "dampers", self.on_joint(load) | {"damping": self.value(load.damping)}
             case loads.Spring():
-                return "springs", self.ends(one) | self.stiffness(one)
+                return "springs", self.ends(load) | self.stiffness(load)
             case loads.Damper():
-                return "dampers", self.ends(one) | {"damping": self.value(one.damping)}
+                return "dampers", self.ends(load) | {"damping": self.value(load.damping)}
             case loads.GeneralizedForce():
-                keys = {"coordinate": self.value(one.coordinate), "value": self.value(one.value)}
+                keys = {"coordinate": self.value(load.coordinate), "value": self.value(load.value)}
                 return "generalized_forces", keys
-        raise AssertionError(f"no words for {one!r}")
+        raise AssertionError(f"no words for {load!r}")
 
-    def frame(self, frame: Body) -> dict[str, str]:
+    def frame(self, frame: Frame) -> dict[str, str]:
+        """Return the key ``frame``, without it for ground axes."""
         return {} if frame.is_ground else {"frame": quoted(frame.name)}
 
-    def on_joint(self, one: loads.JointSpring | loads.JointDamper) -> dict[str, str]:
-        keys = {"joint": quoted(one.joint.name)}
-        return keys | {"coordinate": str(one.index)} if one.index else keys
+    def on_joint(self, load: loads.JointSpring | loads.JointDamper) -> dict[str, str]:
+        """Return the keys of the joint and displacement that a load acts on."""
+        keys = {"joint": quoted(load.joint.name)}
+        return keys | {"coordinate": str(load.index)} if load.index else keys
 
-    def ends(self, one: loads.Spring | loads.Damper) -> dict[str, str]:
-        return {"from": self.point(one.start), "to": self.point(one.end)}
+    def ends(self, load: loads.Spring | loads.Damper) -> dict[str, str]:
+        """Return the keys of the two points that a load connects."""
+        return {"from": self.point(load.start), "to": self.point(load.end)}
 
-    def stiffness(self, one: loads.JointSpring | loads.Spring) -> dict[str, str]:
-        keys = {"stiffness": self.value(one.stiffness)}
-        return keys | {"rest": self.value(one.rest)} if one.rest != 0 else keys
+    def stiffness(self, load: loads.JointSpring | loads.Spring) -> dict[str, str]:
+        """Return the keys of a spring's law."""
+        keys = {"stiffness": self.value(load.stiffness)}
+        return keys | {"rest": self.value(load.rest)} if load.rest != 0 else keys
 
 
 _UNITS = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 def quoted(text: str) -> str:
-    """A TOML basic string; JSON's escapes are a part of TOML's."""
+    """Return a TOML basic string; JSON's escapes are a subset of TOML's."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def key(name: str) -> str:
-    """A TOML key, bare if it can be."""
+    """Return a TOML key, bare if possible."""
     return name if _BARE.match(name) else quoted(name)
 
 
 def block(path: tuple[str, ...] | None, keys: Mapping[str, str]) -> str:
-    """One table."""
+    """Return one table."""
     lines = [] if path is None else [f"[{'.'.join(map(key, path))}]"]
     return "\n".join([*lines, *(f"{key(name)} = {value}" for name, value in keys.items())]) + "\n"

@@ -13,6 +13,7 @@ import sympy
 
 import freebody as fb
 
+from ...describe.description import about_of, names_of
 from ...symbolic.printing.display import displayed, latex, text
 from ...symbolic.printing.show import text_of
 from .answer import Answer, Answers
@@ -41,7 +42,7 @@ class Case:
     @cached_property
     def atoms(self) -> dict[str, Any]:
         """The SymPy atom of every name: parameters, coordinates, speeds and accelerations."""
-        found = dict(self.system.names.atoms)
+        found = dict(names_of(self.system).atoms)
         for speed in self.equations.model.speeds:
             found[speed.name + "'"] = speed.acceleration
         return found
@@ -174,7 +175,7 @@ class Case:
         found: dict[str, Any] = dict(self.values)
         for name, x in self.values.items():
             turns = round(2 * x / math.pi)
-            if turns and x == turns * (math.pi / 2) and self.system.about.get(name, ("",))[0] == "rad":
+            if turns and x == turns * (math.pi / 2) and about_of(self.system).get(name, ("",))[0] == "rad":
                 found[name] = turns * sympy.pi / 2
         return found
 

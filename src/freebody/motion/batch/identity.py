@@ -21,8 +21,8 @@ import numpy as np
 
 from ...describe.body import Body
 from ...describe.controller import Controller
+from ...describe.description import Parameter
 from ...describe.joints.joint import Joint
-from ...describe.system import Parameter
 from ...errors import SimulationError
 from ...model import Model
 from ..start.arguments import is_number

@@ -13,8 +13,8 @@ from ...errors import FreebodyError, ModelError, arguments_named
 from ...model.assemble import assemble
 from ...model.contact import in_modes
 from ...model.model import Model
+from ...symbolic.derivation.contact_modes import model_in_modes
 from ...symbolic.equations import Equations
-from ...symbolic.free_body.contact_modes import model_in_modes
 
 STARTS = "the modes in which the motion starts; modes= chooses others"
 

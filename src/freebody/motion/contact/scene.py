@@ -29,7 +29,7 @@ from ...dynamics.contact_motion import (
 from ...dynamics.linear import Factorization
 from ...dynamics.motion import Motion, total_power
 from ...dynamics.state import float_state
-from ...dynamics.unilateral import parts
+from ...dynamics.unilateral import multiplier_sizes
 from ...model import Model
 from ...model.contact import Contact
 from ...scalar.derivative import forward
@@ -354,7 +354,7 @@ class Phase(Kernels):
         """Σ of the parts of the forces of all closed contacts [N]."""
         mine = {c.name for c in self.model.contacts}
         held = [i for i, row in enumerate(rows(self.model)) if row.owner in mine and i in self.active]
-        return sum(parts(self.model, state, held).values())
+        return sum(multiplier_sizes(self.model, state, held).values())
 
     def contact(self) -> Program:
         """Functions ``gap`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""

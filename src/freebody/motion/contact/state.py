@@ -249,7 +249,8 @@ class ContactRun:
             return ()
         mine, q = slice(self.n, self.n + self.model.n_u), y[: self.n].tolist()
         state = float_state(self.model, q, y[mine].tolist(), t, self.values)
-        M, W = np.array(mass_matrix(self.model, state)), np.array(contact_rows(self.model, state).matrix)
+        M: Any = np.array(mass_matrix(self.model, state))
+        W: Any = np.array(contact_rows(self.model, state).matrix)
         active, conditions = list(self.scene.kernels.active), linearized(self.model, state).matrix
         G = np.array([conditions[i] for i in active], dtype=float)
         multipliers = np.zeros(len(conditions))

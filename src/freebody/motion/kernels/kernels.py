@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
 from ...describe.controller import Controller
+from ...describe.description import changes_of
 from ...describe.system import System
 from ...describe.table import Changes
 from ...dynamics import (
@@ -36,7 +37,7 @@ from ...dynamics import (
     potential_energy,
     traced_state,
 )
-from ...dynamics.constrained import alike, hold, position_correction, speed_correction
+from ...dynamics.constrained import condition_groups, independence, position_correction, speed_correction
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.linear import Factorization, applied, products
 from ...dynamics.mobility import check_bodies
@@ -209,7 +210,7 @@ class Kernels:
             }
             if self.active:
                 found["projection"] = self._projected(state)
-                found["hold"] = [hold(self.model, state, self.active)]
+                found["hold"] = [independence(self.model, state, self.active)]
             left = self._dropped(state)
             self._names_dropped = tuple(left)
             return {**found, "dropped": self._checked_conditions(state, left)} if left else found
@@ -275,7 +276,7 @@ class Kernels:
         """Residuals of dropped conditions, and 1 where one is a large multiple of others that hold, else 0 or less."""
         matrix, kinds = linearized(self.model, state).matrix, rows(self.model)
         unit: dict[int, list[Any]] = {}
-        for group in alike(self.model):
+        for group in condition_groups(self.model):
             square = sum((x * x for i in group for x in matrix[i]), 0)
             size = 1 if _is_zero(square) else state.field.sqrt(square)
             unit |= {i: [divide(x, size) for x in matrix[i]] for i in group}
@@ -423,7 +424,7 @@ def kernels_of(machine: System | Model) -> Kernels:
             "A machine is described first: s = fb.System('name')."
         )
     if isinstance(machine, System):
-        kernels, changes = Kernels(assemble(machine)), machine.changes
+        kernels, changes = Kernels(assemble(machine)), changes_of(machine)
     else:
         kernels, changes = Kernels(machine), Changes()
     _recent[id(machine)] = (machine, changes, changes.count, kernels)

@@ -7,7 +7,8 @@ from typing import Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
+from ...describe.frame import Point
 from ...describe.system import System
 from ...dynamics.constrained import independent_rows
 from ...dynamics.kinematics import place_of, rotation
@@ -18,8 +19,8 @@ from ...model.model import Model
 from ...model.values import check_assumptions
 from ...scalar.algebra import ZERO, Vector, apply
 from ...space.rotation import Rotation
+from ...symbolic.derivation.bodies import own_body
 from ...symbolic.equations import Equations
-from ...symbolic.free_body.free_body import own_body
 from ...symbolic.impulses.impulse import Struck
 from ...symbolic.impulses.impulse_jumps import exact_jumps, float_jumps, percussion, restituted
 from ...symbolic.solving.vocabulary import Vocabulary

@@ -23,7 +23,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...dynamics.constrained import DEPENDENT, alike
+from ...dynamics.constrained import DEPENDENT, condition_groups
 from ...dynamics.constraints import rows
 from ...errors import SimulationError
 from ..kernels.kernels import LOOSE, Kernels
@@ -137,7 +137,7 @@ def taking_over(kernels: Kernels, parameters: Array, t: float, y: Array) -> tupl
     G = found[m : m + m * n].reshape(m, n)
     if len(active) == m or not np.isfinite(G).all():
         return kernels.active
-    for group in alike(kernels.model):
+    for group in condition_groups(kernels.model):
         size = np.linalg.norm(G[group])
         G[group] /= size if size > 0 else 1.0
     least = float(LOOSE)

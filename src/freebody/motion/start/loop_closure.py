@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...dynamics import mass_matrix
-from ...dynamics.constrained import DEPENDENT, POOR, STEPS, alike, no_direction, not_met
+from ...dynamics.constrained import DEPENDENT, POOR, STEPS, condition_groups, no_direction, not_met
 from ...dynamics.constraints import linearized, rows
-from ...dynamics.mobility import check_mobility, light
+from ...dynamics.mobility import check_mobility, zero_eigenvalue
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model import Model
@@ -58,7 +58,7 @@ def closed_start(
     largest = max(map(abs, start[:n_q]), default=0.0)
     search.given.pack_into(
         search.memory, 0, layout.MET, 0, 0, STEPS, *search.on_speeds, *held, *fixed, *model.quaternions,
-        DEPENDENT * (1 + largest), DEPENDENT, POOR, light(n), 0.0, 0.0, t, *start,
+        DEPENDENT * (1 + largest), DEPENDENT, POOR, zero_eigenvalue(n), 0.0, 0.0, t, *start,
     )  # fmt: skip
     search.run(values)
     status, worst, heavy, *_ = search.integers.tolist()
@@ -134,7 +134,7 @@ def nearly_dependent(
     if not (np.isfinite(G).all() and np.isfinite(M).all()):
         return ()
     W = G / np.sqrt(M.diagonal())
-    for group in alike(model):  # a row may vanish, its constraint does not
+    for group in condition_groups(model):  # a row may vanish, its constraint does not
         size = np.linalg.norm(W[group])
         W[group] /= size if size > 0 else 1.0
     U, s, _ = np.linalg.svd(W[list(active)])

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...dynamics import State, coordinate_rates, mass_matrix
-from ...dynamics.constrained import constrained_loading, pressed
+from ...dynamics.constrained import constrained_loading, with_wrenches
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.contact import contact_rows, touch, touches
 from ...dynamics.energy import load_power
@@ -193,4 +193,4 @@ def step_motion(
             (Spot(contact.feature.body, it.on_feature), total, ZERO),
             (Spot(contact.surface.body, it.on_surface), negate(total), ZERO),
         ]
-    return Motion(tuple(udot), tuple(multipliers), pressed(model, state, loads, acting))
+    return Motion(tuple(udot), tuple(multipliers), with_wrenches(model, state, loads, acting))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...describe.frame import own_body
 from ...describe.system import System
 from ...dynamics.constraints import rows
 from ...errors import FreebodyError, SimulationError, path_of
@@ -169,7 +170,7 @@ def _blows(model: Any, told: Sequence[Any]) -> dict[int, list[Any]]:
     for step, name, acting in told:
         points = [
             (
-                system.own_body(body, f"blow '{name}'").point(*texts),
+                own_body(system, body, f"blow '{name}'").point(*texts),
                 tuple(map(float, P)),
                 tuple(map(float, n)),
             )

@@ -12,14 +12,13 @@ parameters in the place of the signals and of Python functions. `restored` reads
 
 from __future__ import annotations
 
-import copy
 import json
 import warnings
 from typing import Any
 
 import numpy as np
 
-from ...describe.system import Parameter
+from ...describe.description import changes_of, names_of, without_signals
 from ...errors import FreebodyError
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
@@ -50,12 +49,10 @@ COUNTS = ("blame", "rejected", "evaluations", "stiff")
 def machine_text(motion: Trajectory) -> tuple[str, str]:
     """Text of the machine of a motion; or no text, and why."""
     system, count = motion.kernels.model.described
-    if system.changes.count != count:
+    if changes_of(system).count != count:
         return "", f"system '{system.name}' was changed after the run"
-    if system.controllers or system.names.signals:
-        system, constants = copy.copy(system), system.parameter_list
-        system._parameters.update((one.name, Parameter(one.name, one.symbol, None)) for one in constants)
-        system.names.signals.clear()
+    if system.controllers or names_of(system).signals:
+        system = without_signals(system)
         system.controllers.clear()
     try:
         return toml_text(system), ""

@@ -12,7 +12,7 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike, NDArray
 
-from ...describe.shown import picture
+from ...describe.pictures import picture
 from ...dynamics.constraints import rows
 from ...dynamics.indeterminate import indeterminate
 from ...dynamics.state import float_state

@@ -24,7 +24,7 @@ from ...errors import ModelError, nearest
 from ...model.model import Model
 from ...motion.trajectory.trajectory import Trajectory
 from ...symbolic.equations import Equations
-from ...symbolic.free_body.gears import left_open
+from ...symbolic.free_body.gears import undetermined_by_gears
 from ...symbolic.printing.display import equation_latex
 from ...symbolic.printing.latex import latex_name
 from ..machine.configuration import Configuration, configuration, equations_at, modes_drawn
@@ -429,7 +429,7 @@ class _Maker:
         """What presses teeth apart, and what gears leave open of the reactions, a line each."""
         laws = dict.fromkeys(pair for name in names for pair in self.e.free_body(name).laws)
         lines = [f"${equation_latex(left, right, self.e.ring)}$" for left, right in laws]
-        notes = dict.fromkeys(note for name in names for note in left_open(self.e, body=name))
+        notes = dict.fromkeys(note for name in names for note in undetermined_by_gears(self.e, body=name))
         for note in notes:
             words = note.replace("_", " ")
             for name in radial_names(self.e.model).values():

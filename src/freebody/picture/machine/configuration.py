@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...describe.system import System
 from ...dynamics.constrained import closed_coordinates, constrained_loading, independent_rows
-from ...dynamics.constraints import radial_names, rows, separating
+from ...dynamics.constraints import radial_names, rows, separating_force
 from ...dynamics.contact import contact_layout, touches
 from ...dynamics.kinematics import Posture, point_position, poses
 from ...dynamics.motion import Motion, motion
@@ -301,7 +301,7 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
     for row, value in zip(rows(model), moving.multipliers, strict=True):
         lookup[sympy.Symbol(row.name, real=True)] = float(value)
         if row.owner in radial:
-            _, size = separating(model, state, model.constraints[row.owner])
+            _, size = separating_force(model, state, model.constraints[row.owner])
             # what no motion determines is drawn as its reactions are given, with nothing of it
             force = 0 if size is None else size * abs(value)
             lookup[sympy.Symbol(radial[row.owner], real=True)] = float(force)

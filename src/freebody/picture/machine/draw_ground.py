@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Gear, Rolling
-from ...describe.contacts.contact import kind_of
+from ...describe.contact_shapes import kind_of
 from ...dynamics.constraints import _arm
 from ...dynamics.contact import touches
 from ...symbolic.printing.latex import latex_name

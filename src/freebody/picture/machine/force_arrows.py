@@ -25,7 +25,8 @@ from ...scalar.algebra import ZERO, Vector, add, apply_transpose, cross, dot, fl
 from ...scalar.element import Polynomial, element
 from ...scalar.expression import evaluate
 from ...symbolic.equations import Equations
-from ...symbolic.free_body.free_body import Action, FreeBody
+from ...symbolic.free_body.action import Action
+from ...symbolic.free_body.free_body import FreeBody
 from ...symbolic.free_body.planar import Plane, plane_of
 from ...symbolic.free_body.reaction import unknowns
 from ...symbolic.printing.display import latex, text

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...describe.body import Point
 from ...describe.constraints.constraint import Rolling, Rope
-from ...describe.contacts.contact import Tether, kind_of
+from ...describe.contact_shapes import Tether, kind_of
+from ...describe.frame import Point
 from ...describe.loads.load import Damper, Force, Spring
 from ...dynamics.state import State, float_state
 from ...errors import ModelError

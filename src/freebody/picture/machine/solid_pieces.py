@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...describe.contacts.contact import kind_of
+from ...describe.contact_shapes import kind_of
 from ...dynamics.contact import touches
 from .configuration import Configuration
 from .shapes import ROD, Primitive, holds, machine_size, rod, shapes

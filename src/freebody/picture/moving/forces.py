@@ -17,7 +17,7 @@ from ...describe.loads.load import (
     Torque,
 )
 from ...dynamics.kinematics import rotation
-from ...dynamics.loading import along, couples, point_forces, weight
+from ...dynamics.loading import couples, joint_force, point_forces, weight
 from ...dynamics.state import State
 from ...model.closure import Closure
 from ...model.model import Model
@@ -136,7 +136,7 @@ def _loads(model: Model, state: State | None) -> list[tuple[Arrow, Any]]:
             value = None
             if state:
                 axis = apply(rotation(model, state, number), state.vector(link.axis))
-                value = scale(along(model, state, load), axis)
+                value = scale(joint_force(model, state, load), axis)
             kind = "moment" if link.kind == "hinge" else "force"
             found.append((Arrow(name, "force", kind, joint.child, joint.to, _role(load)), value))
     return found

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...describe.contacts.contact import kind_of
+from ...describe.contact_shapes import kind_of
 from ...dynamics.state import State
 from ...motion.trajectory.trajectory import quaternions
 from ...scalar.algebra import floats

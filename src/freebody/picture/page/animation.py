@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
-from ...describe.contacts.contact import kind_of
+from ...describe.contact_shapes import kind_of
 from ...describe.loads.load import Damper, Spring
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError

@@ -9,6 +9,7 @@ from html import escape
 from threading import Lock
 from typing import Any
 
+from ...describe.description import about_of
 from ...dynamics.state import float_state, rest_coordinates
 from ...errors import FormatError, FreebodyError, ModelError, SimulationError
 from ...formats.case import Case
@@ -134,7 +135,7 @@ class Live:
 
     def _sliders(self) -> list[dict[str, Any]]:
         model, result = self.model, []
-        about = self.case.system.about
+        about = about_of(self.case.system)
         moving = self._moving()
         for parameter in model.parameters:
             if parameter.name not in moving:

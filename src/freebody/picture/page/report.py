@@ -10,6 +10,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...describe.description import about_of, parameters_of
 from ...describe.system import System
 from ...dynamics.state import float_state
 from ...errors import FormatError, ModelError, SimulationError, TooManyTermsError, path_of
@@ -302,8 +303,8 @@ def _model(s: System, trajectory: Trajectory) -> str:
     if others:
         parts.append(_table(("Load or constraint", "Type"), others))
     rows = []
-    for parameter in s.parameter_list:
-        unit, text = s.about.get(parameter.name, ("", ""))
+    for parameter in parameters_of(s):
+        unit, text = about_of(s).get(parameter.name, ("", ""))
         rows.append((parameter.name, f"{trajectory.values[parameter.name]:.8g}", unit, text))
     if rows:
         parts.append(_table(("Parameter", "Value", "Unit", "What it is"), rows, 1))

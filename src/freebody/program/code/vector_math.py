@@ -12,7 +12,8 @@ library; of tan, what is beyond :data:`freebody.program.code.sincos.LIMIT`, thro
     pow     exp(y log x), log x in two doubles (relative error below 2^-63)
 
 The polynomials interpolate in Chebyshev points. All errors are below two units in the last place (measured: see
-tests/unit/test_compile_vector_math.py). What needs a fused multiply-add is left to the C library where there is none.
+tests/unit/program/code/test_vector_math.py). What needs a fused multiply-add is left to the C library where there is
+none.
 
 Sources: W. J. Cody and W. Waite, Software Manual for the Elementary Functions (1980); Muller et al., Handbook of
 Floating-Point Arithmetic (2018), ch. 4 (double-double arithmetic), ch. 10.

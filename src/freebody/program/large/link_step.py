@@ -36,11 +36,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from ...dynamics.articulated import columns_solved, free_motions, passed_on, pivot
-from ...dynamics.joint_freedom import Axis
-from ...dynamics.joint_freedom import carried as carried_by
+from ...dynamics.articulated import apparent_inertia, columns_solved, free_motions, pivot
+from ...dynamics.joint_freedom import Axis, carried_part
 from ...dynamics.linear import Factorization
-from ...dynamics.state import displaced, flown, turned
+from ...dynamics.state import ball_joint, free_joint, one_dof_joint
 from ...model.model import GROUND, Link, Model
 from ...scalar.algebra import HALF, IDENTITY, ZERO, add, apply, apply_transpose, cross, multiply, scale
 from ...scalar.derivative import beside
@@ -222,14 +221,14 @@ def _recorded(tape: Tape, read: dict[str, list[Any]], given: list[Any], kind: Ki
     if kind.kind == "weld":
         R, r, vJ = E, _vector(given[9:12]), (ZERO, ZERO)
     elif kind.kind == "ball":
-        R, r, vJ = turned(E, _vector(given[9:12]), joint[0:4], joint[4:7])
+        R, r, vJ = ball_joint(E, _vector(given[9:12]), joint[0:4], joint[4:7])
         tau = joint[7:10]
     elif kind.kind == "free":
-        R, r, vJ = flown(E, _vector(given[9:12]), joint[0:7], joint[7:13])
+        R, r, vJ = free_joint(E, _vector(given[9:12]), joint[0:7], joint[7:13])
         tau = joint[13:19]
     else:
         pitch = given[15]
-        R, r, vJ = displaced(kind.kind, E, _vector(given[9:12]), n, pitch, joint[0], joint[1], tape)
+        R, r, vJ = one_dof_joint(kind.kind, E, _vector(given[9:12]), n, pitch, joint[0], joint[1], tape)
         S = {"slider": (ZERO, n), "hinge": (n, ZERO)}.get(kind.kind, (n, scale(pitch, n)))
         tau = joint[2:3]
     # outward
@@ -263,7 +262,7 @@ def _recorded(tape: Tape, read: dict[str, list[Any]], given: list[Any], kind: Ki
         stored = [*(x for W in columns_solved(D, U) for x in _six(W)), *D.solve(m)]
     elif kind.driven and S is not None:
         stored = [*_six(blocks_times(I_A, S)), power(S, p_A)]
-    I_a, p_a = passed_on(I_A, p_A, c, tau if motion else [], kept)
+    I_a, p_a = apparent_inertia(I_A, p_A, c, tau if motion else [], kept)
     inward: Written = [
         ("passed", 0, [*_six(force_to_parent(R_, r_, p_a)), *_blocks_list(blocks_to_parent(R_, r_, I_a))]),
         ("record", kind.kept, stored),
@@ -308,7 +307,7 @@ def _recorded(tape: Tape, read: dict[str, list[Any]], given: list[Any], kind: Ki
     about, linear = (apply(R_N, x) for x in momentum_of(inertia, V_))
     F_A = plus(blocks_times(I_A, A_), p_A)
     axes = [Axis(0, kind.kind, n, given[15], True)] if kind.joint_of_one and kind.free else []
-    moment, force_across = carried_by({kind.kind}, axes, F_A)
+    moment, force_across = carried_part({kind.kind}, axes, F_A)
     return {
         "outward": outward,
         "inward": inward,

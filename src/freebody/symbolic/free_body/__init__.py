@@ -1,1 +1,1 @@
-"""Free-body equations: the forces on one isolated body and what they do to it."""
+"""Free-body equations: the forces and moments on one isolated body, and its motion."""

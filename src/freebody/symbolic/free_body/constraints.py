@@ -1,62 +1,29 @@
-"""Constraints in the symbolic equations: reactions of loop-closing joints, and elimination of multipliers."""
+"""Constraints in the symbolic equations: indeterminate reactions, and elimination of multipliers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...dynamics.constrained import DEPENDENT, closed_coordinates
-from ...dynamics.constraints import rows, wrenches
 from ...dynamics.indeterminate import self_stresses
 from ...dynamics.state import float_state, rest_coordinates
 from ...errors import ModelError, nearest
-from ...model.closure import Closure
-from ...model.contact import Touching
-from ...scalar.algebra import ZERO, add, dot, floats, scale
+from ...scalar.algebra import ZERO, Expression, Scalar, dot, floats
 from ...scalar.expression import evaluate
-from .contact_modes import contact_reaction
-from .reaction import Reaction, unknowns
-
-if TYPE_CHECKING:
-    from ..equations import Equations
-
-
-def closure_reactions(e: Equations) -> dict[str, Reaction]:
-    """Reactions of loop-closing joints and closed contacts: their components are unknowns of the equations."""
-    result = {}
-    acting = wrenches(e.model, e.state)
-    for name, joint in e.model.constraints.items():
-        if isinstance(joint, Touching):
-            result[name] = contact_reaction(e, joint)
-        if not isinstance(joint, Closure):
-            continue
-        force, moment, parts = ZERO, ZERO, {}
-        for row, multiplier, pair in zip(rows(e.model), e.canonical_multipliers, acting, strict=True):
-            if row.owner != name:
-                continue
-            _, f, m = pair[0]  # on the child
-            force, moment = add(force, scale(multiplier, f)), add(moment, scale(multiplier, m))
-            parts[row.name] = e.displayed(multiplier)
-        result[name] = Reaction(
-            joint=name,
-            force=e.column(force),
-            moment=e.column(moment),
-            on=joint.child.name,
-            about=f"point ({', '.join(map(str, joint.to))}) of {joint.child.name}",
-            frame="ground",
-            components=parts,
-        )
-    return result
+from ..derivation.derivation import Derivation
+from ..derivation.determinant import determinant
+from .reaction import unknowns
 
 
 def indeterminate(
-    e: Equations, near: Mapping[Any, Any] | None, values: Mapping[Any, Any] | None
+    e: Derivation, near: Mapping[Any, Expression] | None, values: Mapping[Any, Expression] | None
 ) -> tuple[str, ...]:
-    """Names of the reaction components that the motion does not determine, at a closed position."""
+    """Names of the reaction components that the motion does not determine, at a closed configuration."""
     model = e.model
     q: list[Any] = list(rest_coordinates(model))
-    given = model.values(values)
-    numbers = {p.symbol: given[p.name] for p in model.parameters}
+    parameter_values = model.values(values)
+    numbers = {p.symbol: parameter_values[p.name] for p in model.parameters}
     for key, value in (near or {}).items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
         if name not in model.coordinate_names:
@@ -70,24 +37,24 @@ def indeterminate(
     q = closed_coordinates(model, q, values=values)
     state = float_state(model, q, values=values)
     stresses = self_stresses(model, state)
-    found: dict[str, None] = {}
+    names: dict[str, None] = {}
     for stress in stresses:
-        found.update({name: None for name, n in stress.multipliers.items() if n != 0})
+        names.update({name: None for name, n in stress.multipliers.items() if n != 0})
     if stresses:
         for joint in model.joints:
             for c in unknowns(model, e.state, joint):
-                along, of = (c.force, 0) if c.force != ZERO else (c.moment, 1)
-                direction = [state(e.sympy(x)) for x in along]
-                if any(abs(dot(direction, stress.joints[joint][of])) > DEPENDENT for stress in stresses):
-                    found[c.name] = None
-    return tuple(found)
+                components, part = (c.force, 0) if c.force != ZERO else (c.moment, 1)
+                direction = [state(e.sympy(x)) for x in components]
+                if any(abs(dot(direction, stress.joints[joint][part])) > DEPENDENT for stress in stresses):
+                    names[c.name] = None
+    return tuple(names)
 
 
-def eliminated(e: Equations, independent: Sequence[Any]) -> tuple[Any, ...]:
-    """Nᵀ (M u' + h - Q) with G N = 0, canonical; a row per independent speed."""
-    chosen = [_speed(e, one) for one in independent]
+def eliminated(e: Derivation, independent: Sequence[Any]) -> tuple[Scalar, ...]:
+    """Nᵀ (M u' + h - Q) with G N = 0, canonical; an entry per independent speed."""
+    chosen = [_speed(e, speed) for speed in independent]
     rest = [j for j in range(e.model.n_u) if j not in chosen]
-    # the rows of G, but for sliding friction, whose forces must drop out
+    # rows of G, which include sliding friction here (W_N - μ Σ d W_T), so that its forces drop out too
     G = [row for row in e.conditions.acting if any(x != 0 for x in row)]
     if len(set(chosen)) != len(chosen) or len(G) != len(rest):
         raise ModelError(
@@ -112,22 +79,10 @@ def eliminated(e: Equations, independent: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(result)
 
 
-def _speed(e: Equations, one: Any) -> int:
-    text = one if isinstance(one, str) else e.model.names.texts.get(one, str(one))
+def _speed(e: Derivation, speed: Any) -> int:
+    """Index of a speed that is given by its name or symbol, or by its coordinate."""
+    text = speed if isinstance(speed, str) else e.model.names.texts.get(speed, str(speed))
     for name in (text, text + "'"):
         if name in e.model.speed_names:
             return e.model.speed_names.index(name)
     raise ModelError(f"Unknown speed '{text}'; {nearest(text, e.model.speed_names)}")
-
-
-def determinant(A: Sequence[Sequence[Any]]) -> Any:
-    """By expansion along the first row; the matrices are small and sparse."""
-    if not A:
-        return 1
-    total: Any = 0
-    sign = 1
-    for k, entry in enumerate(A[0]):
-        if entry != 0:
-            total = total + sign * entry * determinant([[*row[:k], *row[k + 1 :]] for row in A[1:]])
-        sign = -sign
-    return total

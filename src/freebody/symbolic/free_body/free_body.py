@@ -1,23 +1,24 @@
-"""The free-body equations of one body: every force and moment by name, F = m a_C and M = dH/dt.
+"""Free-body equations of one body, with every force and moment by name: F = m a_C and M = dH/dt.
 
     Σ F = m a_C,        Σ M_P = dH_C/dt + r_PC × m a_C
 
-Source: chapter 6, eqs (6.3), (6.24), (6.25); the second about any point P, moving or not.
+The second holds about any point P, moving or not. Source: chapter 6, eqs (6.3), (6.24), (6.25).
 
-The file is longer than others: the equations of a body are one class with all that is asked of them.
+The file is long because the equations of a body are one class with all its products.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
 from ...describe.constraints.constraint import Gear
+from ...describe.frame import Point
 from ...describe.loads.load import (
     Damper,
     Force,
@@ -28,77 +29,61 @@ from ...describe.loads.load import (
     Spring,
     Torque,
 )
-from ...dynamics.constraints import rows, torques
+from ...dynamics.constraints import Row, rows, torques
 from ...dynamics.coordinates import forces_on_free_displacements
-from ...dynamics.joint_freedom import pressing
+from ...dynamics.joint_freedom import unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
-from ...dynamics.loading import along, couples, point_forces, speed_of, weight
+from ...dynamics.loading import couples, joint_force, point_forces, speed_of, weight
 from ...errors import ModelError, nearest
 from ...model.contact import Touching
-from ...model.model import Model
-from ...scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose, cross, scale, subtract
+from ...scalar.algebra import (
+    IDENTITY,
+    ZERO,
+    Expression,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    apply_transpose,
+    cross,
+    scale,
+    subtract,
+)
+from ..derivation.bodies import own_body
+from ..derivation.derivation import Derivation
+from ..derivation.questions import named
 from ..printing.display import equation_latex, equation_mathml, equation_text, text
 from ..printing.mathml import document
 from ..printing.show import latex_words, words
-from ..solving.questions import named
-from .contact_modes import contact_actions
-from .gears import left_open, radial_forces, radial_laws, radial_symbols
+from .action import TITLES, Action
+from .contact_forces import contact_actions
+from .gears import radial_forces, radial_laws, radial_symbols, undetermined_by_gears
 from .reaction import unknowns
 
 if TYPE_CHECKING:
-    from ..equations import Equations
     from .moment_form import MomentForm
 
 
-@dataclass(frozen=True)
-class Action:
-    """One force or couple on the body.
-
-    Attributes
-    ----------
-    name : str
-    kind : "weight", "load", "spring", "damper", "motor", "reaction" or "friction"
-    force : Vector
-        Canonical polynomials [N], in ground axes.
-    moment : Vector
-        A couple, besides the moment of the force about points other than its own [N m].
-    at : Vector
-        Position of the point that it acts at, in ground axes.
-    by : str
-        What exerts it.
-    """
-
-    name: str
-    kind: str
-    force: Vector
-    moment: Vector
-    at: Vector
-    by: str
-
-
-def own_body(model: Model, body: Any, what: str) -> Body:
-    """``body``, if it is a body of the system that the model was made from."""
-    if not isinstance(body, Body):
-        raise ModelError(f"Expected a body for {what}, got {body!r}.")
-    if body.system.names is not model.names:
-        raise ModelError(
-            f"Body '{body.name}', given for {what}, belongs to the system '{body.system.name}', "
-            f"not to '{model.name}'. Name a body of '{model.name}'."
-        )
-    return body
+@named("the free body")
+def free_body(e: Derivation, body: Any, about: Any = None, frame: Any = None) -> FreeBody:
+    """Return the free body of a body of the model; see :meth:`Equations.free_body`."""
+    name = body if isinstance(body, str) else own_body(e.model, body, "a free body").name
+    if name not in e.model.bodies:
+        raise ModelError(f"Unknown body '{name}'; {nearest(str(name), e.model.bodies)}")
+    return FreeBody(e, name, about, frame)
 
 
 class FreeBody:
     """Free-body diagram and kinetic diagram of one body, as equations. Made by :meth:`Equations.free_body`."""
 
-    def __init__(self, equations: Equations, body: str, about: Any = None, frame: Any = None) -> None:
-        self._e = equations
+    def __init__(self, e: Derivation, body: str, about: Any = None, frame: Any = None) -> None:
+        self._e = e
         self.body = body
-        model, state = equations.model, equations.state
+        model, state = e.model, e.state
         self._place = model.bodies[body]
         link = self._place.link
         self._R = rotation(model, state, link)
-        posture = equations.postures[body]
+        posture = e.postures[body]
         r_OC = apply(posture.rotation, state.vector(self._place.center))
         self._centre = add(posture.position, r_OC)
         self._about = self._centre if about is None else self._point(about)
@@ -106,7 +91,7 @@ class FreeBody:
         self.frame = "ground"
         self._axes = IDENTITY
         if frame is not None:
-            name = frame if isinstance(frame, str) else self._own(frame, "a frame").name
+            name = frame if isinstance(frame, str) else own_body(model, frame, "a frame").name
             if name != "ground":
                 if name not in model.bodies:
                     raise ModelError(f"Unknown frame '{name}'; {nearest(name, [*model.bodies, 'ground'])}")
@@ -120,11 +105,8 @@ class FreeBody:
             raise ModelError(
                 f"Expected a point, such as bar.point(0, 1, 0), to take moments about, got {about!r}."
             )
-        self._own(about.body, "a point to take moments about")
+        own_body(self._e.model, about.body, "a point to take moments about")
         return point_position(self._e.model, self._e.state, about)
-
-    def _own(self, body: Any, what: str) -> Body:
-        return own_body(self._e.model, body, what)
 
     @cached_property
     @named("the free body")
@@ -138,19 +120,19 @@ class FreeBody:
                 Action(name, "weight", weight(model, state, self._place.mass), ZERO, self._centre, "gravity")
             )
         for load in model.loads.values():
-            result.extend(self._of_load(load))
+            result.extend(self._load_actions(load))
         for name, joint in model.joints.items():
             sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
             if sign == 0:
                 continue
             at = e.joint_points[name]
             for c in unknowns(model, state, name):
-                value = state.field.generator(c.symbol, "reaction")  # type: ignore[attr-defined]
+                value = e.ring.generator(c.symbol, "reaction")
                 force, moment = scale(sign * value, c.force), scale(sign * value, c.moment)
                 other = joint.parent if sign == 1 else joint.child
                 result.append(Action(c.name, "reaction", force, moment, at, f"joint '{name}', {other}"))
         for row, symbol, pair in zip(rows(model), e.multipliers, e.constraint_wrenches, strict=True):
-            result.extend(self._of_constraint(row, symbol, pair))
+            result.extend(self._constraint_actions(row, symbol, pair))
         for gear, symbol in radial_symbols(e).items():
             for spot, force, _ in radial_forces(e, gear):
                 if spot.body.name == self.body:
@@ -158,25 +140,25 @@ class FreeBody:
         return tuple(result)
 
     @cached_property
-    def laws(self) -> tuple[tuple[Any, Any], ...]:
-        """(left, right) of what else holds between the forces, canonical, such as F_r = tan α |F_t| of teeth."""
+    def laws(self) -> tuple[tuple[Scalar, Scalar], ...]:
+        """(left, right) of the further laws between the forces, canonical, such as F_r = tan α |F_t| of teeth."""
         return tuple(radial_laws(self._e, {a.by for a in self.actions}))
 
     def remarks(self) -> list[str]:
-        """Lines of text: the laws, and what no equation determines."""
+        """Lines of text: the laws, and the forces that no equation determines."""
         laws = [equation_text(left, right, self._e.ring) for left, right in self.laws]
-        return [f"  {line}" for line in (*laws, *left_open(self._e, body=self.body))]
+        return [f"  {line}" for line in (*laws, *undetermined_by_gears(self._e, body=self.body))]
 
-    def _of_constraint(self, row: Any, symbol: Any, pair: Any) -> list[Action]:
-        """Forces of a loop-closing joint or a rope on this body; conditions on coordinates act along the joints."""
+    def _constraint_actions(self, row: Row, symbol: Any, pair: Any) -> list[Action]:
+        """Forces of one condition on this body: of a loop-closing joint, contact or rope, or along the joints."""
         e, model, state = self._e, self._e.model, self._e.state
-        value = state.field.generator(symbol, "reaction")  # type: ignore[attr-defined]
+        value = e.ring.generator(symbol, "reaction")
         owner = model.constraints[row.owner]
         if isinstance(owner, Touching):
             return contact_actions(e, self.body, owner, row, value)
         result = []
-        for where, force, moment in pair:
-            body, point = where if isinstance(where, tuple) else (where.body, where)
+        for place, force, moment in pair:
+            body, point = place if isinstance(place, tuple) else (place.body, place)
             if body.name == self.body:
                 at = point_position(model, state, point)
                 result.append(
@@ -189,9 +171,9 @@ class FreeBody:
             matrix = e.conditions.matrix[rows(model).index(row)]
             for j, entry in enumerate(matrix):
                 if entry != 0:
-                    result += self._of_generalized_value(row.name, j, entry * value, "reaction")
+                    result += self._generalized_actions(row.name, j, entry * value, "reaction")
         if len(result) > 1:
-            # one unknown: its force and couple on this body stand on one line
+            # one unknown makes one action: its forces and couples on this body are added
             force, moment = ZERO, ZERO
             for part in result:
                 arm = subtract(part.at, result[0].at)
@@ -199,7 +181,7 @@ class FreeBody:
             result = [replace(result[0], force=force, moment=moment)]
         return result
 
-    def _of_load(self, load: Any) -> list[Action]:
+    def _load_actions(self, load: Any) -> list[Action]:
         model, state = self._e.model, self._e.state
         if isinstance(load, Force | Spring | Damper):
             kind = {Force: "load", Spring: "spring", Damper: "damper"}[type(load)]
@@ -215,18 +197,15 @@ class FreeBody:
                 if body.name == self.body
             ]
         if isinstance(load, GeneralizedForce):
-            return self._of_generalized(load)
+            value = state(load.value)
+            return self._generalized_actions(load.name, speed_of(model, load), value, "load")
         assert isinstance(load, JointSpring | JointDamper | JointForce)
         kind = {JointSpring: "spring", JointDamper: "damper", JointForce: "motor"}[type(load)]
         link = model.joints[load.joint.name].links[load.index]
-        return self._along_joint(load.name, load.joint.name, link, along(model, state, load), kind)
+        return self._along_joint(load.name, load.joint.name, link, joint_force(model, state, load), kind)
 
-    def _of_generalized(self, load: GeneralizedForce) -> list[Action]:
-        """A generalized force as loads along the free displacements, whose power is the same."""
-        model, state = self._e.model, self._e.state
-        return self._of_generalized_value(load.name, speed_of(model, load), state(load.value), "load")
-
-    def _of_generalized_value(self, load: str, speed: int, value: Any, kind: str) -> list[Action]:
+    def _generalized_actions(self, load: str, speed: int, value: Scalar, kind: str) -> list[Action]:
+        """A generalized force as forces and couples along the free displacements, which have the same power."""
         model, state = self._e.model, self._e.state
         tau = forces_on_free_displacements(model, state, speed, value)
         parts = []
@@ -243,15 +222,15 @@ class FreeBody:
             total = add(total, part.moment)
         return [replace(parts[0], moment=total, by="")] if total != ZERO else []
 
-    def _along_joint(self, load: str, name: str, link: int, value: Any, kind: str) -> list[Action]:
-        """A load along a displacement, on the child of the joint or with opposite sign on its parent."""
+    def _along_joint(self, load: str, name: str, link: int, value: Scalar, kind: str) -> list[Action]:
+        """A load along a displacement of a joint: on its child, or with opposite sign on its parent."""
         model, state = self._e.model, self._e.state
         joint = model.joints[name]
         sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
         if sign == 0:
             return []
-        # the massless links inside the joint pass it on whole
-        moment, force = pressing(model, state, joint, link)
+        # the massless links inside the joint transmit the whole load
+        moment, force = unit_load_wrench(model, state, joint, link)
         R = rotation(model, state, joint.links[-1])
         force, moment = (scale(sign * value, apply(R, v)) for v in (force, moment))
         return [Action(load, kind, force, moment, self._e.joint_points[name], f"joint '{name}'")]
@@ -259,14 +238,14 @@ class FreeBody:
     @cached_property
     @named("the free body")
     def mass_acceleration(self) -> Vector:
-        """m a_C in the axes asked for [N], canonical."""
+        """m a_C in the axes of the components [N], canonical."""
         a = self._e.center_acceleration(self.body)
         return self._turned(scale(self._e.state(self._place.mass), a))
 
     @cached_property
     @named("the free body")
     def momentum_rate(self) -> Vector:
-        """dH_C/dt + r_PC × m a_C about the point P asked for [N m], canonical."""
+        """dH_C/dt + r_PC × m a_C about the point P of the moments [N m], canonical."""
         e, model, state = self._e, self._e.model, self._e.state
         link = self._place.link
         w, _ = velocities(model, state)[link]
@@ -283,7 +262,7 @@ class FreeBody:
     @cached_property
     @named("the free body")
     def force_sum(self) -> Vector:
-        """Σ F in the axes asked for, canonical."""
+        """Σ F in the axes of the components [N], canonical."""
         total: Vector = ZERO
         for action in self.actions:
             total = add(total, action.force)
@@ -292,7 +271,7 @@ class FreeBody:
     @cached_property
     @named("the free body")
     def moment_sum(self) -> Vector:
-        """Σ M about the point asked for, canonical."""
+        """Σ M about the point P of the moments [N m], canonical."""
         total: Vector = ZERO
         for action in self.actions:
             arm = subtract(action.at, self._about)
@@ -301,7 +280,7 @@ class FreeBody:
 
     @cached_property
     @named("the free body")
-    def balances(self) -> tuple[tuple[Any, Any], ...]:
+    def balances(self) -> tuple[tuple[Scalar, Scalar], ...]:
         """(left, right) of the three force and three moment equations, canonical."""
         force = zip(self.force_sum, self.mass_acceleration, strict=True)
         moment = zip(self.moment_sum, self.momentum_rate, strict=True)
@@ -329,8 +308,8 @@ class FreeBody:
 
         return planar_equations(self)
 
-    def at(self, values: Mapping[str, Any]) -> FreeBody:
-        """The same equations where some coordinates, speeds, accelerations and reactions have known values.
+    def at(self, values: Mapping[str, Expression]) -> FreeBody:
+        """The same equations with values for some coordinates, speeds, accelerations and reactions.
 
         Parameters
         ----------
@@ -351,7 +330,7 @@ class FreeBody:
         Parameters
         ----------
         about : Point, Body or name of a joint
-            Any point, moving or not; of a joint, its point on this body.
+            Any point, moving or not; for a joint, its point on this body.
 
         Returns
         -------
@@ -365,13 +344,13 @@ class FreeBody:
     @cached_property
     @named("the free body")
     def forces(self) -> Mapping[str, Any]:
-        """Force of each action by name, as SymPy column vectors in the axes asked for [N]."""
+        """Force of each action by name, as a SymPy column in the axes of the components [N]."""
         return {a.name: self._e.column(self._turned(a.force)) for a in self.actions if a.force != ZERO}
 
     @cached_property
     @named("the free body")
     def moments(self) -> Mapping[str, Any]:
-        """Moment of each action about the point asked for, by name, as SymPy column vectors [N m]."""
+        """Moment of each action about the point of the moments, by name, as a SymPy column [N m]."""
         result = {}
         for a in self.actions:
             moment = self._turned(add(a.moment, cross(subtract(a.at, self._about), a.force)))
@@ -384,12 +363,9 @@ class FreeBody:
         """Symbols of the reaction components that act on this body."""
         return tuple(sympy.Symbol(a.name, real=True) for a in self.actions if a.kind == "reaction")
 
-    def _titles(self) -> list[str]:
-        return [f"force {c}" for c in "xyz"] + [f"moment {c}" for c in "xyz"]
-
     @named("the free body")
     def text(self) -> str:
-        """The forces by name and the equations, as plain text; of a planar model, those in the plane."""
+        """The forces by name and the equations as plain text; for a planar model, those in the plane."""
         from .planar import planar_text, plane_in
 
         if not isinstance(plane_in(self), str):
@@ -408,14 +384,14 @@ class FreeBody:
                 parts.append("couple (" + ", ".join(text(c, ring) for c in self._turned(a.moment)) + ")")
             by = f"   [{a.by}]" if a.by else ""
             lines.append(f"  {a.name:<{width}}  {', '.join(parts)}{by}")
-        for title, (left, right) in zip(self._titles(), self.balances, strict=True):
+        for title, (left, right) in zip(TITLES, self.balances, strict=True):
             if not (left == 0 and right == 0):
                 lines.append(f"  {title}:  {equation_text(left, right, ring)}")
         return "\n".join([*lines, *self.remarks()])
 
     @named("the free body")
     def latex(self) -> str:
-        """The equations as a LaTeX ``aligned`` block; of a planar model, those in the plane."""
+        """The equations as a LaTeX ``aligned`` block; for a planar model, those in the plane."""
         from .planar import planar_latex, plane_in
 
         if not isinstance(plane_in(self), str):
@@ -431,7 +407,7 @@ class FreeBody:
 
     @named("the free body")
     def mathml(self) -> str:
-        """The equations as presentation MathML, an element each; of a planar model, those in the plane."""
+        """The equations as presentation MathML, an element each; for a planar model, those in the plane."""
         from .planar import planar_balances, plane_in
 
         pairs = [pair for pair in self.balances if pair != (0, 0)]

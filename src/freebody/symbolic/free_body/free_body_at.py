@@ -1,7 +1,7 @@
 """Free-body equations with values for some of the coordinates, speeds, accelerations and reactions.
 
-While contacts hold, some coordinates are constants, and the directions of N and T short: the general ones are those of
-any place.
+While contacts are closed, some coordinates are constant. With their values, the directions of N and T are short; the
+general directions hold for any configuration and are long.
 """
 
 from __future__ import annotations
@@ -9,20 +9,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import sympy
 
 from ...errors import ModelError, nearest
-from ...scalar.algebra import ZERO, Vector
+from ...scalar.algebra import ZERO, Expression, Vector
 from ...scalar.substitute import Substitution
-from .free_body import Action, FreeBody
+from .action import Action
+from .free_body import FreeBody
 
 
 class FreeBodyAt(FreeBody):
     """A free body at given values. Made by :meth:`FreeBody.at`."""
 
-    def __init__(self, whole: FreeBody, values: Mapping[str, Any]) -> None:
+    def __init__(self, whole: FreeBody, values: Mapping[str, Expression]) -> None:
         e = whole._e
         super().__init__(e, whole.body)
         self._about, self.about, self.frame, self._axes = whole._about, whole.about, whole.frame, whole._axes
@@ -35,38 +35,38 @@ class FreeBodyAt(FreeBody):
                 raise ModelError(
                     f"Unknown coordinate, speed or reaction '{name}'; {nearest(name, list(atoms))}"
                 )
-        put = {atoms[name]: e.ring.from_sympy(sympy.sympify(value)) for name, value in values.items()}
-        self._put = Substitution(e.ring, e.ring, put)
+        substituted = {atoms[name]: e.ring.from_sympy(sympy.sympify(value)) for name, value in values.items()}
+        self._substitution = Substitution(e.ring, e.ring, substituted)
 
     def _at(self, v: Vector) -> Vector:
-        x, y, z = (self._put(c) for c in v)
+        x, y, z = (self._substitution(c) for c in v)
         return (x, y, z)
 
     @cached_property
     def actions(self) -> tuple[Action, ...]:
         """Every force and couple on the body, by name."""
-        found = (
+        actions = (
             replace(a, force=self._at(a.force), moment=self._at(a.moment), at=self._at(a.at))
             for a in super().actions
         )
-        return tuple(a for a in found if (a.force, a.moment) != (ZERO, ZERO))
+        return tuple(a for a in actions if (a.force, a.moment) != (ZERO, ZERO))
 
     @cached_property
     def mass_acceleration(self) -> Vector:
-        """m a_C in the axes asked for [N], canonical."""
+        """m a_C in the axes of the components [N], canonical."""
         return self._at(super().mass_acceleration)
 
     @cached_property
     def momentum_rate(self) -> Vector:
-        """dH_C/dt + r_PC × m a_C about the point P asked for [N m], canonical."""
+        """dH_C/dt + r_PC × m a_C about the point P of the moments [N m], canonical."""
         return self._at(super().momentum_rate)
 
     @cached_property
     def force_sum(self) -> Vector:
-        """Σ F in the axes asked for, canonical."""
+        """Σ F in the axes of the components [N], canonical."""
         return self._at(super().force_sum)
 
     @cached_property
     def moment_sum(self) -> Vector:
-        """Σ M about the point asked for, canonical."""
+        """Σ M about the point P of the moments [N m], canonical."""
         return self._at(super().moment_sum)

@@ -1,4 +1,4 @@
-"""Moment equations about any point, in the acceleration of that point.
+"""Moment equations about any point, by the acceleration of that point.
 
 About a point A of the body, with ρ from A to the mass centre C,
 
@@ -8,7 +8,7 @@ and about any other moving point A, to which the body moves with ρ' = v_C - v_A
 
     Σ M_A = ρ × m a_A + I_C α + ω × I_C ω + ρ × m ρ''.
 
-That both equal dH_C/dt + ρ × m a_C is proven canonically each time.
+Each time it is proven canonically that the right side equals dH_C/dt + ρ × m a_C.
 
 Source: chapter 6, eqs (6.19), (6.25), (6.28).
 """
@@ -16,16 +16,18 @@ Source: chapter 6, eqs (6.19), (6.25), (6.28).
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
+from ...describe.frame import Point
 from ...dynamics.kinematics import accelerations, point_acceleration, point_position, velocities
 from ...errors import ModelError, nearest
 from ...scalar.algebra import (
     ZERO,
     Matrix,
+    Scalar,
     Vector,
     add,
     add_matrices,
@@ -35,15 +37,14 @@ from ...scalar.algebra import (
     outer,
     scale,
     subtract,
+    subtract_matrices,
 )
-from ...scalar.algebra import subtract_matrices as less
+from ..derivation.bodies import NamedBody, PointOf, own_body
 from ..printing.display import latex, text
 from ..printing.show import EQUALS, elements, inner
+from .free_body import FreeBody, free_body
 from .planar import plane_in
 from .reaction import LETTERS
-
-if TYPE_CHECKING:
-    from .free_body import FreeBody
 
 
 class MomentForm:
@@ -54,7 +55,7 @@ class MomentForm:
     body, about, frame : str
         The body, the point, the axes of the components.
     of_body : bool
-        Whether the point is fixed in the body.
+        True if the point is fixed in the body.
     """
 
     def __init__(self, body: FreeBody, about: Any) -> None:
@@ -86,26 +87,26 @@ class MomentForm:
         self._position = position
 
     def _point(self, about: Any) -> tuple[bool, Vector, Vector, Vector]:
-        """(of the body, position, acceleration, ρ in body axes) of A."""
+        """Return (fixed in the body, position, acceleration, ρ in body axes) of A."""
         e, free = self._e, self._free
         model, state = e.model, e.state
         if isinstance(about, str):
             about = _joint_point(free, about)
         if isinstance(about, Body):
             about = about.origin
-        if not isinstance(about, Point | _At):
+        if not isinstance(about, Point | PointOf):
             raise ModelError(
                 f"Expected a point, such as bar.point(0, 1, 0), or the name of a joint to take moments about, "
                 f"got {about!r}."
             )
         if isinstance(about, Point):
-            free._own(about.body, "a point to take moments about")
-        own = not about.body.is_ground and about.body.name == free.body
+            own_body(model, about.body, "a point to take moments about")
+        fixed = not about.body.is_ground and about.body.name == free.body
         arm = ZERO
-        if own:
+        if fixed:
             arm = state.vector([c - x for c, x in zip(free._place.center, about.components, strict=True)])
         return (
-            own,
+            fixed,
             point_position(model, state, about),
             point_acceleration(model, state, about, e.udot),
             arm,
@@ -113,7 +114,7 @@ class MomentForm:
 
     @cached_property
     def moments(self) -> Vector:
-        """Σ M_A of all forces and couples in the axes asked for, canonical."""
+        """Σ M_A of all forces and couples in the axes of the components, canonical."""
         total: Vector = ZERO
         for action in self._free.actions:
             arm = subtract(action.at, self._position)
@@ -121,7 +122,7 @@ class MomentForm:
         return self._free._turned(total)
 
     @cached_property
-    def balances(self) -> tuple[tuple[Any, Any], ...]:
+    def balances(self) -> tuple[tuple[Scalar, Scalar], ...]:
         """(Σ M_A, sum of the terms), canonical, three of them."""
         total: Vector = ZERO
         for term in self.canonical_terms.values():
@@ -130,13 +131,13 @@ class MomentForm:
 
     @cached_property
     def proven(self) -> bool:
-        """Whether the terms sum up to dH_C/dt + ρ × m a_C: their difference is canonically zero."""
-        about_c = self._free._e.free_body(self.body)
+        """True if the terms add up to dH_C/dt + ρ × m a_C: their difference is canonically zero."""
+        about_c = free_body(self._e, self.body)
         e = self._e
         rho = subtract(self._free._centre, self._position)
         ma = scale(e.state(self._free._place.mass), e.center_acceleration(self.body))
         rate = self._free._turned(add(about_c.momentum_rate, cross(rho, ma)))
-        return all(total == known for (_, total), known in zip(self.balances, rate, strict=True))
+        return all(total == expected for (_, total), expected in zip(self.balances, rate, strict=True))
 
     @property
     def terms(self) -> dict[str, Any]:
@@ -150,14 +151,14 @@ class MomentForm:
         return tuple(sympy.Eq(show(a), show(b), evaluate=False) for a, b in self.balances)
 
     def _rows(self) -> list[int]:
-        """The components that are printed: the one along the normal of a planar model, else all that are not 0 = 0."""
-        found = plane_in(self._free)
-        if not isinstance(found, str):
-            return [found[1]]
+        """Printed components: along the normal of a planar model, else all that are not 0 = 0."""
+        plane = plane_in(self._free)
+        if not isinstance(plane, str):
+            return [plane[1]]
         return [k for k in range(3) if self.balances[k] != (0, 0)]
 
     def text(self) -> str:
-        """The general form, and each component term by term."""
+        """The general form, and each component term by term, as plain text."""
         ring = self._e.ring
         names = " + ".join(self.canonical_terms)
         lines = [
@@ -171,7 +172,7 @@ class MomentForm:
         return "\n".join(lines)
 
     def latex(self) -> str:
-        """The same as a LaTeX ``aligned`` block."""
+        """The general form and the components as a LaTeX ``aligned`` block."""
         ring = self._e.ring
         inertia = "I_A" if self.of_body else "I_C"
         general = (
@@ -206,33 +207,20 @@ class MomentForm:
         return self.text()
 
 
-class _At:
-    """A joint's point on a body of the model."""
-
-    def __init__(self, body: str, components: Any) -> None:
-        self.body = _Named(body, body == "ground")
-        self.components = components
-
-
-class _Named:
-    def __init__(self, name: str, is_ground: bool) -> None:
-        self.name, self.is_ground = name, is_ground
-
-
-def _joint_point(free: FreeBody, name: str) -> _At:
-    """The point of a joint: on this body where it is one of the two, else on the child."""
+def _joint_point(free: FreeBody, name: str) -> PointOf:
+    """Point of a joint on its parent if that is the free body, else on its child."""
     model = free._e.model
     if name not in model.joints:
         raise ModelError(f"Unknown joint '{name}' to take moments about; {nearest(name, model.joints)}")
     joint = model.joints[name]
     if joint.parent == free.body:
-        return _At(joint.parent, joint.at)
-    return _At(joint.child, joint.to)
+        return PointOf(NamedBody(joint.parent, joint.parent == "ground"), joint.at)
+    return PointOf(NamedBody(joint.child), joint.to)
 
 
-def _parallel(mass: Any, arm: Vector) -> Matrix:
-    """m (ρ·ρ 1 - ρ ρᵀ)."""
+def _parallel(mass: Scalar, arm: Vector) -> Matrix:
+    """m (ρ·ρ 1 - ρ ρᵀ), the term of the parallel axis theorem."""
     d = dot(arm, arm)
     spread: Matrix = ((d, 0, 0), (0, d, 0), (0, 0, d))
-    a, b, c = less(spread, outer(arm, arm))
+    a, b, c = subtract_matrices(spread, outer(arm, arm))
     return (scale(mass, a), scale(mass, b), scale(mass, c))

@@ -1,8 +1,8 @@
-"""Reactions of joints: their unknown components, and their values as functions of the motion.
+"""Reaction of a joint: its unknown components, and its value as a function of the motion.
 
-A joint transmits the wrench that its motions do no work on. Its components are named after the joint:
-``pin_x`` is a force, ``pin_Mx`` a moment. They are along ground axes where the joint's free direction
-is a ground axis in every configuration or there is none, and else along the axes of the child body.
+A joint transmits a wrench that does no work in the motions it allows. The components have the joint's name:
+``pin_x`` is a force, ``pin_Mx`` a moment. They are along ground axes if the joint's free direction is a ground axis in
+every configuration or if it has none, and else along the axes of the child body.
 """
 
 from __future__ import annotations
@@ -16,7 +16,20 @@ from ...dynamics.joint_freedom import joint_axes
 from ...dynamics.kinematics import rotation
 from ...dynamics.state import State
 from ...model.model import Model
-from ...scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add, apply, cross, divide, dot, scale, transpose
+from ...scalar.algebra import (
+    IDENTITY,
+    ZERO,
+    Matrix,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    cross,
+    divide,
+    dot,
+    scale,
+    transpose,
+)
 from ..printing.show import EQUALS, aligned, column_latex, column_mathml, elements, text_of
 
 LETTERS = "xyz"
@@ -24,10 +37,10 @@ LETTERS = "xyz"
 
 @dataclass(frozen=True)
 class Component:
-    """One unknown of a joint: the wrench on the child per unit, in ground axes, about the joint's point."""
+    """One unknown of a joint: its wrench on the child per unit, in ground axes, about the joint's point."""
 
     name: str
-    symbol: Any
+    symbol: sympy.Symbol
     force: Vector
     moment: Vector
 
@@ -42,14 +55,14 @@ class Reaction:
     force, moment : SymPy column vectors
         [N], [N m], components in the axes named by ``frame``.
     on : str
-        The body they act on; the parent feels the opposite.
+        The body they act on; the opposite acts on the parent.
     about : str
         The point that the moment is about.
     frame : str
     components : dict
         Value of each named component, such as ``pin_x``.
     notes : tuple of str
-        What of it no motion determines, a sentence each.
+        A sentence on each part that no motion determines.
     """
 
     joint: str
@@ -62,7 +75,7 @@ class Reaction:
     notes: tuple[str, ...] = ()
 
     def text(self) -> str:
-        """Where it acts, and its components, as plain text."""
+        """Body, point and axes of the reaction, and its components, as plain text."""
         parts = self.components or {"force": self.force, "moment": self.moment}
         lines = [f"Reaction of '{self.joint}' on '{self.on}' about {self.about}, {self.frame} axes"]
         lines += [f"  {name} = {text_of(x)}" for name, x in parts.items()]
@@ -86,7 +99,7 @@ class Reaction:
 
 
 def unknowns(model: Model, state: State, name: str) -> list[Component]:
-    """The components of a joint's reaction, in a stable order: forces, then moments."""
+    """Components of a joint's reaction, in a stable order: forces, then moments."""
     joint = model.joints[name]
     last = joint.links[-1]
     R = rotation(model, state, last)
@@ -109,7 +122,7 @@ def unknowns(model: Model, state: State, name: str) -> list[Component]:
     return result
 
 
-def _threaded(component: Component, n: Vector, pitch: Any) -> Component:
+def _threaded(component: Component, n: Vector, pitch: Scalar) -> Component:
     if component.force == ZERO:
         return component
     couple = scale(-(pitch * dot(component.force, n)), n)
@@ -125,7 +138,7 @@ def _component(model: Model, state: State, name: str, force: Vector, moment: Vec
 
 
 def _across(model: Model, state: State, free: list[Vector], R: Matrix) -> list[tuple[str, Vector]]:
-    """(letter, unit vector in ground axes) of the directions at right angles to the free ones."""
+    """(letter, unit vector in ground axes) of the directions at right angles to the free directions."""
     if not free:
         return list(zip(LETTERS, IDENTITY, strict=True))
     if len(free) == 1:
@@ -145,10 +158,10 @@ def _across(model: Model, state: State, free: list[Vector], R: Matrix) -> list[t
 
 
 def _along(axis: Vector) -> int | None:
-    """Which coordinate axis a vector lies along, if it is one."""
-    live = [k for k in range(3) if axis[k] != 0]
-    if len(live) == 1 and (axis[live[0]] == 1 or axis[live[0]] == -1):
-        return live[0]
+    """Index of the coordinate axis that a unit vector lies along; None for an oblique one."""
+    nonzero = [k for k in range(3) if axis[k] != 0]
+    if len(nonzero) == 1 and (axis[nonzero[0]] == 1 or axis[nonzero[0]] == -1):
+        return nonzero[0]
     return None
 
 

@@ -1,1 +1,1 @@
-"""Jumps of the speeds under impulses, as formulas."""
+"""Impulses on a machine: jumps of the speeds and impulsive reactions, as formulas."""

@@ -1,10 +1,10 @@
-"""Impulses on a machine, exactly: speeds just after and impulsive reactions as expressions.
+"""Result of an impulse on a machine: speeds just after and impulsive reactions, as expressions or floats.
 
     M Δu = Jᵀ P + Gᵀ Λ,    G Δu = 0;        Newton's restitution at a point:  n·v⁺ = -e n·v⁻,  P = P n
 
-One :class:`Struck` holds the outcome, of exact symbols or of floats; :func:`freebody.impulse` makes it.
+:func:`freebody.impulse` returns it as a :class:`Struck`.
 
-The file is longer than others: the outcome is one class with all that is asked of it.
+The file is long because the result is one class with all its products.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from typing import Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
+from ...describe.frame import Point
 from ...dynamics.constraints import rows, wrenches
 from ...dynamics.energy import kinetic_energy
 from ...dynamics.impulse import (
@@ -24,7 +25,7 @@ from ...dynamics.impulse import (
     impulsive_reactions,
     link_jumps,
     point_jump,
-    reached,
+    state_after,
     with_constraints,
 )
 from ...dynamics.kinematics import point_velocity
@@ -33,11 +34,11 @@ from ...dynamics.unilateral import MotionWarning, passed_by_impulse
 from ...errors import ModelError, nearest
 from ...model.closure import Closure
 from ...model.model import Model
-from ...scalar.algebra import ZERO, Vector, add, dot, floats, scale
+from ...scalar.algebra import ZERO, Scalar, Vector, add, dot, floats, scale
 from ...scalar.ratio import Ratio, cleared
 from ...scalar.substitute import Substitution
 from ..equations import Equations
-from ..free_body.gears import left_open
+from ..free_body.gears import undetermined_by_gears
 from ..free_body.reaction import unknowns
 from ..printing.fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
 from ..printing.latex import latex_name
@@ -55,7 +56,7 @@ from ..printing.show import (
 from ..printing.systems import collect
 from ..solving.request import Request
 from ..solving.solution import SolveResult
-from ..solving.solve import answer
+from ..solving.solve import solution_of
 from ..solving.vocabulary import Vocabulary
 from .impulse_jumps import Jumps
 
@@ -79,7 +80,7 @@ class ImpulsiveReaction:
 
     @cached_property
     def components(self) -> dict[str, Any]:
-        """The named components, as those of the reactions: ``pin_x``."""
+        """Components by the names of the reaction's components: ``pin_x``."""
         s = self._struck
         if self.joint in s.model.joints:
             return {name: s._show(x) for name, x in s._joint_components(self.joint).items()}
@@ -89,7 +90,7 @@ class ImpulsiveReaction:
     def text(self) -> str:
         """The named components, a line each."""
         lines = [f"{name} = {text_of(x)}" for name, x in self.components.items()]
-        return "\n".join([*(lines or [repr(self)]), *left_open(self._struck._e, self.joint)])
+        return "\n".join([*(lines or [repr(self)]), *undetermined_by_gears(self._struck._e, self.joint)])
 
     def latex(self) -> str:
         """The named components as a LaTeX ``aligned`` block."""
@@ -111,14 +112,14 @@ class ImpulsiveReaction:
 
 
 class Struck:
-    """What an impulse does. Made by :func:`freebody.impulse`; numbers, or SymPy expressions of an exact result.
+    """Effect of an impulse. Made by :func:`freebody.impulse`; SymPy expressions for an exact result, else numbers.
 
     Attributes
     ----------
     before, after, change : dict
         Speeds by name, just before, just after, and their difference.
     impulse, moment : tuple
-        What was applied, in ground axes [N s], [N m s]; with a restitution, what the impact comes to.
+        Applied impulse in ground axes [N s], [N m s]; with a restitution, the impulse of the impact.
     """
 
     def __init__(
@@ -133,7 +134,7 @@ class Struck:
         jump, multipliers = jumps(f)
         self._jump = tuple(self._tidy(x) for x in jump)
         self._multipliers = tuple(self._tidy(x) for x in multipliers)
-        self._reached = reached(self.model, state, self._jump)
+        self._reached = state_after(self.model, state, self._jump)
         names = self.model.speed_names
         self.before = {n: self._show(x) for n, x in zip(names, state.u, strict=True)}
         self.after = {n: self._show(self._tidy(x)) for n, x in zip(names, self._reached.u, strict=True)}
@@ -141,17 +142,17 @@ class Struck:
         self.impulse = tuple(self._show(x) for x in blows[0][1])
         self.moment = tuple(self._show(x) for x in blows[0][2])
 
-    def _tidy(self, x: Any) -> Any:
+    def _tidy(self, x: Scalar) -> Scalar:
         return x.tidy() if type(x) is Ratio else x
 
-    def _show(self, x: Any) -> Any:
+    def _show(self, x: Scalar) -> Any:
         return ratio_displayed(x, self._e.ring) if self.exact else float(x)
 
-    def _column(self, v: Sequence[Any]) -> Any:
+    def _column(self, v: Sequence[Scalar]) -> Any:
         values = [self._show(self._tidy(x)) for x in v]
         return sympy.ImmutableMatrix(values) if self.exact else tuple(values)
 
-    # -- what follows -------------------------------------------------------------------------------
+    # -- consequences -------------------------------------------------------------------------------
 
     @cached_property
     def _link_jumps(self) -> list[Any]:
@@ -159,14 +160,14 @@ class Struck:
 
     @cached_property
     def _wrenches(self) -> dict[str, tuple[Vector, Vector, str]]:
-        """(impulse, moment, child) of every joint, those that close loops included."""
+        """(impulse, moment, child) of every joint, including joints that close loops."""
         model, state = self.model, self._state
-        D, jump, multipliers, blows = self._over_one()
+        D, jump, multipliers, blows = self._with_common_denominator()
         everything = with_constraints(model, state, blows, multipliers, 1 if D is None else D)
         jumps = link_jumps(model, state, jump)
-        found = impulsive_reactions(model, state, jumps, blows_on(model, state, everything))
+        joint_impulses = impulsive_reactions(model, state, jumps, blows_on(model, state, everything))
         result = {}
-        for name, (impulse, moment) in found.items():
+        for name, (impulse, moment) in joint_impulses.items():
             if D is not None:
                 impulse, moment = (self._divided(v, D) for v in (impulse, moment))
             result[name] = (impulse, moment, model.joints[name].child)
@@ -181,8 +182,10 @@ class Struck:
             result[name] = (force, moment, joint.child.name)
         return result
 
-    def _over_one(self) -> tuple[Any, Sequence[Any], Sequence[Any], list[tuple[Any, Vector, Vector]]]:
-        """(D, D Δu, D Λ, D P): with one denominator, sums stay polynomials. D is None for floats."""
+    def _with_common_denominator(
+        self,
+    ) -> tuple[Any, Sequence[Any], Sequence[Any], list[tuple[Any, Vector, Vector]]]:
+        """Return (D, D Δu, D Λ, D P); with one denominator D, sums stay polynomials. D is None for floats."""
         if not self.exact:
             return None, self._jump, self._multipliers, self._blows
         ring, n, m = self._e.ring, len(self._jump), len(self._multipliers)
@@ -190,12 +193,12 @@ class Struck:
         everything = [1, *self._jump, *self._multipliers, *parts]
         D, *rest = cleared(ring, [x if type(x) is Ratio else Ratio(ring, x) for x in everything])
         blows = []
-        for i, (where, _, _) in enumerate(self._blows):
+        for i, (point, _, _) in enumerate(self._blows):
             a, b, c, d, f, g = rest[n + m + 6 * i : n + m + 6 * i + 6]
-            blows.append((where, (a, b, c), (d, f, g)))
+            blows.append((point, (a, b, c), (d, f, g)))
         return D, rest[:n], rest[n : n + m], blows
 
-    def _divided(self, v: Vector, D: Any) -> Vector:
+    def _divided(self, v: Vector, D: Scalar) -> Vector:
         x, y, z = (Ratio(self._e.ring, c, D).tidy() for c in v)
         return (x, y, z)
 
@@ -206,12 +209,12 @@ class Struck:
 
     @cached_property
     def multipliers(self) -> dict[str, Any]:
-        """Impulse of each scalar constraint by name."""
+        """Impulse of each scalar condition by name."""
         names = [row.name for row in rows(self.model)]
         return {name: self._show(x) for name, x in zip(names, self._multipliers, strict=True)}
 
     @cached_property
-    def canonical_components(self) -> dict[str, Any]:
+    def canonical_components(self) -> dict[str, Scalar]:
         """Value of every named reaction component: ratios, or floats."""
         result: dict[str, Any] = {}
         for name in self.model.joints:
@@ -220,7 +223,8 @@ class Struck:
             result[row.name] = value
         return result
 
-    def _joint_components(self, joint: str) -> dict[str, Any]:
+    def _joint_components(self, joint: str) -> dict[str, Scalar]:
+        """Value of every named component of a joint's reaction."""
         impulse, moment, _ = self._wrenches[joint]
         return {
             name: self._tidy(dot(along, impulse if of_force else moment))
@@ -228,7 +232,7 @@ class Struck:
         }
 
     def _directions(self, joint: str) -> list[tuple[str, Vector, bool]]:
-        """(name, unit vector in ground axes, whether of the force) of a joint's reaction components."""
+        """(name, unit vector in ground axes, True for a force) of a joint's reaction components."""
         state = self._state if self.exact else self._e.state
         result = []
         for c in unknowns(self.model, state, joint):
@@ -251,26 +255,26 @@ class Struck:
 
     @cached_property
     def warnings(self) -> tuple[MotionWarning, ...]:
-        """One-sided constraints that would have to push or pull the wrong way, as far as there are numbers."""
+        """Unilateral constraints whose impulses have the wrong sign, as far as the values are numbers."""
         values = [self._value(x) for x in self._multipliers]
-        outside = [self._value(x) for _, *parts in self._blows for v in parts for x in v]
-        largest = max((abs(x) for x in (*values, *outside) if x is not None), default=0)
+        applied = [self._value(x) for _, *parts in self._blows for v in parts for x in v]
+        largest = max((abs(x) for x in (*values, *applied) if x is not None), default=0)
         t = self._value(self._state.t) or 0
         return passed_by_impulse(self.model, values, lambda mu: self._value(self._state(mu)), largest, t)
 
-    def _value(self, x: Any) -> float | None:
-        """A number; None for an expression."""
+    def _value(self, x: Scalar) -> float | None:
+        """Return the value as a float; None for an expression."""
         shown = self._show(x)
         return float(shown) if not isinstance(shown, sympy.Basic) or shown.is_number else None
 
     @cached_property
     def energy_change(self) -> Any:
-        """Change of the kinetic energy [J]: P·(v⁻ + v⁺)/2 where nothing is driven."""
+        """Change of the kinetic energy [J]: P·(v⁻ + v⁺)/2 if no motion is prescribed."""
         after = kinetic_energy(self.model, self._reached)
         return self._show(self._tidy(after - kinetic_energy(self.model, self._state)))
 
     def velocity(self, point: Point | Body) -> tuple[Any, Any]:
-        """Velocity of a point just before and just after, in ground axes [m/s]."""
+        """Velocities of a point just before and just after, in ground axes [m/s]."""
         point = point.origin if isinstance(point, Body) else point
         before = point_velocity(self.model, self._state, point)
         jump = point_jump(self.model, self._state, self._link_jumps, point)
@@ -278,20 +282,19 @@ class Struck:
 
     @property
     def initial(self) -> dict[str, Any]:
-        """Coordinates, and the speeds just after, by name: where the next ``simulate`` begins.
+        """Coordinates and speeds just after, by name: initial values for ``simulate``.
 
         Raises
         ------
         ModelError
-            A state that was left symbolic.
+            The state is symbolic.
         """
         names = self.model.coordinate_names
         values = {n: self._show(x) for n, x in zip(names, self._state.q, strict=True)} | self.after
         if self.exact:
             free = {c.symbol for c in self.model.coordinates} | {s.symbol for s in self.model.speeds}
             for name, value in values.items():
-                held = [c for c in free if sympy.sympify(value).has(c)]
-                if held:
+                if any(sympy.sympify(value).has(symbol) for symbol in free):
                     raise ModelError(
                         f"The state of this impulse is left open: '{name}' is {value} just after. Give the state, "
                         f"initial={{...}}, and values={{}} for numbers, to go on with a simulation."
@@ -301,35 +304,33 @@ class Struck:
     # -- questions ----------------------------------------------------------------------------------
 
     def solve(self, equations: Any, for_: Any) -> SolveResult:
-        """Parameters for which something holds just after: ``hit.solve("pin_x = 0", for_="h")``.
+        """Solve equations that hold just after for parameters: ``hit.solve("pin_x = 0", for_="h")``.
 
         Parameters
         ----------
         equations : text, Eq, or sequence of them
-            In parameters, components of the impulsive reactions (``pin_x``), and speeds, which stand for those just
-            after.
+            In parameters, components of the impulsive reactions (``pin_x``), and speeds, meaning those just after.
         for_ : name or sequence of names
             The unknowns.
 
         Raises
         ------
         ModelError
-            A numeric result; requests that can not be met, with what was left.
+            A numeric result; requests without a solution, with the equations that remain.
         """
         if not self.exact:
             raise ModelError("This impulse was computed with numbers. Leave out values= to ask for symbols.")
         ring = self._e.ring
         request = Request(self._e)
-        request.ask(for_)
+        request.read_unknowns(for_)
         values = {request.vocabulary.reactions[n]: x for n, x in self.canonical_components.items()}
         values |= {s.symbol: x for s, x in zip(self.model.speeds, self._reached.u, strict=True)}
         places = {}
         for symbol in values:
             (g,) = ring.used(ring.generator(symbol))
             places[g.index] = (str(symbol), symbol, 1)
-        given = [equations] if isinstance(equations, str | sympy.Basic) else list(equations)
-        for one in given:
-            title, x = request.vocabulary.equation(one, "the question")
+        for equation in [equations] if isinstance(equations, str | sympy.Basic) else list(equations):
+            title, x = request.vocabulary.equation(equation, "the question")
             terms = collect(x, {i: (name, n) for i, (name, _, n) in places.items()}, ring)
             of_name = {name: values[symbol] for name, symbol, _ in places.values()}
             total = Ratio(ring, 0)
@@ -339,11 +340,11 @@ class Struck:
                         c = c * of_name[name]
                 total = total + c
             request.add(title, total.num)
-        return answer(request)
+        return solution_of(request)
 
     # -- display ------------------------------------------------------------------------------------
 
-    def _written(self, x: Any) -> str:
+    def _written(self, x: Scalar) -> str:
         return ratio_text(self._tidy(x), self._e.ring) if self.exact else f"{float(x):.9g}"
 
     def text(self) -> str:
@@ -351,45 +352,42 @@ class Struck:
         lines = [f"Impulse on '{self.model.name}': speeds just after"]
         for name, x in zip(self.model.speed_names, self._reached.u, strict=True):
             lines.append(f"  {name} = {self._written(x)}")
-        told = [f"not possible: {one.what} ('{one.name}'). {one.law}. {one.cure}" for one in self.warnings]
+        notes = [f"not possible: {w.what} ('{w.name}'). {w.law}. {w.cure}" for w in self.warnings]
         if not self._wrenches:
-            return "\n".join([*lines, *told])
+            return "\n".join([*lines, *notes])
         lines.append("impulsive reactions on the child bodies")
         if self.exact:
-            parts = {n: x for n, x in self.canonical_components.items() if not _zero(x)}
+            parts = {n: x for n, x in self.canonical_components.items() if not _is_zero(x)}
             lines += [f"  {name} = {self._written(x)}" for name, x in parts.items()]
-            return "\n".join([*lines, *told])
+            return "\n".join([*lines, *notes])
         for name, (impulse, moment, _) in self._wrenches.items():
             P, n = (", ".join(map(self._written, v)) for v in (impulse, moment))
             lines.append(f"  {name}:  impulse ({P}), moment impulse ({n})")
-        return "\n".join([*lines, *told])
+        return "\n".join([*lines, *notes])
 
     def latex(self) -> str:
-        """The same as a LaTeX ``aligned`` block."""
-        ring = self._e.ring
+        """The speeds and the impulsive reactions as a LaTeX ``aligned`` block."""
         vocabulary = Vocabulary(self._e)
         lines = []
         for speed, x in zip(self.model.speeds, self._reached.u, strict=True):
-            lines.append(f"{vocabulary.latex(speed.symbol)}^{{+}} &= {self._latex(x, ring)}")
+            lines.append(f"{vocabulary.latex(speed.symbol)}^{{+}} &= {self._latex(x)}")
         for name, x in self.canonical_components.items() if self.exact else ():
-            if not _zero(x):
-                lines.append(
-                    f"\\hat{{{vocabulary.latex(vocabulary.reactions[name])}}} &= {self._latex(x, ring)}"
-                )
+            if not _is_zero(x):
+                lines.append(f"\\hat{{{vocabulary.latex(vocabulary.reactions[name])}}} &= {self._latex(x)}")
         for name, vectors in {} if self.exact else self._wrenches.items():
             for what, v in zip(("impulse", "moment impulse"), vectors, strict=False):
-                shown = ",\\ ".join(self._latex(x, ring) for x in v)
+                shown = ",\\ ".join(self._latex(x) for x in v)
                 lines.append(rf"&{latex_words(f'{name}: {what} ')}\left({shown}\right)")
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
-        """The same as presentation MathML, an element each."""
+        """The speeds and the impulsive reactions as presentation MathML, an element each."""
         lines = []
         for speed, x in zip(self.model.speeds, self._reached.u, strict=True):
             lines.append(f"<msup>{mathml_of(speed.symbol)}<mo>+</mo></msup>{EQUALS}{self._mathml(x)}")
         if self.exact:
             for name, x in self.canonical_components.items():
-                if not _zero(x):
+                if not _is_zero(x):
                     lines.append(f"<mover>{shown_name(name)}<mo>^</mo></mover>{EQUALS}{self._mathml(x)}")
         for name, vectors in {} if self.exact else self._wrenches.items():
             for what, v in zip(("impulse", "moment impulse"), vectors, strict=False):
@@ -397,13 +395,13 @@ class Struck:
                 lines.append(f"{words(f'{name}: {what} ')}<mrow><mo>(</mo>{shown}<mo>)</mo></mrow>")
         return elements(lines)
 
-    def _mathml(self, x: Any) -> str:
+    def _mathml(self, x: Scalar) -> str:
         if self.exact:
             return ratio_mathml(self._tidy(x), self._e.ring)
         return f"<mn>{float(x):.9g}</mn>"
 
-    def _latex(self, x: Any, ring: Any) -> str:
-        return ratio_latex(self._tidy(x), ring) if self.exact else f"{float(x):.9g}"
+    def _latex(self, x: Scalar) -> str:
+        return ratio_latex(self._tidy(x), self._e.ring) if self.exact else f"{float(x):.9g}"
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -412,7 +410,7 @@ class Struck:
         return self.text()
 
 
-def _zero(x: Any) -> bool:
+def _is_zero(x: Scalar) -> bool:
     return bool(x == 0)
 
 

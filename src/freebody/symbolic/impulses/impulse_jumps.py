@@ -1,14 +1,13 @@
-"""Exact answers to impulses: jumps of the speeds by elimination, Newton's restitution, the centre of percussion."""
+"""Jumps of the speeds under impulses by exact elimination, Newton's restitution, and the centre of percussion."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import sympy
 
-from ...describe.body import Point
+from ...describe.frame import Point
 from ...dynamics.composite import mass_matrix
 from ...dynamics.constraints import linearized
 from ...dynamics.impulse import (
@@ -24,28 +23,29 @@ from ...dynamics.kinematics import point_velocity
 from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model
-from ...scalar.algebra import ZERO, Vector, divide, dot, scale
+from ...scalar.algebra import ZERO, Scalar, Vector, divide, dot, scale
 from ...scalar.element import Polynomial
 from ...scalar.ratio import Ratio, cleared
+from ..derivation.bodies import PointOf
+from ..derivation.contact_modes import sticking_only
 from ..equations import Equations
-from ..free_body.contact_modes import sticking_only
 from ..free_body.gears import radial_symbols
 from ..printing.systems import Row, Terms, eliminate
 from ..solving.request import Request
 from ..solving.solution import SolveResult
-from ..solving.solve import answer
+from ..solving.solve import solution_of
 from ..solving.vocabulary import Vocabulary
 
 Jumps = Callable[[Sequence[Any]], tuple[tuple[Any, ...], tuple[Any, ...]]]
-"""From Jᵀ P to (Δu, Λ)."""
+"""Function from Jᵀ P to (Δu, Λ)."""
 
 
 def exact_jumps(e: Equations, state: State) -> Jumps:
-    """Δu and Λ by elimination on ratios of canonical polynomials; dependent conditions get no impulse.
+    """Return Δu and Λ by elimination on ratios of canonical polynomials; redundant conditions get no impulse.
 
         Δu = N w  with  G N = 0,      (Nᵀ M N) w = Nᵀ Jᵀ P,      Gᵀ Λ = M Δu - Jᵀ P
 
-    N is formed first, and without division: far shorter than by the inverse of M.
+    N is formed first, without division. The expressions are far shorter than with the inverse of M.
     """
     model, ring = e.model, e.ring
     M = mass_matrix(model, state)
@@ -77,12 +77,14 @@ def exact_jumps(e: Equations, state: State) -> Jumps:
             if right != 0:
                 terms[()] = -(right if type(right) is Ratio else Ratio(ring, right))
             system.append(Row(model.speed_names[k], terms))
-        solved, left = eliminate(system, [keys])
-        loose = [model.speed_names[k] for k in free if us[k] not in solved or _open(solved[us[k]])]
-        if loose or left:
+        solved, remaining = eliminate(system, [keys])
+        undetermined = [
+            model.speed_names[k] for k in free if us[k] not in solved or _has_unknowns(solved[us[k]])
+        ]
+        if undetermined or remaining:
             raise ModelError(
-                f"The impulse does not determine {', '.join(loose) or 'the speeds'}: no mass moves with them alone. "
-                f"Give the bodies mass and moments of inertia."
+                f"The impulse does not determine {', '.join(undetermined) or 'the speeds'}: no mass moves with them "
+                f"alone. Give the bodies mass and moments of inertia."
             )
         w = [solved[key].get((), Ratio(ring, 0)) for key in keys]
         jump = [_sum(a[j] * x for a, x in zip(N, w, strict=True)) for j in range(model.n_u)]
@@ -97,53 +99,54 @@ def exact_jumps(e: Equations, state: State) -> Jumps:
             if right != 0:
                 terms[()] = -(right if type(right) is Ratio else Ratio(ring, right))
             system.append(Row(key, terms))
-        found, _ = eliminate(system, [ws])
+        impulses, _ = eliminate(system, [ws])
         zero = Ratio(ring, 0)
-        return tuple(jump), tuple(found[key].get((), zero) if key in found else 0 for key in ws)
+        return tuple(jump), tuple(impulses[key].get((), zero) if key in impulses else 0 for key in ws)
 
     return jumps
 
 
-def _linear(ring: Any, keys: Sequence[str], row: Sequence[Any]) -> Terms:
+def _linear(ring: Any, keys: Sequence[str], row: Sequence[Scalar]) -> Terms:
+    """Terms of the linear form with these unknowns and coefficients."""
     return {((key, 1),): Ratio(ring, x) for key, x in zip(keys, row, strict=True) if x != 0}
 
 
-def _sum(values: Iterable[Any]) -> Any:
-    total: Any = 0
+def _sum(values: Iterable[Scalar]) -> Scalar:
+    total: Scalar = 0
     for x in values:
         total = total + x
     return total
 
 
-def _open(terms: Terms) -> bool:
+def _has_unknowns(terms: Terms) -> bool:
     return any(monomial for monomial in terms)
 
 
 def float_jumps(model: Model, state: State, active: Sequence[int]) -> Jumps:
-    """Δu and Λ of floats."""
+    """Return Δu and Λ in floats, with impulses of the active conditions only."""
     return lambda f: speed_jumps(model, state, f, active)
 
 
 def restituted(
-    e: Equations, state: State, jumps: Jumps, point: Point, normal: Vector, restitution: Any
+    e: Equations, state: State, jumps: Jumps, point: Point, normal: Vector, restitution: Scalar
 ) -> Vector:
-    """Impulse along the normal that turns n·v⁻ into -e n·v⁻ (Newton).
+    """Return the impulse along the normal that changes n·v⁻ to -e n·v⁻ (Newton's restitution).
 
     Raises
     ------
     ModelError
-        A point that can not move along the normal; of numbers, one that is not approaching, or e outside 0..1.
+        A point that cannot move along the normal; with numbers, a point that does not approach, or e outside 0..1.
     """
     model = e.model
     length = state.field.sqrt(dot(normal, normal))
     n = (divide(normal[0], length), divide(normal[1], length), divide(normal[2], length))
     jump, _ = jumps(generalized_impulse(model, state, blows_on(model, state, [(point, n, ZERO)])))
-    gained = dot(n, point_jump(model, state, link_jumps(model, state, jump), point))
+    gain = dot(n, point_jump(model, state, link_jumps(model, state, jump), point))
     speed = dot(n, point_velocity(model, state, point))
-    if type(gained) is Ratio:
-        gained = gained.tidy()
+    if type(gain) is Ratio:
+        gain = gain.tidy()
     exact = state.field is e.ring
-    if gained == 0 or (not exact and not gained > 0):
+    if gain == 0 or (not exact and not gain > 0):
         raise ModelError(
             f"No impulse at {point} can change its velocity along the normal: the joints hold it there."
         )
@@ -155,19 +158,19 @@ def restituted(
                 f"No impact: {point} moves along the normal at {float(speed):.6g} m/s, and only approaches the surface "
                 f"at less than 0. The normal points from the surface to the body."
             )
-    return scale(divide(-(1 + restitution) * speed, gained), n)
+    return scale(divide(-(1 + restitution) * speed, gain), n)
 
 
 def percussion(
     e: Equations, joint: str, start: Sequence[Any], along: Sequence[Any], direction: Vector, body: Any
 ) -> SolveResult:
-    """Distance h from the joint's point at which a blow along ``direction`` leaves the joint without impulse in it."""
+    """Distance h from the joint's point at which a blow along ``direction`` causes no impulse along it in the joint."""
     model, ring = e.model, e.ring
     for gear in radial_symbols(e):
         if model.constraints[gear].pressure_angle is not None:
             raise ModelError(
-                f"A centre of percussion is not offered with the pressure_angle of gear '{gear}': what presses its "
-                f"teeth apart is not linear in the blow. Leave it out, or ask fb.impulse for one blow."
+                f"A centre of percussion is not offered with the pressure_angle of gear '{gear}': the force that "
+                f"presses its teeth apart is not linear in the blow. Leave it out, or ask fb.impulse for one blow."
             )
     vocabulary = Vocabulary(e)
     name = "h"
@@ -178,32 +181,24 @@ def percussion(
     state = e.state
     jumps = exact_jumps(e, state)
     total = []
-    # linear in h: one blow at the joint's point, one further along
+    # the impulse is linear in h: blows at h = 0 and h = 1 determine it
     for k in range(2):
         place = tuple(a + k * b for a, b in zip(start, along, strict=True))
-        f = blows_on(model, state, [(_Place(body, place), direction, ZERO)])
+        f = blows_on(model, state, [(PointOf(body, place), direction, ZERO)])
         jump, multipliers = jumps(generalized_impulse(model, state, f))
-        everything = with_constraints(model, state, [(_Place(body, place), direction, ZERO)], multipliers)
-        found = impulsive_reactions(
+        everything = with_constraints(model, state, [(PointOf(body, place), direction, ZERO)], multipliers)
+        joint_impulses = impulsive_reactions(
             model, state, link_jumps(model, state, jump), blows_on(model, state, everything)
         )
-        value = dot(found[joint][0], direction)
+        value = dot(joint_impulses[joint][0], direction)
         total.append(value if type(value) is Ratio else Ratio(ring, value))
     request = Request(e, vocabulary)
-    request.ask(symbol)
+    request.read_unknowns(symbol)
     x = (total[0] + (total[1] - total[0]) * h).num
     if symbol not in (ring.atoms_of(x) if type(x) is Polynomial else ()):
         raise ModelError(
-            f"The impulse of joint '{joint}' does not depend on where along {tuple(along)} the blow falls. "
+            f"The impulse of joint '{joint}' does not depend on the position of the blow along {tuple(along)}. "
             f"Choose another direction, or another line."
         )
     request.add(f"impulse of '{joint}' along the blow", x)
-    return answer(request)
-
-
-@dataclass(frozen=True)
-class _Place:
-    """A point of a body, with components of any scalars or expressions."""
-
-    body: Any
-    components: Any
+    return solution_of(request)

@@ -1,75 +1,74 @@
-"""Quantities that may be conserved, each with the multipliers that would prove it.
+"""Quantities that may be conserved, each with the multipliers for a proof.
 
     energy            T₂ - T₀ + V                        μ_j = u_j
     momentum          Σ ξ_j ∂T/∂u_j                      μ_j = ξ_j, components of a rigid motion of the whole machine
 
-A momentum along a motion that the joints do not allow may still be conserved, of particles; then M μ = ∂I/∂u.
+For particles and bars, a momentum along a motion that the joints do not allow may also be conserved; then M μ = ∂I/∂u.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...describe.loads.load import Force, GeneralizedForce, JointForce
 from ...dynamics.kinematics import link_postures, point_position
 from ...dynamics.loading import speed_of
 from ...dynamics.momentum import mass_centre, momentum
 from ...model.model import GROUND
-from ...scalar.algebra import HALF, IDENTITY, ZERO, Vector, cross, dot, scale
+from ...scalar.algebra import HALF, IDENTITY, ZERO, Scalar, Vector, cross, dot, scale
 from ...scalar.substitute import Substitution, arrays
-from ..free_body.along_motion import momenta, random_numbers, rate_of, residuals_of
+from ..derivation.along_motion import momenta, random_numbers, rate_of, residuals_of
+from ..derivation.derivation import Derivation
 from .symmetry import rigid_motion, solved
-
-if TYPE_CHECKING:
-    from ..equations import Equations
 
 AXES = "XYZ"
 LARGEST_SOLVED = 3
 """Degrees of freedom up to which M μ = ∂I/∂u is solved exactly."""
 
 
-def candidates(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
-    """(name, quantity, multipliers μ) of all that may be conserved."""
+def candidates(e: Derivation) -> Iterator[tuple[str, Scalar, tuple[Scalar, ...]]]:
+    """(name, quantity, multipliers μ) of all candidates."""
     yield from _energies(e)
     n = e.model.n_u
     p = momenta(e)
     numbers = random_numbers(e, 1)
     at = Substitution(e.ring, arrays, numbers)
-    still = _static(e, numbers)
+    at_rest = _static_residuals(e, numbers)
     for j, speed in enumerate(e.model.speed_names):
         coordinate = speed.removesuffix("'")
-        alone = tuple(int(k == j) for k in range(n))
-        if speed.endswith("'") and p[j] != 0 and _balanced(still, alone, at, _drift(e, p[j], at)):
-            yield f"momentum of {coordinate}", p[j], alone
+        unit = tuple(int(k == j) for k in range(n))
+        if speed.endswith("'") and p[j] != 0 and _is_balanced(at_rest, unit, at, _drift(e, p[j], at)):
+            yield f"momentum of {coordinate}", p[j], unit
     for name, w, v in _motions(e):
         xi = rigid_motion(e.model, e.state, w, v, at)
         if xi is None:
             yield from _through_masses(e, name, w, v)
-        elif _balanced(still, xi, at, _drift(e, quantity := _along(xi, p), at)):
+        elif _is_balanced(at_rest, xi, at, _drift(e, quantity := _sum_of_products(xi, p), at)):
             yield name, quantity, xi
     for link in e.model.links:
         if link.u < 0:
             continue
         for k in range(3):
-            alone = tuple(int(j == link.u + k) for j in range(n))
-            if p[link.u + k] != 0 and _balanced(still, alone, at, _drift(e, p[link.u + k], at)):
-                yield f"angular momentum along {'xyz'[k]} of {link.body}", p[link.u + k], alone
+            unit = tuple(int(j == link.u + k) for j in range(n))
+            if p[link.u + k] != 0 and _is_balanced(at_rest, unit, at, _drift(e, p[link.u + k], at)):
+                yield f"angular momentum along {'xyz'[k]} of {link.body}", p[link.u + k], unit
 
 
 def _through_masses(
-    e: Equations, name: str, w: Vector, v: Vector
-) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
-    """A momentum along a motion that the joints do not allow to rigid bodies, but to particles and bars.
+    e: Derivation, name: str, w: Vector, v: Vector
+) -> Iterator[tuple[str, Scalar, tuple[Scalar, ...]]]:
+    """A momentum along a motion that the joints allow to particles and bars, but not to rigid bodies.
 
-    Its multipliers solve M μ = ∂I/∂u; asked of small systems, where numbers at a random state say that it is conserved.
+    Its multipliers solve M μ = ∂I/∂u. They are formed for small systems only, if a numerical check at a random state
+    succeeds.
     """
     if e.model.n_u > LARGEST_SOLVED or e.condition_names:
         return
-    given = momentum(e.model, e.state)
-    quantity = dot(v, given.linear) + dot(w, given.angular)
+    total = momentum(e.model, e.state)
+    quantity = dot(v, total.linear) + dot(w, total.angular)
     gradient = [e.ring.derivative(quantity, speed.symbol) for speed in e.model.speeds]
-    if all(x == 0 for x in gradient) or not _steady_in_numbers(e, quantity):
+    if all(x == 0 for x in gradient) or not _is_conserved_in_numbers(e, quantity):
         return
     balance = [
         ({j: x for j, x in enumerate(row) if x != 0}, g)
@@ -80,8 +79,8 @@ def _through_masses(
         yield name, quantity, mu
 
 
-def _steady_in_numbers(e: Equations, x: Any) -> bool:
-    """Whether dx/dt is zero, to round-off, at a random state."""
+def _is_conserved_in_numbers(e: Derivation, x: Scalar) -> bool:
+    """True if dx/dt is zero, to round-off, at a random state."""
     import numpy as np
 
     atoms = random_numbers(e, 1) | {speed.acceleration: 0 for speed in e.model.speeds}
@@ -100,76 +99,77 @@ def _steady_in_numbers(e: Equations, x: Any) -> bool:
     return abs(value) <= np.sqrt(np.finfo(float).eps) * (1 + size)
 
 
-def _along(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    total: Any = 0
+def _sum_of_products(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    total: Scalar = 0
     for x, y in zip(a, b, strict=True):
         total = total + x * y
     return total
 
 
-def _static(e: Equations, at: dict[Any, Any]) -> list[float]:
-    """E_j at rest at a random place, without constraint forces: less the forces of weight, springs and loads."""
+def _static_residuals(e: Derivation, at: dict[Any, Any]) -> list[float]:
+    """E_j at rest in a random configuration, without constraint forces: minus weight, springs and loads."""
     rest = {speed.symbol: 0 for speed in e.model.speeds} | {speed.acceleration: 0 for speed in e.model.speeds}
     numbers = Substitution(e.ring, arrays, at | rest)
-    # they go first: sliding friction has no direction at rest
+    # constraint forces are removed first: sliding friction has no direction at rest
     free = Substitution(e.ring, e.ring, {symbol: 0 for symbol in e.multipliers})
     return [float(numbers(free(E) if e.multipliers else E)) for E in residuals_of(e)]
 
 
-def _drift(e: Equations, quantity: Any, at: Substitution) -> float:
-    """∂I/∂t at rest at a random place: what drives alone change of a momentum."""
-    change = e.ring.total_derivative(quantity, {})
-    if change == 0:
+def _drift(e: Derivation, quantity: Scalar, at: Substitution) -> float:
+    """∂I/∂t at rest in a random configuration: the change of a momentum by drives alone."""
+    partial = e.ring.total_derivative(quantity, {})
+    if partial == 0:
         return 0
     rest = {speed.symbol: 0 for speed in e.model.speeds}
-    return float(at(Substitution(e.ring, e.ring, rest)(change)))
+    return float(at(Substitution(e.ring, e.ring, rest)(partial)))
 
 
-def _balanced(forces: Sequence[float], xi: Sequence[Any], at: Substitution, drift: float) -> bool:
-    """Whether Σ ξ_j E_j = ∂I/∂t at rest, to round-off: it costs next to nothing to ask."""
+def _is_balanced(forces: Sequence[float], xi: Sequence[Any], at: Substitution, drift: float) -> bool:
+    """True if Σ ξ_j E_j = ∂I/∂t at rest, to round-off; a cheap test before the exact one."""
     from sys import float_info
 
     parts = [force * float(at(x)) for force, x in zip(forces, xi, strict=True) if force]
     parts.append(-drift)
-    # written so that a place where a root is not real refuses nothing
+    # a NaN, from a root that is not real in this configuration, must not reject the candidate
     return not abs(sum(parts)) > (1 + sum(map(abs, parts))) * float_info.epsilon**HALF
 
 
-def _energies(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
-    """T₂ - T₀ + V less the work of constant forces; the energy itself if nothing is driven."""
+def _energies(e: Derivation) -> Iterator[tuple[str, Scalar, tuple[Scalar, ...]]]:
+    """T₂ - T₀ + V minus the work of constant forces; the energy itself if nothing is driven."""
     T, p = e.energy.canonical_kinetic, momenta(e)
     u = e.state.u
     V = e.energy.canonical_potential - _work_of_constants(e)
-    h = _along(p, u) - T + V
+    h = _sum_of_products(p, u) - T + V
     if h == 0 or not e.ring.atoms_of(h) & {speed.symbol for speed in e.model.speeds}:
         return
     name = "energy" if h == T + V else "Jacobi's integral"
     yield name, h, u
 
 
-def _work_of_constants(e: Equations) -> Any:
-    """Σ F·r of forces with constant components in ground axes, Q q and value * displacement."""
+def _work_of_constants(e: Derivation) -> Scalar:
+    """Work of constant loads: F·r for forces in ground axes, Q q for generalized forces, force times displacement."""
     model, state = e.model, e.state
-    total: Any = 0
+    total: Scalar = 0
     for load in model.loads.values():
-        if isinstance(load, Force) and load.frame.is_ground and _constant(e, *load.components):
+        if isinstance(load, Force) and load.frame.is_ground and _is_constant(e, *load.components):
             total = total + dot(state.vector(load.components), point_position(model, state, load.point))
-        elif isinstance(load, GeneralizedForce) and _constant(e, load.value):
+        elif isinstance(load, GeneralizedForce) and _is_constant(e, load.value):
             symbol = model.speeds[speed_of(model, load)].name.removesuffix("'")
             total = total + state(load.value) * state.q[model.coordinate_names.index(symbol)]
-        elif isinstance(load, JointForce) and _constant(e, load.value):
+        elif isinstance(load, JointForce) and _is_constant(e, load.value):
             link = model.links[model.joints[load.joint.name].links[load.index]]
             total = total + state(load.value) * state(link.displacement)
     return total
 
 
-def _constant(e: Equations, *values: Any) -> bool:
+def _is_constant(e: Derivation, *values: Any) -> bool:
+    """True if expressions depend on parameters only."""
     symbols = {parameter.symbol for parameter in e.model.parameters}
     return all(e.ring.atoms_of(e.state(value)) <= symbols for value in values)
 
 
-def _motions(e: Equations) -> Iterator[tuple[str, Vector, Vector]]:
-    """(name, w, v) of the rigid motions to try: translations, turnings about fixed points and the mass centre."""
+def _motions(e: Derivation) -> Iterator[tuple[str, Vector, Vector]]:
+    """(name, w, v) of the rigid motions to try: translations, rotations about fixed points and the mass centre."""
     for axis, unit in zip(AXES, IDENTITY, strict=True):
         yield f"linear momentum along {axis}", ZERO, unit
     for axis, unit in zip(AXES, IDENTITY, strict=True):

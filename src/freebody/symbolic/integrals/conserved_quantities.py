@@ -4,10 +4,10 @@ With the equations of motion written as E_j = 0, linear in u', the rate of a qua
 
     dI/dt = Σ μ_j E_j + Σ ν_i ψ_i
 
-identically in q, u and u' exactly if I is conserved, where ψ_i = 0 are the constraints on speeds. The multipliers are
-known in advance: u_j for the energy, the components of a rigid motion of the whole machine for a momentum, one for an
-ignorable coordinate. So nothing is inverted: the two sides are subtracted as canonical polynomials, and what is not
-identically zero is not claimed.
+identically in q, u and u' if and only if I is conserved; ψ_i = 0 are the constraints on speeds. The multipliers are
+known in advance: u_j for the energy, the components of a rigid motion of the whole machine for a momentum, 1 for an
+ignorable coordinate. So nothing is inverted: the two sides are subtracted as canonical polynomials, and a quantity is
+listed only if the difference is identically zero.
 
 Source: E. Noether (1918); chapter 6, eqs (6.36)-(6.38); Jacobi's integral after H. Goldstein et al., Classical
 Mechanics, 3rd ed., §2.7.
@@ -18,18 +18,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...errors import ModelError, nearest
+from ...scalar.algebra import Expression, Scalar
+from ...scalar.element import is_zero
 from ...scalar.substitute import Substitution, arrays
-from ...scalar.zero import is_zero
-from ..free_body.along_motion import numbers, random_numbers, rate_of, residuals_of
+from ..derivation.along_motion import numbers, random_numbers, rate_of, residuals_of
+from ..derivation.derivation import Derivation
 from ..printing.display import latex, text
 from ..printing.show import EQUALS, aligned, elements, inner, latex_of, latex_words, mathml_of, words
 from .candidates import candidates
-
-if TYPE_CHECKING:
-    from ..equations import Equations
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class Proof:
     statement : str
         The identity as text.
     name : str
-        Of the quantity.
+        Name of the quantity.
     """
 
     multipliers: dict[str, Any]
@@ -61,7 +60,7 @@ class Proof:
         return self.statement
 
     def latex(self) -> str:
-        """The identity as LaTeX, E being the left less the right side of an equation of motion."""
+        """The identity as LaTeX; E is the left side minus the right side of an equation of motion."""
         parts = [_joined_latex(x, "E", name) for name, x in self.multipliers.items()]
         parts += [_joined_latex(x, r"\psi", name) for name, x in self.constraints.items()]
         left = rf"\frac{{d}}{{dt}}\,{latex_words(self.name)} = "
@@ -97,9 +96,9 @@ class Integral:
     """
 
     def __init__(
-        self, equations: Equations, name: str, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]
+        self, e: Derivation, name: str, canonical: Scalar, mu: Sequence[Scalar], nu: Sequence[Scalar]
     ) -> None:
-        self._e = equations
+        self._e = e
         self.name = name
         self.also: tuple[str, ...] = ()
         self.canonical = canonical
@@ -113,30 +112,30 @@ class Integral:
 
     @cached_property
     def proof(self) -> Proof:
-        """The multipliers of the equations of motion that make up its rate."""
+        """Multipliers of the equations of motion whose sum is the rate of the quantity."""
         e = self._e
         mu = {name: e.displayed(x) for name, x in zip(e.model.speed_names, self._mu, strict=True) if x != 0}
         nu = {name: e.displayed(x) for name, x in zip(e.condition_names, self._nu, strict=True) if x != 0}
         named = [(x, f"(equation of {n})") for n, x in zip(e.model.speed_names, self._mu, strict=True)]
         named += [(x, f"(rate of {n})") for n, x in zip(e.condition_names, self._nu, strict=True)]
-        parts = [_times(text(x, e.ring), what) for x, what in named if x != 0]
+        parts = [_times(text(x, e.ring), factor) for x, factor in named if x != 0]
         statement = f"d({self.name})/dt = " + (" + ".join(parts).replace("+ -", "- ") or "0")
         return Proof(mu, nu, statement, self.name)
 
     def remainder(self) -> Any:
-        """dI/dt - Σ μ_j E_j - Σ ν_i ψ_i formed anew: the canonical zero, int 0."""
+        """Form dI/dt - Σ μ_j E_j - Σ ν_i ψ_i anew: the canonical zero, int 0."""
         return remainder(self._e, self.canonical, self._mu, self._nu)
 
-    def value(self, state: Mapping[Any, Any] | None = None, **values: Any) -> Any:
-        """The number at a state.
+    def value(self, state: Mapping[Any, Expression] | None = None, **values: Expression) -> Any:
+        """Return the value of the quantity at a state.
 
         Parameters
         ----------
         state : mapping, optional
-            Coordinates, speeds, ``t`` and parameters by name or symbol; numbers, or arrays of one shape. Coordinates
-            and speeds that are not given are zero, unit quaternions the identity, parameters at their defaults.
+            Coordinates, speeds, ``t`` and parameters by name or symbol; numbers, or arrays of one shape. By default,
+            coordinates and speeds are zero, unit quaternions the identity, and parameters have their defaults.
         **values
-            The same by name, for names that are Python's too.
+            The same as keyword arguments, for names that are valid in Python.
 
         Raises
         ------
@@ -170,49 +169,49 @@ class Integral:
 
 
 class Integrals(Sequence[Integral]):
-    """The conserved quantities of a system, in a stable order; also found by name."""
+    """The conserved quantities of a system, in a stable order, by index or name."""
 
-    def __init__(self, found: Sequence[Integral]) -> None:
-        self._found = tuple(found)
+    def __init__(self, integrals: Sequence[Integral]) -> None:
+        self._integrals = tuple(integrals)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Their names."""
-        return tuple(one.name for one in self._found)
+        """Names of the quantities."""
+        return tuple(integral.name for integral in self._integrals)
 
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, str):
-            return self._found[key]
-        for one in self._found:
-            if key == one.name or key in one.also:
-                return one
-        if not self._found:
-            raise ModelError(
-                f"This system has no conserved quantity that is known here, so none named '{key}'."
-            )
+            return self._integrals[key]
+        for integral in self._integrals:
+            if key == integral.name or key in integral.also:
+                return integral
+        if not self._integrals:
+            raise ModelError(f"No conserved quantity of this system is known, so there is no '{key}'.")
         raise ModelError(f"Unknown conserved quantity '{key}'; {nearest(key, self.names)}")
 
     def __iter__(self) -> Iterator[Integral]:
-        return iter(self._found)
+        return iter(self._integrals)
 
     def __len__(self) -> int:
-        return len(self._found)
+        return len(self._integrals)
 
     def text(self) -> str:
-        """One line each."""
-        return "\n".join(one.text() for one in self._found) or "No conserved quantities."
+        """The quantities as plain text, a line each."""
+        return "\n".join(integral.text() for integral in self._integrals) or "No conserved quantities."
 
     def latex(self) -> str:
-        """A LaTeX ``aligned`` block."""
-        if not self._found:
+        """The quantities as a LaTeX ``aligned`` block."""
+        if not self._integrals:
             return latex_words("No conserved quantities.")
-        return aligned(rf"&{latex_words(one.name + ':')}\quad {one.latex()}" for one in self._found)
+        return aligned(
+            rf"&{latex_words(integral.name + ':')}\quad {integral.latex()}" for integral in self._integrals
+        )
 
     def mathml(self) -> str:
-        """Presentation MathML, an element each."""
-        if not self._found:
+        """The quantities as presentation MathML, an element each."""
+        if not self._integrals:
             return elements([words("No conserved quantities.")])
-        return elements(words(one.name + ": ") + one._formula() for one in self._found)
+        return elements(words(integral.name + ": ") + integral._formula() for integral in self._integrals)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -221,14 +220,14 @@ class Integrals(Sequence[Integral]):
         return self.text()
 
 
-def integrals(e: Equations) -> Integrals:
-    """The conserved quantities of a system, proven.
+def integrals(e: Derivation) -> Integrals:
+    """Find the conserved quantities of a system, and prove them.
 
-    Looked for are the energy (Jacobi's integral where something is driven; constant forces count with their
-    potential), the momenta of ignorable coordinates, linear momentum along the ground's axes, angular momentum
-    about the ground's origin, about the points and axes of the joints on the ground and about the mass centre, and the
-    components of angular momentum along the axes of bodies on ball and free joints. Those that are combinations of
-    others with constant coefficients are left out.
+    Candidates are the energy (Jacobi's integral if a motion is prescribed; constant forces count with their potential),
+    the momenta of ignorable coordinates, linear momentum along the ground's axes, angular momentum about the ground's
+    origin, about the points and axes of the joints on the ground and about the mass centre, and the components of
+    angular momentum along the axes of bodies on ball and free joints. Linear combinations of earlier ones with constant
+    coefficients are omitted.
 
     Returns
     -------
@@ -247,24 +246,31 @@ def integrals(e: Equations) -> Integrals:
     >>> print(fb.equations(s).integrals["energy"].proof)
     d(energy)/dt = theta'*(equation of theta')
     """
-    found: list[Integral] = []
+    if "integrals" not in e.state.cache:
+        e.state.cache["integrals"] = Integrals(_independent(e, _conserved(e)))
+    return e.state.cache["integrals"]
+
+
+def _conserved(e: Derivation) -> list[Integral]:
+    """Return all candidates that are conserved; those with the same polynomial are one, with further names."""
+    conserved: list[Integral] = []
     for name, canonical, mu in candidates(e):
         nu = _proven(e, canonical, mu)
         if nu is None:
             continue
-        twin = next((one for one in found if one.canonical in (canonical, -canonical)), None)
+        twin = next((x for x in conserved if x.canonical in (canonical, -canonical)), None)
         if twin is not None:
             twin.also = (*twin.also, name)
         else:
-            found.append(Integral(e, name, canonical, mu, nu))
-    return Integrals(_independent(e, found))
+            conserved.append(Integral(e, name, canonical, mu, nu))
+    return conserved
 
 
 # -- proof ----------------------------------------------------------------------------------------
 
 
-def remainder(e: Equations, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]) -> Any:
-    """dI/dt - Σ μ_j E_j - Σ ν_i ψ_i."""
+def remainder(e: Derivation, canonical: Scalar, mu: Sequence[Scalar], nu: Sequence[Scalar]) -> Scalar:
+    """Return dI/dt - Σ μ_j E_j - Σ ν_i ψ_i."""
     total = rate_of(e, canonical)
     for factor, E in zip(mu, residuals_of(e), strict=True):
         if factor != 0:
@@ -275,20 +281,21 @@ def remainder(e: Equations, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]
     return 0 if is_zero(total) else total
 
 
-def _proven(e: Equations, canonical: Any, mu: Sequence[Any]) -> tuple[Any, ...] | None:
-    """Multipliers ν of the constraints that complete the proof; None if there is none."""
+def _proven(e: Derivation, canonical: Scalar, mu: Sequence[Scalar]) -> tuple[Scalar, ...] | None:
+    """Return the multipliers ν of the constraints that complete the proof; None if there is no proof."""
     none: tuple[Any, ...] = (0,) * len(e.condition_names)
     rest = remainder(e, canonical, mu, none)
     if rest == 0:
         return none
     if not e.condition_names:
         return None
-    # λ enters as λ·(G μ): where G μ is a constraint's own ψ, as for the energy, it is zero along the motion
+    # λ enters as λ·(G μ); if G μ is a constraint's own ψ, as for the energy, this is zero along the motion
     nu = _by_constraint(e, mu)
     return nu if nu is not None and remainder(e, canonical, mu, nu) == 0 else None
 
 
-def _by_constraint(e: Equations, mu: Sequence[Any]) -> tuple[Any, ...] | None:
+def _by_constraint(e: Derivation, mu: Sequence[Scalar]) -> tuple[Scalar, ...] | None:
+    """Multipliers ν_i = λ_i of the constraints with G_i μ = ψ_i, 0 for G_i μ = 0; None in other cases."""
     nu: list[Any] = []
     for row, rate, multiplier in zip(
         e.conditions.matrix, e.conditions.rate, e.canonical_multipliers, strict=True
@@ -308,37 +315,38 @@ def _by_constraint(e: Equations, mu: Sequence[Any]) -> tuple[Any, ...] | None:
 # -- independence ---------------------------------------------------------------------------------
 
 
-def _independent(e: Equations, found: Sequence[Integral]) -> list[Integral]:
-    """Those that are not combinations of earlier ones with coefficients of parameters.
+def _independent(e: Derivation, integrals: Sequence[Integral]) -> list[Integral]:
+    """Return the quantities that are not combinations of earlier ones with coefficients of parameters.
 
-    Decided at random states with the parameters held: a rank of numbers, as a choice of what to print, not a proof.
+    This is decided by a numerical rank at random states with constant parameters. It selects what to print and is no
+    proof.
     """
     import numpy as np
 
-    if len(found) < 2:
-        return list(found)
-    count = 2 * len(found) + 4
-    at = Substitution(e.ring, arrays, random_numbers(e, len(found), count))
-    kept: list[Integral] = []
+    if len(integrals) < 2:
+        return list(integrals)
+    count = 2 * len(integrals) + 4
+    at = Substitution(e.ring, arrays, random_numbers(e, len(integrals), count))
+    independent: list[Integral] = []
     basis: list[Any] = [np.ones(count) / np.sqrt(count)]  # a constant is no integral
     small = np.sqrt(np.finfo(float).eps)
-    for one in found:
-        value = np.broadcast_to(np.asarray(at(one.canonical), dtype=float), (count,))
+    for integral in integrals:
+        value = np.broadcast_to(np.asarray(at(integral.canonical), dtype=float), (count,))
         rest = value
         for _ in range(2):
             for b in basis:
                 rest = rest - (b @ rest) * b
         if np.linalg.norm(rest) > small * np.linalg.norm(value) or not np.isfinite(value).all():
-            kept.append(one)
+            independent.append(integral)
             if np.isfinite(value).all():
                 basis.append(rest / np.linalg.norm(rest))
-    return kept
+    return independent
 
 
-def _times(factor: str, what: str) -> str:
-    if factor in ("1", "-1"):
-        return ("-" if factor == "-1" else "") + what
-    return f"({factor})*{what}" if " " in factor else f"{factor}*{what}"
+def _times(a: str, b: str) -> str:
+    if a in ("1", "-1"):
+        return ("-" if a == "-1" else "") + b
+    return f"({a})*{b}" if " " in a else f"{a}*{b}"
 
 
 def _joined_latex(factor: Any, letter: str, name: str) -> str:

@@ -1,4 +1,4 @@
-"""Routh's reduction: ignorable coordinates eliminated by their constant momenta.
+"""Routh's reduction: elimination of ignorable coordinates by their constant momenta.
 
 With the ignorable speeds w, the momenta p = A w + b and T = ½ wᵀ A w + wᵀ b + T_rest,
 
@@ -6,7 +6,7 @@ With the ignorable speeds w, the momenta p = A w + b and T = ½ wᵀ A w + wᵀ 
 
 for the other coordinates. -R at rest, V + ½ (p - b)ᵀ A⁻¹ (p - b), is the amended potential.
 
-Source: H. Goldstein et al., Classical Mechanics, 3rd ed., §8.3 (with the sign of L).
+Source: H. Goldstein et al., Classical Mechanics, 3rd ed., §8.3 (R with the sign of L).
 """
 
 from __future__ import annotations
@@ -14,25 +14,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...errors import ModelError
-from ...scalar.algebra import HALF, divide
+from ...scalar.algebra import HALF, Scalar, divide
 from ...scalar.substitute import Substitution
-from ..free_body.along_motion import momenta, rate_of, residuals_of
-from ..free_body.constraints import determinant
+from ..derivation.along_motion import momenta, rate_of, residuals_of
+from ..derivation.derivation import Derivation
+from ..derivation.determinant import determinant
 from ..printing.display import Formulas
 from ..printing.lines import EQUALS, Lines, Name
 from .conserved_quantities import integrals
 
-if TYPE_CHECKING:
-    from ..equations import Equations
 
-
-def routh(e: Equations) -> Routh:
-    """The reduced system of all ignorable coordinates.
+def routh(e: Derivation) -> Routh:
+    """Eliminate all ignorable coordinates.
 
     Returns
     -------
@@ -41,7 +39,7 @@ def routh(e: Equations) -> Routh:
     Raises
     ------
     ModelError
-        No coordinate is ignorable, or the others do not include all that is left (unit quaternions).
+        No coordinate is ignorable.
 
     Examples
     --------
@@ -59,11 +57,10 @@ def routh(e: Equations) -> Routh:
     return Routh(e, ignorable(e))
 
 
-def ignorable(e: Equations) -> tuple[int, ...]:
-    """Indices of the speeds whose momenta are conserved, proven."""
+def ignorable(e: Derivation) -> tuple[int, ...]:
+    """Indices of the speeds of ignorable coordinates, whose momenta are proven to be conserved."""
     result = []
-    one = e.integrals if "integrals" in vars(e) else integrals(e)
-    names = {name.removeprefix("momentum of ") for x in one for name in (x.name, *x.also)}
+    names = {name.removeprefix("momentum of ") for x in integrals(e) for name in (x.name, *x.also)}
     for j, name in enumerate(e.model.speed_names):
         if name.endswith("'") and name.removesuffix("'") in names:
             result.append(j)
@@ -72,7 +69,7 @@ def ignorable(e: Equations) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class Recovery(Lines):
-    """One ignorable coordinate: its momentum's symbol, the momentum, and its speed from the momenta."""
+    """One ignorable coordinate: its momentum's symbol, its momentum by the speeds, its speed by the momenta."""
 
     coordinate: str
     symbol: Any
@@ -89,19 +86,19 @@ class Routh(Formulas):
     Attributes
     ----------
     coordinates : tuple of str
-        The coordinates that are left.
+        The remaining coordinates.
     ignorable : tuple of str
-        Those that were eliminated.
+        The eliminated coordinates.
     momenta : tuple of Symbol
-        Their momenta, constant: ``p_psi``.
+        Constant momenta of the eliminated coordinates: ``p_psi``.
     """
 
-    def __init__(self, equations: Equations, chosen: Sequence[int]) -> None:
-        e = self._e = equations
+    def __init__(self, e: Derivation, chosen: Sequence[int]) -> None:
+        self._e = e
         if not chosen:
             raise ModelError(
                 f"No coordinate of '{e.model.name}' is ignorable, so there is nothing to reduce: the momentum of each "
-                f"coordinate changes. What is conserved is in fb.equations(...).integrals."
+                f"coordinate changes. The conserved quantities are in fb.equations(...).integrals."
             )
         self._chosen = tuple(chosen)
         self._rest = tuple(j for j in range(e.model.n_u) if j not in chosen)
@@ -124,16 +121,19 @@ class Routh(Formulas):
         return tuple(tuple(M[i][j] for j in self._chosen) for i in self._chosen)
 
     @cached_property
-    def _given(self) -> tuple[Any, ...]:
-        """b: the momenta at ignorable speeds zero."""
-        still = {self._e.model.speeds[j].symbol: 0 for j in self._chosen}
-        at = Substitution(self._e.ring, self._e.ring, still)
+    def _momenta_at_rest(self) -> tuple[Scalar, ...]:
+        """b: the momenta if the ignorable speeds are zero."""
+        zero = {self._e.model.speeds[j].symbol: 0 for j in self._chosen}
+        at = Substitution(self._e.ring, self._e.ring, zero)
         return tuple(at(momenta(self._e)[j]) for j in self._chosen)
 
     @cached_property
     def canonical_speeds(self) -> tuple[Any, ...]:
-        """w = A⁻¹ (p - b), canonical, by determinants: one division each."""
-        A, right = self.block, [p - b for p, b in zip(self.canonical_momenta, self._given, strict=True)]
+        """w = A⁻¹ (p - b), canonical, by determinants with one division each."""
+        A, right = (
+            self.block,
+            [p - b for p, b in zip(self.canonical_momenta, self._momenta_at_rest, strict=True)],
+        )
         det = determinant(A)
         result = []
         for k in range(len(A)):
@@ -143,24 +143,24 @@ class Routh(Formulas):
 
     @cached_property
     def canonical_routhian(self) -> Any:
-        """R = T - V - Σ p w as a canonical polynomial of what is left."""
+        """R = T - V - Σ p w as a canonical polynomial in the remaining coordinates and speeds, and the momenta."""
         e = self._e
-        still = Substitution(e.ring, e.ring, {e.model.speeds[j].symbol: 0 for j in self._chosen})
-        T = still(e.energy.canonical_kinetic)
-        for p, b, w in zip(self.canonical_momenta, self._given, self.canonical_speeds, strict=True):
+        at = Substitution(e.ring, e.ring, {e.model.speeds[j].symbol: 0 for j in self._chosen})
+        T = at(e.energy.canonical_kinetic)
+        for p, b, w in zip(self.canonical_momenta, self._momenta_at_rest, self.canonical_speeds, strict=True):
             T = T - HALF * (p - b) * w
         return T - e.energy.canonical_potential
 
     @cached_property
     def canonical_amended_potential(self) -> Any:
-        """V + ½ pᵀ A⁻¹ p: minus the Routhian with the coordinates at rest."""
+        """V + ½ (p - b)ᵀ A⁻¹ (p - b): minus the Routhian with the remaining coordinates at rest."""
         e = self._e
         rest = Substitution(e.ring, e.ring, {e.model.speeds[j].symbol: 0 for j in self._rest})
         return -rest(self.canonical_routhian)
 
     @cached_property
     def _recovered(self) -> Substitution:
-        """w and w' in terms of what is left, w' as the rate of w along the motion."""
+        """Substitution of w and w' by the remaining coordinates; w' is the rate of w along the motion."""
         e = self._e
         values: dict[Any, Any] = {}
         for j, w in zip(self._chosen, self.canonical_speeds, strict=True):
@@ -172,7 +172,7 @@ class Routh(Formulas):
 
     @cached_property
     def canonical_equations(self) -> tuple[Any, ...]:
-        """E_j of the coordinates that are left, with the ignorable speeds put in; zero along every motion."""
+        """E_j of the remaining coordinates, with w and w' substituted; zero along every motion."""
         residuals = residuals_of(self._e)
         return tuple(self._recovered(residuals[j]) for j in self._rest)
 
@@ -185,17 +185,17 @@ class Routh(Formulas):
 
     @cached_property
     def amended_potential(self) -> Any:
-        """V + ½ pᵀ A⁻¹ p as a SymPy expression."""
+        """V + ½ (p - b)ᵀ A⁻¹ (p - b), with the remaining coordinates at rest, as a SymPy expression."""
         return self._e.displayed(self.canonical_amended_potential)
 
     @cached_property
     def equations(self) -> tuple[Any, ...]:
-        """The reduced equations of motion as SymPy ``Eq``, one per coordinate that is left."""
+        """The reduced equations of motion as SymPy ``Eq``, one per remaining coordinate."""
         return tuple(sympy.Eq(self._e.displayed(x), 0, evaluate=False) for x in self.canonical_equations)
 
     @cached_property
     def recovery(self) -> dict[str, Recovery]:
-        """By ignorable coordinate: the momentum in the speeds, and the speed in the momenta."""
+        """For each ignorable coordinate: its momentum by the speeds, and its speed by the momenta."""
         e = self._e
         result = {}
         for k, j in enumerate(self._chosen):

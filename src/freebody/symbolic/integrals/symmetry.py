@@ -1,11 +1,11 @@
 """Virtual motions in which the whole machine moves as one rigid body.
 
-A rigid motion (w, v), the rates of turning and of the point at the ground's origin, is one of the machine's own if
-the joints on the ground allow it while all other joints stand still:
+A rigid motion (w, v), with angular velocity w and velocity v at the ground's origin, is possible if the joints on the
+ground allow it while all other joints are at rest:
 
     Σ ξ_j (motion of the body per unit of speed j) = (w, v + w × p),       Σ ξ_j ∂y/∂q_j = 0 elsewhere.
 
-Its components ξ_j are the multipliers of the equations of motion in the balance of momentum along (w, v).
+The components ξ_j are the multipliers of the equations of motion in the balance of momentum along (w, v).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ...dynamics.kinematics import link_postures, motions
 from ...dynamics.state import State
 from ...model.model import GROUND, Model
 from ...scalar.algebra import Vector, add, apply, apply_transpose, cross, divide, subtract
-from ..free_body.constraints import determinant
+from ..derivation.determinant import determinant
 
 Row = tuple[dict[int, Any], Any]
 """Σ coefficient_j ξ_j = right side."""
@@ -27,9 +27,9 @@ Row = tuple[dict[int, Any], Any]
 def rigid_motion(
     model: Model, state: State, w: Vector, v: Vector, at: Callable[[Any], Any] | None = None
 ) -> tuple[Any, ...] | None:
-    """Components ξ of the rigid motion with rate of turning w and velocity v at the ground's origin, ground axes.
+    """Components ξ of the rigid motion with angular velocity w and velocity v at the ground's origin, ground axes.
 
-    None where a joint does not allow it. ``at`` gives the number of a scalar at some state, to refuse early.
+    None if a joint does not allow the motion. ``at`` evaluates a scalar at some state, for an early numerical check.
     """
     rows: list[Row] = []
     fixed: dict[int, Any] = {}
@@ -38,7 +38,7 @@ def rigid_motion(
         first, last = joint.links[0], joint.links[-1]
         if model.links[first].parent != GROUND:
             for i in joint.links:
-                _at_rest(model, state, i, rows, fixed)
+                _add_rest(model, state, i, rows, fixed)
             continue
         p = postures[last].position
         target = add(v, cross(w, p))
@@ -64,7 +64,8 @@ def rigid_motion(
     return solved(model.n_u, rows, fixed, at)
 
 
-def _at_rest(model: Model, state: State, i: int, rows: list[Row], fixed: dict[int, Any]) -> None:
+def _add_rest(model: Model, state: State, i: int, rows: list[Row], fixed: dict[int, Any]) -> None:
+    """Add the conditions that link i is at rest relative to its parent."""
     link = model.links[i]
     if link.u >= 0:
         fixed.update({link.u + k: 0 for k in range(6 if link.kind == "free" else 3)})
@@ -75,38 +76,38 @@ def _at_rest(model: Model, state: State, i: int, rows: list[Row], fixed: dict[in
 def solved(
     n: int, rows: Sequence[Row], fixed: dict[int, Any], at: Callable[[Any], Any] | None = None
 ) -> tuple[Any, ...] | None:
-    """The solution of linear equations for n unknowns, exact; None if there is none or it is not unique."""
-    known = dict(fixed)
-    left = list(rows)
-    # equations with a plain number in front of an unknown first: they need no division
+    """Return the exact solution of linear equations for n unknowns; None if there is none or it is not unique."""
+    values = dict(fixed)
+    remaining = list(rows)
+    # equations with one unknown first: most need no division
     while True:
-        left = [_reduced(row, known) for row in left]
-        if any(not row and right != 0 for row, right in left):
+        remaining = [_reduced(row, values) for row in remaining]
+        if any(not row and right != 0 for row, right in remaining):
             return None
-        left = [(row, right) for row, right in left if row]
-        single = next(((row, right) for row, right in left if len(row) == 1), None)
+        remaining = [(row, right) for row, right in remaining if row]
+        single = next(((row, right) for row, right in remaining if len(row) == 1), None)
         if single is None:
             break
         ((j, c),) = single[0].items()
-        known[j] = divide(single[1], c) if not isinstance(c, int) or c != 1 else single[1]
-    unknown = sorted({j for row, _ in left for j in row})
-    if unknown:
-        if at is not None and not _consistent(left, unknown, at):
+        values[j] = divide(single[1], c) if not isinstance(c, int) or c != 1 else single[1]
+    unknowns = sorted({j for row, _ in remaining for j in row})
+    if unknowns:
+        if at is not None and not _is_consistent(remaining, unknowns, at):
             return None
-        found = _cramer(left, unknown)
-        if found is None:
+        solution = _cramer(remaining, unknowns)
+        if solution is None:
             return None
-        known.update(found)
-        if any(row or right != 0 for row, right in (_reduced(row, known) for row in left)):
+        values.update(solution)
+        if any(row or right != 0 for row, right in (_reduced(row, values) for row in remaining)):
             return None
-    return tuple(known[j] for j in range(n)) if len(known) == n else None
+    return tuple(values[j] for j in range(n)) if len(values) == n else None
 
 
-def _consistent(rows: Sequence[Row], unknown: Sequence[int], at: Callable[[Any], Any]) -> bool:
-    """Whether the equations have a solution in numbers, to round-off: divisions of polynomials are dear."""
+def _is_consistent(rows: Sequence[Row], unknowns: Sequence[int], at: Callable[[Any], Any]) -> bool:
+    """True if the equations have a numerical solution, to round-off; divisions of polynomials are expensive."""
     import numpy as np
 
-    A = np.array([[float(at(row.get(j, 0))) for j in unknown] for row, _ in rows])
+    A = np.array([[float(at(row.get(j, 0))) for j in unknowns] for row, _ in rows])
     b = np.array([float(at(right)) for _, right in rows])
     if not (np.isfinite(A).all() and np.isfinite(b).all()):
         return True
@@ -114,43 +115,44 @@ def _consistent(rows: Sequence[Row], unknown: Sequence[int], at: Callable[[Any],
     return bool(np.linalg.norm(A @ x - b) <= np.sqrt(np.finfo(float).eps) * (1 + np.linalg.norm(b)))
 
 
-def _reduced(row: Row, known: dict[int, Any]) -> Row:
+def _reduced(row: Row, values: dict[int, Any]) -> Row:
+    """Return an equation with the known values on the right side."""
     coefficients, right = row
     rest = {}
     for j, c in coefficients.items():
-        if j in known:
-            right = right - c * known[j]
+        if j in values:
+            right = right - c * values[j]
         elif c != 0:
             rest[j] = c
     return rest, right
 
 
-def _cramer(rows: Sequence[Row], unknown: Sequence[int]) -> dict[int, Any] | None:
-    """By determinants of the first equations that are independent: one division per unknown."""
-    n = len(unknown)
+def _cramer(rows: Sequence[Row], unknowns: Sequence[int]) -> dict[int, Any] | None:
+    """Solve the first independent equations by determinants, with one division per unknown; None if too few."""
+    n = len(unknowns)
     if n > 6:
         return None
     chosen: list[Row] = []
     for row in rows:
         trial = [*chosen, row]
-        if _independent(trial, unknown):
+        if _are_independent(trial, unknowns):
             chosen = trial
         if len(chosen) == n:
             break
     if len(chosen) < n:
         return None
-    A = [[row.get(j, 0) for j in unknown] for row, _ in chosen]
+    A = [[row.get(j, 0) for j in unknowns] for row, _ in chosen]
     det = determinant(A)
     result = {}
-    for k, j in enumerate(unknown):
+    for k, j in enumerate(unknowns):
         replaced = [[*a[:k], right, *a[k + 1 :]] for a, (_, right) in zip(A, chosen, strict=True)]
         result[j] = divide(determinant(replaced), det)
     return result
 
 
-def _independent(rows: Sequence[Row], unknown: Sequence[int]) -> bool:
-    A = [[row.get(j, 0) for j in unknown] for row, _ in rows]
+def _are_independent(rows: Sequence[Row], unknowns: Sequence[int]) -> bool:
+    A = [[row.get(j, 0) for j in unknowns] for row, _ in rows]
     return any(
         determinant([[a[k] for k in columns] for a in A]) != 0
-        for columns in combinations(range(len(unknown)), len(rows))
+        for columns in combinations(range(len(unknowns)), len(rows))
     )

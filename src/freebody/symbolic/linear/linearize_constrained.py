@@ -31,7 +31,7 @@ from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model
 from ...scalar.algebra import Scalar, floats
-from ..free_body.contact_modes import sticking_only
+from ..derivation.contact_modes import sticking_only
 from .checks import SMALL, Checks, check_count, check_untouched, not_independent
 from .linear_model import LinearModel
 from .operating_point import moved, tangent_names

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...describe.description import changes_of
 from ...describe.system import System
 from ...describe.table import Changes
 from ...dynamics.state import State
@@ -101,7 +102,7 @@ def recorded(machine: System | Model) -> Recorded:
     """Return the programs of a model, or of a system in its present form; the most recently used are kept."""
     entry = _recent.get(id(machine))  # the entry keeps the object alive, so that no other object has its id
     if entry is None or entry[1].count != entry[2]:
-        changes = machine.changes if isinstance(machine, System) else Changes()
+        changes = changes_of(machine) if isinstance(machine, System) else Changes()
         model = assemble(machine) if isinstance(machine, System) else machine
         entry = _recent[id(machine)] = (machine, changes, changes.count, Recorded(model))
     _recent.move_to_end(id(machine))

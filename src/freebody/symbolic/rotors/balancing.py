@@ -1,13 +1,13 @@
 """Static and dynamic balancing of a rigid rotor.
 
-With S = Σ m r and P = Σ m z r, the first moment and the product moment of the rotor about its shaft (z along the shaft,
-r across it), it presses on its bearings with the turning force -ω² S and moment -ω² n × P. Correction masses m_i at r_i
-in planes z_i, U_i = m_i r_i, remove both if
+S = Σ m r and P = Σ m z r are the first moment and the product moment of the rotor about its shaft (z along the shaft, r
+across it). The rotor loads its bearings with the rotating force -ω² S and moment -ω² n × P. Correction masses m_i at
+r_i in planes z_i, U_i = m_i r_i, remove both if
 
     U_1 + U_2 = -S,        z_1 U_1 + z_2 U_2 = -P          dynamic balance, two planes
-    U_1 = -S                                               static balance, one plane: P + z_1 U_1 is left.
+    U_1 = -S                                               static balance, one plane; P + z_1 U_1 remains.
 
-What speed or acceleration it turns with does not matter. Source: chapter, section 6.6; ISO 21940-11 has the terms.
+The correction does not depend on the speed or acceleration. Source: chapter, section 6.6; ISO 21940-11 has the terms.
 """
 
 from __future__ import annotations
@@ -22,24 +22,23 @@ import sympy
 from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model
-from ...scalar.algebra import add, apply, dot, negate, scale, subtract
+from ...scalar.algebra import Expression, Scalar, add, apply, dot, negate, scale, subtract
 from ...space.spatial import Inertia, inertia_sum, inertia_to_parent
+from ..free_body.reaction import LETTERS
 from ..printing.display import Formulas, equation_text
-from .bearings import Shaft, shaft
-
-LETTERS = "xyz"
+from .bearings import Shaft, shaft_of
 
 
-def balance(s: Any, joint: Any, planes: Mapping[str, Any]) -> Balance:
-    """Correction masses that balance a rotor: in two planes dynamically, in one statically.
+def balance(s: Any, joint: Any, planes: Mapping[str, Expression]) -> Balance:
+    """Return the correction masses that balance a rotor: in two planes dynamically, in one plane statically.
 
     Parameters
     ----------
     s : System, Model or Equations
     joint : str or Joint
-        The hinge of the rotor; all that is welded to its child turns with it.
+        The hinge of the rotor; bodies welded to its child are part of the rotor.
     planes : mapping
-        Names of one or two planes -> distance from the joint's point along its axis, numbers or expressions [m].
+        Names of one or two planes -> distance from the joint's point along the joint's axis, number or expression [m].
 
     Returns
     -------
@@ -48,7 +47,7 @@ def balance(s: Any, joint: Any, planes: Mapping[str, Any]) -> Balance:
     Raises
     ------
     ModelError
-        A joint that is not a hinge, a rotor with parts that move on it, other than one or two planes.
+        A joint that is not a hinge, a rotor with moving parts, or a number of planes other than one or two.
 
     Examples
     --------
@@ -62,18 +61,18 @@ def balance(s: Any, joint: Any, planes: Mapping[str, Any]) -> Balance:
       left_x = -m*e/2
       right_x = -m*e/2
     """
-    of = shaft(s, joint)
-    return Balance(of, of.distances(planes, "the correction planes"))
+    rotor_shaft = shaft_of(s, joint)
+    return Balance(rotor_shaft, rotor_shaft.distances(planes, "the correction planes"))
 
 
 class Balance(Formulas):
     """Correction of a rotor. Made by :func:`balance`; components are in the axes of the rotor."""
 
-    def __init__(self, of: Shaft, places: dict[str, Any]) -> None:
-        self._of = of
-        e = of.e
-        _, h, J = rotor_inertia(e.model, e.state, of.link, of.joint)
-        n = of.axis
+    def __init__(self, shaft: Shaft, places: dict[str, Scalar]) -> None:
+        self._shaft = shaft
+        e = shaft.e
+        _, h, J = rotor_inertia(e.model, e.state, shaft.link, shaft.joint)
+        n = shaft.axis
         first = subtract(h, scale(dot(n, h), n))  # S
         Jn = apply(J, n)
         product = negate(subtract(Jn, scale(dot(n, Jn), n)))  # P: J n = Σ m (r² + z²) n - Σ m z (r + z n)
@@ -83,7 +82,7 @@ class Balance(Formulas):
             self.canonical = {name: negate(first)}
             self.canonical_left = add(product, scale(z, negate(first)))
         else:
-            self.canonical, _ = of.two_forces(places, negate(first), negate(product), "correction planes")
+            self.canonical = shaft.two_forces(places, negate(first), negate(product), "correction planes")
             self.canonical_left = (0, 0, 0)
         self.planes = tuple(places)
         self._places = places
@@ -91,29 +90,29 @@ class Balance(Formulas):
     @cached_property
     def unbalance(self) -> tuple[Any, Any]:
         """S = Σ m r [kg m] and P = Σ m z r [kg m²] of the rotor, SymPy columns."""
-        return self._of.e.column(self.canonical_first), self._of.e.column(self.canonical_product)
+        return self._shaft.e.column(self.canonical_first), self._shaft.e.column(self.canonical_product)
 
     @cached_property
     def corrections(self) -> dict[str, Any]:
         """U = mass times distance from the shaft in each plane, SymPy columns [kg m]."""
-        return {name: self._of.e.column(U) for name, U in self.canonical.items()}
+        return {name: self._shaft.e.column(U) for name, U in self.canonical.items()}
 
     @cached_property
     def left(self) -> Any:
-        """Product moment Σ m z r that is left, SymPy column [kg m²]: zero after dynamic balancing."""
-        return self._of.e.column(self.canonical_left)
+        """Remaining product moment Σ m z r, SymPy column [kg m²]; zero after dynamic balancing."""
+        return self._shaft.e.column(self.canonical_left)
 
     def masses(
-        self, radius: Any, values: Mapping[Any, Any] | None = None
+        self, radius: Expression, values: Mapping[Any, Expression] | None = None
     ) -> dict[str, tuple[float, tuple[float, float, float]]]:
-        """Each plane's correction mass [kg] at a distance from the shaft, and its place in the rotor's axes [m].
+        """Return the mass [kg] in each plane at a distance from the shaft, and its place in the rotor's axes [m].
 
         Parameters
         ----------
         radius : number or expression
             Distance from the shaft, positive [m].
         values : mapping, optional
-            Of parameters, in place of their defaults.
+            Values of parameters in place of their defaults.
 
         Returns
         -------
@@ -125,29 +124,28 @@ class Balance(Formulas):
         ModelError
             A radius that is not positive, or a parameter without a value.
         """
-        e = self._of.e
-        given = e.model.values(values)
-        atoms = {e.model.names.atoms[name]: value for name, value in given.items()}
+        e = self._shaft.e
+        atoms = {e.model.names.atoms[name]: value for name, value in e.model.values(values).items()}
 
         def number(x: Any) -> float:
             return float(sympy.N(sympy.sympify(x).xreplace(atoms), 17))
 
-        r = number(self._of.vocabulary.expression(radius, "the radius of the correction masses"))
+        r = number(self._shaft.vocabulary.expression(radius, "the radius of the correction masses"))
         if not r > 0:
             raise ModelError(f"Expected a positive radius of the correction masses, got {r:g} m.")
-        axis = [number(e.sympy(x)) for x in self._of.axis]
-        found = {}
+        axis = [number(e.sympy(x)) for x in self._shaft.axis]
+        masses = {}
         for name, U in self.canonical.items():
             vector = [number(e.sympy(x)) for x in U]
             size = math.hypot(*vector)
             z = number(e.sympy(self._places[name]))
             across = [x / size * r if size else x for x in vector]
             x, y, w = (c + z * n for c, n in zip(across, axis, strict=True))
-            found[name] = (size / r, (x, y, w))
-        return found
+            masses[name] = (size / r, (x, y, w))
+        return masses
 
     def _lines(self, write: Any) -> list[str]:
-        e = self._of.e
+        e = self._shaft.e
         return [
             write(
                 e.ring.generator(sympy.Symbol(f"{name}_{letter}", real=True), "reaction"), component, e.ring
@@ -158,21 +156,19 @@ class Balance(Formulas):
         ]
 
     def text(self) -> str:
-        """The components of the corrections as plain text; zeros are left out."""
+        """The components of the corrections as plain text, without zeros."""
         lines = self._lines(equation_text) or ["none: the rotor is balanced"]
-        head = (
-            f"Corrections of '{self._of.rotor}', mass times distance from the shaft, in the axes of the rotor"
-        )
+        head = f"Corrections of '{self._shaft.rotor}', mass times distance from the shaft, in the axes of the rotor"
         return "\n".join([head, *(f"  {line}" for line in lines)])
 
 
 def rotor_inertia(model: Model, state: State, link: int, joint: str) -> Inertia:
-    """Mass, first moment and inertia of all that turns rigidly with a link, about its origin and in its axes.
+    """Mass, first moment and inertia of all links that turn rigidly with a link, about its origin and in its axes.
 
     Raises
     ------
     ModelError
-        Something moves on it: then it is no rigid rotor.
+        A part of the rotor can move relative to it.
     """
     composite = {link: state.inertia(link)}
     order = [link]

@@ -1,11 +1,11 @@
-"""Which combination of the free-body equations is free of reactions.
+"""Combinations of the free-body equations that are free of reactions.
 
     Σ c_i (m a - Σ F)_i = 0   with   Σ c_i ∂(Σ F)_i/∂r = 0   for every reaction component r
 
-For all reactions of a tree the combination is the motion that the joints allow: c is what a unit of one speed gives to
-the velocities of the mass centres (times the force equations) and to the angular velocities (times the moment
-equations), and the result is the equation of motion of that speed (principle of virtual power). For chosen
-reactions, and for the multipliers of constraints, the combination is found by elimination, without division.
+If all reactions of a tree are eliminated, the combination is a motion that the joints allow: for each speed, c are the
+velocities of the mass centres (factors of the force equations) and the angular velocities (factors of the moment
+equations) per unit of that speed, and the result is the equation of motion of that speed (principle of virtual power).
+For chosen reactions, and for the multipliers of constraints, the combination is found by elimination, without division.
 
 Source: chapter 6, sections 6.3 and 6.7; the powers of ideal joints vanish.
 """
@@ -14,35 +14,35 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...dynamics.kinematics import jacobian
 from ...errors import ModelError, nearest
+from ...scalar.algebra import Scalar
 from ...scalar.ratio import Ratio, cleared, common_factor, divided, over_sine
 from ...scalar.substitute import Substitution
+from ..derivation.bodies import NamedBody, PointOf
+from ..derivation.derivation import Derivation
+from ..free_body.action import TITLES
 from ..free_body.free_body import FreeBody
 from ..printing.display import equation_latex, equation_text, latex, text
 from ..printing.show import EQUALS, elements, inner, latex_words, words
-from ..printing.systems import Row, best_pivot, collect
-from .solve import chosen
+from ..printing.systems import Row, Terms, best_pivot, collect
+from .solve import free_bodies
 from .vocabulary import Vocabulary
 
-if TYPE_CHECKING:
-    from ..equations import Equations
-
 Label = tuple[str, str]
-TITLES = tuple(f"{kind} {c}" for kind in ("force", "moment") for c in "xyz")
 
 
 @dataclass(frozen=True)
 class Combination:
-    """One equation free of the reactions: coefficients by (body, row), and (left, right), all canonical."""
+    """One equation without the reactions: its coefficients by (body, row), and its (left, right), all canonical."""
 
     name: str
-    coefficients: dict[Label, Any]
-    balance: tuple[Any, Any]
+    coefficients: dict[Label, Scalar]
+    balance: tuple[Scalar, Scalar]
 
 
 class Elimination:
@@ -51,19 +51,19 @@ class Elimination:
     Attributes
     ----------
     reactions : tuple of str
-        The components that are eliminated.
+        Components that are eliminated.
     steps : tuple of Combination
         Canonical coefficients and equations.
     """
 
-    def __init__(self, e: Equations, reactions: Sequence[str], steps: Sequence[Combination]) -> None:
+    def __init__(self, e: Derivation, reactions: Sequence[str], steps: Sequence[Combination]) -> None:
         self._e = e
         self.reactions = tuple(reactions)
         self.steps = tuple(steps)
 
     @property
     def combination(self) -> tuple[dict[Label, Any], ...]:
-        """Per result, the SymPy coefficient of each free-body equation by (body, row), such as ("bar", "force x")."""
+        """SymPy coefficients of the free-body equations by (body, row), such as ("bar", "force x"), for each result."""
         show = self._e.displayed
         return tuple({label: show(c) for label, c in step.coefficients.items()} for step in self.steps)
 
@@ -77,7 +77,7 @@ class Elimination:
         )
 
     def text(self) -> str:
-        """The combinations and what they give, as plain text."""
+        """The combinations and the resulting equations, as plain text."""
         ring = self._e.ring
         lines = [f"Without {', '.join(self.reactions)}:"]
         for step in self.steps:
@@ -88,7 +88,7 @@ class Elimination:
         return "\n".join(lines)
 
     def latex(self) -> str:
-        """The combinations and what they give as a LaTeX ``aligned`` block."""
+        """The combinations and the resulting equations, as a LaTeX ``aligned`` block."""
         ring = self._e.ring
         rows = []
         for step in self.steps:
@@ -101,7 +101,7 @@ class Elimination:
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
-        """The combinations and what they give as presentation MathML, two elements each."""
+        """The combinations and the resulting equations, as presentation MathML, two elements each."""
         ring = self._e.ring
         lines = []
         for step in self.steps:
@@ -123,19 +123,19 @@ class Elimination:
 
 @dataclass
 class _Line:
-    """A row of reactions (left sides, linear), and what it is made of."""
+    """A row that is linear in reactions, and its coefficients of the free-body equations."""
 
     row: Row
     coefficients: dict[Label, Ratio] = field(default_factory=dict)
     name: str = ""
 
 
-def eliminate(e: Equations, reactions: Any = None, bodies: Any = None) -> Elimination:
-    """See :meth:`Equations.eliminate`."""
+def eliminate(e: Derivation, reactions: Any = None, bodies: Any = None) -> Elimination:
+    """Eliminate reactions from the free-body equations; see :meth:`Equations.eliminate`."""
     vocabulary = Vocabulary(e)
-    names = _names(e, vocabulary, reactions)
+    names = _component_names(vocabulary, reactions)
     whole = bodies is None and set(names) == set(vocabulary.reactions)
-    free = chosen(e, bodies)
+    free = free_bodies(e, bodies)
     balances = {
         (body.body, title): balance
         for body in free
@@ -144,21 +144,20 @@ def eliminate(e: Equations, reactions: Any = None, bodies: Any = None) -> Elimin
     }
     lines = _powers(e, vocabulary, balances) if whole else []
     if whole:
-        names_left = list(e.condition_names)
-        if names_left:
-            lines = _eliminated(e, lines, names_left)
+        if e.condition_names:
+            lines = _without_reactions(lines, e.condition_names)
     else:
-        _check_one_each(free)
+        _check_each_once(free)
         for label, (left, _) in balances.items():
             row = Row(f"{label[0]}: {label[1]}", _in_reactions(e, vocabulary, left))
             lines.append(_Line(row, {label: Ratio(e.ring, 1)}))
-        lines = _eliminated(e, lines, names)
+        lines = _without_reactions(lines, names)
     steps = []
     for line in lines:
         step = _step(e, line, balances, whole)
         if step is not None:
             steps.append(step)
-    steps = [step for step in steps if not _idle(e, step, vocabulary)] or steps
+    steps = [step for step in steps if not _is_trivial(e, step, vocabulary)] or steps
     if not steps:
         raise ModelError(
             f"No combination of the {len(balances)} free-body equations given is free of {', '.join(names)}. "
@@ -167,51 +166,52 @@ def eliminate(e: Equations, reactions: Any = None, bodies: Any = None) -> Elimin
     return Elimination(e, names, steps)
 
 
-def _names(e: Equations, vocabulary: Vocabulary, reactions: Any) -> list[str]:
-    """Component names from those of components, joints and constraints."""
+def _component_names(vocabulary: Vocabulary, reactions: Any) -> list[str]:
+    """Names of the reaction components for names of components, joints and constraints; all by default."""
     if reactions is None:
         return list(vocabulary.reactions)
-    given = list(reactions) if isinstance(reactions, list | tuple | set) else [reactions]
+    requests = list(reactions) if isinstance(reactions, list | tuple | set) else [reactions]
     result: list[str] = []
-    for one in given:
-        name = one if isinstance(one, str) else str(getattr(one, "name", one))
-        found = [c for c, owner in vocabulary.owner.items() if name in (c, owner)]
-        if not found:
-            known = [*vocabulary.reactions, *dict.fromkeys(vocabulary.owner.values())]
-            raise ModelError(f"Unknown reaction '{name}'; {nearest(name, known)}")
-        result += [c for c in found if c not in result]
+    for reaction in requests:
+        name = reaction if isinstance(reaction, str) else str(getattr(reaction, "name", reaction))
+        components = [c for c, owner in vocabulary.owner.items() if name in (c, owner)]
+        if not components:
+            known_names = [*vocabulary.reactions, *dict.fromkeys(vocabulary.owner.values())]
+            raise ModelError(f"Unknown reaction '{name}'; {nearest(name, known_names)}")
+        result += [c for c in components if c not in result]
     if not result:
         raise ModelError("Expected at least one reaction to eliminate, such as 'pin_x' or the joint 'pin'.")
     return result
 
 
-def _check_one_each(free: Sequence[FreeBody]) -> None:
-    seen: set[str] = set()
+def _check_each_once(free: Sequence[FreeBody]) -> None:
+    names: set[str] = set()
     for body in free:
-        if body.body in seen:
+        if body.body in names:
             raise ModelError(
                 f"Body '{body.body}' is given twice. Its six equations can be taken about one point only."
             )
-        seen.add(body.body)
+        names.add(body.body)
 
 
-def _powers(e: Equations, vocabulary: Vocabulary, balances: dict[Label, Any]) -> list[_Line]:
-    """Per speed, the velocities of all bodies per unit of it: the combination that no ideal joint has power in."""
+def _powers(e: Derivation, vocabulary: Vocabulary, balances: dict[Label, Any]) -> list[_Line]:
+    """Velocities of all bodies per unit of each speed: combinations in which ideal joints have no power."""
     lines = []
-    of_body = {}
-    for name in e.model.bodies:
+    jacobians = {}
+    for name, place in e.model.bodies.items():
         # rows of the angular velocity, then of the velocity of the mass centre
-        of_body[name] = jacobian(e.model, e.state, _Center(e, name))
+        jacobians[name] = jacobian(e.model, e.state, PointOf(NamedBody(name), place.center))
     for j, speed in enumerate(e.model.speeds):
         line = _Line(Row(speed.name, {}), name=_of_speed(speed.name))
-        for name, J in of_body.items():
+        for name, J in jacobians.items():
             for k, title in enumerate(TITLES):
                 c = J[k + 3 if k < 3 else k - 3][j]
                 if c != 0 and (name, title) in balances:
                     line.coefficients[name, title] = Ratio(e.ring, c)
         if e.condition_names:
-            # not G itself: in the sums the forces of a loop act at one point, in G at points that only coincide
-            total: Any = 0
+            # not G itself: in the free-body equations the forces of a loop act at one point, in G at two points whose
+            # positions are different polynomials
+            total: Scalar = 0
             for label, c in line.coefficients.items():
                 total = total + c.num * balances[label][0]
             line.row.terms = _in_reactions(e, vocabulary, total)
@@ -223,21 +223,8 @@ def _of_speed(name: str) -> str:
     return f"by {name}"
 
 
-class _Center:
-    """The mass centre of a body of the model, as a point."""
-
-    def __init__(self, e: Equations, body: str) -> None:
-        self.body = _Named(body)
-        self.components = e.model.bodies[body].center
-
-
-@dataclass(frozen=True)
-class _Named:
-    name: str
-    is_ground: bool = False
-
-
-def _in_reactions(e: Equations, vocabulary: Vocabulary, left: Any) -> Any:
+def _in_reactions(e: Derivation, vocabulary: Vocabulary, left: Scalar) -> Terms:
+    """Terms of a left side that contain reactions."""
     places = {}
     for name, symbol in vocabulary.reactions.items():
         g = e.ring.find(symbol)
@@ -246,27 +233,27 @@ def _in_reactions(e: Equations, vocabulary: Vocabulary, left: Any) -> Any:
     return {monomial: c for monomial, c in collect(left, places, e.ring).items() if monomial}
 
 
-def _eliminated(e: Equations, lines: list[_Line], names: Iterable[str]) -> list[_Line]:
-    """Gauss without back substitution; rows that hold none of the reactions are left."""
-    left = list(lines)
-    rest = list(names)
-    while (pivot := best_pivot([line.row for line in left], rest)) is not None:
+def _without_reactions(lines: list[_Line], names: Iterable[str]) -> list[_Line]:
+    """Return the lines without these reactions, by Gauss's elimination without back substitution."""
+    remaining_lines = list(lines)
+    remaining_names = list(names)
+    while (pivot := best_pivot([line.row for line in remaining_lines], remaining_names)) is not None:
         row, name = pivot
-        (used,) = [line for line in left if line.row is row]
-        left.remove(used)
+        (pivot_line,) = [line for line in remaining_lines if line.row is row]
+        remaining_lines.remove(pivot_line)
         key = ((name, 1),)
-        for line in left:
+        for line in remaining_lines:
             if key not in line.row.terms:
                 continue
             factor = line.row.terms[key] / row.terms[key]
-            line.row.terms = _less(line.row.terms, row.terms, factor)
-            line.coefficients = _less(line.coefficients, used.coefficients, factor)
+            line.row.terms = _minus_multiple(line.row.terms, row.terms, factor)
+            line.coefficients = _minus_multiple(line.coefficients, pivot_line.coefficients, factor)
             line.name = ""
-        rest.remove(name)
-    return left
+        remaining_names.remove(name)
+    return remaining_lines
 
 
-def _less(a: dict[Any, Ratio], b: dict[Any, Ratio], factor: Ratio) -> dict[Any, Ratio]:
+def _minus_multiple(a: dict[Any, Ratio], b: dict[Any, Ratio], factor: Ratio) -> dict[Any, Ratio]:
     """a - factor b, without zeros."""
     result = dict(a)
     for key, c in b.items():
@@ -278,8 +265,8 @@ def _less(a: dict[Any, Ratio], b: dict[Any, Ratio], factor: Ratio) -> dict[Any, 
     return result
 
 
-def _step(e: Equations, line: _Line, balances: dict[Label, Any], whole: bool) -> Combination | None:
-    """The combination without denominators and common factors, and the equation that it gives."""
+def _step(e: Derivation, line: _Line, balances: dict[Label, Any], whole: bool) -> Combination | None:
+    """Return the combination without denominators and common factors, and its equation; None for 0 = 0."""
     ring = e.ring
     place = {label: i for i, label in enumerate(balances)}
     labels = sorted(line.coefficients, key=place.__getitem__)
@@ -293,8 +280,8 @@ def _step(e: Equations, line: _Line, balances: dict[Label, Any], whole: bool) ->
         if numbers and text(numbers[-1], ring).startswith("-"):
             numbers = [-c for c in numbers]
     coefficients = dict(zip(labels, numbers, strict=True))
-    forces: Any = 0
-    masses: Any = 0
+    forces: Scalar = 0
+    masses: Scalar = 0
     for label, c in coefficients.items():
         left, right = balances[label]
         forces, masses = forces + c * left, masses + c * right
@@ -309,7 +296,7 @@ def _step(e: Equations, line: _Line, balances: dict[Label, Any], whole: bool) ->
 
 
 def _without_sines(ring: Any, numbers: list[Any]) -> list[Any]:
-    """The coefficients over the sines that divide all of them."""
+    """Return the coefficients divided by the sines that divide all of them."""
     for g in list(ring.generators):
         while g.kind == "sin" and g.partner >= 0:
             shorter = [over_sine(ring, c, g.index) for c in numbers]
@@ -319,7 +306,7 @@ def _without_sines(ring: Any, numbers: list[Any]) -> list[Any]:
     return numbers
 
 
-def _idle(e: Equations, step: Combination, vocabulary: Vocabulary) -> bool:
-    """Whether an equation only says that other reactions vanish, or balance each other."""
-    absent = Substitution(e.ring, e.ring, dict.fromkeys(vocabulary.reactions.values(), 0))
-    return all(absent(side) == 0 for side in step.balance)
+def _is_trivial(e: Derivation, step: Combination, vocabulary: Vocabulary) -> bool:
+    """True if an equation only states that other reactions vanish, or balance each other."""
+    without_reactions = Substitution(e.ring, e.ring, dict.fromkeys(vocabulary.reactions.values(), 0))
+    return all(without_reactions(side) == 0 for side in step.balance)

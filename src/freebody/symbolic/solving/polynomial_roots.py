@@ -1,4 +1,4 @@
-"""Closed-form roots of the equations that elimination leaves: factors of degree two, and squares of them."""
+"""Closed-form roots of the equations that remain after elimination: quadratic factors, also in the squared unknown."""
 
 from __future__ import annotations
 
@@ -16,32 +16,34 @@ from ..printing.fractions import ratio_displayed
 from ..printing.systems import Row
 
 MOST_UNKNOWNS = 3
+"""Most unknowns of a system of equations that SymPy is asked to solve."""
 MOST_DEGREE = 4
+"""Highest degree of such a system."""
 
 
 def roots(
-    rows: Sequence[Row], ring: Any, given: set[str], symbols: Mapping[str, Any]
+    rows: Sequence[Row], ring: Any, parameters: set[str], symbols: Mapping[str, Any]
 ) -> list[dict[str, Any]]:
-    """Every real solution of the rows for their unknowns, as SymPy expressions by key.
+    """Return every real solution of the rows for their unknowns, as SymPy expressions by key.
 
     Parameters
     ----------
     rows : sequence of Row
-        As many as they have unknowns, or more.
+        At least as many as there are unknowns.
     ring : Ring
-    given : set of str
-        Keys that are no unknowns.
+    parameters : set of str
+        Keys in the rows that are not unknowns.
     symbols : mapping
         SymPy symbol of each key.
 
     Raises
     ------
     ModelError
-        No closed form is known: with the degree and the unknowns.
+        No closed form is known; the message has the degree and the unknowns.
     """
     if not rows:
         return [{}]
-    unknowns = sorted({v for row in rows for v in row.unknowns} - given)
+    unknowns = sorted({v for row in rows for v in row.unknowns} - parameters)
     if len(unknowns) == 1 and len(rows) == 1:
         return [{unknowns[0]: root} for root in _univariate(rows[0], unknowns[0], ring, symbols)]
     degree = max(sum(n for _, n in monomial) for row in rows for monomial in row.terms)
@@ -49,11 +51,11 @@ def roots(
         raise _refusal(rows, unknowns, degree)
     system = [_expression(row, symbols) for row in rows]
     try:
-        found = sympy.solve(system, [symbols[v] for v in unknowns], dict=True)
+        solutions = sympy.solve(system, [symbols[v] for v in unknowns], dict=True)
     except NotImplementedError:
         raise _refusal(rows, unknowns, degree) from None
     result = []
-    for solution in found:
+    for solution in solutions:
         values = {v: solution.get(symbols[v]) for v in unknowns}
         if any(value is None for value in values.values()):
             raise _refusal(rows, unknowns, degree)
@@ -65,12 +67,13 @@ def roots(
 def _refusal(rows: Sequence[Row], unknowns: Sequence[str], degree: int) -> ModelError:
     titles = ", ".join(f"'{row.name}'" for row in rows)
     return ModelError(
-        f"No closed form is known: what is left is of degree {degree} in {', '.join(unknowns)} (from {titles}). "
-        f"Give one of them a value by where, or solve it with numbers."
+        f"No closed form is known: the remaining equations have degree {degree} in {', '.join(unknowns)} (from "
+        f"{titles}). Give one of them a value by where, or solve with numbers."
     )
 
 
 def _expression(row: Row, symbols: Mapping[str, Any]) -> Any:
+    """Left side of a row as a SymPy expression."""
     total = sympy.Integer(0)
     for monomial, c in row.terms.items():
         factor = c.ring.to_sympy(c.num) / c.ring.to_sympy(c.den)
@@ -81,18 +84,19 @@ def _expression(row: Row, symbols: Mapping[str, Any]) -> Any:
 
 
 def _univariate(row: Row, v: str, ring: Any, symbols: Mapping[str, Any]) -> list[Any]:
+    """Real roots of an equation in one unknown."""
     coefficients: dict[int, Ratio] = {}
     for monomial, c in row.terms.items():
         n = sum(k for _, k in monomial)
         coefficients[n] = c
     low = min(coefficients)
-    found: list[Any] = [sympy.Integer(0)] if low else []
+    solutions: list[Any] = [sympy.Integer(0)] if low else []
     coefficients = {n - low: c for n, c in coefficients.items()}
     step = 2 if all(n % 2 == 0 for n in coefficients) else 1
     squares = {n // step: c for n, c in coefficients.items()}
     degree = max(squares)
     if degree == 0:
-        return found
+        return solutions
     if degree <= 2:
         values = _quadratic(squares, ring)
     else:
@@ -101,11 +105,11 @@ def _univariate(row: Row, v: str, ring: Any, symbols: Mapping[str, Any]) -> list
     for value in values:
         if step == 2:
             root = sympy.sqrt(value)
-            found += [] if root.is_real is False else [root] if root == 0 else [root, -root]
+            solutions += [] if root.is_real is False else [root] if root == 0 else [root, -root]
         else:
-            found.append(value)
+            solutions.append(value)
     unique: list[Any] = []
-    for value in found:
+    for value in solutions:
         if value.is_real is not False and value not in unique:
             unique.append(value)
     return unique
@@ -123,13 +127,13 @@ def _quadratic(c: Mapping[int, Ratio], ring: Any) -> list[Any]:
     if inside == 1:
         return [ratio_displayed(((-c1 + sign * outside) / (2 * c2)).tidy(), ring) for sign in (1, -1)]
     middle = ratio_displayed((-c1 / (2 * c2)).tidy(), ring)
-    # either sign of the part outside serves: both roots are returned
+    # the sign of the factor outside is arbitrary, since both roots are returned
     half = ratio_displayed((outside / (2 * c2)).tidy(), ring)
     return [middle + sign * half * sympy.sqrt(inside) for sign in (1, -1)]
 
 
 def _root(square: Ratio, ring: Any) -> tuple[Ratio, Any]:
-    """(a, b) with √square = ±a √b; b is a SymPy expression without squares."""
+    """Return (a, b) with √square = ±a √b, where b is a square-free SymPy expression."""
     x = square.num * square.den
     number, factors = (x, []) if type(x) is not Polynomial else _factored(ring, x)
     outside = Ratio(ring, 1, square.den)
@@ -147,33 +151,33 @@ def _root(square: Ratio, ring: Any) -> tuple[Ratio, Any]:
 
 
 def _factored(ring: Any, x: Polynomial) -> tuple[Any, list[tuple[Any, int]]]:
-    """Number and factors of an element, (1 - cos)(1 + cos) as a square of the sine."""
+    """Return the number and the factors of an element, with sin² in place of (1 - cos)(1 + cos)."""
     x.num = ring.promoted(x.num)
-    constant, found = x.num.factor()
-    sign, left = with_sines(ring, found)
+    constant, factors = x.num.factor()
+    sign, factors = with_sines(ring, factors)
     return Fraction(sign * int(constant), x.den), [
-        (element(ring, ring.promoted(f), 1, ring.support(f)), n) for f, n in left
+        (element(ring, ring.promoted(f), 1, ring.support(f)), n) for f, n in factors
     ]
 
 
-def sympy_fraction(x: Any) -> Any:
-    """A SymPy rational as a Fraction."""
+def sympy_fraction(x: sympy.Rational) -> Fraction:
+    """Return a SymPy rational as a Fraction."""
     return Fraction(int(x.p), int(x.q))
 
 
 def _by_factors(row: Row, v: str, ring: Any, symbols: Mapping[str, Any]) -> list[Any]:
-    """Roots of a polynomial of degree three or more: of its factors, or real algebraic numbers."""
+    """Roots of a polynomial of degree three or more: roots of its factors, or real algebraic numbers."""
     x = symbols[v]
     expression = sympy.numer(sympy.together(_expression(row, symbols)))
-    found: list[Any] = []
+    solutions: list[Any] = []
     for factor, _ in sympy.factor_list(expression, x)[1]:
         polynomial = sympy.Poly(factor, x)
         if not polynomial.free_symbols_in_domain:
-            found += polynomial.real_roots(multiple=False, radicals=False) and [
+            solutions += polynomial.real_roots(multiple=False, radicals=False) and [
                 root for root, _ in polynomial.real_roots(multiple=False)
             ]
         elif polynomial.degree() <= 2:
-            found += sympy.roots(polynomial, multiple=True)
+            solutions += sympy.roots(polynomial, multiple=True)
         else:
             raise _refusal([row], [v], polynomial.degree())
-    return found
+    return solutions

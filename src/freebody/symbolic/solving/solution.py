@@ -1,30 +1,28 @@
-"""The solution of a question to the equations: values by name, branches and conditions, as people read them."""
+"""Solution of a request to the equations: values by name, branches and conditions, with their text and LaTeX."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...errors import ModelError, nearest
 from ...scalar.ratio import Ratio
+from ..derivation.derivation import Derivation
 from ..printing.display import equation_latex, equation_text
 from ..printing.fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
 from ..printing.show import EQUALS, elements, inner, mathml_of
 from .vocabulary import Vocabulary
 
-if TYPE_CHECKING:
-    from ..equations import Equations
-
 
 @dataclass(frozen=True)
 class Branch:
-    """One solution: values by the unknown's name, exact ratios where the request is linear in it.
+    """One solution: values by the unknown's name, and exact ratios of the unknowns in which the request is linear.
 
-    Of a long one also ``lines``, unknowns by each other, and ``names``, the coefficients that have names in them.
+    A long solution also has ``lines``, each unknown by others, and ``names``, the named coefficients in these lines.
     """
 
     ratios: Mapping[str, Ratio]
@@ -33,47 +31,47 @@ class Branch:
     names: Sequence[tuple[str, Ratio]] = ()
 
     @property
-    def shown(self) -> list[tuple[str, Ratio | None]]:
-        """What is printed of the unknowns: their ratios, where there are such."""
+    def printed(self) -> list[tuple[str, Ratio | None]]:
+        """Printed lines: (unknown, ratio), with None for an unknown without a ratio."""
         return [*self.lines] or [(name, self.ratios.get(name)) for name in self.values]
 
 
 class SolveResult(Mapping[str, Any]):
     """Solution of :meth:`Equations.solve`: SymPy expressions by the unknown's name (or SymPy atom).
 
+    A long solution is printed in steps: see :attr:`steps`.
+
     Attributes
     ----------
     branches : tuple of dict
-        Every solution; there is more than one where the request is not linear.
+        Every solution; a request that is not linear may have more than one.
     conditions : tuple of Eq
-        What the equations demand besides: the equations of motion that are left.
-
-    A long solution is printed in steps: see :attr:`steps`.
+        Conditions for the solution: the equations of motion that remain.
     """
 
     def __init__(
-        self, e: Equations, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Any]
+        self, e: Derivation, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Any]
     ) -> None:
         self._ring = e.ring
         self._vocabulary = vocabulary
         self._solutions = tuple(solutions)
         self._conditions = tuple(conditions)
-        vocabulary.also({name: sympy.Symbol(name, real=True) for s in solutions for name, _ in s.names})
+        vocabulary.extend({name: sympy.Symbol(name, real=True) for s in solutions for name, _ in s.names})
         self.branches = tuple(dict(s.values) for s in solutions)
         self.conditions = tuple(sympy.Eq(e.displayed(c), 0, evaluate=False) for c in conditions)
 
     @property
     def ratios(self) -> Mapping[str, Ratio]:
-        """Exact ratios of canonical polynomials of a single linear solution, by name."""
+        """Exact ratios of canonical polynomials by name, of a single linear solution."""
         self._single()
         return self._solutions[0].ratios
 
     @cached_property
     def steps(self) -> tuple[tuple[tuple[str, Any], ...], tuple[tuple[str, Any], ...]]:
-        """(unknowns, coefficients) of a long solution, pairs of a name and a SymPy expression, as they are printed.
+        """(unknowns, coefficients) of a long solution as printed: pairs of a name and a SymPy expression.
 
-        An unknown is written by unknowns above it and by coefficients k_1, k_2, …, these by coefficients above them.
-        Both are empty where the solution is short.
+        An unknown is expressed by unknowns above it and by coefficients k_1, k_2, …, these by coefficients above them.
+        Both are empty if the solution is short.
         """
         self._single()
         lines, names = (
@@ -111,7 +109,7 @@ class SolveResult(Mapping[str, Any]):
         """The solution as plain text, a line for each unknown."""
         blocks = []
         for s in self._solutions:
-            blocks.append("\n".join(f"{name} = {self._text(s, name, r)}" for name, r in s.shown))
+            blocks.append("\n".join(f"{name} = {self._text(s, name, r)}" for name, r in s.printed))
         lines = ["\nor\n".join(blocks)]
         if names := [pair for s in self._solutions for pair in s.names]:
             lines.append("where")
@@ -130,7 +128,7 @@ class SolveResult(Mapping[str, Any]):
         """The solution as a LaTeX ``aligned`` block."""
         lines = []
         for s in self._solutions:
-            for name, r in (*s.shown, *s.names):
+            for name, r in (*s.printed, *s.names):
                 right = self._vocabulary.latex(s.values[name]) if r is None else ratio_latex(r, self._ring)
                 lines.append(f"{self._unknown_latex(name)} &= {right}")
         lines += [equation_latex(c, 0, self._ring).replace(" = ", " &= ", 1) for c in self._conditions]
@@ -140,7 +138,7 @@ class SolveResult(Mapping[str, Any]):
         """The solution as presentation MathML, an element for each unknown and condition."""
         lines = []
         for s in self._solutions:
-            for name, r in (*s.shown, *s.names):
+            for name, r in (*s.printed, *s.names):
                 left = mathml_of(self._vocabulary.expression(name, "the unknown"))
                 right = mathml_of(s.values[name]) if r is None else ratio_mathml(r, self._ring)
                 lines.append(left + EQUALS + right)

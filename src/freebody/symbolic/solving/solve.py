@@ -1,16 +1,16 @@
-"""What the free-body equations say about chosen unknowns.
+"""Solution of the free-body equations for chosen unknowns.
 
-    Σ F = m a_C,   Σ M_C = dH_C/dt   of every body, and what the user adds: fixed values, T = mu N, ...
+    Σ F = m a_C,   Σ M_C = dH_C/dt   of every body, and the user's values and equations: T = mu N, ...
 
-Linear systems are solved exactly: every pivot is proven to be different from zero, and a request that can not be met
-names what is left. What is polynomial beyond that is solved by roots where they have a closed form.
+Linear systems are solved exactly: every pivot is proven to be different from zero. A request without a solution is
+refused with the equations that remain. Polynomial systems of higher degree are solved if the roots have a closed form.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
@@ -20,78 +20,82 @@ from ...model.contact import Touching
 from ...scalar.element import Polynomial
 from ...scalar.ratio import Ratio, over_sine
 from ...scalar.substitute import Substitution
-from ..free_body.contact_modes import sliding_friction
-from ..free_body.free_body import FreeBody
-from ..free_body.gears import left_open, radial_law, radial_symbols
+from ..derivation.derivation import Derivation
+from ..free_body.action import TITLES
+from ..free_body.contact_forces import sliding_friction
+from ..free_body.free_body import FreeBody, free_body
+from ..free_body.gears import radial_law, radial_symbols, undetermined_by_gears
 from ..printing.display import equation_text, text
 from ..printing.fractions import ratio_displayed
-from ..printing.systems import Pivot, Row, collect, eliminate
+from ..printing.systems import Monomial, Pivot, Row, collect, eliminate
 from .polynomial_roots import roots
 from .request import Request, Unknown
 from .solution import Branch, SolveResult
 from .steps import LONG, steps
 
-if TYPE_CHECKING:
-    from ..equations import Equations
-
 
 def solve(
-    e: Equations, unknowns: Any, where: Any = None, bodies: Any = None, eliminate_also: Any = ()
+    e: Derivation, unknowns: Any, where: Any = None, bodies: Any = None, eliminate_also: Any = ()
 ) -> SolveResult:
-    """See :meth:`Equations.solve`."""
+    """Solve the free-body equations for unknowns; see :meth:`Equations.solve`."""
     request = Request(e)
     sliding = sliding_friction(e)
-    request.vocabulary.also({name: symbol for name, (symbol, _, _) in sliding.items()})
+    request.vocabulary.extend({name: symbol for name, (symbol, _, _) in sliding.items()})
     request.vocabulary.reactions.update({name: symbol for name, (symbol, _, _) in sliding.items()})
     request.vocabulary.owner.update({name: owner for name, (_, _, owner) in sliding.items()})
-    request.ask(unknowns)
+    request.read_unknowns(unknowns)
     also = [eliminate_also] if isinstance(eliminate_also, str | sympy.Basic) else list(eliminate_also)
-    request.fix(where)
-    _fix_radial(e, request, where)
+    request.read_where(where)
+    _add_radial_forces(e, request, where)
     whole = bodies is None and not sliding
-    if whole and not also and not e.model.constraints and (others := _beside_accelerations(request)):
-        return _put_together(request, solve(e, list(request.vocabulary.accelerations), where), others, where)
-    if whole and not also and _of_motion_alone(request):
+    reactions = _reactions_beside_accelerations(request) if whole and not also else None
+    if reactions and not e.model.constraints:
+        return _in_two_steps(
+            request, solve(e, list(request.vocabulary.accelerations), where), reactions, where
+        )
+    if reactions == []:  # the equations of motion suffice
         motion = set(range(e.model.n_u))
     else:
-        turning = _turning(e) if whole else {}
-        for body in chosen(e, bodies):
-            for title, (left, right) in zip(body._titles(), body.balances, strict=True):
+        turning = _speeds_of_turning(e) if whole else {}
+        for body in free_bodies(e, bodies):
+            for title, (left, right) in zip(TITLES, body.balances, strict=True):
                 if not (body.body in turning and title.startswith("moment")):
                     request.add(f"{body.body}: {title}", left - right)
-        motion = {j for rows in turning.values() for j in rows} | (_shared(e) if whole else set())
+        motion = {j for rows in turning.values() for j in rows} | (_shared_speeds(e) if whole else set())
     for j in sorted(motion):
         left, right = e.balances[j]
         request.add(f"equation of motion of {e.model.speed_names[j]}", left - right)
     for symbol, friction, owner in sliding.values():
         request.add(f"sliding friction of '{owner}'", e.ring.generator(symbol, "reaction") - friction)
-    return answer(request, also)
+    return solution_of(request, also)
 
 
-def _fix_radial(e: Equations, request: Request, where: Any) -> None:
-    """Where reactions are asked for, what presses teeth apart as a value, tan(alpha) |F_t| of the F_t found before.
+def _add_radial_forces(e: Derivation, request: Request, where: Any) -> None:
+    """Add the radial forces of gears to a request for reactions: tan(alpha) |F_t|, with F_t solved for beforehand.
 
     Raises
     ------
     ModelError
-        A reaction that a gear leaves open.
+        A reaction that a gear leaves undetermined.
     """
-    asked = {u.name for u in request.asked}
+    names = {u.name for u in request.unknowns}
     owner, symbols = request.vocabulary.owner, radial_symbols(e)
     forces = {gear: name for name, gear in owner.items() if gear in symbols and name != symbols[gear].name}
-    reactions = asked & set(request.vocabulary.reactions) - set(forces.values())
-    given = {symbol for _, x in request.equations for symbol in e.ring.atoms_of(x)} | set(request.fixed)
-    loaded = {owner[name] for name, symbol in request.vocabulary.reactions.items() if symbol in given}
+    reactions = names & set(request.vocabulary.reactions) - set(forces.values())
+    given_atoms = {symbol for _, x in request.equations for symbol in e.ring.atoms_of(x)} | set(
+        request.values
+    )
+    loaded = {owner[name] for name, symbol in request.vocabulary.reactions.items() if symbol in given_atoms}
     for joint in dict.fromkeys(owner[name] for name in reactions):
-        for note in left_open(e, joint, radial=False):
+        for note in undetermined_by_gears(e, joint, radial=False):
             raise ModelError(
-                f"{note[0].upper()}{note[1:]}. What passes through both is fb.equations(s).reactions['{joint}']."
+                f"{note[0].upper()}{note[1:]}. The sum of both is in fb.equations(s).reactions['{joint}']."
             )
     for gear, force in forces.items():
         law = radial_law(e, gear)
-        if symbols[gear].name in request.fixed_names:
+        if symbols[gear].name in request.value_names:
             continue
-        if law is None and symbols[gear].name in asked:
+        if law is None and symbols[gear].name in names:
             raise ModelError(
                 f"No equation determines {symbols[gear].name}, which presses the teeth of gear '{gear}' apart. Give "
                 f"the gear its pressure_angle, or a value, where={{'{symbols[gear].name}': ...}}."
@@ -102,70 +106,70 @@ def _fix_radial(e: Equations, request: Request, where: Any) -> None:
             if loaded & {gear, e.model.constraints[gear].first.name, e.model.constraints[gear].second.name}:
                 request.add(f"pressure angle of '{gear}'", e.ring.generator(symbols[gear], "reaction") - law)
             continue
-        others = [u.expression for u in request.asked if u.name not in request.vocabulary.reactions]
+        others = [u.expression for u in request.unknowns if u.name not in request.vocabulary.reactions]
         try:
-            found = solve(e, [force, *others], where).ratios[force]
+            tangential = solve(e, [force, *others], where).ratios[force]
         except ModelError:
-            continue  # what is asked may not depend on it
-        size = [e.ring.apply("abs", x) for x in (found.num, found.den)]
+            continue  # the unknowns may not depend on it
+        size = [e.ring.apply("abs", x) for x in (tangential.num, tangential.den)]
         (multiplier,) = (x for x in e.multipliers if x.name == force)
         value = Substitution(e.ring, e.ring, {multiplier: e.ring.coerce(1)})(law) * size[0] / size[1]
-        if symbols[gear].name in asked:
+        if symbols[gear].name in names:
             request.add(f"pressure angle of '{gear}'", e.ring.generator(symbols[gear], "reaction") - value)
         else:
-            request.fixed[symbols[gear]] = value
+            request.values[symbols[gear]] = value
 
 
-def _of_motion_alone(request: Request) -> bool:
-    """Whether all accelerations are asked for and nothing of reactions: the equations of motion say it all."""
-    return _beside_accelerations(request) == []
+def _reactions_beside_accelerations(request: Request) -> list[str] | None:
+    """Names of the reactions in a request for all accelerations, and for reactions at most.
 
-
-def _beside_accelerations(request: Request) -> list[str] | None:
-    """The reactions asked for, where all accelerations are and nothing else; None where the equations of motion alone
-    do not say what these are."""
+    None for other requests, and if the equations of motion alone do not determine the accelerations.
+    """
     vocabulary, ring = request.vocabulary, request.ring
-    asked = {u.name for u in request.asked}
-    others = asked - set(vocabulary.accelerations)
-    if len(asked - others) < len(vocabulary.accelerations) or not others <= set(vocabulary.reactions):
+    names = {u.name for u in request.unknowns}
+    others = names - set(vocabulary.accelerations)
+    if len(names - others) < len(vocabulary.accelerations) or not others <= set(vocabulary.reactions):
         return None
     if any(isinstance(c, Touching) for c in request.e.model.constraints.values()):
         return None
-    given = [x for _, x in request.equations] + list(request.fixed.values())
-    symbols = set(request.fixed).union(*(ring.atoms_of(x) for x in given))
+    expressions = [x for _, x in request.equations] + list(request.values.values())
+    symbols = set(request.values).union(*(ring.atoms_of(x) for x in expressions))
     return None if symbols & set(vocabulary.reactions.values()) else sorted(others)
 
 
-def _put_together(request: Request, motion: SolveResult, others: Sequence[str], where: Any) -> SolveResult:
-    """Accelerations, and reactions by them: what eliminates both at once is far longer on the way."""
+def _in_two_steps(request: Request, motion: SolveResult, reactions: Sequence[str], where: Any) -> SolveResult:
+    """Put the solved accelerations into the reactions; an elimination of both at once is far longer."""
     e, ring, vocabulary = request.e, request.ring, request.vocabulary
-    (found,) = motion._solutions
-    by_motion = solve(e, others, where).ratios
+    (accelerations,) = motion._solutions
+    by_motion = solve(e, reactions, where).ratios
     places = {g.index: (name, 1) for name, a in vocabulary.accelerations.items() if (g := ring.find(a))}
-    ratios = dict(found.ratios)
+    ratios = dict(accelerations.ratios)
     for name, r in by_motion.items():
         total = Ratio(ring, 0)
         for monomial, c in collect(r.num, places, ring).items():
             for v, _ in monomial:
-                c = c * found.ratios[v]
+                c = c * accelerations.ratios[v]
             total = total + c / Ratio(ring, r.den)
         ratios[name] = total.tidy()
-    asked = [u.name for u in request.asked]
-    values = {name: ratio_displayed(ratios[name], ring) for name in others} | dict(motion)
+    names = [u.name for u in request.unknowns]
+    values = {name: ratio_displayed(ratios[name], ring) for name in reactions} | dict(motion)
     lines: Sequence[tuple[str, Ratio]] = ()
     if any(len(r) > LONG for r in ratios.values()):
-        lines = [*(found.lines or found.ratios.items()), *by_motion.items()]
+        lines = [*(accelerations.lines or accelerations.ratios.items()), *by_motion.items()]
     branch = Branch(
-        {name: ratios[name] for name in asked}, {name: values[name] for name in asked}, lines, found.names
+        {name: ratios[name] for name in names},
+        {name: values[name] for name in names},
+        lines,
+        accelerations.names,
     )
     return SolveResult(e, vocabulary, [branch], ())
 
 
-def _turning(e: Equations) -> dict[str, tuple[int, ...]]:
-    """Bodies on ball and free joints -> the speeds whose equations of motion take the place of their moment equations.
+def _speeds_of_turning(e: Derivation) -> dict[str, tuple[int, ...]]:
+    """Bodies on ball and free joints -> speeds whose equations of motion replace the moment equations of the body.
 
-    Those are Rᵀ times the moment equations, plus force equations and equations of the bodies that are carried: as much
-    is said, but in the body's axes, where the inertia is constant and no component of the quaternion is in front of u'.
+    They are Rᵀ times the moment equations, plus force equations and equations of the carried bodies. The content is the
+    same, but in the body's axes, where the inertia is constant and u' has no factors of the quaternion.
     """
     model = e.model
     result = {}
@@ -176,19 +180,19 @@ def _turning(e: Equations) -> dict[str, tuple[int, ...]]:
     return result
 
 
-def _shared(e: Equations) -> set[int]:
-    """Speeds of coordinates that stand in several joints and that no displacement follows alone.
+def _shared_speeds(e: Derivation) -> set[int]:
+    """Speeds of coordinates that several joints share, if no displacement follows such a coordinate alone.
 
-    What couples such joints does no work on the whole: free bodies do not say that, the equation of motion does.
+    The coupling of these joints does no work in total. The equation of motion contains that, the free bodies do not.
     """
     followed = {j for _, j in free_displacements(e.model)}
     return {j for link in e.model.links for j, _ in link.partials} - followed
 
 
-def chosen(e: Equations, bodies: Any) -> list[FreeBody]:
-    """The free bodies of a request: all, or those named, or given as free bodies."""
+def free_bodies(e: Derivation, bodies: Any) -> list[FreeBody]:
+    """Return the free bodies of a request: all by default, else bodies by name or free bodies."""
     if bodies is None:
-        return [e.free_body(name) for name in e.model.bodies]
+        return [free_body(e, name) for name in e.model.bodies]
     if isinstance(bodies, str | FreeBody) or hasattr(bodies, "mass_properties"):
         bodies = [bodies]
     result = []
@@ -200,28 +204,28 @@ def chosen(e: Equations, bodies: Any) -> list[FreeBody]:
                 )
             result.append(body)
         else:
-            result.append(e.free_body(body))
+            result.append(free_body(e, body))
     return result
 
 
-def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
-    """Solve what was read."""
+def solution_of(request: Request, also: Sequence[Any] = ()) -> SolveResult:
+    """Solve the equations of a request; ``also`` are further unknowns to eliminate."""
     vocabulary, e = request.vocabulary, request.e
-    names = {u.name for u in request.asked}
-    fixed = request.fixed_names
+    names = {u.name for u in request.unknowns}
+    fixed = request.value_names
     free = {
         name: symbol
         for name, symbol in vocabulary.reactions.items()
         if name not in names and name not in fixed
     }
-    for given in also:
-        expression = vocabulary.expression(given, "the unknowns to eliminate")
+    for unknown in also:
+        expression = vocabulary.expression(unknown, "the unknowns to eliminate")
         free[vocabulary.name(expression)] = expression
     accelerations: dict[str, Any] = {}
-    # in space the accelerations are far longer than the equations that they are eliminated from
+    # in 3-D the accelerations are far longer than the equations from which they would be eliminated
     touching = any(isinstance(c, Touching) and c.contact.planar for c in e.model.constraints.values())
     of_motion = any(
-        u.name in vocabulary.reactions or u.name in vocabulary.accelerations for u in request.asked
+        u.name in vocabulary.reactions or u.name in vocabulary.accelerations for u in request.unknowns
     )
     if touching or not of_motion:
         accelerations = {
@@ -237,58 +241,62 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
                 total = total + entry * udot
             request.add(f"constraint '{name}', differentiated", total)
     rows = request.rows({**free, **accelerations})
-    keys = [key for u in request.asked for key in u.keys]
+    keys = [key for u in request.unknowns for key in u.keys]
     before = [row.terms for row in rows]
     pivots: list[Pivot] = []
-    solved, left = eliminate(rows, [[*keys, *free], list(accelerations)], pivots)
-    given = set(accelerations) - set(solved)  # what no equation determines is taken as given
-    open_rows = [row for row in left if row.unknowns - given]
-    joined = {v for row in left for v in row.unknowns}
-    if given & joined and len(joined) <= len([row for row in left if row.terms]):
-        given -= joined  # as many equations as unknowns, but not linear in them
-        open_rows = [row for row in left if row.unknowns]
-    closed = [row for row in left if row not in open_rows]
-    _check_determined(request, solved, open_rows, free, given)
-    conditions = _conditions(request, closed, accelerations)
+    solved, remaining = eliminate(rows, [[*keys, *free], list(accelerations)], pivots)
+    parameters = set(accelerations) - set(solved)  # accelerations that no equation determines
+    open_rows = [row for row in remaining if row.unknowns - parameters]
+    joint_unknowns = {v for row in remaining for v in row.unknowns}
+    if parameters & joint_unknowns and len(joint_unknowns) <= len([row for row in remaining if row.terms]):
+        parameters -= joint_unknowns  # as many equations as unknowns, but not linear in them
+        open_rows = [row for row in remaining if row.unknowns]
+    closed_rows = [row for row in remaining if row not in open_rows]
+    _check_determined(request, solved, open_rows, free, parameters)
+    conditions = _conditions(request, closed_rows, accelerations)
     symbols = {key: sympy.Dummy(key, real=True) for row in rows for key in row.unknowns}
-    branches = roots(open_rows, request.ring, given, symbols)
+    branches = roots(open_rows, request.ring, parameters, symbols)
     solutions = [_branch(request, solved, branch, {**free, **accelerations}) for branch in branches]
-    # roots that differ only in what was not asked for
+    # omit roots that differ only in eliminated unknowns
     solutions = [
         s for i, s in enumerate(solutions) if all(s.values != other.values for other in solutions[:i])
     ]
     if not solutions:
         raise ModelError(
-            f"There is no real solution for {', '.join(names)}: left was "
-            + "; ".join(_row_text(request, row) for row in open_rows)
+            f"There is no real solution for {', '.join(names)}; remaining equations: "
+            + "; ".join(_row_text(row) for row in open_rows)
         )
     if not open_rows and any(len(r) > LONG for r in solutions[0].ratios.values()):
         places = {key: e.ring.variable(i) ** power for i, (key, power) in request.places.items()}
         places |= {name: e.ring.generator(a) for name, a in {**free, **accelerations}.items()}
-        taken = [*vocabulary.names, *(str(a) for a in fixed)]
-        lines, coefficients = steps(e.ring, before, pivots, places, keys, taken)
+        reserved = [*vocabulary.names, *(str(a) for a in fixed)]
+        lines, coefficients = steps(e.ring, before, pivots, places, keys, reserved)
         solutions = [replace(solutions[0], lines=lines, names=coefficients)]
     return SolveResult(e, vocabulary, solutions, conditions)
 
 
 def _check_determined(
-    request: Request, solved: Mapping[str, Any], rows: Sequence[Row], free: Mapping[str, Any], given: set[str]
+    request: Request,
+    solved: Mapping[str, Any],
+    rows: Sequence[Row],
+    free: Mapping[str, Any],
+    parameters: set[str],
 ) -> None:
-    """Every unknown that was asked for is solved, or is left in as many equations as unknowns."""
-    open_keys = {v for row in rows for v in row.unknowns} - given
-    asked = [key for u in request.asked for key in u.keys]
+    """Refuse a request unless its unknowns are solved, or remain in as many equations as unknowns."""
+    open_keys = {v for row in rows for v in row.unknowns} - parameters
+    keys = [key for u in request.unknowns for key in u.keys]
     needed: set[str] = set()
-    for key in asked:
+    for key in keys:
         if key in solved:
-            needed |= {v for monomial in solved[key] for v, _ in monomial} - given - open_keys
+            needed |= {v for monomial in solved[key] for v, _ in monomial} - parameters - open_keys
         elif key not in open_keys:
             needed.add(key)
     if not needed and len(open_keys) <= len(rows):
         return
     lacking = sorted(needed | (open_keys if len(open_keys) > len(rows) else set()))
     counts = f"{len(request.equations)} equations"
-    left = "; ".join(_row_text(request, row) for row in rows)
-    of = [f"'{name}'" for name in lacking]
+    remaining = "; ".join(_row_text(row) for row in rows)
+    quoted = [f"'{name}'" for name in lacking]
     hint = ""
     loose = [name for name in lacking if name in free]
     if loose:
@@ -297,15 +305,15 @@ def _check_determined(
         )
         hint = f" {', '.join(loose)} act in {', '.join(map(repr, owners))}: take the bodies there too, or"
     raise ModelError(
-        f"Under-determined: {counts} do not determine {', '.join(of)}."
-        + (f" Left was: {left}." if left else "")
+        f"Under-determined: {counts} do not determine {', '.join(quoted)}."
+        + (f" Remaining equations: {remaining}." if remaining else "")
         + (hint or " Ask for fewer unknowns, or")
         + f" fix a value, where={{'{lacking[0]}': ...}}."
     )
 
 
 def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[str, Any]) -> list[Any]:
-    """What the rows without unknowns demand of the motion; a demand on anything else is a contradiction."""
+    """Return the conditions of the rows without unknowns on the motion; any other condition is a contradiction."""
     ring = request.ring
     result: list[Any] = []
     accelerated = 0
@@ -315,30 +323,29 @@ def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[st
             accelerated |= 1 << g.index
     for row in rows:
         if any(monomial for monomial in row.terms):
-            continue  # an acceleration taken as given
+            continue  # with an acceleration that no equation determines
         x = row.terms[()].num
         if type(x) is Polynomial and ring.depends(x) & accelerated:
             x = _primitive(ring, x, accelerated)
             if not any(x == y or x == -y for y in result):
                 result.append(x)
             continue
-        asked = ", ".join(u.name for u in request.asked)
+        unknowns = ", ".join(u.name for u in request.unknowns)
         x = -x if text(x, ring).startswith("-") else x
         raise ModelError(
-            f"Over-determined: {len(request.equations)} equations for {asked}; left was "
-            f"'{equation_text(x, 0, ring)}' (from '{row.name}'). Ask also for an unknown that stands in it, or take "
-            f"back a condition of where."
+            f"Over-determined: {len(request.equations)} equations for {unknowns}; '{equation_text(x, 0, ring)}' "
+            f"remains (from '{row.name}'). Ask also for an unknown that it contains, or remove a condition from where."
         )
     return result
 
 
 def _primitive(ring: Any, x: Polynomial, mask: int) -> Any:
-    """The factors of x that hold what is asked for, with the sign that prints without a leading minus."""
+    """Return the factors of x that depend on generators of the mask, with the sign that prints no leading minus."""
     _, factors = ring.factor(x)
-    held = [f for f, _ in factors if ring.depends(f) & mask]
     result: Any = 1
-    for f in held:
-        result = result * f
+    for f, _ in factors:
+        if ring.depends(f) & mask:
+            result = result * f
     for g in ring.used(result) if type(result) is Polynomial else ():
         sine = g.index if g.kind == "sin" else g.partner if g.kind == "cos" else -1
         while sine >= 0 and (shorter := over_sine(ring, result, sine)) is not None:
@@ -349,23 +356,23 @@ def _primitive(ring: Any, x: Polynomial, mask: int) -> Any:
     return -result if text(result, ring).startswith("-") else result
 
 
-def _row_text(request: Request, row: Row) -> str:
+def _row_text(row: Row) -> str:
     return f"{row.name} (in {', '.join(sorted(row.unknowns))})"
 
 
 def _branch(
-    request: Request, solved: Mapping[str, Any], found: Mapping[str, Any], hidden: Mapping[str, Any]
+    request: Request, solved: Mapping[str, Any], roots: Mapping[str, Any], hidden: Mapping[str, Any]
 ) -> Branch:
-    """Values of all that was asked for, given the roots of the rows that are not linear."""
+    """Return the values of the unknowns for one set of roots of the rows that are not linear."""
     ring = request.ring
     ratios: dict[str, Ratio] = {}
     values: dict[str, Any] = {}
     of_key: dict[str, Any] = {}
-    for u in request.asked:
+    for u in request.unknowns:
         for key in u.keys:
             terms = solved.get(key)
             if terms is not None and all(
-                not monomial or _given(monomial, hidden, found) for monomial in terms
+                not monomial or _is_parametric(monomial, hidden, roots) for monomial in terms
             ):
                 total = Ratio(ring, 0)
                 for monomial, c in terms.items():
@@ -381,21 +388,22 @@ def _branch(
                 for monomial, c in terms.items():
                     factor = ratio_displayed(c.tidy(), ring)
                     for name, n in monomial:
-                        factor *= (found[name] if name in found else hidden[name]) ** n
+                        factor *= (roots[name] if name in roots else hidden[name]) ** n
                     value += factor
                 of_key[key] = value
             else:
-                of_key[key] = found[key]
-        values[u.name] = of_key[u.name] if u.keys == (u.name,) else _angle(u, of_key, found)
+                of_key[key] = roots[key]
+        values[u.name] = of_key[u.name] if u.keys == (u.name,) else _angle(u, of_key)
     return Branch(ratios, values)
 
 
-def _given(monomial: Any, hidden: Mapping[str, Any], found: Mapping[str, Any]) -> bool:
-    return all(name in hidden and name not in found for name, _ in monomial)
+def _is_parametric(monomial: Monomial, hidden: Mapping[str, Any], roots: Mapping[str, Any]) -> bool:
+    """True if a monomial consists of accelerations that no equation determines."""
+    return all(name in hidden and name not in roots for name, _ in monomial)
 
 
-def _angle(u: Unknown, values: Mapping[str, Any], found: Mapping[str, Any]) -> Any:
-    """An angle from its sine and cosine; from one of them, the angle nearest to zero."""
+def _angle(u: Unknown, values: Mapping[str, Any]) -> Any:
+    """Return an angle from its sine and cosine; from one of them, the angle nearest to zero."""
     s, c = values.get(f"sin({u.name})"), values.get(f"cos({u.name})")
     if s is not None and c is not None:
         return sympy.atan2(s, c)

@@ -1,34 +1,42 @@
-"""What may stand in a request to the equations: the names of the model, its accelerations and its reactions."""
+"""Names that a request to the equations may contain: those of the model, its accelerations and its reactions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...dynamics.constraints import rows
 from ...errors import ExpressionError, ModelError, nearest
+from ...scalar.algebra import Expression, Scalar
 from ...scalar.expression import exact
 from ...scalar.parser import parse
+from ..derivation.derivation import Derivation
 from ..free_body.gears import radial_symbols
 from ..free_body.reaction import unknowns
 from ..printing.display import latex
 
-if TYPE_CHECKING:
-    from ..equations import Equations
-
 
 class Vocabulary:
-    """Text and SymPy of a user, read against a model's names."""
+    """Reader of a user's texts and SymPy expressions, which knows a model's names.
 
-    def __init__(self, e: Equations) -> None:
+    Attributes
+    ----------
+    names, texts : dict
+        Atom by name, and name by atom.
+    accelerations, reactions : dict
+        Their atoms by name; both are part of ``names``.
+    owner : dict
+        Joint or constraint of each reaction component.
+    """
+
+    def __init__(self, e: Derivation) -> None:
         self.ring = e.ring
         self.names: dict[str, Any] = dict(e.model.names.atoms)
         self.accelerations = {speed.name + "'": speed.acceleration for speed in e.model.speeds}
         self.reactions: dict[str, Any] = {}
         self.owner: dict[str, str] = {}
-        """Joint or constraint of each reaction component."""
         for joint in e.model.joints:
             for c in unknowns(e.model, e.state, joint):
                 self.reactions[c.name] = c.symbol
@@ -43,13 +51,13 @@ class Vocabulary:
         self.names |= self.reactions
         self.texts = {atom: name for name, atom in self.names.items()}
 
-    def also(self, symbols: Mapping[str, Any]) -> None:
-        """Make further symbols known."""
+    def extend(self, symbols: Mapping[str, Any]) -> None:
+        """Add further symbols by name."""
         self.names |= symbols
         self.texts |= {atom: name for name, atom in symbols.items()}
 
-    def expression(self, value: Any, what: str) -> Any:
-        """A number, text or SymPy expression as a SymPy expression of known atoms.
+    def expression(self, value: Expression, what: str) -> Any:
+        """Return a number, text or SymPy expression as a SymPy expression of known atoms.
 
         Raises
         ------
@@ -62,10 +70,10 @@ class Vocabulary:
             raise ModelError(f"In {what}: {error}") from None
         if not isinstance(result, sympy.Expr):
             raise ModelError(f"In {what}: expected a number or an expression, got {value!r}.")
-        return self._known(result, what)
+        return self._with_own_atoms(result, what)
 
-    def _known(self, expression: Any, what: str) -> Any:
-        """The expression with the model's own objects in place of symbols of the same name."""
+    def _with_own_atoms(self, expression: Any, what: str) -> Any:
+        """Return the expression with the model's atoms in place of symbols of the same name."""
         replaced = {}
         for atom in _atoms(expression):
             if atom in self.texts:
@@ -76,15 +84,15 @@ class Vocabulary:
             replaced[atom] = self.names[name]
         return expression.xreplace(replaced) if replaced else expression
 
-    def element(self, value: Any, what: str) -> Any:
-        """The same as an element of the ring."""
+    def element(self, value: Expression, what: str) -> Scalar:
+        """Return a number, text or SymPy expression as an element of the ring."""
         try:
             return self.ring.from_sympy(self.expression(value, what))
         except ExpressionError as error:
             raise ModelError(f"In {what}: {error}") from None
 
-    def equation(self, value: Any, what: str) -> tuple[str, Any]:
-        """(title, left - right) of a SymPy ``Eq``, a text with "=", a pair, or an expression that is zero."""
+    def equation(self, value: Any, what: str) -> tuple[str, Scalar]:
+        """Return (title, left - right) of a SymPy ``Eq``, a text with "=", a pair, or an expression to be zero."""
         if isinstance(value, sympy.Equality):
             sides: tuple[Any, Any] = (value.lhs, value.rhs)
         elif isinstance(value, str) and value.count("=") == 1:
@@ -102,14 +110,14 @@ class Vocabulary:
         return f"{sides[0]} = {sides[1]}", left - right
 
     def name(self, expression: Any) -> str:
-        """Text of an atom, or of an expression of atoms."""
+        """Return the text of an atom, or of an expression of atoms."""
         if expression in self.texts:
             return self.texts[expression]
         named = {atom: sympy.Symbol(self.texts.get(atom, str(atom))) for atom in _atoms(expression)}
         return str(expression.xreplace(named)).replace("**", "^")
 
     def latex(self, expression: Any) -> str:
-        """LaTeX of an expression, its atoms as everywhere in the equations."""
+        """Return the LaTeX of an expression, with its atoms printed as in the equations."""
         written = {}
         for atom in _atoms(expression):
             written[sympy.Symbol(self.texts.get(atom, str(atom)))] = latex(
@@ -120,17 +128,17 @@ class Vocabulary:
 
 
 def _atoms(expression: Any) -> set[Any]:
-    """Symbols, functions of time and their derivatives, each whole."""
+    """Symbols, functions of time and their derivatives, each as one atom."""
     if (
         expression.is_Symbol
         or expression.is_Derivative
         or isinstance(expression, sympy.core.function.AppliedUndef)
     ):
         return {expression}
-    found: set[Any] = set()
+    atoms: set[Any] = set()
     for argument in expression.args:
-        found |= _atoms(argument)
-    return found
+        atoms |= _atoms(argument)
+    return atoms
 
 
 def _plain_name(atom: Any) -> str:

@@ -24,9 +24,9 @@ from ...errors import ModelError
 from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.polynomial import Polynomial, Ring
 from ...scalar.substitute import Substitution
-from ..free_body.along_motion import residuals_of
-from ..free_body.constraints import determinant
-from ..free_body.contact_modes import sticking_only
+from ..derivation.along_motion import residuals_of
+from ..derivation.contact_modes import sticking_only
+from ..derivation.determinant import determinant
 from ..integrals.symmetry import solved
 from .factors import cleared
 

@@ -26,7 +26,7 @@ from ...scalar.algebra import HALF, Scalar
 from ...scalar.polynomial import Polynomial
 from ...scalar.series import Series, SeriesField
 from ...scalar.substitute import Substitution, arrays
-from ..free_body.constraints import determinant
+from ..derivation.determinant import determinant
 from ..integrals.conserved_quantities import integrals
 from ..integrals.routh import Routh, ignorable
 from ..printing.lines import COMMA, Lines
@@ -260,7 +260,7 @@ class Amended:
         self.problem = problem
         self.potential: Scalar = None
         pivots = set(problem.pivots)
-        conserved = e.integrals if "integrals" in vars(e) else integrals(e)
+        conserved = integrals(e)
         conservative = any(name in conserved.names for name in ("energy", "Jacobi's integral"))
         if (
             not conservative

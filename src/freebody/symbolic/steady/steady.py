@@ -22,7 +22,7 @@ from ...model.model import Model
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.polynomial import Polynomial
 from ...scalar.substitute import Substitution, arrays
-from ..free_body.along_motion import numbers
+from ..derivation.along_motion import numbers
 from ..printing.display import displayed, equation_latex, equation_text, text
 from ..printing.lines import Result
 from ..printing.show import EQUALS, aligned, elements, inner, latex_words, words

@@ -46,7 +46,7 @@ from ...scalar.algebra import (
 )
 from ...space.quaternion import quaternion_product
 from ...space.turn import matrix_about
-from ..free_body.along_motion import residuals_of
+from ..derivation.along_motion import residuals_of
 from ..linear.linearize import terms_at
 from ..linear.operating_point import tangent_drift
 from .factors import cleared

@@ -35,7 +35,7 @@ def build() -> fb.System:
     s.slider("radius", arm, hub, at=(0, r - R, 0), axis=(0, -1, 0), coordinate="rho")
     s.hinge("pin", hub, disk, coordinate="phi")
     s.contact("wall", disk.circle(r), s.ground.circle(R, inside=True), friction=mu)
-    s.assume(r > 0, g > 0, R - r > 0, R - r + s.names.atoms["rho"] > 0)
+    s.assume(r > 0, g > 0, R - r > 0, R - r + s.expression("rho") > 0)
     explain(
         s,
         m="kg: mass of the disk",

@@ -1,0 +1,1 @@
+"""Exact derivation of a model's equations, as canonical polynomials: the quantities that all products are made of."""

@@ -1,0 +1,56 @@
+"""Contact modes of the machine whose equations are derived."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ...dynamics.constraints import Linearized
+from ...errors import ModelError
+from ...model.contact import Touching, in_modes
+from ...model.model import Model
+
+
+def model_in_modes(model: Model, modes: Mapping[str, Any] | None) -> Model:
+    """Return the model with its contacts in the given modes; with None, the model as it is, all contacts open."""
+    if modes is None:
+        return model
+    if not isinstance(modes, Mapping):
+        raise ModelError(f'Expected modes by contact, such as {{"floor": "stick"}}, got {modes!r}.')
+    return in_modes(model, modes)
+
+
+def modes_of(model: Model) -> dict[str, str]:
+    """Mode of every contact by its name: "open", "stick", "slip", "slip+" or "slip-"."""
+    result = {contact.name: "open" for contact in model.contacts}
+    for name, constraint in model.constraints.items():
+        if isinstance(constraint, Touching):
+            result[name] = "slip" if constraint.slips else "stick"
+            if constraint.direction in ((1,), (-1,)):
+                result[name] += "+" if constraint.direction == (1,) else "-"
+    return result
+
+
+def modes_in_words(model: Model) -> str:
+    """Contacts and their modes in one line, such as ``floor stick, wall open``."""
+    return ", ".join(f"{name} {mode}" for name, mode in modes_of(model).items())
+
+
+def sticking_only(conditions: Linearized, what: str) -> None:
+    """Refuse a method that needs every contact force to act along its own condition, as sliding friction does not.
+
+    Raises
+    ------
+    ModelError
+        A contact that slips with friction.
+    """
+    names = [
+        touching.contact.name
+        for _, touching in conditions.touching
+        if touching.slips and not touching.contact.frictionless
+    ]
+    if names:
+        raise ModelError(
+            f"{what} is not offered while contact '{names[0]}' slips with friction: its force does not act along its "
+            f"condition. Let it stick or be open, or ask equations(...) and simulate."
+        )

@@ -1,0 +1,224 @@
+"""Exact derivation of the equations of a model, on canonical polynomials.
+
+    M(q) u' + h(q, u, t) = Q + Gᵀ λ,        G u' + γ = 0
+
+Every quantity is formed when it is first asked for, and kept. :class:`freebody.symbolic.equations.Equations` adds the
+products that users ask for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from functools import cached_property
+from typing import Any
+
+import sympy
+
+from ...describe.loads.load import Damper, JointDamper, JointSpring, Spring
+from ...dynamics.constraints import Linearized, linearized, rows, wrenches
+from ...dynamics.kinematics import Posture, accelerations, link_postures, poses, turning, velocities
+from ...dynamics.loading import loading
+from ...dynamics.newton_euler import inverse_dynamics
+from ...dynamics.state import State, polynomial_state
+from ...model.model import Model
+from ...scalar.algebra import Scalar, Vector, add, apply
+from ...scalar.polynomial import Ring
+from ..printing.display import displayed
+from ..recursive import Recursive
+from .contact_modes import modes_in_words
+from .energy import Energy
+from .momentum import MomentumOf
+from .questions import named
+
+CURE = (
+    "Ask for fb.equations(s, form='recursive'), which names the long expressions, or for numbers: "
+    "fb.simulate, fb.compile."
+)
+
+
+class Derivation:
+    """Canonical polynomials of one model's equations, and their SymPy forms.
+
+    Attributes
+    ----------
+    model : Model
+    ring : Ring
+        Ring of all canonical polynomials of the model.
+    state : State
+        Coordinates, speeds, time and parameters as elements of the ring.
+    udot : tuple of Polynomial
+        Rates u' of the speeds, symbols of the ring.
+    chosen : str
+        How the modes of the contacts were chosen; empty if the user gave them.
+    """
+
+    def __init__(self, model: Model, chosen: str = "") -> None:
+        self.model = model
+        self.chosen = chosen
+        # room for every symbol, sine and cosine from the start: growing a ring re-packs its elements
+        self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q)
+        self.ring.budget.subject, self.ring.budget.cure = f"the equations of '{model.name}'", CURE
+        self.state: State = polynomial_state(model, self.ring)
+        self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
+
+    def question(self, subject: str) -> AbstractContextManager[None]:
+        """Return a context with its own budget, whose refusals name ``subject``."""
+        return self.ring.budget.question(f"{subject} of '{self.model.name}'", CURE)
+
+    # -- equations of motion ----------------------------------------------------------------------
+
+    @cached_property
+    def _left_loads(self) -> set[str]:
+        """Names of the loads on the left side: springs and dampers."""
+        kinds = Spring | Damper | JointSpring | JointDamper
+        return {name for name, load in self.model.loads.items() if isinstance(load, kinds)}
+
+    @cached_property
+    def recursive(self) -> Recursive:
+        """The equations of motion in named quantities."""
+        return Recursive(self.model)
+
+    @cached_property
+    @named("the equations of motion")
+    def canonical_left(self) -> tuple[Scalar, ...]:
+        """M u' + h as canonical polynomials, by one pass of Newton-Euler with u' as symbols."""
+        return inverse_dynamics(
+            self.model, self.state, self.udot, loading(self.model, self.state, self._left_loads)
+        )
+
+    @cached_property
+    @named("the mass matrix")
+    def canonical_mass_matrix(self) -> tuple[tuple[Scalar, ...], ...]:
+        """M as canonical polynomials: equal entries are identical, zero is recognised.
+
+        The entries are read from the left sides, which are linear in u'. That takes half the work of composite bodies
+        on polynomials.
+        """
+        atoms = [speed.acceleration for speed in self.model.speeds]
+        return tuple(
+            tuple(self.ring.derivative(left, atom) for atom in atoms) for left in self.canonical_left
+        )
+
+    @cached_property
+    @named("the velocity terms")
+    def canonical_bias(self) -> tuple[Scalar, ...]:
+        """h as canonical polynomials: velocity terms, weight, springs and dampers; no applied loads."""
+        result = []
+        for left, row in zip(self.canonical_left, self.canonical_mass_matrix, strict=True):
+            for entry, acceleration in zip(row, self.udot, strict=True):
+                left = left - entry * acceleration
+            result.append(left)
+        return tuple(result)
+
+    @cached_property
+    @named("the equations of motion")
+    def canonical_applied(self) -> tuple[Scalar, ...]:
+        """Q as canonical polynomials: generalized forces of the applied forces, couples and motors."""
+        if len(self._left_loads) == len(self.model.loads):
+            return (0,) * self.model.n_u
+        with_all_loads = inverse_dynamics(self.model, self.state, self.udot)
+        return tuple(left - total for left, total in zip(self.canonical_left, with_all_loads, strict=True))
+
+    @cached_property
+    @named("the equations of motion")
+    def balances(self) -> tuple[tuple[Scalar, Scalar], ...]:
+        """(M u' + h, Q + Gᵀ λ) of every degree of freedom, canonical."""
+        right = list(self.canonical_applied)
+        for row, multiplier in zip(self.conditions.acting, self.canonical_multipliers, strict=True):
+            right = [Q + entry * multiplier for Q, entry in zip(right, row, strict=True)]
+        return tuple(zip(self.canonical_left, right, strict=True))
+
+    # -- constraints ------------------------------------------------------------------------------
+
+    @cached_property
+    def conditions(self) -> Linearized:
+        """The constraints, canonical: residuals, rates, the matrix G of the speeds, and γ; a row each."""
+        return linearized(self.model, self.state)
+
+    @property
+    def _residuals(self) -> list[Scalar]:
+        """Residuals of the constraints that do not hold identically."""
+        return [x for x in self.conditions.residual if x != 0]
+
+    @cached_property
+    def constraint_wrenches(self) -> list[Any]:
+        """(point, force, moment) on bodies per unit multiplier, canonical, for each scalar condition."""
+        return wrenches(self.model, self.state)
+
+    @cached_property
+    def condition_names(self) -> tuple[str, ...]:
+        """Names of the scalar conditions; their multipliers have the same names."""
+        return tuple(row.name for row in rows(self.model))
+
+    @cached_property
+    def multipliers(self) -> tuple[Any, ...]:
+        """Symbols of the constraint forces: ``C_x`` of a joint C that closes a loop, else the constraint's name."""
+        return tuple(sympy.Symbol(name, real=True) for name in self.condition_names)
+
+    @cached_property
+    def canonical_multipliers(self) -> tuple[Scalar, ...]:
+        """Multipliers λ as elements of the ring: force and moment components of the joints that close loops."""
+        return tuple(self.ring.generator(symbol, "reaction") for symbol in self.multipliers)
+
+    # -- kinematics -------------------------------------------------------------------------------
+
+    @cached_property
+    @named("the positions")
+    def postures(self) -> dict[str, Posture]:
+        """Pose of every body, canonical."""
+        return poses(self.model, self.state)
+
+    @cached_property
+    def joint_points(self) -> dict[str, Vector]:
+        """Position in the ground of every joint's point, about which its reaction is given, canonical."""
+        links = link_postures(self.model, self.state)
+        return {name: links[joint.links[-1]].position for name, joint in self.model.joints.items()}
+
+    def center_acceleration(self, body: str) -> Vector:
+        """Acceleration of a body's mass centre, in ground axes, canonical [m/s²]."""
+        place = self.model.bodies[body]
+        w, _ = velocities(self.model, self.state)[place.link]
+        alpha, a = self.accelerations[place.link]
+        p = self.state.vector(tuple(x + y for x, y in zip(place.origin, place.center, strict=True)))
+        a_C = add(a, apply(turning(w, alpha), p))
+        return apply(link_postures(self.model, self.state)[place.link].rotation, a_C)
+
+    @cached_property
+    @named("the accelerations")
+    def accelerations(self) -> list[Any]:
+        """(angular acceleration, acceleration of the origin) of every link in its own axes, canonical."""
+        return accelerations(self.model, self.state, self.udot)
+
+    # -- energy and momentum ----------------------------------------------------------------------
+
+    @cached_property
+    def energy(self) -> Energy:
+        """``.kinetic`` and ``.potential`` energy."""
+        return Energy(self)
+
+    @cached_property
+    def momentum(self) -> MomentumOf:
+        """``.linear`` momentum and ``.angular(about)`` momentum of all bodies, in ground axes."""
+        return MomentumOf(self)
+
+    # -- SymPy at the edge ------------------------------------------------------------------------
+
+    def sympy(self, x: Scalar) -> Any:
+        """Return a canonical polynomial as an expanded SymPy expression."""
+        return self.ring.to_sympy(x)
+
+    def displayed(self, x: Scalar) -> Any:
+        """Return a canonical polynomial as a SymPy expression, grouped as it is printed."""
+        return displayed(x, self.ring)
+
+    def column(self, v: Sequence[Scalar]) -> Any:
+        """Return canonical polynomials, such as the components of a vector, as a SymPy column."""
+        return sympy.ImmutableMatrix([self.displayed(c) for c in v])
+
+    @property
+    def heading(self) -> list[str]:
+        """Line that names the modes of the contacts; no line if the user gave them."""
+        if not self.chosen:
+            return []
+        return [f"Contacts: {modes_in_words(self.model)} ({self.chosen})"]

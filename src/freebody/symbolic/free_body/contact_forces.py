@@ -1,0 +1,79 @@
+"""Forces of closed contacts: on a free body, as reactions, and the friction of contacts that slip."""
+
+from __future__ import annotations
+
+import sympy
+
+from ...dynamics.constraints import Row, rows, slip_friction
+from ...dynamics.contact import touch
+from ...dynamics.kinematics import Spot
+from ...model.contact import Touching
+from ...scalar.algebra import ZERO, Scalar, add, dot, negate, scale
+from ..derivation.derivation import Derivation
+from .action import Action
+from .reaction import Reaction
+
+
+def contact_actions(e: Derivation, body: str, touching: Touching, row: Row, value: Scalar) -> list[Action]:
+    """Forces of one condition of a contact on a body: N or T, and sliding friction as a multiple of N."""
+    model, state, contact = e.model, e.state, touching.contact
+    geometry = touch(model, state, contact)
+    if contact.feature.body.name == body:
+        spot, sign, other = Spot(contact.feature.body, geometry.on_feature), 1, contact.surface.body
+    elif contact.surface.body.name == body:
+        spot, sign, other = Spot(contact.surface.body, geometry.on_surface), -1, contact.feature.body
+    else:
+        return []
+    by = f"contact '{contact.name}', {other.name}"
+    direction = (
+        geometry.normal
+        if row.name == contact.normal_name
+        else geometry.tangents[contact.tangent_names.index(row.name)]
+    )
+    result = [Action(row.name, "reaction", scale(sign * value, direction), ZERO, spot.position, by)]
+    if touching.slips and not contact.frictionless:
+        force = scale(value, slip_friction(model, state, touching))
+        # in 3-D one action has both tangential components
+        name = contact.tangent_names[0] if contact.tangents == 1 else contact.normal_name.replace("N", "T", 1)
+        result.append(Action(name, "friction", force if sign > 0 else negate(force), ZERO, spot.position, by))
+    return result
+
+
+def sliding_friction(e: Derivation) -> dict[str, tuple[sympy.Symbol, Scalar, str]]:
+    """(symbol, value -μ N d, contact) of each friction component of the slipping contacts, by its name."""
+    result = {}
+    for row, value in zip(rows(e.model), e.canonical_multipliers, strict=True):
+        touching = e.model.constraints[row.owner]
+        if not isinstance(touching, Touching) or not touching.slips or touching.contact.frictionless:
+            continue
+        force = scale(value, slip_friction(e.model, e.state, touching))
+        tangents = touch(e.model, e.state, touching.contact).tangents
+        for name, t in zip(touching.contact.tangent_names, tangents, strict=True):
+            result[name] = (sympy.Symbol(name, real=True), dot(force, t), row.owner)
+    return result
+
+
+def contact_reaction(e: Derivation, touching: Touching) -> Reaction:
+    """Force of a closed contact on its feature, by its unknown components."""
+    contact = touching.contact
+    force, parts = ZERO, {}
+    for row, symbol in zip(rows(e.model), e.multipliers, strict=True):
+        if row.owner != contact.name:
+            continue
+        value = e.ring.generator(symbol, "reaction")
+        parts[row.name] = e.displayed(value)
+        for action in contact_actions(e, contact.feature.body.name, touching, row, value):
+            force = add(force, action.force)
+            if action.kind == "friction":
+                tangents = touch(e.model, e.state, contact).tangents
+                for name, t in zip(contact.tangent_names, tangents, strict=True):
+                    parts[name] = e.displayed(dot(action.force, t))
+    return Reaction(
+        joint=contact.name,
+        force=e.column(force),
+        moment=e.column(ZERO),
+        on=contact.feature.body.name,
+        about="the point of contact",
+        frame="ground",
+        components=parts,
+    )

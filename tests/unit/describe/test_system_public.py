@@ -1,0 +1,46 @@
+"""The public names of what users hold while they describe a machine: few, known and documented."""
+
+from __future__ import annotations
+
+import inspect
+
+import pytest
+
+import freebody as fb
+
+SYSTEM = """
+    assume ball bodies body constrain constrain_speed constraints contact contacts controller controllers coordinates
+    cylindrical damper describe expression force free gear generalized_force gimbal gravity ground hinge joints loads
+    name parameters planar rolling rope screw slider spring t torque torsion_spring universal weld
+"""
+BODY = """
+    center circle corners cylinder ellipsoid heightline is_ground mass_properties name origin plane point segment sphere
+    system
+"""
+POINT = "body components"
+JOINT = "arguments at child child_axes closes name parent parent_axes primitives to type"
+
+
+def described():
+    s = fb.System("pendulum")
+    bar = s.body("bar", fb.slender_bar(1, 2, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, 1, 0), axis="z", coordinate="theta")
+    return {"System": (s, SYSTEM), "Body": (bar, BODY), "Point": (bar.origin, POINT), "Joint": (pin, JOINT)}
+
+
+@pytest.mark.parametrize("kind", ["System", "Body", "Point", "Joint"])
+def test_public_names_are_those_that_users_need(kind):
+    thing, names = described()[kind]
+    assert [name for name in dir(thing) if not name.startswith("_")] == sorted(names.split())
+
+
+@pytest.mark.parametrize("kind", ["System", "Body", "Point", "Joint"])
+def test_each_public_name_is_documented(kind):
+    thing, names = described()[kind]
+    attributes = inspect.getdoc(type(thing)).partition("Attributes\n")[2]
+    heads = [line.partition(" : ")[0].split(", ") for line in attributes.splitlines() if " : " in line]
+    documented = {name for head in heads for name in head}
+    for name in names.split():
+        member = inspect.getattr_static(type(thing), name, None)
+        own = inspect.getdoc(member) if callable(member) or isinstance(member, property) else None
+        assert own or name in documented, name

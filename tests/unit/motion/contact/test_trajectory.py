@@ -1,0 +1,108 @@
+"""What a user sees of contact: the page of the docs, the command line, the dataset, the picture."""
+
+import json
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from contact_machines import DISK
+from freebody.cli import main
+from freebody.errors import SimulationError
+
+PAGE = (Path(__file__).parents[4] / "docs" / "contact-simulation.md").read_text(encoding="utf-8")
+
+
+def test_the_page_prints_what_it_says(capsys):
+    blocks = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```\n", PAGE, re.DOTALL)
+    assert len(blocks) == PAGE.count("```python") == PAGE.count("```text")
+    names: dict[str, object] = {}
+    for code, printed in blocks:
+        exec(compile(code, "docs/contact-simulation.md", "exec"), names)
+        assert capsys.readouterr().out == printed, code
+
+
+@pytest.fixture
+def model(tmp_path):
+    path = tmp_path / "disk.toml"
+    path.write_text(DISK, encoding="utf-8")
+    return str(path)
+
+
+def test_run_prints_events_and_modes(model, capsys):
+    with pytest.raises(SystemExit, match="^0$"):
+        main(["run", model, "--until", "1"])
+    printed = capsys.readouterr().out
+    assert "Events:\n  t = 0.509684 s: contact floor: slip + → stick, the slip stopped" in printed
+    assert "Contacts:\n  floor: slip + from 0 to 0.509684 s (the start)" in printed
+
+
+def test_run_gives_them_as_json(model, capsys):
+    with pytest.raises(SystemExit, match="^0$"):
+        main(["run", model, "--until", "1", "--json"])
+    report = json.loads(capsys.readouterr().out)
+    assert report["events"][0]["time"] == pytest.approx(0.509684, abs=1e-6)
+    assert [m["mode"] for m in report["modes"]] == ["slip+", "stick"]
+    assert report["modes"][1]["why"] == "the slip stopped"
+
+
+def test_long_lists_leave_out_their_middle():
+    from freebody.cli.run import MOST, happenings
+
+    class Long:
+        modes = ()
+        kernels = SimpleNamespace(model=SimpleNamespace(meshes={}))
+
+    lines = happenings(Long(), list(range(100)))
+    assert len(lines) == MOST + 3
+    assert "  ... 76 more ..." in lines
+
+
+def block():
+    s = fb.System("block")
+    g, F = s.parameters(g=9.81, F=3.0)
+    s.gravity = (0, -g, 0)
+    body = s.body("block", fb.box(2, (1, 0.4, 1)))
+    s.planar("rail", s.ground, body, coordinate="x y turn")
+    feet = body.corners((-0.5, -0.2, 0), (0.5, -0.2, 0))
+    s.contact("foot", feet, s.ground.plane(normal="y"), friction=0.5)
+    s.force("F", body.origin, (F, 0, 0))
+    return s
+
+
+def test_dataset_and_indeterminate_forces(tmp_path):
+    motion = fb.simulate(block(), 1, initial={"y": 0.2})
+    assert motion.indeterminate == ("T_foot_1", "T_foot_2")
+    one, two = motion.contacts["foot_1"], motion.contacts["foot_2"]
+    assert np.isnan(one.tangential).all()
+    # two normal forces are known: N_2 - N_1 carries the couple of the pull, F (b/2) = (N_2 - N_1) (a/2)
+    np.testing.assert_allclose(one.normal + two.normal, 2 * 9.81, rtol=1e-12)
+    np.testing.assert_allclose(two.normal - one.normal, 3 * 0.2 / 0.5, rtol=1e-10)
+    # by name: friction in proportion to N, so that the margins are equal parts
+    np.testing.assert_allclose(one.least[:, 1] + two.least[:, 1], -3, rtol=1e-12)
+    np.testing.assert_allclose(one.least[:, 1] / one.normal, two.least[:, 1] / two.normal, rtol=1e-9)
+    motion.save(tmp_path / "block.nc")
+    data = fb.Trajectory.load(tmp_path / "block.nc").data
+    assert set(data["foot_1.mode"].values) == {"stick"}
+    assert {"foot_1.gap", "foot_1.normal", "foot_1.tangential", "foot_1.slip", "foot_1.margin"} <= set(data)
+
+
+def test_both_feet_slip_at_the_limit_of_the_whole():
+    s = block()
+    s2 = fb.simulate(s, 1, initial={"y": 0.2}, values={"F": 0.5 * 2 * 9.81 * (1 + 1e-9)})
+    assert {m.mode for m in s2.modes} == {"slip+"}
+    s3 = fb.simulate(s, 1, initial={"y": 0.2}, values={"F": 0.5 * 2 * 9.81 * (1 - 1e-9)})
+    assert {m.mode for m in s3.modes} == {"stick"}
+
+
+def test_margin_is_drawn_and_the_timeline_is_asked_by_name():
+    motion = fb.simulate(block(), 1, initial={"y": 0.2})
+    axes = motion.plot_margin("foot_1")
+    assert [line.get_label() for line in axes.get_lines()][0] == "foot_1"
+    assert axes.get_ylabel() == "μ_s N - |T| [N]"
+    assert len(motion.modes.of("foot_1")) == 1
+    with pytest.raises(SimulationError, match="Unknown contact 'feet'"):
+        motion.modes.of("feet")

@@ -1,0 +1,278 @@
+"""Drawings of machines: every body, joint, spring, load and coordinate has its symbol, and no label lies on another."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import freebody as fb
+from freebody.cli import command
+from freebody.dynamics.state import float_state
+from freebody.errors import ModelError
+from freebody.gallery import entries
+from freebody.picture.machine.configuration import configuration
+from freebody.picture.machine.draw import WIDE, draw
+from freebody.picture.machine.outlines import hull
+from freebody.picture.machine.shapes import attachments, colors, shapes
+from freebody.picture.paper.labels import outline, size_of
+from freebody.picture.paper.palette import pale
+from freebody.picture.paper.placing import inside
+from freebody.picture.paper.sheet import Label, flat, overlap
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module", params=list(entries()))
+def drawn(request: pytest.FixtureRequest) -> tuple[Any, Any]:
+    entry = entries()[request.param]
+    e = fb.equations(entry.build())
+    near = {key: x for key, x in entry.near.items() if key in e.model.coordinate_names}
+    return e.model, draw(e, near=near)
+
+
+def named(svg: str, attribute: str) -> set[str]:
+    root = ElementTree.fromstring(svg)
+    return {str(g.get(attribute)) for g in root.iter(f"{SVG}g") if g.get(attribute)}
+
+
+def test_everything_of_the_model_is_drawn(drawn: Any) -> None:
+    model, drawing = drawn
+    bodies = named(drawing.svg, "data-body")
+    for name in (
+        set(model.bodies) - bodies
+    ):  # a link of a joint of several: no mass, and all joints at one point
+        held = np.array(list(attachments(model, float_state(model), name).values()))
+        assert model.bodies[name].mass == 0 and not np.ptp(held, axis=0).any()
+        assert "planar" not in {joint.type for joint in model.joints.values()}
+    joints = {name for name, joint in model.joints.items() if joint.type not in ("free", "planar")}
+    assert named(drawing.svg, "data-joint") >= joints
+    assert named(drawing.svg, "data-load") >= set(model.loads)
+    ropes = {name for name, one in model.constraints.items() if type(one).__name__ in ("Rope", "Gear")}
+    assert named(drawing.svg, "data-constraint") >= ropes
+
+
+def test_no_label_lies_on_another_or_off_the_sheet(drawn: Any) -> None:
+    _, drawing = drawn
+    labels = [item for item in flat(drawing.sheet.root) if isinstance(item, Label)]
+    x0, y0, x1, y1 = drawing.sheet.box
+    for i, one in enumerate(labels):
+        a = one.box
+        assert x0 <= a[0] and y0 <= a[1] and a[2] <= x1 and a[3] <= y1
+        for other in labels[i + 1 :]:
+            assert overlap(a, other.box) == 0, (one.tex, other.tex)
+
+
+def test_joints_at_one_point_share_a_label() -> None:
+    """Three and more; two have their own."""
+    svg = draw(entries()["prob-6-19"].build()).svg
+    (tex,) = re.findall(r'data-tex="([^"]*yaw[^"]*)"', svg)
+    assert tex.count(r"\,") == 2 and "propeller" in tex and "engine" in tex
+    assert 'data-tex="$\\mathrm{pin}$"' in draw(entries()["ex-6-5"].build()).svg
+
+
+def test_the_ellipsoid_that_lies_on_a_table_lies() -> None:
+    """Bodies that stand on something are drawn upright, not a little turned."""
+    drawing = draw(entries()["rattleback"].build())
+    stone = next(g for g in drawing.sheet.root.items if g.attributes.get("data-body") == "stone")
+    points = np.vstack([item.points for item in stone.items])
+    wide, high = np.ptp(points, axis=0)
+    assert wide > high
+
+
+def test_a_drive_that_starts_from_rest_is_drawn_turned() -> None:
+    """By 52 degrees or a little more: the time of the drawing is that at which it has turned so far."""
+    s = fb.System("arm")
+    arm = s.body("arm", fb.slender_bar(1, 1, axis="x"))
+    s.hinge("pin", s.ground, arm, to=(-1 / 2, 0, 0), coordinate=s.t**2)
+    drawing = draw(s)
+    turned = configuration(fb.assemble(s)).t ** 2
+    assert math.radians(52) < turned < 1.25**2 * math.radians(52)
+    assert 'data-body="arm"' in drawing.svg
+
+
+def test_a_round_wall_is_within_the_width() -> None:
+    drawing = draw(entries()["prob-6-7"].build())
+    x0, _, x1, _ = drawing.sheet.box
+    assert x1 - x0 < 1.4 * WIDE
+
+
+def test_coordinates_are_marked_by_their_symbols() -> None:
+    svg = draw(entries()["ex-6-5"].build()).svg
+    assert 'data-tex="$\\theta$"' in svg and 'data-tex="$x$"' in svg
+    svg = draw(entries()["double-pendulum"].build()).svg
+    assert r"\theta_{1}" in svg and r"$\theta_{2}$" in svg  # the absolute angle, not theta_2 - theta_1
+    svg = draw(entries()["gyroscope"].build()).svg
+    assert all(rf'data-tex="$\{angle}$"' in svg for angle in ("psi", "theta", "phi"))
+
+
+def test_a_drawing_stands_where_it_was_asked_for() -> None:
+    s = entries()["ex-6-2"].build()
+    for angle in (20.0, 110.0, -35.0):
+        drawing = draw(s, at={"theta": f"{angle}deg"})
+        body = next(g for g in drawing.sheet.root.items if g.attributes.get("data-body") == "bar")
+        points = body.items[0].points
+        _, _, V = np.linalg.svd(points - points.mean(axis=0))
+        assert abs(V[0] @ [math.cos(math.radians(angle)), math.sin(math.radians(angle))]) == pytest.approx(1)
+
+
+def test_a_moment_of_a_motion() -> None:
+    s = entries()["ex-6-2"].build()
+    trajectory = fb.simulate(s, 0.5, initial={"theta": 0})
+    by_time = draw(s, trajectory=trajectory, at=0.4)
+    by_name = draw(s, at={"theta": trajectory.at(0.4)["theta"]})
+    assert by_time.sheet.title == "hinged_bar, t = 0.4 s"
+    shapes_of = [
+        next(g for g in d.sheet.root.items if g.attributes.get("data-body") == "bar").items[0].points
+        for d in (by_time, by_name)
+    ]
+    assert shapes_of[0] == pytest.approx(shapes_of[1])
+
+
+def test_refusals() -> None:
+    s = entries()["ex-6-2"].build()
+    with pytest.raises(ModelError, match="A time needs trajectory="):
+        draw(s, at=0.5)
+    with pytest.raises(ModelError, match="has no body"):
+        draw(fb.System("empty"))
+
+
+@pytest.mark.parametrize(
+    "solid",
+    [
+        fb.slender_bar(1, 2), fb.disk(1, 1), fb.ring(1, 1), fb.cylinder(1, 0.3, 2), fb.tube(1, 0.2, 0.4, 1),
+        fb.cone(1, 0.5, 1), fb.box(1, (1, 2, 3)), fb.plate(1, (1, 2)), fb.sphere(1, 1), fb.spherical_shell(1, 1),
+        fb.ellipsoid(1, (1, 2, 3)), fb.torus(1, 1, 0.2), fb.particle(1),
+        fb.box(4, (1, 1, 1)) + fb.sphere(1, 0.5).moved((0, 0, 1)),
+        fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 2, 0), (0, 0, 2))),
+    ],
+    ids=lambda solid: solid.shape.kind if solid.shape else "numbers",
+)  # fmt: skip
+def test_every_solid_has_an_outline_about_its_centre(solid: fb.MassProperties) -> None:
+    s = fb.System("one")
+    body = s.body("body", solid)
+    s.free("air", s.ground, body)
+    e = fb.equations(s)
+    assert shapes(e.model)["body"]
+    drawing = draw(e)
+    group = next(g for g in drawing.sheet.root.items if g.attributes.get("class") == "body")
+    points = np.vstack(
+        [
+            item.points
+            if hasattr(item, "points")
+            else [item.center + [dx, dy] for dx in (-1, 1) for dy in (-1, 1)]
+            for item in group.items
+        ]
+    )
+    assert inside(hull(points), np.zeros((1, 2)) + 1e-3)[0]
+
+
+def test_letters_are_measured_as_they_are_drawn() -> None:
+    left, bottom, right, top = outline(r"$\frac{1}{2} m L \ddot{\theta}$").box
+    assert size_of(r"$\frac{1}{2} m L \ddot{\theta}$", 10) == pytest.approx(
+        (10 * (right - left), 10 * (top - bottom))
+    )
+    assert size_of("$m g$", 12)[0] > size_of("$m$", 12)[0]
+
+
+def test_the_command_writes_the_file(tmp_path: Path) -> None:
+    run = CliRunner()
+    for arguments, start in (
+        (["ex-6-5", "-o", str(tmp_path / "machine.svg")], "<svg"),
+        (["ex-6-5", "--body", "bar", "--at", "theta=30deg", "-o", str(tmp_path / "bar.tex")], "% Free-body"),
+        (
+            ["ex-6-5", "--body", "all", "--mode", "blank", "--set", "a=1", "-o", str(tmp_path / "all.svg")],
+            "<svg",
+        ),
+    ):
+        result = run.invoke(command, ["draw", *arguments])
+        assert result.exit_code == 0, result.output
+        assert result.output == f"Wrote {arguments[-1]}\n"
+        assert Path(arguments[-1]).read_text().startswith(start)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["ex-6-5", "--body", "baar"], "did you mean 'bar'"),
+        (["ex-6-5", "-o", "x.jpg"], "expected a file name that ends in .svg, .pdf, .png, .tex"),
+        (["ex-6-5", "--at", "1", "--at", "theta=1"], "expected one time, or coordinates by name, not both"),
+        (["ex-6-5", "--at", "-1"], "expected a time of 0 s or later"),
+        (
+            ["ex-6-5", "--at", "1e9"],
+            "a time within the run of ex-6-5, 0 to 10 s, got 1e+09 s; add --until 1e+09 for a longer one",
+        ),
+        (["ex-6-5", "--at", "2", "--until", "1"], "0 to 1 s, got 2 s; --until ends before it"),
+        (["ex-6-5", "--at", "thet=1"], "did you mean 'theta'"),
+        (["ex-6-5", "--mode", "blank"], "--mode is of free-body diagrams"),
+    ],
+)
+def test_the_command_refuses(arguments: list[str], message: str, tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(command, ["draw", *arguments])
+    assert result.exit_code != 0
+    assert message in result.output + str(result.exception)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_time_beyond_the_run_needs_its_length(tmp_path: Path) -> None:
+    model, out = tmp_path / "body.toml", tmp_path / "body.svg"
+    model.write_text(
+        'name = "body"\n[bodies.body]\nsolid = "sphere"\nmass = 1\nradius = 1\n'
+        '[joints.way]\ntype = "slider"\nchild = "body"\naxis = "x"\ncoordinate = "x"\n[initial]\n"x\'" = 1\n'
+    )
+    arguments = ["draw", str(model), "--at", "2", "-o", str(out)]
+    refused = CliRunner().invoke(command, arguments)
+    assert refused.exit_code == 2 and "names no length of its run; add --until 2" in refused.output
+    assert CliRunner().invoke(command, [*arguments, "--until", "2"]).exit_code == 0 and out.exists()
+    beyond = f"{entries()['ex-6-2'].until + 0.5:g}"
+    longer = ["draw", "ex-6-2", "--at", beyond, "--until", beyond, "-o", str(out)]
+    assert CliRunner().invoke(command, longer).exit_code == 0
+
+
+def test_shape_and_colour_are_what_was_chosen() -> None:
+    s = fb.System("cart")
+    cart = s.body("cart", fb.particle(2), shape=fb.box(1, (0.4, 0.2, 0.2)), color="#0072B2")
+    plain = s.body(
+        "plain", fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))), color="#D55E00"
+    )
+    s.slider("rail", s.ground, cart, coordinate="x")
+    s.slider("other", s.ground, plain, coordinate="y")
+    model = fb.assemble(s)
+    (piece,) = shapes(model)["cart"]
+    assert piece.kind == "box" and piece.dimensions == {"x": 0.4, "y": 0.2, "z": 0.2}
+    assert cart.mass_properties is not None and cart.mass_properties.mass == 2
+    assert colors(model) == {"cart": "#0072B2", "plain": "#D55E00"}
+    assert [piece.kind for piece in shapes(model)["plain"]] == ["ellipsoid"]
+    svg = draw(s).svg
+    assert pale("#0072B2") in svg and pale("#D55E00") in svg
+
+
+def test_no_shape_and_no_colour() -> None:
+    s = fb.System("cart")
+    with pytest.raises(ModelError, match="Expected a solid for shape= of body 'cart'"):
+        s.body("cart", fb.particle(2), shape="box")
+    with pytest.raises(ModelError, match="Expected a colour such as '#0072B2'"):
+        s.body("cart", fb.particle(2), color="blue")
+    assert not s.bodies
+
+
+def test_the_page_on_drawings_does_what_it_says(tmp_path: Path, monkeypatch: Any) -> None:
+    """Its code runs and writes the files, the two that it shows among them."""
+    docs = Path(__file__).parents[4] / "docs"
+    page = (docs / "drawings.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    scope: dict[str, Any] = {}
+    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(compile(code, "drawings.md", "exec"), scope)
+    for name in re.findall(r'\.save\("(.*?)"\)', page):
+        assert (tmp_path / name).stat().st_size > 1000
+    for name in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page):
+        shown, made = ((folder / name).read_text(encoding="utf-8") for folder in (docs, tmp_path))
+        assert re.findall(r'data-tex="[^"]*"', shown) == re.findall(r'data-tex="[^"]*"', made)
