@@ -10,8 +10,8 @@ import numpy as np
 from ...errors import ModelError
 from ...model.model import Model
 from ...scalar.algebra import Scalar
+from ...scalar.element import is_zero
 from ...scalar.polynomial import Ring
-from ...scalar.zero import is_zero
 from ..printing.display import text
 from .operating_point import SINGULAR
 

@@ -27,6 +27,7 @@ from .angle_sums import shortest
 from .terms import (
     ONE,
     Key,
+    Part,
     Sum,
     Term,
     common_divisor,
@@ -95,7 +96,16 @@ def arrange(x: Scalar, ring: Ring, lumps: Lumps | None = None, long: Lumps | Non
     return _Arrangement(ring, lumps, long).entry(x)
 
 
+def _summands(term: Term) -> list[Term]:
+    """Return the terms of a term that is only a number times a bracket; [] for other terms."""
+    if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
+        return [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
+    return []
+
+
 class _Arrangement:
+    """The rules of arrangement for elements of one ring."""
+
     def __init__(self, ring: Ring, lumps: Lumps | None, long: Lumps | None = None):
         self.ring = ring
         self.lumps = lumps
@@ -219,9 +229,9 @@ class _Arrangement:
         indices = sorted(self.rank(i) for i, e in key for _ in range(e))
         return (min(kinds), -degree, indices)
 
-    def _by_parameters(self, coefficient: Any, den: int) -> dict[Key, list[tuple[Fraction, Key]]]:
+    def _by_parameters(self, coefficient: Any, den: int) -> dict[Key, list[Part]]:
         """Return {primitive polynomial in parameters: [(rational, monomial of other generators), ...]}."""
-        result: dict[Key, list[tuple[Fraction, Key]]] = {}
+        result: dict[Key, list[Part]] = {}
         for other in sorted(coefficient, key=self._order_of_other):
             parameters = coefficient[other]
             content = gcd(*parameters.values())
@@ -250,9 +260,9 @@ class _Arrangement:
         return (degree, sorted(order))
 
     # ------------------------------------------------------------------ assembly
-    def _assembled(self, groups: list[tuple[Key, dict[Key, list[tuple[Fraction, Key]]]]]) -> list[Term]:
+    def _assembled(self, groups: list[tuple[Key, dict[Key, list[Part]]]]) -> list[Term]:
         """Return the terms of a sum; groups with the same polynomial of parameters are joined."""
-        joined: dict[Key, list[tuple[Key, list[tuple[Fraction, Key]]]]] = {}
+        joined: dict[Key, list[tuple[Key, list[Part]]]] = {}
         for moving, by_parameters in groups:
             if moving and len(by_parameters) == 1:
                 ((parameters, others),) = by_parameters.items()
@@ -278,21 +288,20 @@ class _Arrangement:
                 terms.append(self._product(parameters, moving, others))
         return terms
 
-    def _separate(self, parameters: Key, others: list[tuple[Fraction, Key]]) -> list[Term]:
+    def _separate(self, parameters: Key, others: list[Part]) -> list[Term]:
         """Return terms without speeds: one factored product, or several if factoring gains nothing."""
         if len(others) > 1 and parameters != ONE:
             return [self._product(parameters, (), others)]
         terms = []
         for r in others:
             term = self._product(parameters, (), [r])
-            if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
-                inner = [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
+            if inner := _summands(term):
                 terms += sorted(inner, key=lambda t: t.coefficient < 0)  # F - m g, not -m g + F
             else:
                 terms.append(term)
         return terms
 
-    def _product(self, parameters: Key, moving: Key, others: list[tuple[Fraction, Key]]) -> Term:
+    def _product(self, parameters: Key, moving: Key, others: list[Part]) -> Term:
         """Return parameters · coordinates · moving · trigonometry."""
         content, common, inner = common_part(others)
         number, factors = self._parameters(parameters, content)
@@ -302,9 +311,9 @@ class _Arrangement:
             body = Sum([Term(c, self._flat(other)) for c, other in inner])
             number = made_positive(body, number)
             factors.append((body, 1))
-        return Term(number, factors + self._moving(moving) + after)
+        return Term(number, factors + self._ordered(moving) + after)
 
-    def _joined(self, parameters: Key, parts: list[tuple[Key, list[tuple[Fraction, Key]]]]) -> Term:
+    def _joined(self, parameters: Key, parts: list[tuple[Key, list[Part]]]) -> Term:
         """Return parameters · common · (moving · trigonometry + ...)."""
         flat = [entry for _, others in parts for entry in others]
         content, common, _ = common_part(flat)
@@ -314,7 +323,7 @@ class _Arrangement:
             if len(cofactors) == 1:
                 c, other = cofactors[0]
                 before, after = self._sides(other)
-                inner.append(Term(c, before + self._moving(moving) + after))
+                inner.append(Term(c, before + self._ordered(moving) + after))
             else:
                 inner.append(self._product(ONE, moving, cofactors))
         number, factors = self._parameters(parameters, content)
@@ -323,7 +332,7 @@ class _Arrangement:
         number = made_positive(body, number)
         return Term(number, factors + before + after + [(body, 1)])
 
-    def _mixed(self, moving: Key, by_parameters: dict[Key, list[tuple[Fraction, Key]]]) -> Term:
+    def _mixed(self, moving: Key, by_parameters: dict[Key, list[Part]]) -> Term:
         """Return common · (parameters · trigonometry + ...) · moving."""
         everything = [entry for others in by_parameters.values() for entry in others]
         _, common, _ = common_part(everything)
@@ -333,11 +342,7 @@ class _Arrangement:
             parameter_cofactor = tuple((without(m, shared), c) for m, c in parameters)
             cofactors = [(c, without(other, common)) for c, other in others]
             term = self._product(parameter_cofactor, (), cofactors)
-            if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
-                # only parameters: add their terms without a bracket
-                inner += [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
-            else:
-                inner.append(term)
+            inner += _summands(term) or [term]  # only parameters: add their terms without a bracket
         number: Any = content_of([Fraction(t.coefficient) for t in inner])
         if number != 1:
             for t in inner:
@@ -346,14 +351,11 @@ class _Arrangement:
         number = made_positive(body, number)
         before, after = self._sides(common)
         front = self._ordered(shared)
-        return Term(number, front + before + [(body, 1)] + self._moving(moving) + after)
+        return Term(number, front + before + [(body, 1)] + self._ordered(moving) + after)
 
     def _flat(self, other: Key) -> list[tuple[Any, int]]:
         before, after = self._sides(other)
         return before + after
-
-    def _moving(self, key: Key) -> list[tuple[Any, int]]:
-        return self._ordered(key)
 
     def _sides(self, other: Key) -> tuple[list[tuple[Any, int]], list[tuple[Any, int]]]:
         """Return the factors to print before accelerations and speeds (coordinates) and after them (functions)."""

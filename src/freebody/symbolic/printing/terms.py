@@ -7,7 +7,10 @@ from fractions import Fraction
 from math import gcd, lcm
 from typing import Any
 
-Key = tuple[Any, ...]  # a monomial: ((generator, exponent), ...), newest generator first
+Key = tuple[Any, ...]
+"""A monomial: ((generator, exponent), ...), newest generator first."""
+Part = tuple[Fraction, Key]
+"""A rational coefficient and a monomial."""
 
 
 @dataclass(slots=True)
@@ -60,7 +63,7 @@ def content_of(values: list[Fraction]) -> Fraction:
     return best
 
 
-def common_part(entries: list[tuple[Fraction, Key]]) -> tuple[Fraction, Key, list[tuple[Fraction, Key]]]:
+def common_part(entries: list[Part]) -> tuple[Fraction, Key, list[Part]]:
     """Return (rational content, common monomial, cofactors) of a list of terms."""
     if len(entries) == 1:
         return entries[0][0], entries[0][1], [(Fraction(1), ())]
