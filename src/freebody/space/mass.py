@@ -194,7 +194,7 @@ class MassProperties:
             return MassProperties(mass, center, inertia, shape, positive)
         except MassError as problem:
             raise MassError(
-                f"Expected a hole inside the body, got a rest that no body can be: {problem} "
+                f"Expected a hole inside the body, got a remainder that no body can have: {problem} "
                 "Move the hole inside the body, or correct its mass."
             ) from problem
 
