@@ -242,8 +242,8 @@ def _check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
         first, second = (kind_of(shape) for shape in (a, b))
         raise ModelError(
             f"The {first} and the {second} of contact '{name}' touch at one point only if all motion is in a plane "
-            f"at right angles to their axes, which is not the case here. In 3-D, use a sphere for one of them, or a plane "
-            f"for the flat one."
+            f"at right angles to their axes, which is not the case here. In 3-D, use a sphere for one of them, or a "
+            f"plane for the flat one."
         )
 
 
