@@ -13,10 +13,10 @@ from __future__ import annotations
 from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from ...errors import ExpressionError
 from ...native.registers import WIDTH
+from ...scalar.algebra import Scalar
 from ...scalar.trace import CODES, CONST, DIV, INPUT, MUL, NEG, NONE, Tape, Traced
 
 SIN, COS = CODES["sin"], CODES["cos"]
@@ -71,7 +71,7 @@ TIME = -1  # as the place of an input
 
 def lower(
     tape: Tape,
-    functions: Mapping[str, Sequence[Any]],
+    functions: Mapping[str, Sequence[Scalar]],
     time: Traced | None,
     state: Sequence[Traced],
     parameters: Sequence[Traced],
@@ -127,7 +127,7 @@ def lower(
 
 
 def _counted(
-    tape: Tape, functions: Mapping[str, Sequence[Any]], used: Sequence[int]
+    tape: Tape, functions: Mapping[str, Sequence[Scalar]], used: Sequence[int]
 ) -> tuple[array[int], array[int]]:
     """Number of uses of each node of a tape, and number of divisions by it."""
     op, a, b = tape.op, tape.a, tape.b
