@@ -299,7 +299,9 @@ def test_a_factor_in_common_is_left_out_of_a_quotient():
 def products_of(rates, state, parameters=()):
     """How many products of series their recurrence takes."""
     tape = next(x.tape for x in rates if isinstance(x, Traced))
-    recurrence = shortened(Recurrence(lower(tape, {"series": rates}, None, state, list(parameters)), "series"))
+    recurrence = shortened(
+        Recurrence(lower(tape, {"series": rates}, None, state, list(parameters)), "series")
+    )
     nodes = [recurrence.nodes[i] for i in recurrence.order]
     return sum(len(node.products) + (node.rule in ("quotient", "root")) for node in nodes)
 

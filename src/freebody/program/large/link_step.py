@@ -187,11 +187,11 @@ class Step:
 
 
 @lru_cache(maxsize=64)
-def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, moved: bool = False) -> Step:
+def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, derivatives: bool = False) -> Step:
     """Compile the steps of a kind, for one state or for several side by side.
 
-    With ``shared``, the constants are the same in all lanes. With ``moved``, every number has its derivative along a
-    direction behind it.
+    With ``shared``, the constants are the same in all lanes. With ``derivatives``, each number is followed by its
+    derivative along a direction.
     """
     tape = Tape()
     constants = [tape.input(f"c{k}") for k in range(CONSTANTS)]
@@ -208,7 +208,7 @@ def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, moved: bool =
     ]
     state = [x for array in read.values() for x in array]
     sizes = tuple(ARRAYS.values())
-    if moved:
+    if derivatives:
         functions, state = beside(tape, functions, state)
         places = [[(array, 2 * place + k) for array, place in pairs for k in (0, 1)] for pairs in places]
         sizes = tuple(2 * n for n in sizes)
