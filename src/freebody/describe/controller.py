@@ -129,7 +129,7 @@ def _inputs(system: Description, inputs: Any, what: str) -> tuple[str, ...]:
             plain = sorted(name for name in known if names.kinds[name] == "parameter")
             raise ModelError(
                 f"Expected parameters of this system as the inputs of {what}, got '{text}'; {nearest(text, plain)} "
-                f"An input is declared first: {text if text.isidentifier() else 'tau'} = s.parameters(...=0)."
+                f"Declare an input first: {text if text.isidentifier() else 'tau'} = s.parameters(...=0)."
             )
         for other in system.controllers.values():
             if text in other.inputs:
@@ -137,7 +137,7 @@ def _inputs(system: Description, inputs: Any, what: str) -> tuple[str, ...]:
                     f"Parameter '{text}' is already set by controller '{other.name}', not also by {what}."
                 )
         if text in result:
-            raise ModelError(f"Parameter '{text}' stands twice among the inputs of {what}.")
+            raise ModelError(f"Parameter '{text}' is listed twice in the inputs of {what}.")
         result.append(text)
     if not result:
         raise ModelError(f"Expected at least one input for {what}, such as inputs='tau'.")

@@ -133,7 +133,7 @@ def pivot(
 def apparent_inertia(
     I_A: Blocks, p_A: Spatial, c: Spatial, tau: Sequence[Scalar], terms: LinkTerms | None
 ) -> tuple[Blocks, Spatial]:
-    """Return I^a and p^a, the link as its parent feels it, in its own axes; ``terms`` None: it moves with the parent."""
+    """Return I^a and p^a, the link as its parent feels it, in its own axes; ``terms`` None: it does not move in it."""
     if terms is None:
         return I_A, plus(p_A, blocks_times(I_A, c))
     motion, U, m, D = terms
@@ -173,9 +173,9 @@ def _with_inertia(
             result.append(k)
         elif not (S[1] == ZERO and is_zero(force + power(S, wrench)) and _is_displaced_tip(model, i)):
             raise ModelError(
-                f"Joint '{link.joint}' has a motion that meets no inertia, so that no acceleration follows from the "
-                f"forces. Give what it carries mass, or moment of inertia (a particle has none), weld it, or leave "
-                f"out the motion."
+                f"Joint '{link.joint}' has a motion that meets no inertia, so the forces give no acceleration. Give "
+                f"the bodies that it carries mass or moment of inertia (a particle has no moment of inertia), weld the "
+                f"joint, or leave out the motion."
             )
     return result
 

@@ -372,7 +372,7 @@ def no_direction(model: Model, q: Sequence[float]) -> ModelError:
     where = ", ".join(f"{c.name} = {x:.6g}" for c, x in zip(model.coordinates, q, strict=True))
     return ModelError(
         f"A constraint of '{model.name}' ({', '.join(model.constraints)}) has no direction at {where}: two "
-        f"points of a rope in one place, a wheel that lies flat, or an expression without a value there. Begin "
+        f"points of a rope in one place, a wheel that lies flat, or an expression without a value there. Start "
         f"elsewhere."
     )
 

@@ -98,14 +98,14 @@ def contact(
     k, s = (default_value(system, x) for x in (kinetic, static))
     if k is not None and s is not None and s < k:
         raise ModelError(
-            f"The static friction of {what} is {s:g}, below its kinetic friction {k:g}. A contact at rest holds at "
-            f"least what a slipping one does: exchange them."
+            f"The static friction of {what} is {s:g}, below its kinetic friction {k:g}. Static friction is at "
+            f"least as large as kinetic friction: exchange them."
         )
     bounce = constant(system, restitution, f"the restitution of {what}")
     e = default_value(system, bounce)
     if e is not None and not 0 <= e <= 1:
         raise ModelError(
-            f"Expected a restitution between 0 (no bounce) and 1 (all of it) for {what}, got {e:g}."
+            f"Expected a restitution between 0 (no bounce) and 1 (full bounce) for {what}, got {e:g}."
         )
     if impact not in IMPACTS:
         raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")

@@ -73,7 +73,7 @@ class Writer:
         if system.controllers or names_of(system).signals:
             names = [*system.controllers, *(signal.name for signal in names_of(system).signals)]
             raise FormatError(
-                f"A model file has no words for controllers and signals; '{system.name}' has {', '.join(names)}. Keep "
+                f"A model file cannot hold controllers and signals, but '{system.name}' has {', '.join(names)}. Keep "
                 "the description in Python."
             )
         self.system = system
@@ -325,7 +325,7 @@ class Writer:
                 if constraint.friction is not None:
                     keys["friction"] = self.value(constraint.friction)
                 return {"type": quoted("rolling"), **keys}
-        raise AssertionError(f"no words for {constraint!r}")
+        raise AssertionError(f"no keys for {constraint!r}")
 
     def slack_rope(self, pair: ContactPair) -> dict[str, str]:
         """Return the keys of a rope that may go slack, which the system holds as a contact."""
@@ -363,7 +363,7 @@ class Writer:
             case loads.GeneralizedForce():
                 keys = {"coordinate": self.value(load.coordinate), "value": self.value(load.value)}
                 return "generalized_forces", keys
-        raise AssertionError(f"no words for {load!r}")
+        raise AssertionError(f"no keys for {load!r}")
 
     def frame(self, frame: Frame) -> dict[str, str]:
         """Return the key ``frame``, without it for ground axes."""
