@@ -100,9 +100,21 @@ def forward_dynamics(
         inertia[link.parent] = blocks_sum(inertia[link.parent], blocks_to_parent(R, r, I_a))
         p[link.parent] = plus(p[link.parent], force_to_parent(R, r, p_a))
 
+    second, joint_rates = _outward(model, state, c, terms, with_inertia)
+    return accelerations_of_coordinates(model, state, second, joint_rates)
+
+
+def _outward(
+    model: Model,
+    state: State,
+    c: Sequence[Spatial],
+    terms: Sequence[LinkTerms | None],
+    with_inertia: Sequence[Sequence[int]],
+) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
+    """Return y'' of the 1-dof links and, by speed, u' of ball and free joints."""
     A: list[Spatial] = []
-    second: dict[int, Any] = {}
-    joint_rates: dict[int, Any] = {}
+    second: dict[int, Scalar] = {}
+    joint_rates: dict[int, Scalar] = {}
     ground = (ZERO, negate(state.vector(model.gravity)))
     for i, link in enumerate(model.links):
         R, r, _ = state.joint(i)
@@ -111,15 +123,15 @@ def forward_dynamics(
             second |= {} if link.driven else {i: 0}
         elif link.u >= 0:
             joint_rates |= dict.fromkeys(range(link.u, link.u + (3 if link.kind == "ball" else 6)), 0)
-        if terms[i] is not None:
-            rates, a = joint_acceleration(a, terms[i])
+        if (link_terms := terms[i]) is not None:
+            rates, a = joint_acceleration(a, link_terms)
             for k, rate in zip(with_inertia[i], rates, strict=True):
                 if link.one_dof:
                     second[i] = rate
                 else:
                     joint_rates[link.u + k] = rate
         A.append(a)
-    return accelerations_of_coordinates(model, state, second, joint_rates)
+    return second, joint_rates
 
 
 def pivot(

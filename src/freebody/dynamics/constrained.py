@@ -124,15 +124,15 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Scalar
         value, owner = multipliers[i], model.constraints[row.owner]
         if isinstance(value, int) and value == 0:
             continue
-        for where, force, moment in acting:
-            _press(model, state, result, where, scale(value, force), scale(value, moment))
+        for place, force, moment in acting:
+            _press(model, state, result, place, scale(value, force), scale(value, moment))
         if isinstance(owner, Gear):
             for _, link, factor in torques(model, state, owner):
                 result.along[link] = result.along.get(link, 0) + factor * value
             pair, size = separating_force(model, state, owner)
-            for where, force, moment in pair if size is not None else ():
+            for place, force, moment in pair if size is not None else ():
                 pressure = size * state.field.apply("abs", value)
-                _press(model, state, result, where, scale(pressure, force), scale(pressure, moment))
+                _press(model, state, result, place, scale(pressure, force), scale(pressure, moment))
         elif not acting:
             for j, entry in enumerate(conditions.matrix[i]):
                 result.generalized[j] = result.generalized.get(j, 0) + entry * value
@@ -144,14 +144,14 @@ def with_wrenches(
 ) -> Loading:
     """Return the loads together with further (place, force, moment) in ground axes; places as in :func:`wrenches`."""
     result = Loading(dict(loads.wrenches), dict(loads.along), dict(loads.generalized))
-    for where, force, moment in acting:
-        _press(model, state, result, where, force, moment)
+    for place, force, moment in acting:
+        _press(model, state, result, place, force, moment)
     return result
 
 
-def _press(model: Model, state: State, result: Loading, where: Any, force: Vector, moment: Vector) -> None:
-    """Add a wrench at a point; ``where`` may be (body, point) with a point that is not fixed in the body."""
-    body, point = where if isinstance(where, tuple) else (where.body, where)
+def _press(model: Model, state: State, result: Loading, place: Any, force: Vector, moment: Vector) -> None:
+    """Add a wrench at a point; ``place`` may be (body, point) with a point that is not fixed in the body."""
+    body, point = place if isinstance(place, tuple) else (place.body, place)
     link, _ = place_of(model, body)
     if link < 0:
         return
@@ -315,14 +315,14 @@ def closed_coordinates(
     q: Sequence[float],
     t: float = 0,
     values: Mapping[Any, Any] | None = None,
-    held: Sequence[int] = (),
+    fixed: Sequence[int] = (),
     steps: int = STEPS,
 ) -> list[float]:
     """Return coordinates near ``q`` that satisfy the conditions on coordinates, by Gauss-Newton steps.
 
     Parameters
     ----------
-    held : sequence of int
+    fixed : sequence of int
         Indices of the speeds whose coordinates stay fixed.
 
     Raises
@@ -331,7 +331,7 @@ def closed_coordinates(
         The message names the worst condition and its residual.
     """
     kinds = rows(model)
-    free = [j for j in range(model.n_u) if j not in set(held)]
+    free = [j for j in range(model.n_u) if j not in set(fixed)]
     q = [*map(float, q)]
     active = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
     best = float("inf")

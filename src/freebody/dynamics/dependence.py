@@ -30,22 +30,25 @@ def dependence(model: Model) -> dict[str, frozenset[int]]:
         return frozenset().union(*(inward[i] for i in links if i != GROUND))
 
     result: dict[str, frozenset[int]] = {}
-    for name, one in model.constraints.items():
-        if isinstance(one, Closure):
-            links = loop_links(model, one)
+    for name, constraint in model.constraints.items():
+        if isinstance(constraint, Closure):
+            links = loop_links(model, constraint)
             result[name] = frozenset().union(*(moving[i] for i in links))
-        elif isinstance(one, Rope):
-            result[name] = of_bodies(point.body for point in one.points)
-        elif isinstance(one, Rolling):
-            result[name] = of_bodies((one.center.body, one.plane.body))
-        elif isinstance(one, Gear):
+        elif isinstance(constraint, Rope):
+            result[name] = of_bodies(point.body for point in constraint.points)
+        elif isinstance(constraint, Rolling):
+            result[name] = of_bodies((constraint.center.body, constraint.plane.body))
+        elif isinstance(constraint, Gear):
             result[name] = frozenset().union(
-                *(moving[model.joints[joint.name].links[0]] for joint in (one.first, one.second))
+                *(
+                    moving[model.joints[joint.name].links[0]]
+                    for joint in (constraint.first, constraint.second)
+                )
             )
-        elif isinstance(one, Touching):
+        elif isinstance(constraint, Touching):
             result[name] = frozenset()
         else:
-            result[name] = _named(model, one.expression)
+            result[name] = _named(model, constraint.expression)
     return result
 
 

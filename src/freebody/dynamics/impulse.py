@@ -46,8 +46,8 @@ Blow = tuple[Any, Vector, Vector]
 def blows_on(model: Model, state: State, blows: Sequence[Blow]) -> Loading:
     """Return the impulses sorted by the links that they act on."""
     result = Loading()
-    for where, impulse, moment in blows:
-        body, point = where if isinstance(where, tuple) else (where.body, where)
+    for place, impulse, moment in blows:
+        body, point = place if isinstance(place, tuple) else (place.body, place)
         link, _ = place_of(model, body)
         if link == GROUND:
             continue
@@ -143,7 +143,7 @@ def with_constraints(
     for row, multiplier, acting in zip(rows(model), multipliers, wrenches(model, state), strict=True):
         if isinstance(multiplier, int) and multiplier == 0:
             continue
-        result += [(where, scale(multiplier, f), scale(multiplier, n)) for where, f, n in acting]
+        result += [(place, scale(multiplier, f), scale(multiplier, n)) for place, f, n in acting]
         owner = model.constraints[row.owner]
         if isinstance(owner, Gear):
             pair, size = separating_force(model, state, owner)
@@ -152,7 +152,7 @@ def with_constraints(
             pressure = size * state.field.apply("abs", multiplier)
             if not (isinstance(factor, int) and factor == 1):
                 pressure = divide(pressure * factor, state.field.apply("abs", factor))
-            result += [(where, scale(pressure, f), n) for where, f, n in pair]
+            result += [(place, scale(pressure, f), n) for place, f, n in pair]
     return result
 
 

@@ -91,16 +91,21 @@ def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own:
     return keys
 
 
+def dimensions(shape: Shape, make: Callable[..., Any]) -> dict[str, Any]:
+    """Return the arguments, without the mass, with which a function makes a solid of this shape."""
+    axis: Any = next((name for name, unit in _UNITS.items() if tuple(shape.axis) == unit), tuple(shape.axis))
+    sizes = tuple(value for _, value in shape.dimensions)
+    arguments = {**dict(shape.dimensions), "axis": axis, "normal": axis, "sizes": sizes, "semiaxes": sizes}
+    parameters = inspect.signature(make).parameters
+    return {key: value for key, value in arguments.items() if key in parameters}
+
+
 def _part_text(writer: Writer, shape: Shape, kinds: tuple[str, ...]) -> str | None:
     """Return one part as an inline table, or None if no solid gives exactly this part."""
     if shape.kind not in kinds:
         return None
     make = getattr(solids, shape.kind)
-    parameters = inspect.signature(make).parameters
-    axis: Any = next((name for name, unit in _UNITS.items() if tuple(shape.axis) == unit), tuple(shape.axis))
-    sizes = tuple(value for _, value in shape.dimensions)
-    arguments = {**dict(shape.dimensions), "axis": axis, "normal": axis, "sizes": sizes, "semiaxes": sizes}
-    arguments = {key: value for key, value in arguments.items() if key in parameters}
+    arguments = dimensions(shape, make)
     try:
         base = make(m=1, **arguments).shape.rotated(shape.axes)
     except (FreebodyError, TypeError):
@@ -111,13 +116,7 @@ def _part_text(writer: Writer, shape: Shape, kinds: tuple[str, ...]) -> str | No
         return None
     keys = {"solid": json.dumps(shape.kind)}
     for name, value in arguments.items():
-        keys[name] = (
-            writer.row(value)
-            if isinstance(value, tuple)
-            else json.dumps(value)
-            if isinstance(value, str)
-            else writer.value(value)
-        )
+        keys[name] = writer.argument(value)
     if shape.axes != IDENTITY:
         keys["axes"] = writer.matrix(shape.axes)
     if at != ZERO:

@@ -95,7 +95,7 @@ def start_of(
     v = w - to_rates @ p
     held = [*choice.speeds, *choice.carried]
     numbers = {parameter.symbol: linear.values[parameter.name] for parameter in model.parameters}
-    q = closed_coordinates(model, displaced(model, q0, (T @ p).tolist()), values=linear.values, held=held)
+    q = closed_coordinates(model, displaced(model, q0, (T @ p).tolist()), values=linear.values, fixed=held)
     u = u0 + S @ v + P @ p
     state = State(model, floats, 0, q, u.tolist(), numbers)
     given = linearized(model, state)
