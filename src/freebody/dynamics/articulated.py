@@ -12,7 +12,6 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §7.3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from ..errors import ModelError
 from ..model.model import GROUND, Link, Model
@@ -75,7 +74,7 @@ def forward_dynamics(
     inertia = [blocks(state.inertia(i)) for i in range(count)]
     p = [minus(force_cross(V[i], momentum_of(state.inertia(i), V[i])), loads.wrench(i)) for i in range(count)]
     c = [motion_cross(V[i], state.joint(i)[2]) for i in range(count)]
-    terms: list[Any] = [None] * count
+    terms: list[Scalar] = [None] * count
     with_inertia: list[list[int]] = [[] for _ in range(count)]
     for i in range(count - 1, -1, -1):
         link = model.links[i]

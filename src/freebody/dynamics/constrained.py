@@ -25,7 +25,16 @@ from ..scalar.algebra import Scalar, Vector, apply_transpose, cross, divide, sca
 from ..scalar.expression import exact
 from ..space.spatial import plus
 from .composite import mass_matrix
-from .constraints import linearized, residuals, rows, separating_force, slip_direction, torques, wrenches
+from .constraints import (
+    Action,
+    linearized,
+    residuals,
+    rows,
+    separating_force,
+    slip_direction,
+    torques,
+    wrenches,
+)
 from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
 from .linear import Elimination, Factorization, applied, combined, entries, products, scalar_product
@@ -50,7 +59,7 @@ def constrained_dynamics(
     if forces is not None:
         f = [a + b for a, b in zip(f, forces, strict=True)]
     conditions = linearized(model, state)
-    multipliers: list[Any] = [0] * len(conditions.bias)
+    multipliers: list[Scalar] = [0] * len(conditions.bias)
     speeds = deep_speeds(model) if conditions.symmetric else None
     turned, back = conditions.in_loop_axes(active)
     if not conditions.symmetric:
@@ -73,12 +82,12 @@ def constrained_dynamics(
 def _by_mass_matrix(
     model: Model,
     state: State,
-    f: Sequence[Any],
-    G: Sequence[Sequence[Any]],
-    gamma: Sequence[Any],
-    acting: Sequence[Sequence[Any]],
+    f: Sequence[Scalar],
+    G: Sequence[Sequence[Scalar]],
+    gamma: Sequence[Scalar],
+    acting: Sequence[Sequence[Scalar]],
     symmetric: bool,
-) -> tuple[list[Any], list[Any]]:
+) -> tuple[list[Scalar], list[Scalar]]:
     """Return u' and λ with the forces Wᵀ λ, where W has the rows ``acting``."""
     M = Factorization(mass_matrix(model, state))
     free = M.forward(f)
@@ -139,9 +148,7 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Scalar
     return result
 
 
-def with_wrenches(
-    model: Model, state: State, loads: Loading, acting: Sequence[tuple[Any, Vector, Vector]]
-) -> Loading:
+def with_wrenches(model: Model, state: State, loads: Loading, acting: Sequence[Action]) -> Loading:
     """Return the loads together with further (place, force, moment) in ground axes; places as in :func:`wrenches`."""
     result = Loading(dict(loads.wrenches), dict(loads.along), dict(loads.generalized))
     for place, force, moment in acting:
@@ -169,7 +176,7 @@ def constraint_power(model: Model, state: State, multipliers: Sequence[Scalar]) 
     work if it is hauled in. A contact that slips takes out μ N |γ|.
     """
     conditions = linearized(model, state)
-    total: Any = 0
+    total: Scalar = 0
     for kind, value, rate, row in zip(
         rows(model), multipliers, conditions.rate, conditions.matrix, strict=True
     ):
@@ -207,7 +214,7 @@ def speed_correction(model: Model, state: State, active: Sequence[int]) -> tuple
     return tuple(a + b for a, b in zip(state.u, step, strict=True))
 
 
-def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> list[Any]:
+def _least(model: Model, state: State, G: list[Scalar], residual: list[Scalar]) -> list[Scalar]:
     """Return the step with G step = -residual of the least ½ stepᵀ M step."""
     if not G:
         return [0] * model.n_u
@@ -240,12 +247,12 @@ def independence(model: Model, state: State, active: Sequence[int]) -> Scalar:
     """
     G, masses = linearized(model, state).matrix, mass_matrix(model, state)
 
-    def length(i: int) -> Any:
+    def length(i: int) -> Scalar:
         return sum((divide(x * x, masses[j][j]) for j, x in entries(G[i])), 0)
 
-    longest: dict[int, Any] = {}
+    longest: dict[int, Scalar] = {}
     for group in condition_groups(model):
-        most: Any = None
+        most: Scalar = None
         for i in group:
             if entries(G[i]):
                 most = length(i) if most is None else state.field.apply("max", most, length(i))
@@ -256,7 +263,7 @@ def independence(model: Model, state: State, active: Sequence[int]) -> Scalar:
         for i in nonzero
     ]
     factors = Factorization(products(weighed, [G[i] for i in nonzero]))
-    least: Any = 1
+    least: Scalar = 1
     for k, pivot in zip(factors.order, factors.D, strict=True):
         least = state.field.apply("min", least, divide(pivot, longest[nonzero[k]]))
     return least
@@ -292,7 +299,7 @@ def independent_of(G: Any, M: Any) -> tuple[int, ...]:
     """
     scaled = G / np.sqrt(M.diagonal())
     largest = np.linalg.norm(scaled, axis=1).max(initial=0)
-    basis: list[Any] = []
+    basis: list[Scalar] = []
     independent: list[int] = []
     for least in (POOR, DEPENDENT):
         for i, row in enumerate(scaled):

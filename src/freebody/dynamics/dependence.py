@@ -15,6 +15,7 @@ from ..describe.constraints.constraint import Gear, Rolling, Rope
 from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.model import GROUND, Model
+from ..scalar.algebra import Expression
 from .kinematics import place_of
 
 
@@ -71,7 +72,7 @@ def _moving(model: Model, i: int) -> frozenset[int]:
     return frozenset(range(link.u, link.u + {"ball": 3, "free": 6}[link.kind]))
 
 
-def _named(model: Model, expression: Any) -> frozenset[int]:
+def _named(model: Model, expression: Expression) -> frozenset[int]:
     """Return the speeds that occur in an expression, or whose coordinates do."""
     names = set(model.names.depends(expression, "coordinate", "speed"))
     result = {j for j, speed in enumerate(model.speeds) if {speed.name, speed.name.removesuffix("'")} & names}

@@ -90,7 +90,7 @@ def speed_jumps(
     """
     M = Factorization(mass_matrix(model, state))
     jump = list(M.solve(impulses))
-    multipliers: list[Any] = [0] * len(linearized(model, state).matrix)
+    multipliers: list[Scalar] = [0] * len(linearized(model, state).matrix)
     if active:
         G = [linearized(model, state).matrix[i] for i in active]
         X = [M.solve(row) for row in G]
@@ -108,7 +108,7 @@ def link_jumps(model: Model, state: State, jump: Sequence[Scalar]) -> list[Spati
         R, p, _ = state.joint(i)
         change = ZERO6 if link.parent == GROUND else motion_to_child(R, p, result[link.parent])
         if link.one_dof:
-            rate: Any = 0
+            rate: Scalar = 0
             for j, partial in link.partials:
                 rate = rate + state(partial) * jump[j]
             change = plus(change, times(rate, state.subspace(i)))

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from ...describe.axes import UNIT
 from ...errors import FreebodyError, nearest
 from ...scalar.algebra import IDENTITY, ZERO, apply
 from ...space import solids
@@ -24,8 +25,6 @@ from .table import Table
 
 if TYPE_CHECKING:
     from .write import Writer
-
-_UNITS = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 def read_looks(
@@ -57,10 +56,7 @@ def _part(table: Table, data: Any, kinds: tuple[str, ...], arguments: Callable[.
     kind = part.text("solid")
     if kind not in kinds:
         part.fail(f"Unknown solid '{kind}'; {nearest(kind, kinds)}", "solid")
-    hole = part.data.get("hole", False)
-    part.has("hole")
-    if not isinstance(hole, bool):
-        part.fail(f"Expected true or false, got {hole!r}.", "hole")
+    hole = part.has("hole") and part.flag("hole")
     part.data = {**part.data, "mass": 1}
     make = getattr(solids, kind)
     dimensions = dict(arguments(part, make))
@@ -93,7 +89,7 @@ def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own:
 
 def dimensions(shape: Shape, make: Callable[..., Any]) -> dict[str, Any]:
     """Return the arguments, without the mass, with which a function makes a solid of this shape."""
-    axis: Any = next((name for name, unit in _UNITS.items() if tuple(shape.axis) == unit), tuple(shape.axis))
+    axis: Any = next((name for name, unit in UNIT.items() if tuple(shape.axis) == unit), tuple(shape.axis))
     sizes = tuple(value for _, value in shape.dimensions)
     arguments = {**dict(shape.dimensions), "axis": axis, "normal": axis, "sizes": sizes, "semiaxes": sizes}
     parameters = inspect.signature(make).parameters

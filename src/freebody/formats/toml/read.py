@@ -178,10 +178,7 @@ def _parts(table: Table) -> MassProperties:
     total: Any = None
     for data in parts:
         part = Table(table.document, (*table.path, "parts"), data, table.system)
-        hole = part.data.get("hole", False)
-        part.has("hole")
-        if not isinstance(hole, bool):
-            part.fail(f"Expected true or false, got {hole!r}.", "hole")
+        hole = part.has("hole") and part.flag("hole")
         mass = _solid(part)
         part.done()
         if total is None:
