@@ -100,7 +100,8 @@ def page(title: str, room: str, names: list[str]) -> str:
         else:
             more = "   :members:\n   :inherited-members:\n" if isinstance(value, type) else ""
             blocks.append((_directive(value), f"freebody.{name}", more))
-    blocks += [("autoclass", f"freebody.{path}", "   :members:\n") for path in RESULTS.get(room, [])]
+    more = "   :members:\n" + "   :inherited-members:\n" * (room == "describe")
+    blocks += [("autoclass", f"freebody.{path}", more) for path in RESULTS.get(room, [])]
     shown = [f"```{{eval-rst}}\n.. {kind}:: {path}\n{more}```\n" for kind, path, more in blocks]
     return f"# {title}\n\n{about}" + "\n".join(shown)
 
