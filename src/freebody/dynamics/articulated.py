@@ -195,7 +195,7 @@ def _is_displaced_tip(model: Model, i: int) -> bool:
     """Return True if a link carries no other and its joint displaces it as well."""
     links = model.joints[model.links[i].joint].links
     along = any(model.links[j].kind in ("slider", "free") for j in links)
-    return along and all(other.parent != i for other in model.links)
+    return along and all(outer.parent != i for outer in model.links)
 
 
 def free_motions(link: Link, subspace: Spatial | None) -> list[Spatial]:

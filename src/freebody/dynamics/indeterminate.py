@@ -49,9 +49,9 @@ def self_stresses(model: Model, state: State) -> list[SelfStress]:
     basis = [np.eye(len(names))[i] for i in range(len(names)) if i not in nonzero]
     if nonzero:
         unit = G[nonzero] / sizes[nonzero, None]
-        left, values, _ = np.linalg.svd(unit)
+        vectors, values, _ = np.linalg.svd(unit)
         rank = int(np.sum(values > DEPENDENT * values[0]))
-        for column in left[:, rank:].T:
+        for column in vectors[:, rank:].T:
             whole = np.zeros(len(names))
             whole[nonzero] = column / sizes[nonzero]
             basis.append(whole / np.abs(whole).max())

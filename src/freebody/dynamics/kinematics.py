@@ -97,7 +97,7 @@ def accelerations(
 
 
 def turning(w: Vector, alpha: Vector) -> Matrix:
-    """Return B = [α]× + [w]×²: B p is the acceleration of a point of a body at p from a point of it at rest."""
+    """Return B = [α]× + [w]×²: B p is the acceleration of a body's point at p relative to its origin."""
     x, y, z = w
     xx, yy, zz, xy, yz, zx = x * x, y * y, z * z, x * y, y * z, z * x
     return add_matrices(skew(alpha), ((-(yy + zz), xy, zx), (xy, -(zz + xx), yz), (zx, yz, -(xx + yy))))

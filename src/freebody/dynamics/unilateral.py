@@ -241,11 +241,11 @@ def passed_by_impulse(
     """
     result = []
     for limit in limits(model):
-        known = [x for x in (multipliers[i] for i in limit.places) if x is not None]
+        forces = [x for x in (multipliers[i] for i in limit.places) if x is not None]
         mu = 1 if limit.friction is None else friction(limit.friction)
-        if mu is None or len(known) < len(limit.places):
+        if mu is None or len(forces) < len(limit.places):
             continue
-        margin = mu * known[0] - math.hypot(*known[1:])
+        margin = mu * forces[0] - math.hypot(*forces[1:])
         if margin < -NEGLIGIBLE * largest:
             result.append(limit.passed(margin, ((t, t),), "s"))
     return tuple(result)

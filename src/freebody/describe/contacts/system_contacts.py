@@ -135,10 +135,10 @@ def _check_pair(feature: Any, surface: Any, what: str) -> None:
     if b == "tether":  # made by s.rope, whose ends are points
         return
     if b not in SUPPORTED[a] and a not in SUPPORTED[b]:
-        known = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
+        partners = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
         raise ModelError(
             f"The {a} and the {b} of {what} are not a supported pair. A {a} may touch a "
-            f"{', '.join(known[:-1]) + ' or ' if len(known) > 1 else ''}{known[-1]}."
+            f"{', '.join(partners[:-1]) + ' or ' if len(partners) > 1 else ''}{partners[-1]}."
         )
     hollow = [shape for shape in (feature, surface) if getattr(shape, "inside", False)]
     if getattr(feature, "inside", False):

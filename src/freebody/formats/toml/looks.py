@@ -68,8 +68,8 @@ def _part(table: Table, data: Any, kinds: tuple[str, ...], arguments: Callable[.
     return replace(solid.shape.rotated(axes).moved(at), hole=hole)
 
 
-def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own: bool) -> dict[str, str]:
-    """Return the keys ``shape`` and ``color``; without a shape if it is that of the body's ``own`` solid.
+def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], solid: bool) -> dict[str, str]:
+    """Return the keys ``shape`` and ``color``; without a shape if the body's keys name its ``solid``.
 
     Meshes and solids of revolution have no keys either: such a body is then drawn by its joints and inertia.
     """
@@ -77,7 +77,7 @@ def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own:
         return {}
     keys = {}
     leaves = shape.parts if shape.kind == "compound" else (shape,)
-    if not own and leaves:
+    if not solid and leaves:
         texts = [_part_text(writer, part, kinds) for part in leaves]
         tables = [text for text in texts if text is not None]
         if len(tables) == len(texts):
