@@ -112,7 +112,10 @@ TERMS = {
 
 def page() -> str:
     """The page, as Markdown."""
-    parts = ["# Glossary\n", "One word for one thing, here and in the source. Files are those under `src/freebody/`.\n"]
+    parts = [
+        "# Glossary\n",
+        "One word for one thing, here and in the source. Files are those under `src/freebody/`.\n",
+    ]
     for title, terms in TERMS.items():
         parts += [f"## {title}\n", "| term | symbol | unit | meaning | file |", "|---|---|---|---|---|"]
         for term in sorted(terms):

@@ -92,7 +92,10 @@ def floors(graph: Graph) -> list[list[str]]:
 
 def reduced(graph: Graph) -> Graph:
     """The graph without the arrows that follow from others."""
-    return {a: {b for b in used if not any(b in _reached(graph, c) for c in used - {b})} for a, used in graph.items()}
+    return {
+        a: {b for b in used if not any(b in _reached(graph, c) for c in used - {b})}
+        for a, used in graph.items()
+    }
 
 
 def _reached(graph: Graph, node: str) -> set[str]:
@@ -119,7 +122,9 @@ def table() -> str:
             if path.name != "__init__.py":
                 lines.append(f"| `{room}.py` | {sentence} | | |")
                 continue
-            inner = [x for level in reversed(floors(rooms(graph, room))) for x in level if f"{room}.{x}" in names]
+            inner = [
+                x for level in reversed(floors(rooms(graph, room))) for x in level if f"{room}.{x}" in names
+            ]
             inner = [x for x in inner if names[f"{room}.{x}"].name == "__init__.py"]
             files = sum(name.startswith(f"{room}.") and names[name].name != "__init__.py" for name in names)
             lines.append(f"| `{room}/` | {sentence} | {', '.join(f'`{x}/`' for x in inner)} | {files} |")

@@ -2,7 +2,7 @@
 
 Bars of a parallelogram come into line: from there it could go on as a parallelogram, or crossed. The motion goes on
 along its branch, which is smooth, but the equations fail: at the distance s from the singular position
-(`dynamics.constrained.hold`) round-off ε of the state makes errors of ε/s³ in the accelerations, and step-size control
+(`dynamics.constrained.independence`) round-off ε of the state makes errors of ε/s³ in the accelerations, and step-size control
 makes ever shorter steps. A run that meets s = 0 therefore goes back to where s became small, and one step (`crossing`)
 leads across: it starts as long before the meeting as it ends after it. Steps of several lengths are tried, until one
 agrees with a longer one. If a linkage only comes near such a position, it does not meet s = 0, or its steps do not
