@@ -33,7 +33,7 @@ _SECONDS = 3.0  # between two writes to a store
 
 @arguments_named
 def simulate_batch(
-    machine: Any,
+    s: Any,
     until: Expression,
     *,
     initial: Mapping[Any, Any] | None = None,
@@ -71,13 +71,13 @@ def simulate_batch(
         indeterminate=indeterminate, method=method, step=step, times=times, samples=samples, start=start,
         max_step=max_step, max_steps=max_steps, outputs=outputs,
     )  # fmt: skip
-    job = job_of(machine, until, initial=initial, values=values, threads=threads, **options)
+    job = job_of(s, until, initial=initial, values=values, threads=threads, **options)
     count = job.lanes.count
     check_names(job)
     elsewhere = None
     if executor is not None:
-        check_executor(executor, job.kernels.model, (machine, until, options))
-        elsewhere = Elsewhere(executor, job, (machine, until, options))
+        check_executor(executor, job.kernels.model, (s, until, options))
+        elsewhere = Elsewhere(executor, job, (s, until, options))
     file = None if store is None else Store(store, job)
     if file is None:
         check_memory(job)
