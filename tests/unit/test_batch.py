@@ -570,7 +570,7 @@ def test_ends_of_lanes_have_numbers_of_their_own():
 
     names = ("FINISHED", "TERMINAL", "NOT_FINITE", "COLLAPSED", "DIVERGED", "STIFF", "UNDEFINED", "RUNNING")
     ends = [getattr(layout, name) for name in names]
-    ends += [lanes_layout.TOO_MANY, lanes_layout.LEFT, lanes_layout.STUCK]
+    ends += [lanes_layout.TOO_MANY, lanes_layout.CONTRADICTED, lanes_layout.STUCK]
     ends += [lanes_layout.UNPHYSICAL, lanes_layout.STOPPED_UNPHYSICAL, NO_START, REFUSED]
     assert len(set(ends)) == len(ends)
     assert len(set(STATUS.values())) == len(STATUS)

@@ -35,7 +35,7 @@ CODES = {
     dense_output.DIVERGED: layout.DIVERGED,
     dense_output.UNDEFINED: layout.UNDEFINED,
     dense_output.TOO_MANY_STEPS: at.TOO_MANY,
-    dense_output.CONTRADICTED: at.LEFT,
+    dense_output.CONTRADICTED: at.CONTRADICTED,
     dense_output.STUCK: at.STUCK,
 }
 """Code of each status of a path."""

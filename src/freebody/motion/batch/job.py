@@ -145,7 +145,7 @@ class Job:
         """Return empty results of the lanes ``low`` to ``high`` - 1."""
         n, events, outputs = high - low, len(self.expressions), self.outputs
         times = self.times.size if outputs.timed else 0
-        outcomes = np.zeros((n, at.KEPT), dtype=np.int64)
+        outcomes = np.zeros((n, at.OUTCOME_SIZE), dtype=np.int64)
         outcomes[:, 0] = WAITING
         return Results(
             low, high, np.full((n, times, len(outputs.timed)), math.nan),

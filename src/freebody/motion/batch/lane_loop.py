@@ -98,13 +98,13 @@ class LaneLoop:
         sizes[at.N_REDUCED] = len(job.outputs.reduced)
         sizes[at.ROOM] = _ROOM
         sizes[at.LIMIT] = self.limit
-        sizes[at.WORKS], sizes[at.STIFF_ASKED] = kernels.works, until_stiff
+        sizes[at.WORKS], sizes[at.STOP_STIFF_LANES] = kernels.works, until_stiff
         sizes[at.BUDGET] = BUDGET if until_stiff else 0  # "auto" has one
         sizes[at.N_DROPPED], sizes[at.N_LIMITS] = program.dropped, 2 * job.limits
         sizes[at.N_CONSTANTS] = program.compiled.hoisted
         sizes[at.N_LEGS], sizes[at.N_SETTINGS] = legs, settings
         if self.limit_values:
-            sizes[at.SEEN] = self._size_of_eight()
+            sizes[at.LIMIT_VALUES] = self._size_of_eight()
         return sizes
 
     def memory(self) -> tuple[Any, ...]:

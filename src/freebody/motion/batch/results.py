@@ -24,7 +24,7 @@ STATUS = {
     layout.UNDEFINED: "event undefined",
     at.STUCK: STUCK,
     at.TOO_MANY: "too many steps",
-    at.LEFT: "constraints contradicted",
+    at.CONTRADICTED: "constraints contradicted",
     NO_START: "no start",
     REFUSED: "refused",
     at.UNPHYSICAL: f"finished, {NOT_PHYSICAL}",

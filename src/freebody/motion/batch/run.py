@@ -16,7 +16,7 @@ from .lane_loop import LaneLoop
 from .large_trees import LargeTrees
 from .results import NO_START, Results
 
-_CONDITIONS_LOST = (at.LEFT, layout.COLLAPSED, layout.NOT_FINITE)
+_CONDITIONS_LOST = (at.CONTRADICTED, layout.COLLAPSED, layout.NOT_FINITE)
 """How a lane ends in the loop if other conditions should take over."""
 
 

@@ -244,8 +244,8 @@ def with_program(
         rates,
         constants=np.concatenate([rates.constants, constants]),
         keep=(rates.keep, program),
-        others=(*map(program.address, names), *more),
-        others_constants=rates.constants.size,
+        method_kernels=(*map(program.address, names), *more),
+        method_constants=rates.constants.size,
     )
 
 

@@ -57,12 +57,11 @@ from ..ode.layout import (
 from ..ode.loops import place
 from .lanes_layout import (
     BUDGET,
+    CONTRADICTED,
     DROPPED,
     ENERGY,
     EXTREMES,
     FINEST,
-    KEPT,
-    LEFT,
     LEG,
     LIMIT,
     LONGEST,
@@ -79,12 +78,13 @@ from .lanes_layout import (
     N_WATCHED,
     N_WORK,
     ORDER,
+    OUTCOME_SIZE,
     OUTPUTS,
     PROLOGUE,
     RATES,
     REDUCED,
     ROOM,
-    STIFF_ASKED,
+    STOP_STIFF_LANES,
     T0,
     T1,
     TOO_MANY,
@@ -312,7 +312,7 @@ def lanes(
                     energy = greater(abs(spare[0]), abs(spare[1]))
                 if 0.0 < energy < math.inf:
                     absolute[n - 1] *= energy
-            integers[STOP_IF_STIFF], integers[REQUIRED] = sizes[STIFF_ASKED], user_events
+            integers[STOP_IF_STIFF], integers[REQUIRED] = sizes[STOP_STIFF_LANES], user_events
             reals[TIME] = reals[START] = first
             reals[UNTIL], reals[MAX_STEP], reals[METHOD_ORDER] = until, options[LONGEST], options[ORDER]
             reals[STEP] = legs[row + 2]
@@ -404,7 +404,7 @@ def lanes(
                         if contradicted(
                             kernels[DROPPED], sizes[N_DROPPED], times[k], states, k * n, n, c, spare
                         ) != 0:  # fmt: skip
-                            code = LEFT
+                            code = CONTRADICTED
                 if code == RUNNING and remaining_steps <= 0:
                     code = TOO_MANY
             natural = stride if integers[TAKEN] > 1 else greater(natural, stride)
@@ -413,8 +413,8 @@ def lanes(
             blame = integers[BLAME]
         for i in range(n):  # Python looks for the cause of a failure at the last state
             initial[lane * n + i] = work[STATE * w + i]
-        statuses[KEPT * lane] = code
-        statuses[KEPT * lane + 1] = taken
-        statuses[KEPT * lane + 2] = rejected
-        statuses[KEPT * lane + 3] = blame
+        statuses[OUTCOME_SIZE * lane] = code
+        statuses[OUTCOME_SIZE * lane + 1] = taken
+        statuses[OUTCOME_SIZE * lane + 2] = rejected
+        statuses[OUTCOME_SIZE * lane + 3] = blame
         ends[lane] = now

@@ -13,17 +13,8 @@ WIDE, PROJECTION_WIDE, RATES_WIDE, WATCHED_WIDE = 7, 8, 9, 10
 # extremes; steps between two checks of the output times; maximum number of steps. Flags: 1 if the work is the last
 # component; 1 if a stiff lane stops. Then the outputs of the kernel of dropped conditions, and the number of steps
 # after which tolerances are tightened, or 0.
-N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_WATCHED = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-)
-N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = 8, 9, 10, 11, 12, 13, 14, 15
+N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_WATCHED = range(8)
+N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STOP_STIFF_LANES, N_DROPPED = range(8, 16)
 BUDGET = 16
 # Number of intervals in which signals are polynomials (1 without signals), and of parameters that differ between them.
 N_LEGS, N_SETTINGS = 17, 18
@@ -31,7 +22,7 @@ N_LEGS, N_SETTINGS = 17, 18
 N_LIMITS = 19
 # For eight lanes, if only limits are watched: the offset of their values at the ends of the steps, and of their changes
 # in the steps before; else 0.
-SEEN = 20
+LIMIT_VALUES = 20
 SIZES = 21
 
 # Numbers of an interval, in a row before its settings: start, end, prescribed length of steps or 0.
@@ -42,10 +33,10 @@ T0, T1, LONGEST, ORDER, FINEST = 0, 1, 2, 3, 4
 OPTIONS = 5
 
 EXTREMES = 4  # numbers stored per quantity: greatest, smallest, first, last
-KEPT = 4  # integers stored per lane: status, steps, rejected steps, component to blame
+OUTCOME_SIZE = 4  # integers stored per lane: status, steps, rejected steps, component to blame
 
 # Status codes of a lane, besides those in `layout`.
-TOO_MANY, LEFT, STUCK = 7, 8, 14
+TOO_MANY, CONTRADICTED, STUCK = 7, 8, 14
 # Finished, and stopped by a terminal event, after passing the limit of a one-sided force.
 UNPHYSICAL, STOPPED_UNPHYSICAL = 12, 13
 

@@ -56,6 +56,7 @@ from .lanes_layout import (
     BUDGET,
     CALM,
     CHANGES,
+    CONTRADICTED,
     DROPPED,
     EARLIER_STEPS,
     EASY,
@@ -65,14 +66,13 @@ from .lanes_layout import (
     ERRORS,
     EXTREMES,
     FINEST,
-    KEPT,
-    LEFT,
     LEG,
     LEG_END,
     LEG_INDEX,
     LEG_START,
     LENGTHS,
     LIMIT,
+    LIMIT_VALUES,
     LIMITED,
     LONGEST,
     MOMENTS,
@@ -90,6 +90,7 @@ from .lanes_layout import (
     NEXT_OUTPUT,
     OLD_ERRORS,
     ORDER,
+    OUTCOME_SIZE,
     OUTPUTS,
     OUTPUTS_DONE,
     PREVIOUS_STRIDE,
@@ -100,10 +101,9 @@ from .lanes_layout import (
     REDUCED,
     REJECTED,
     RUN,
-    SEEN,
     SELECTED,
     STEPS,
-    STIFF_ASKED,
+    STOP_STIFF_LANES,
     STRIDE,
     SUSPECT,
     T0,
@@ -251,7 +251,7 @@ def near_limit(lane: int, sizes: Integers, wide: Reals, table: Reals, last: Inte
     It may if a value at one of its ends is at most twice its change in this step or in the one before. Values far from
     zero are copied as the start values of the next step.
     """
-    m, values, result = sizes[N_WATCHED], sizes[SEEN], 0
+    m, values, result = sizes[N_WATCHED], sizes[LIMIT_VALUES], 0
     for e in range(m):
         now, before, changes = wide[values + 8 * e + lane], table[e], values + 8 * (m + e) + lane
         change = abs(now - before)
@@ -271,7 +271,7 @@ def tune(lane: int, n: int, wide: Reals, w: int, tolerances: Reals, fixed: float
     allowed = 0.0
     for i in range(n):
         allowed = greater(allowed, 1e3 * tolerances[w + 8 * i + lane])
-    control[ALLOWED + lane] = allowed if fixed == 0.0 else 0.1  # see `stepping.advance`
+    control[ALLOWED + lane] = allowed if fixed == 0.0 else 0.1  # see `step_control.advance`
     tune_wide(lane, n, wide, w, tolerances)
 
 
@@ -289,10 +289,10 @@ def leave(
 ) -> None:
     """Remove a run from its lane and store its results."""
     run = counts[RUN + lane]
-    statuses[KEPT * run] = code
-    statuses[KEPT * run + 1] = counts[EARLIER_STEPS + lane] + counts[TAKEN + lane]
-    statuses[KEPT * run + 2] = counts[REJECTED + lane]
-    statuses[KEPT * run + 3] = blame
+    statuses[OUTCOME_SIZE * run] = code
+    statuses[OUTCOME_SIZE * run + 1] = counts[EARLIER_STEPS + lane] + counts[TAKEN + lane]
+    statuses[OUTCOME_SIZE * run + 2] = counts[REJECTED + lane]
+    statuses[OUTCOME_SIZE * run + 3] = blame
     ends[run] = t
     counts[RUN + lane] = -1
 
@@ -393,9 +393,9 @@ def enter_leg(
             begun_beyond(
                 run, sizes, start, shifted(table, lane * (PARTS + 3) * (m + 1)), event_counts, event_times
             )
-        if sizes[SEEN] != 0:
+        if sizes[LIMIT_VALUES] != 0:
             for e in range(m):
-                wide[sizes[SEEN] + 8 * (m + e) + lane] = math.inf
+                wide[sizes[LIMIT_VALUES] + 8 * (m + e) + lane] = math.inf
     if n_reduced > 0:
         place = run * n_reduced * EXTREMES
         if leg == 0:
@@ -410,7 +410,7 @@ def enter_leg(
         n_dropped > 0
         and contradicted(kernels[DROPPED], n_dropped, start, work, STATE * w1, n, c1, spare) != 0
     ):
-        return LEFT
+        return CONTRADICTED
     step = control[PREVIOUS_STRIDE + lane]
     if fixed != 0.0:
         step = fixed
@@ -598,9 +598,11 @@ def lanes_wide(
         if PREDICTED == 0:
             call_wide(kernels[WIDE], wide, places + MOMENTS, wide, END * w, c, wide, 12 * w)
             all_finite(wide, w, 12 * w, places + ERRORS)
-        if sizes[SEEN] != 0:
-            call_wide(kernels[WATCHED_WIDE], wide, places + MOMENTS, wide, END * w, c, wide, sizes[SEEN])
-        if sizes[STIFF_ASKED] != 0:
+        if sizes[LIMIT_VALUES] != 0:
+            call_wide(
+                kernels[WATCHED_WIDE], wide, places + MOMENTS, wide, END * w, c, wide, sizes[LIMIT_VALUES]
+            )
+        if sizes[STOP_STIFF_LANES] != 0:
             limit_wide(wide, w)
         one_by_one = 8
         if plain:
@@ -650,11 +652,11 @@ def lanes_wide(
                 limited = wide[places + LIMITED + lane]
                 if limited != 0.0 or counts[SUSPECT + lane] > 0:
                     stiff = stiff_wide(lane, limited, counts)
-                    if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
+                    if stiff * sizes[STOP_STIFF_LANES] != 0 and abs(until - after) > MANY * abs(h):
                         code = STIFF
                 done = counts[OUTPUTS_DONE + lane]
                 seeking = m > 0 or n_reduced > 0
-                if sizes[SEEN] != 0:
+                if sizes[LIMIT_VALUES] != 0:
                     place = lane * (PARTS + 3) * (m + 1)
                     near = near_limit(lane, sizes, wide, shifted(table, place), shifted(last, lane * m))
                     seeking = near != 0
@@ -693,7 +695,7 @@ def lanes_wide(
                     n_dropped > 0
                     and contradicted(kernels[DROPPED], n_dropped, after, work, END * w1, n, c1, spare) != 0
                 ):
-                    code, reaches = LEFT, False
+                    code, reaches = CONTRADICTED, False
                 t = after
                 wide[places + TIMES + lane] = t
                 wide[places + SELECTED + lane] = 1.0

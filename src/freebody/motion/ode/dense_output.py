@@ -36,18 +36,18 @@ FAILED = (NOT_FINITE, COLLAPSED, DIVERGED, TOO_MANY_STEPS, UNDEFINED, STUCK)
 class Rates:
     """The right-hand side y' = f(t, y, c) as machine code, with the constants it is called with.
 
-    ``address``      of ``void f(double t, const double *y, const double *c, double *out)``
-    ``size``         number of components of y
-    ``constants``    c
-    ``quaternions``  indices in y at which a unit quaternion (four components) begins
-    ``keep``         the owner of the machine code
-    ``projection``   address of the kernel that moves a state onto the constraints, with the same constants, or 0
-    ``projected``    number of its outputs: the first components of y
-    ``others``       addresses of further kernels of a method (`radau`: f'(y) v of (y, v); `structure`: Hamilton's
-                     equations; `taylor`: the coefficients of the motion)
-    ``others_constants``  offset of their constants in ``constants``
-    ``recipe``       a function and its arguments that make the same rates in another process
-    ``equipped``     cache: these rates with the further kernels of a method, by name of the method
+    ``address``           of ``void f(double t, const double *y, const double *c, double *out)``
+    ``size``              number of components of y
+    ``constants``         c
+    ``quaternions``       indices in y at which a unit quaternion (four components) begins
+    ``keep``              the owner of the machine code
+    ``projection``        address of the kernel that moves a state onto the constraints, with the same constants, or 0
+    ``projected``         number of its outputs: the first components of y
+    ``method_kernels``    addresses of further kernels of a method (`radau`: f'(y) v of (y, v); `structure`: Hamilton's
+                          equations; `taylor`: the coefficients of the motion)
+    ``method_constants``  offset of their constants in ``constants``
+    ``recipe``            a function and its arguments that make the same rates in another process
+    ``equipped``          cache: these rates with the further kernels of a method, by name of the method
     """
 
     address: int
@@ -57,8 +57,8 @@ class Rates:
     keep: Any = None
     projection: int = 0
     projected: int = 0
-    others: tuple[int, ...] = ()
-    others_constants: int = 0
+    method_kernels: tuple[int, ...] = ()
+    method_constants: int = 0
     recipe: tuple[Any, ...] = field(default=(), repr=False, compare=False)
     equipped: dict[str, Rates] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -75,7 +75,7 @@ class Rates:
     @cached_property
     def corrections(self) -> NDArray[np.int64]:
         """Indices of the quaternions, then the projection and the further kernels, as the compiled loop reads them."""
-        kernels = (self.projection, self.projected, self.others_constants, *self.others)
+        kernels = (self.projection, self.projected, self.method_constants, *self.method_kernels)
         return np.array([*self.quaternions, *kernels], dtype=np.int64)
 
 

@@ -51,7 +51,7 @@ FINEST_OF_SUMS = 1e-14
 _PIECE = 0.1  # seconds between two checks of the keyboard
 _MEMORY = 1 << 25  # maximum number of bytes of one buffer
 _FIRST = 1024  # steps of the first piece
-_SMALL, _SHAPES = 1 << 20, 16  # maximum bytes of a buffer that is kept for the next run, and number of these
+_SMALL, _SHAPES = 1 << 20, 16  # maximum size in bytes, and number, of the buffers kept for later runs
 
 
 Halt = Callable[[Array, Array], tuple[int, str, int] | None]

@@ -54,15 +54,11 @@ RUN_ARRAYS = (
 CLEARED_ARRAYS = 5
 BUFFERS = ("times", "lengths", "states", "event_log", "event_states")
 
-PARTS = (
-    8  # parts of a step between which event functions are evaluated, besides one point close to either end
-)
-MARGIN = (
-    0.001  # distance of those two points from the ends, as a fraction of the step: they show the slope there
-)
-EVENT_SIZE = (
-    4  # numbers per event of a step: fraction of the step, number, sign, and one for REACH and CULPRIT
-)
+# Event functions are evaluated between PARTS parts of a step, and at one more point close to either end. MARGIN is the
+# distance of these two points from the ends, as a fraction of the step: they show the slope there.
+PARTS, MARGIN = 8, 0.001
+# Numbers per event of a step: fraction of the step, number, sign, and one that REACH or CULPRIT uses.
+EVENT_SIZE = 4
 # Indices for all event functions together: the fraction of the step up to which they have values (above 1: all of it),
 # and the function without a value.
 REACH, CULPRIT = 3, 7

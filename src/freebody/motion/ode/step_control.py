@@ -511,7 +511,7 @@ def advance(
                          the end of the last
     events, m, ce        address of the event functions, their number, which may be 0, and constants
     directions, terminal directions and flags of the events
-    last, table, g, found    memory of the search (`find_events`)
+    last, table, g, zeros    memory of the search (`find_events`)
     event_log, event_states  buffers: (time, number, sign) and state of each event
 
     Returns

@@ -279,7 +279,7 @@ def accept(work: Reals, w: int, n: int) -> None:
 @compiled
 def limited_by_stability(work: Reals, w: int, n: int, h: float) -> int:
     """Return 1 if the step is as long as the region of stability allows, with λ of a decay."""
-    if not beyond(work, w, n, h) > 0.0:  # then neither do their sums
+    if not beyond(work, w, n, h) > 0.0:  # no component does, so their sums do not either
         return 0
     above, below, across, early = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
