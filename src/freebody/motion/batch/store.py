@@ -278,8 +278,8 @@ class Store:
         if others:
             what = f"runs that differ in the {', the '.join(others)}" if stored else "something else"
             raise SimulationError(
-                f"Expected '{self.path}' to hold results of the same runs, which this call continues, but it holds those "
-                f"of {what}. Choose another path, or remove the file."
+                f"Expected '{self.path}' to hold results of the same runs, which this call continues, but it holds "
+                f"those of {what}. Choose another path, or remove the file."
             )
         if waiting:
             with explained(self.path, more=_REST):
