@@ -17,13 +17,14 @@ import numpy as np
 from ...errors import SimulationError, arguments_named
 from ...scalar.algebra import Expression
 from ..trajectory.progress import Progress
+from .dataset import check_names, dataset_of
 from .interruption import Keyboard
 from .job import Job, check_memory, job_of
 from .lane_loop import LARGEST_BLOCK
 from .pool import Elsewhere, check_executor
 from .results import NO_START, REASON, STATUS, Results
 from .run import run_lanes
-from .store import Store, check_names, dataset_of
+from .store import Store
 
 if TYPE_CHECKING:
     import xarray
