@@ -1,4 +1,4 @@
-"""``freebody gallery``: the systems that can be run by name."""
+"""``freebody gallery``: list the systems that can be run by name."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import click
 @click.command()
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 def gallery(as_json: bool) -> None:
-    """List the systems of the gallery and what each answers."""
+    """List the systems of the gallery with the questions that each answers."""
     from ..gallery import entries
 
     known = entries()

@@ -1,4 +1,4 @@
-"""What MODEL on the command line stands for: an entry of the gallery or a model file."""
+"""The argument MODEL of the command line: an entry of the gallery or a model file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FileOutcome:
-    """What running a model file gives; the same attributes as the outcome of a gallery entry."""
+    """Result of running a model file, with the attributes of the outcome of a gallery entry."""
 
     entry: FileEntry
     system: Any
@@ -31,10 +31,12 @@ class FileOutcome:
 
     @property
     def values(self) -> dict[str, float]:
+        """Values of the parameters by name."""
         return dict(self.trajectory.values)
 
     @property
     def events(self) -> list[Any]:
+        """Events of the motion."""
         return list(self.trajectory.events)
 
 
@@ -50,20 +52,25 @@ class FileEntry:
 
     @property
     def start(self) -> Mapping[str, Any]:
+        """Initial values by name."""
         return self.case.initial
 
     @property
     def until(self) -> float | None:
+        """Length of the run [s], or None."""
         return self.case.until
 
     @property
     def near(self) -> Mapping[str, Any]:
+        """An approximate closed configuration."""
         return {**self.case.near, **self.case.initial}
 
     def build(self) -> System:
+        """Return the system."""
         return self.case.system
 
     def run(self, values: Mapping[str, float], until: float | None, tolerance: float | None) -> FileOutcome:
+        """Derive the equations and simulate."""
         from ..motion.contact.equations_at_start import equations
         from ..motion.simulate import simulate
 
@@ -82,27 +89,28 @@ class FileEntry:
         plots: dict[str, Any] = {}
         if trajectory.kernels.model.coordinates:
             plots["coordinates.png"] = lambda path: trajectory.plot(path=path)
-        decides: dict[str, Any] = {"initial": case.initial, "near": case.near, "values": values}
-        start = decides if case.system.contacts else {}
+        start: dict[str, Any] = {}
+        if case.system.contacts:
+            start = {"initial": case.initial, "near": case.near, "values": values}
         return FileOutcome(self, case.system, equations(case.system, **start), trajectory, plots)
 
 
 def find(model: str) -> Any:
-    """The gallery entry or model file of this name.
+    """Return the gallery entry or model file of this name.
 
     Raises
     ------
     FormatError, ModelError
-        Neither of them; the nearest gallery name is offered.
+        If there is neither; the message offers the nearest gallery name.
     """
     from ..gallery import entries
 
     known = entries()
     path = Path(model)
-    # as the chapter writes it, too: Ex-6.2, prob_6_12
-    written = model.lower().replace(".", "-").replace("_", "-")
-    if written in known and not path.exists():
-        return known[written]
+    # also in the spelling of the chapter: Ex-6.2, prob_6_12
+    spelling = model.lower().replace(".", "-").replace("_", "-")
+    if spelling in known and not path.exists():
+        return known[spelling]
     if path.suffix or len(path.parts) > 1:
         from ..formats import read_case
 
@@ -121,7 +129,7 @@ def find(model: str) -> Any:
 
 
 class Number(click.ParamType):
-    """A number, with a unit of the kind of ``unit`` or without: ``2``, ``1e-9``, ``2*pi``, ``75 deg``."""
+    """A number, with a unit of the dimension of ``unit`` or without a unit: ``2``, ``1e-9``, ``2*pi``, ``75 deg``."""
 
     name = "number"
 
@@ -129,6 +137,7 @@ class Number(click.ParamType):
         self.unit = unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number."""
         if isinstance(value, float):
             return value
         try:
@@ -138,13 +147,14 @@ class Number(click.ParamType):
 
 
 class Setting(click.ParamType):
-    """``name=value`` on the command line; the text of the value is read where the unit of the name is known."""
+    """``name=value`` on the command line; the value stays text until the unit of the name is known."""
 
     name = "name=value"
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[str, str]:
+        """Return name and value as texts."""
         if isinstance(value, tuple):
             return value
         name, sign, number = value.partition("=")
@@ -154,21 +164,21 @@ class Setting(click.ParamType):
 
 
 def settings_of(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
-    """The ``--set`` values by name, refused where the system has no such parameter or it has another unit."""
+    """Return the ``--set`` values by name; raise if the system has no such parameter or it has another unit."""
     known = [parameter.name for parameter in system.parameter_list]
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for name, text in pairs:
         if name not in known:
             raise ModelError(
                 f"--set {name}: expected a parameter of '{system.name}', got '{name}'; {nearest(name, known)}"
             )
-        if found.setdefault(name, text) != text:
-            raise click.UsageError(f"--set {name}: expected one value, got {found[name]} and {text}.")
-    return {name: number_of(system, name, text, "--set") for name, text in found.items()}
+        if texts.setdefault(name, text) != text:
+            raise click.UsageError(f"--set {name}: expected one value, got {texts[name]} and {text}.")
+    return {name: number_of(system, name, text, "--set") for name, text in texts.items()}
 
 
 def number_of(system: System, name: str, text: str, option: str) -> float:
-    """The number that a text gives a parameter or coordinate, in the unit that the system says of it."""
+    """Return the number in a text for a parameter or coordinate, in the unit that the system declares for it."""
     try:
         return _number(text, system.about.get(name, ("", ""))[0], name)
     except FreebodyError as error:
