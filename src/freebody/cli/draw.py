@@ -99,9 +99,9 @@ def draw(
         system, options = outcome.system, {"trajectory": outcome.trajectory, "at": time}
     else:
         options["at"] = at or None
-        known = {name for name, kind in system.names.kinds.items() if kind in ("coordinate", "joint")}
+        names = {name for name, kind in system.names.kinds.items() if kind in ("coordinate", "joint")}
         near = {**_contact_start(entry, system), **entry.near}
-        options["near"] = {name: value for name, value in near.items() if name in known and name not in at}
+        options["near"] = {name: value for name, value in near.items() if name in names and name not in at}
     if time is None and not contacts and body is not None and system.contacts:
         options["initial"] = {**_contact_start(entry, system), **at}
     if dimensions is not None:

@@ -105,17 +105,17 @@ def find(model: str) -> Any:
     """
     from ..gallery import entries
 
-    known = entries()
+    gallery = entries()
     path = Path(model)
     # also in the spelling of the chapter: Ex-6.2, prob_6_12
     spelling = model.lower().replace(".", "-").replace("_", "-")
-    if spelling in known and not path.exists():
-        return known[spelling]
+    if spelling in gallery and not path.exists():
+        return gallery[spelling]
     if path.suffix or len(path.parts) > 1:
         from ..formats import read_case
 
         return FileEntry(path.name, read_case(path))
-    if model not in known:
+    if model not in gallery:
         hint = (
             f" For the folder of that name, give the .toml file in it: {model}/NAME.toml."
             if path.exists()
@@ -123,9 +123,9 @@ def find(model: str) -> Any:
         )
         raise FormatError(
             f"Expected a gallery name or the path of a .toml file, got '{model}'; "
-            f"{nearest(model, known.names, 'freebody gallery')}{hint}"
+            f"{nearest(model, gallery.names, 'freebody gallery')}{hint}"
         )
-    return known[model]
+    return gallery[model]
 
 
 class Number(click.ParamType):
@@ -165,12 +165,12 @@ class Setting(click.ParamType):
 
 def settings_of(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
     """Return the ``--set`` values by name; raise if the system has no such parameter or it has another unit."""
-    known = [parameter.name for parameter in system.parameter_list]
+    names = [parameter.name for parameter in system.parameter_list]
     texts: dict[str, str] = {}
     for name, text in pairs:
-        if name not in known:
+        if name not in names:
             raise ModelError(
-                f"--set {name}: expected a parameter of '{system.name}', got '{name}'; {nearest(name, known)}"
+                f"--set {name}: expected a parameter of '{system.name}', got '{name}'; {nearest(name, names)}"
             )
         if texts.setdefault(name, text) != text:
             raise click.UsageError(f"--set {name}: expected one value, got {texts[name]} and {text}.")

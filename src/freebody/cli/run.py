@@ -260,8 +260,8 @@ def diagrams(outcome: Any) -> dict[str, str]:
     e = most_lasting(outcome.equations, outcome.trajectory)
     if e.model.n_u > LARGEST:
         return {}
-    known = set(e.model.coordinate_names)
-    near = {name: x for name, x in outcome.entry.near.items() if name in known}
+    coordinates = set(e.model.coordinate_names)
+    near = {name: x for name, x in outcome.entry.near.items() if name in coordinates}
     options: dict[str, Any] = {"values": outcome.values, "near": near}
     place = lasting_place(outcome.trajectory)
     if place:  # bodies stand on what they touch

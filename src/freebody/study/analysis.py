@@ -143,8 +143,8 @@ def analysis(
     >>> s.gravity = (0, -g, 0)
     >>> bob = s.body("bob", fb.particle(m))
     >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
-    >>> found = analysis(s).data()
-    >>> found["linear_model"]["about"], found["modes"][0]["frequency"]
+    >>> result = analysis(s).data()
+    >>> result["linear_model"]["about"], result["modes"][0]["frequency"]
     ({'theta': 0.0, "theta'": 0.0}, 3.0)
     """
     return _Inquiry(
@@ -213,12 +213,12 @@ class _Inquiry:
         self.patience = patience
         self.missing = [p.name for p in self.model.parameters if p.default is None and p.name not in values]
         self.values = {} if self.missing else dict(self.model.values(values))
-        known = [*self.model.coordinate_names, *self.model.speed_names]
+        names = [*self.model.coordinate_names, *self.model.speed_names]
         for name in about:
-            if name not in known:
+            if name not in names:
                 raise ModelError(
                     f"--about {name}: expected a coordinate or a speed of '{self.model.name}', got '{name}'; "
-                    f"{nearest(name, known)}"
+                    f"{nearest(name, names)}"
                 )
         self.start = {} if self.missing else {name: self._number(name, x) for name, x in start.items()}
         self.motions: Any = None

@@ -158,8 +158,8 @@ def fit(
     >>> t = np.linspace(0, 4, 81)
     >>> rng = np.random.default_rng(1)
     >>> measured = fb.simulate(s, 4, initial={"theta": 0.8}, times=t)["theta"] + rng.normal(0, 0.01, 81)
-    >>> found = fb.fit(s, {"time": t, "theta": measured}, {"I": 1.0, "theta": 1.0}, values={"m": 2.0, "d": 0.3})
-    >>> abs(found.values["I"] - 0.5) < 3 * found.errors["I"]
+    >>> result = fb.fit(s, {"time": t, "theta": measured}, {"I": 1.0, "theta": 1.0}, values={"m": 2.0, "d": 0.3})
+    >>> abs(result.values["I"] - 0.5) < 3 * result.errors["I"]
     True
     """
     kernels = kernels_of(s)

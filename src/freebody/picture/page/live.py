@@ -94,9 +94,9 @@ class Live:
             If a name is unknown, the machine cannot have the values, or the run fails.
         """
         with self._lock:
-            known = (*self.model.coordinate_names, *self.model.speed_names)
+            names = (*self.model.coordinate_names, *self.model.speed_names)
             for name in initial:
-                if name not in known:
+                if name not in names:
                     raise SimulationError(f"Unknown coordinate or speed '{name}' of '{self.model.name}'.")
             values, initial = (
                 {name: _number(name, x) for name, x in group.items()} for group in (values, initial)
