@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...describe.body import Point
+from ...describe.frame import Point
 from ...describe.constraints.constraint import Rolling
 from ...describe.contact_shapes import kind_of
 from ...describe.loads.load import Damper, Spring
