@@ -1,9 +1,9 @@
 """Which unit tests run each file of the source, measured.
 
-A file ``motion/ode/dop853.py`` has a twin if there is ``tests/unit/motion/ode/test_dop853.py``. A file without a twin is
-run by other tests: ``tests/unit/covers.toml`` names, for each, the test file that runs most of its lines.
-``python -m tests.twins`` measures anew and writes it (half an hour; needs ``coverage`` and ``pytest-cov``). Compiled code
-runs unseen: a file that no test is seen to run keeps the test file that it has in the table.
+A file ``motion/ode/dop853.py`` has a twin if there is ``tests/unit/motion/ode/test_dop853.py``. A file without a
+twin is run by other tests: ``tests/unit/covers.toml`` names, for each, the test file that runs most of its lines.
+``python -m tests.twins`` measures anew and writes it (half an hour; needs ``coverage`` and ``pytest-cov``). Compiled
+code runs unseen: a file that no test is seen to run keeps the test file that it has in the table.
 """
 
 from __future__ import annotations
