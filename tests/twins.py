@@ -19,8 +19,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE, UNIT = ROOT / "src" / "freebody", ROOT / "tests" / "unit"
 TABLE = UNIT / "covers.toml"
-ELSEWHERE = ("gallery", "chapter", "exact")
-"""Rooms with tests of their own: tests/test_gallery.py, tests/test_chapter.py, tests/exact."""
+ELSEWHERE = ("gallery", "chapter", "exact", "formats")
+"""Rooms with tests of their own: tests/test_gallery.py, tests/test_chapter.py, tests/exact, tests/formats."""
 
 
 def sources() -> list[str]:
