@@ -83,7 +83,8 @@ class Reaction:
 @dataclass(frozen=True, eq=False)
 class BodyPose:
     """Pose of a body at the output times: ``position`` (n, 3) of its origin in ground axes [m], ``rotation`` R_NB
-    (n, 3, 3), and the unit ``quaternion`` (n, 4), scalar first, continuous in time."""
+    (n, 3, 3), and the unit ``quaternion`` (n, 4), scalar first, continuous in time.
+    """
 
     position: Array
     rotation: Array
@@ -294,7 +295,8 @@ class Trajectory:
     @cached_property
     def events(self) -> list[Event]:
         """Events that happened, in their order: events of the user, and passings of the limit of a one-sided constraint
-        (:attr:`warnings`)."""
+        (:attr:`warnings`).
+        """
         crossings = [
             Event(
                 crossing.time,
@@ -401,7 +403,8 @@ class Trajectory:
     @cached_property
     def multipliers(self) -> dict[str, Array]:
         """Constraint forces by name, shape (n,): components of loop-closing joints, tensions of ropes, forces of
-        conditions on coordinates and speeds."""
+        conditions on coordinates and speeds.
+        """
         multipliers = self._observed(self.kernels.reactions(), "multipliers", self.t, self.states)
         names = [row.name for row in rows(self.kernels.model)]
         return _ByName("constraint", {name: multipliers[:, i] for i, name in enumerate(names)})
@@ -429,7 +432,8 @@ class Trajectory:
 
     def save(self, path: str | FilePath) -> None:
         """Write the motion to a netCDF file, whole or not at all: :attr:`data`, which any program can read, the
-        description of the machine, and the computed path. :meth:`load` reads the motion back."""
+        description of the machine, and the computed path. :meth:`load` reads the motion back.
+        """
         file_module("save").save(self, path)
 
     @staticmethod

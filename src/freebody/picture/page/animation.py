@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...describe.frame import Point
 from ...describe.constraints.constraint import Rolling
 from ...describe.contact_shapes import kind_of
+from ...describe.frame import Point
 from ...describe.loads.load import Damper, Spring
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError

@@ -225,7 +225,7 @@ import os, signal, sys
 import h5py, numpy as np, freebody as fb
 from freebody.gallery.beyond.bouncing_ball import build
 from freebody.motion.batch import store
-from test_batch_files import BALLS
+from test_store import BALLS
 
 left = int(sys.argv[2])
 write, put = store.Store.write, h5py.Dataset.__setitem__
@@ -251,7 +251,7 @@ fb.simulate(build(), 3, store=sys.argv[1], **BALLS)
 )
 def test_a_process_killed_as_it_writes_texts_costs_these_lanes_only(tmp_path, moment: int) -> None:
     path = tmp_path / "x.nc"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, str(Path(__file__).parents[2])])}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, str(Path(__file__).parent)])}
     killed = subprocess.run([sys.executable, "-c", KILLED, str(path), str(moment)], env=environment)
     assert killed.returncode == -signal.SIGKILL
     with h5py.File(path, "r") as file:

@@ -160,7 +160,7 @@ def test_root_locus_of_many_values():
     ax = fb.plot.root_locus(linear, "c", speeds, over="parameter")
     found = np.array([line.get_ydata()[2] for line in ax.get_lines()[:4:2]])
     assert sorted(found) == pytest.approx(sorted(linear.eigenvalues()[2].real))
-    with pytest.raises(ModelError, match="at these: fb.linearize"):
+    with pytest.raises(ModelError, match="at these values: fb.linearize"):
         fb.plot.root_locus(linear, "c", speeds + 1)
 
 
