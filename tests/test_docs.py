@@ -252,4 +252,7 @@ def test_the_makers_of_pages(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_one_version() -> None:
     with (ROOT / "pyproject.toml").open("rb") as stream:
-        assert tomllib.load(stream)["project"]["version"] == fb.__version__
+        settings = tomllib.load(stream)
+    assert settings["project"]["dynamic"] == ["version"]
+    file = (ROOT / settings["tool"]["hatch"]["version"]["path"]).read_text(encoding="utf-8")
+    assert f'VERSION = "{fb.__version__}"' in file
