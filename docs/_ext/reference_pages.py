@@ -100,7 +100,8 @@ def page(title: str, room: str, names: list[str]) -> str:
         else:
             more = "   :members:\n   :inherited-members:\n" if isinstance(value, type) else ""
             blocks.append((_directive(value), f"freebody.{name}", more))
-    inherited = {"symbolic.equations.Equations": "   :inherited-members:\n"}  # its base class is internal
+    internal_bases = ("symbolic.equations.Equations", "symbolic.free_body.free_body.FreeBody")
+    inherited = dict.fromkeys(internal_bases, "   :inherited-members:\n")
     blocks += [
         ("autoclass", f"freebody.{path}", "   :members:\n" + inherited.get(path, ""))
         for path in RESULTS.get(room, [])
