@@ -100,10 +100,13 @@ def page(title: str, room: str, names: list[str]) -> str:
         else:
             more = "   :members:\n   :inherited-members:\n" if isinstance(value, type) else ""
             blocks.append((_directive(value), f"freebody.{name}", more))
-    internal_bases = ("symbolic.equations.Equations", "symbolic.free_body.free_body.FreeBody")
-    inherited = dict.fromkeys(internal_bases, "   :inherited-members:\n")
+    bases = ("symbolic.equations.Equations", "symbolic.free_body.free_body.FreeBody")  # with an internal base class
     blocks += [
-        ("autoclass", f"freebody.{path}", "   :members:\n" + inherited.get(path, ""))
+        (
+            "autoclass",
+            f"freebody.{path}",
+            "   :members:\n" + "   :inherited-members:\n" * (room == "describe" or path in bases),
+        )
         for path in RESULTS.get(room, [])
     ]
     shown = [f"```{{eval-rst}}\n.. {kind}:: {path}\n{more}```\n" for kind, path, more in blocks]

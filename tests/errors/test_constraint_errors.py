@@ -37,7 +37,7 @@ def test_condition_with_speeds():
     s, _ = plane()
     refused(
         lambda: s.constrain("x' - y", name="rail"),
-        "Constraint 'rail' depends on x'. A condition on speeds is given by s.constrain_speed.",
+        "Constraint 'rail' depends on x'. Use s.constrain_speed for a condition on speeds.",
     )
     assert s.constraints == {}
 
@@ -46,7 +46,7 @@ def test_condition_without_coordinates():
     s, _ = plane()
     refused(
         lambda: s.constrain("L - t", name="rail"),
-        "Constraint 'rail' holds no coordinate: 'L - t' says nothing about the motion.",
+        "Constraint 'rail' contains no coordinate: 'L - t' does not restrict the motion.",
     )
 
 
@@ -54,7 +54,7 @@ def test_speed_condition_without_speeds():
     s, _ = plane()
     refused(
         lambda: s.constrain_speed("x - L", name="edge"),
-        "Speed constraint 'edge' holds no speed: '-L + x'. A condition on coordinates is given by s.constrain.",
+        "Speed constraint 'edge' contains no speed: '-L + x'. Use s.constrain for a condition on coordinates.",
     )
 
 
@@ -132,7 +132,7 @@ def test_ratio_that_moves():
     s, first, second = geared()
     refused(
         lambda: s.gear(first, second, "1 + p", name="cam"),
-        "The ratio of gear 'cam' cannot depend on p. Write it out by s.constrain.",
+        "The ratio of gear 'cam' cannot depend on p. Write the condition out with s.constrain.",
     )
     assert s.constraints == {}
 
@@ -142,8 +142,8 @@ def test_a_gear_of_ratio_zero(ratio):
     s, first, second = geared()
     refused(
         lambda: s.gear(first, second, ratio, name="stop"),
-        "The ratio of gear 'stop' is 0: 'first' would stand still and 'second' feel nothing of it. Give another ratio; "
-        "what stands still has s.constrain('p').",
+        "The ratio of gear 'stop' is 0: 'first' would stand still and 'second' move freely. Give another ratio, "
+        "or hold 'first' by s.constrain('p').",
     )
     assert s.constraints == {}
 
@@ -198,7 +198,7 @@ def test_rope_of_a_length_that_follows_the_motion():
     s, ball = plane()
     refused(
         lambda: s.rope([s.ground.origin, ball.origin], "L - f", name="line"),
-        "The length of rope 'line' cannot depend on f. Write it out by s.constrain.",
+        "The length of rope 'line' cannot depend on f. Write the condition out with s.constrain.",
     )
 
 
@@ -259,14 +259,14 @@ def test_a_loop_joint_has_no_coordinate():
     refused(
         lambda: loop("hinge", coordinate="theta"),
         "Joint 'third' closes a loop, since 'b' is already held by an earlier joint: its displacement follows from the "
-        "other coordinates. Leave out coordinate=, or declare this joint before the one that shall close the loop.",
+        "other coordinates. Leave out coordinate=, or declare this joint before the joint that is to close the loop.",
     )
 
 
 def test_a_free_joint_closes_nothing():
     refused(
         lambda: loop("free"),
-        "Free joint 'third' would leave 'b', which another joint holds, free: it does nothing. Leave it out.",
+        "Free joint 'third' has no effect, since another joint already holds 'b'. Leave it out.",
     )
 
 

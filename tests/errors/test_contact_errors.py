@@ -93,7 +93,7 @@ CONTACTS = {
     "restitution": (
         lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
         {"restitution": 1.5},
-        "Expected a restitution between 0 (no bounce) and 1 (all of it) for contact 'c', got 1.5.",
+        "Expected a restitution between 0 (no bounce) and 1 (full bounce) for contact 'c', got 1.5.",
     ),
     "impact law": (
         lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
@@ -144,12 +144,12 @@ SHAPES = {
     "inside": (lambda b: b.sphere(1, inside="yes"), "Expected inside=True or inside=False for the sphere of body 'disk', got 'yes'."),
     "normal": (lambda b: b.plane(normal="up"), "Expected 'x', 'y', 'z' or three components for the normal of the plane of body 'disk', got 'up'."),
     "zero normal": (lambda b: b.plane(normal=(0, 0, 0)), "has length zero"),
-    "side without length": (lambda b: b.segment((1, 0, 0), (1, 0, 0), normal="y"), "Start and end of the segment of body 'disk' are one point, (1, 0, 0)."),
+    "side without length": (lambda b: b.segment((1, 0, 0), (1, 0, 0), normal="y"), "Start and end of the segment of body 'disk' are the same point, (1, 0, 0)."),
     "oblique normal": (lambda b: b.segment((0, 0, 0), (1, 1, 0), normal="y"), "The normal of the segment of body 'disk' must be at right angles to the side from (0, 0, 0) to (1, 1, 0), got 'y'."),
     "no corners": (lambda b: b.corners(), "Expected points, or size=(a, b) of a box, for the corners of body 'disk', got none. A body made of a mesh has corners of its own; this one is a disk."),
     "corners twice": (lambda b: b.corners((0, 0, 0), size=(1, 1)), "got both"),
     "one edge": (lambda b: b.corners(size=(1,)), "Expected two or three edges, size=(a, b, c), for the corners of body 'disk', got (1,)."),
-    "moved corners": (lambda b: b.corners((0, 0, 0), at=(1, 0, 0)), "at= moves a box of given size; the corners of body 'disk' are given as points."),
+    "moved corners": (lambda b: b.corners((0, 0, 0), at=(1, 0, 0)), "at= displaces a box given by size=, but the corners of body 'disk' are given as points."),
     "place": (lambda b: b.sphere(1, at=(0, 1)), "Expected three components (x, y, z) for the sphere of body 'disk', got 2"),
     "other body's place": (lambda b: b.sphere(1, at=b.system.ground.origin), "Expected a point of body 'disk' for the sphere of body 'disk', got a point (0, 0, 0) of ground."),
     "level line": (lambda b: b.heightline("2*R"), "The heightline of body 'disk' does not depend on x. A level line is body.plane()."),

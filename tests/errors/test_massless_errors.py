@@ -22,7 +22,7 @@ def geared() -> fb.System:
 @pytest.mark.parametrize("values, name", [({"I": 0}, '"p\'" moves'), ({"J": 0}, '"q\'" moves')])
 def test_a_speed_that_moves_no_mass_is_named(values: dict[str, float], name: str) -> None:
     s = geared()
-    refusal = f"{name} no mass of 'geared' at these values.*above 0, or describe it by the coordinate"
+    refusal = f"{name} no mass of 'geared' at these values.*above 0, or describe them by the coordinate"
     with pytest.raises(ModelError, match=refusal):
         fb.simulate(s, 1, initial={"p": 0.1}, values=values)
     with pytest.raises(ModelError, match=refusal):

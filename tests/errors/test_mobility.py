@@ -53,7 +53,8 @@ def test_motion_without_inertia_is_named_before_anything_is_compiled():
     bead = s.body("bead", fb.particle(2))
     s.hinge("axle", s.ground, bead, coordinate="theta")
     with pytest.raises(
-        ModelError, match="Joint 'axle' has a motion that meets no inertia.*Give what it carries mass"
+        ModelError,
+        match="Joint 'axle' has a motion that meets no inertia.*Give the bodies that it carries mass",
     ):
         fb.simulate(s, 1)
 

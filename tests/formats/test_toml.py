@@ -392,7 +392,7 @@ def test_order_of_joints_decides_which_one_closes_the_loop() -> None:
         ('type = "chain"', "constraints.held.type: Unknown type of constraint 'chain'; known names"),
         ('type = "condition"', "Expected the key 'expression', but it is missing"),
         ('type = "condition"\nexpression = true', "Expected a number or an expression in quotes, got true or false"),
-        ('type = "speed"\nexpression = "theta"', "holds no speed"),
+        ('type = "speed"\nexpression = "theta"', "contains no speed"),
         ('type = "gear"\nfirst = "pn"\nsecond = "pin"\nratio = 2', "held.first: Unknown joint 'pn'; did you mean"),
         ('type = "gear"\nfirst = "pin"\nsecond = "pin"\nratio = 2', "couples two joints, got 'pin' twice"),
         ('type = "rope"\npoints = "bar"\nlength = 1', "held.points: Expected a list of points, got 'bar'"),

@@ -176,7 +176,7 @@ def segment(body: Frame, start: Any, end: Any, *, normal: Any) -> Segment:
             f"{shown(normal)}."
         )
     if all(x == 0 for x in d):
-        raise ModelError(f"Start and end of {what} are one point, {_text(a)}.")
+        raise ModelError(f"Start and end of {what} are the same point, {_text(a)}.")
     length = _root(body, sympy.Add(*(x**2 for x in d)))
     e = tuple(exact(x / length) for x in d)
     return Segment(body, a, b, e, n, exact(length))
@@ -228,7 +228,7 @@ def corners(body: Frame, *points: Any, size: Any = None, at: Any = None) -> Corn
         ]
         return Corners(body, tuple(vertices))
     if at is not None:
-        raise ModelError(f"at= moves a box of given size; {what} are given as points.")
+        raise ModelError(f"at= displaces a box given by size=, but {what} are given as points.")
     if len(points) == 1 and isinstance(points[0], Sequence | np.ndarray):
         rows = points[0].tolist() if hasattr(points[0], "tolist") else points[0]
         if hasattr(rows, "__len__") and len(rows) > 0 and hasattr(rows[0], "__len__"):

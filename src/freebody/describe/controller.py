@@ -121,23 +121,23 @@ def _inputs(system: Description, inputs: Any, what: str) -> tuple[str, ...]:
     elif not isinstance(inputs, Sequence):
         inputs = [inputs]
     names = names_of(system)
-    known = {parameter.name for parameter in parameters_of(system)}
+    parameters = sorted(p.name for p in parameters_of(system) if names.kinds[p.name] == "parameter")
     result: list[str] = []
     for parameter in inputs:
         text = names.text_of(parameter)
-        if text not in known or names.kinds[text] != "parameter":
-            plain = sorted(name for name in known if names.kinds[name] == "parameter")
+        if text not in parameters:
             raise ModelError(
-                f"Expected parameters of this system as the inputs of {what}, got '{text}'; {nearest(text, plain)} "
-                f"An input is declared first: {text if text.isidentifier() else 'tau'} = s.parameters(...=0)."
+                f"Expected parameters of this system as the inputs of {what}, got '{text}'; "
+                f"{nearest(text, parameters)} "
+                f"Declare an input first: {text if text.isidentifier() else 'tau'} = s.parameters(...=0)."
             )
-        for other in system.controllers.values():
-            if text in other.inputs:
+        for controller in system.controllers.values():
+            if text in controller.inputs:
                 raise ModelError(
-                    f"Parameter '{text}' is already set by controller '{other.name}', not also by {what}."
+                    f"Parameter '{text}' is already set by controller '{controller.name}', not also by {what}."
                 )
         if text in result:
-            raise ModelError(f"Parameter '{text}' stands twice among the inputs of {what}.")
+            raise ModelError(f"Parameter '{text}' is listed twice in the inputs of {what}.")
         result.append(text)
     if not result:
         raise ModelError(f"Expected at least one input for {what}, such as inputs='tau'.")

@@ -167,13 +167,13 @@ def claim(system: Description, name: str, kind: str) -> str:
     Raises
     ------
     ModelError
-        A name that is none, or that is in use.
+        A text that cannot be a name, or a name in use.
     """
     check_name(name, kind)
     tables = {"joint": system.joints, "constraint": system.constraints, "contact": system.contacts}
-    for known, table in ({"load": system.loads} if kind == "load" else tables).items():
+    for owner, table in ({"load": system.loads} if kind == "load" else tables).items():
         if name in table:
-            raise ModelError(f"There is already a {known} '{name}' in this system. Choose another name.")
+            raise ModelError(f"There is already a {owner} '{name}' in this system. Choose another name.")
     return name
 
 

@@ -62,9 +62,9 @@ class Signal(sympy.Dummy):
             late = ~((times >= first) & ((times <= last) | (self.interpolation == "previous")))
             if late.any():
                 raise ModelError(
-                    f"Signal '{self.name}' is given from {first:g} to {last:g} s, and was asked for at "
-                    f't = {times[late][0]:g} s. Give samples for that time too, or pass outside="hold", which keeps '
-                    "the first and the last value."
+                    f"Signal '{self.name}' is given from {first:g} to {last:g} s, but its value is needed at "
+                    f't = {times[late][0]:g} s. Add samples up to that time, or pass outside="hold", which keeps the '
+                    "first and the last value."
                 )
         k = np.searchsorted(self.times, times, side="right")
         if self._outside == "error" and self.interpolation != "previous":

@@ -43,12 +43,8 @@ class System(Description):
 
     Any number may be given as int, float, Fraction, SymPy expression, or text over the system's own names.
 
-    Attributes
-    ----------
-    ground : Body
-        The inertial frame.
-    bodies, joints, loads, constraints, contacts, controllers : dict
-        The parts of the machine by name; ``bodies`` without the ground.
+    ``s.ground`` is the inertial frame. ``s.bodies`` (without the ground), ``s.joints``, ``s.loads``, ``s.constraints``,
+    ``s.contacts`` and ``s.controllers`` are dictionaries of the machine's parts by name.
 
     Examples
     --------

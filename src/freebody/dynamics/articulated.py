@@ -12,7 +12,6 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §7.3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from ..errors import ModelError
 from ..model.model import GROUND, Link, Model
@@ -75,7 +74,7 @@ def forward_dynamics(
     inertia = [blocks(state.inertia(i)) for i in range(count)]
     p = [minus(force_cross(V[i], momentum_of(state.inertia(i), V[i])), loads.wrench(i)) for i in range(count)]
     c = [motion_cross(V[i], state.joint(i)[2]) for i in range(count)]
-    terms: list[Any] = [None] * count
+    terms: list[Scalar] = [None] * count
     with_inertia: list[list[int]] = [[] for _ in range(count)]
     for i in range(count - 1, -1, -1):
         link = model.links[i]
@@ -100,9 +99,21 @@ def forward_dynamics(
         inertia[link.parent] = blocks_sum(inertia[link.parent], blocks_to_parent(R, r, I_a))
         p[link.parent] = plus(p[link.parent], force_to_parent(R, r, p_a))
 
+    second, joint_rates = _outward(model, state, c, terms, with_inertia)
+    return accelerations_of_coordinates(model, state, second, joint_rates)
+
+
+def _outward(
+    model: Model,
+    state: State,
+    c: Sequence[Spatial],
+    terms: Sequence[LinkTerms | None],
+    with_inertia: Sequence[Sequence[int]],
+) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
+    """Return y'' of the 1-dof links and, by speed, u' of ball and free joints."""
     A: list[Spatial] = []
-    second: dict[int, Any] = {}
-    joint_rates: dict[int, Any] = {}
+    second: dict[int, Scalar] = {}
+    joint_rates: dict[int, Scalar] = {}
     ground = (ZERO, negate(state.vector(model.gravity)))
     for i, link in enumerate(model.links):
         R, r, _ = state.joint(i)
@@ -111,15 +122,15 @@ def forward_dynamics(
             second |= {} if link.driven else {i: 0}
         elif link.u >= 0:
             joint_rates |= dict.fromkeys(range(link.u, link.u + (3 if link.kind == "ball" else 6)), 0)
-        if terms[i] is not None:
-            rates, a = joint_acceleration(a, terms[i])
+        if (link_terms := terms[i]) is not None:
+            rates, a = joint_acceleration(a, link_terms)
             for k, rate in zip(with_inertia[i], rates, strict=True):
                 if link.one_dof:
                     second[i] = rate
                 else:
                     joint_rates[link.u + k] = rate
         A.append(a)
-    return accelerations_of_coordinates(model, state, second, joint_rates)
+    return second, joint_rates
 
 
 def pivot(
@@ -133,7 +144,7 @@ def pivot(
 def apparent_inertia(
     I_A: Blocks, p_A: Spatial, c: Spatial, tau: Sequence[Scalar], terms: LinkTerms | None
 ) -> tuple[Blocks, Spatial]:
-    """Return I^a and p^a, the link as its parent feels it, in its own axes; ``terms`` None: it moves with the parent."""
+    """Return I^a and p^a, the link as its parent feels it, in its own axes; ``terms`` None: it does not move in it."""
     if terms is None:
         return I_A, plus(p_A, blocks_times(I_A, c))
     motion, U, m, D = terms
@@ -173,9 +184,9 @@ def _with_inertia(
             result.append(k)
         elif not (S[1] == ZERO and is_zero(force + power(S, wrench)) and _is_displaced_tip(model, i)):
             raise ModelError(
-                f"Joint '{link.joint}' has a motion that meets no inertia, so that no acceleration follows from the "
-                f"forces. Give what it carries mass, or moment of inertia (a particle has none), weld it, or leave "
-                f"out the motion."
+                f"Joint '{link.joint}' has a motion that meets no inertia, so the forces give no acceleration. Give "
+                f"the bodies that it carries mass or moment of inertia (a particle has no moment of inertia), weld the "
+                f"joint, or leave out the motion."
             )
     return result
 
@@ -184,7 +195,7 @@ def _is_displaced_tip(model: Model, i: int) -> bool:
     """Return True if a link carries no other and its joint displaces it as well."""
     links = model.joints[model.links[i].joint].links
     along = any(model.links[j].kind in ("slider", "free") for j in links)
-    return along and all(other.parent != i for other in model.links)
+    return along and all(outer.parent != i for outer in model.links)
 
 
 def free_motions(link: Link, subspace: Spatial | None) -> list[Spatial]:

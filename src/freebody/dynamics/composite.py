@@ -27,15 +27,15 @@ def mass_matrix(model: Model, state: State) -> tuple[tuple[Scalar, ...], ...]:
     for i in range(len(model.links)):
         for place, (j, weight, S) in enumerate(moves[i]):
             F = momentum_of(composite[i], S)
-            for earlier, (k, other, S_k) in enumerate(moves[i][: place + 1]):
-                _put(M, j, k, weight * other * power(S_k, F), same=earlier == place)
+            for earlier, (k, weight_k, S_k) in enumerate(moves[i][: place + 1]):
+                _put(M, j, k, weight * weight_k * power(S_k, F), same=earlier == place)
             inner = i
             while model.links[inner].parent != GROUND:
                 R, p, _ = state.joint(inner)
                 F = force_to_parent(R, p, F)
                 inner = model.links[inner].parent
-                for k, other, S_k in moves[inner]:
-                    _put(M, j, k, weight * other * power(S_k, F), same=False)
+                for k, weight_k, S_k in moves[inner]:
+                    _put(M, j, k, weight * weight_k * power(S_k, F), same=False)
     return tuple(map(tuple, M))
 
 

@@ -25,7 +25,16 @@ from ..scalar.algebra import Scalar, Vector, apply_transpose, cross, divide, sca
 from ..scalar.expression import exact
 from ..space.spatial import plus
 from .composite import mass_matrix
-from .constraints import linearized, residuals, rows, separating_force, slip_direction, torques, wrenches
+from .constraints import (
+    Action,
+    linearized,
+    residuals,
+    rows,
+    separating_force,
+    slip_direction,
+    torques,
+    wrenches,
+)
 from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
 from .linear import Elimination, Factorization, applied, combined, entries, products, scalar_product
@@ -50,7 +59,7 @@ def constrained_dynamics(
     if forces is not None:
         f = [a + b for a, b in zip(f, forces, strict=True)]
     conditions = linearized(model, state)
-    multipliers: list[Any] = [0] * len(conditions.bias)
+    multipliers: list[Scalar] = [0] * len(conditions.bias)
     speeds = deep_speeds(model) if conditions.symmetric else None
     turned, back = conditions.in_loop_axes(active)
     if not conditions.symmetric:
@@ -73,12 +82,12 @@ def constrained_dynamics(
 def _by_mass_matrix(
     model: Model,
     state: State,
-    f: Sequence[Any],
-    G: Sequence[Sequence[Any]],
-    gamma: Sequence[Any],
-    acting: Sequence[Sequence[Any]],
+    f: Sequence[Scalar],
+    G: Sequence[Sequence[Scalar]],
+    gamma: Sequence[Scalar],
+    acting: Sequence[Sequence[Scalar]],
     symmetric: bool,
-) -> tuple[list[Any], list[Any]]:
+) -> tuple[list[Scalar], list[Scalar]]:
     """Return u' and λ with the forces Wᵀ λ, where W has the rows ``acting``."""
     M = Factorization(mass_matrix(model, state))
     free = M.forward(f)
@@ -124,34 +133,32 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Scalar
         value, owner = multipliers[i], model.constraints[row.owner]
         if isinstance(value, int) and value == 0:
             continue
-        for where, force, moment in acting:
-            _press(model, state, result, where, scale(value, force), scale(value, moment))
+        for place, force, moment in acting:
+            _press(model, state, result, place, scale(value, force), scale(value, moment))
         if isinstance(owner, Gear):
             for _, link, factor in torques(model, state, owner):
                 result.along[link] = result.along.get(link, 0) + factor * value
             pair, size = separating_force(model, state, owner)
-            for where, force, moment in pair if size is not None else ():
+            for place, force, moment in pair if size is not None else ():
                 pressure = size * state.field.apply("abs", value)
-                _press(model, state, result, where, scale(pressure, force), scale(pressure, moment))
+                _press(model, state, result, place, scale(pressure, force), scale(pressure, moment))
         elif not acting:
             for j, entry in enumerate(conditions.matrix[i]):
                 result.generalized[j] = result.generalized.get(j, 0) + entry * value
     return result
 
 
-def with_wrenches(
-    model: Model, state: State, loads: Loading, acting: Sequence[tuple[Any, Vector, Vector]]
-) -> Loading:
+def with_wrenches(model: Model, state: State, loads: Loading, acting: Sequence[Action]) -> Loading:
     """Return the loads together with further (place, force, moment) in ground axes; places as in :func:`wrenches`."""
     result = Loading(dict(loads.wrenches), dict(loads.along), dict(loads.generalized))
-    for where, force, moment in acting:
-        _press(model, state, result, where, force, moment)
+    for place, force, moment in acting:
+        _press(model, state, result, place, force, moment)
     return result
 
 
-def _press(model: Model, state: State, result: Loading, where: Any, force: Vector, moment: Vector) -> None:
-    """Add a wrench at a point; ``where`` may be (body, point) with a point that is not fixed in the body."""
-    body, point = where if isinstance(where, tuple) else (where.body, where)
+def _press(model: Model, state: State, result: Loading, place: Any, force: Vector, moment: Vector) -> None:
+    """Add a wrench at a point; ``place`` may be (body, point) with a point that is not fixed in the body."""
+    body, point = place if isinstance(place, tuple) else (place.body, place)
     link, _ = place_of(model, body)
     if link < 0:
         return
@@ -169,7 +176,7 @@ def constraint_power(model: Model, state: State, multipliers: Sequence[Scalar]) 
     work if it is hauled in. A contact that slips takes out μ N |γ|.
     """
     conditions = linearized(model, state)
-    total: Any = 0
+    total: Scalar = 0
     for kind, value, rate, row in zip(
         rows(model), multipliers, conditions.rate, conditions.matrix, strict=True
     ):
@@ -207,7 +214,7 @@ def speed_correction(model: Model, state: State, active: Sequence[int]) -> tuple
     return tuple(a + b for a, b in zip(state.u, step, strict=True))
 
 
-def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> list[Any]:
+def _least(model: Model, state: State, G: list[Scalar], residual: list[Scalar]) -> list[Scalar]:
     """Return the step with G step = -residual of the least ½ stepᵀ M step."""
     if not G:
         return [0] * model.n_u
@@ -240,12 +247,12 @@ def independence(model: Model, state: State, active: Sequence[int]) -> Scalar:
     """
     G, masses = linearized(model, state).matrix, mass_matrix(model, state)
 
-    def length(i: int) -> Any:
+    def length(i: int) -> Scalar:
         return sum((divide(x * x, masses[j][j]) for j, x in entries(G[i])), 0)
 
-    longest: dict[int, Any] = {}
+    longest: dict[int, Scalar] = {}
     for group in condition_groups(model):
-        most: Any = None
+        most: Scalar = None
         for i in group:
             if entries(G[i]):
                 most = length(i) if most is None else state.field.apply("max", most, length(i))
@@ -256,7 +263,7 @@ def independence(model: Model, state: State, active: Sequence[int]) -> Scalar:
         for i in nonzero
     ]
     factors = Factorization(products(weighed, [G[i] for i in nonzero]))
-    least: Any = 1
+    least: Scalar = 1
     for k, pivot in zip(factors.order, factors.D, strict=True):
         least = state.field.apply("min", least, divide(pivot, longest[nonzero[k]]))
     return least
@@ -292,7 +299,7 @@ def independent_of(G: Any, M: Any) -> tuple[int, ...]:
     """
     scaled = G / np.sqrt(M.diagonal())
     largest = np.linalg.norm(scaled, axis=1).max(initial=0)
-    basis: list[Any] = []
+    basis: list[Scalar] = []
     independent: list[int] = []
     for least in (POOR, DEPENDENT):
         for i, row in enumerate(scaled):
@@ -315,14 +322,14 @@ def closed_coordinates(
     q: Sequence[float],
     t: float = 0,
     values: Mapping[Any, Any] | None = None,
-    held: Sequence[int] = (),
+    fixed: Sequence[int] = (),
     steps: int = STEPS,
 ) -> list[float]:
     """Return coordinates near ``q`` that satisfy the conditions on coordinates, by Gauss-Newton steps.
 
     Parameters
     ----------
-    held : sequence of int
+    fixed : sequence of int
         Indices of the speeds whose coordinates stay fixed.
 
     Raises
@@ -331,7 +338,7 @@ def closed_coordinates(
         The message names the worst condition and its residual.
     """
     kinds = rows(model)
-    free = [j for j in range(model.n_u) if j not in set(held)]
+    free = [j for j in range(model.n_u) if j not in set(fixed)]
     q = [*map(float, q)]
     active = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
     best = float("inf")
@@ -372,7 +379,7 @@ def no_direction(model: Model, q: Sequence[float]) -> ModelError:
     where = ", ".join(f"{c.name} = {x:.6g}" for c, x in zip(model.coordinates, q, strict=True))
     return ModelError(
         f"A constraint of '{model.name}' ({', '.join(model.constraints)}) has no direction at {where}: two "
-        f"points of a rope in one place, a wheel that lies flat, or an expression without a value there. Begin "
+        f"points of a rope in one place, a wheel that lies flat, or an expression without a value there. Start "
         f"elsewhere."
     )
 

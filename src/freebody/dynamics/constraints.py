@@ -19,6 +19,7 @@ from typing import Any
 import sympy
 
 from ..describe.constraints.constraint import Gear, Rolling, Rope, SpeedCondition
+from ..describe.joints.joint import Joint
 from ..model.closure import Closure, Thread
 from ..model.contact import Touching
 from ..model.mesh import Mesh
@@ -26,6 +27,7 @@ from ..model.model import GROUND, Model
 from ..scalar.algebra import (
     ZERO,
     Matrix,
+    Scalar,
     Vector,
     add,
     apply,
@@ -54,6 +56,9 @@ from .kinematics import (
 from .linear import entries
 from .loop_ends import carrier_of, ends, last_link, loop_rows
 from .state import State
+
+Action = tuple[Any, Vector, Vector]
+"""(point, force, moment) on a body, in ground axes; a point not fixed in the body is given as (body, point)."""
 
 
 @dataclass(frozen=True)
@@ -120,12 +125,12 @@ def radial_names(model: Model) -> dict[str, str]:
     return result
 
 
-def residuals(model: Model, state: State, *, contacts: bool = True, pins: bool = True) -> list[Any]:
+def residuals(model: Model, state: State, *, contacts: bool = True, pins: bool = True) -> list[Scalar]:
     """Return every condition's residual: φ of those on coordinates, ψ of those on speeds.
 
     Without ``contacts``, or without the ``pins`` that close loops, their residuals are replaced by zeros.
     """
-    result: list[Any] = []
+    result: list[Scalar] = []
     for constraint in model.constraints.values():
         if isinstance(constraint, Closure):
             omitted = constraint.in_ground and not pins
@@ -134,7 +139,7 @@ def residuals(model: Model, state: State, *, contacts: bool = True, pins: bool =
             points = [point_position(model, state, point) for point in constraint.points]
             spans = [subtract(b, a) for a, b in zip(points, points[1:], strict=False)]
             # the sign makes the multiplier the tension
-            slack: Any = state(constraint.length)
+            slack: Scalar = state(constraint.length)
             for span in spans:
                 slack = slack - state.field.sqrt(dot(span, span))
             result.append(slack)
@@ -162,7 +167,7 @@ def _count(touching: Touching) -> int:
     return 1 if touching.slips else 1 + touching.contact.tangents
 
 
-def _touching(model: Model, state: State, touching: Touching) -> list[Any]:
+def _touching(model: Model, state: State, touching: Touching) -> list[Scalar]:
     """Return the gap and, in stick, the slip velocities."""
     gap = touch(model, state, touching.contact).gap
     if touching.slips:
@@ -170,7 +175,7 @@ def _touching(model: Model, state: State, touching: Touching) -> list[Any]:
     return [gap, *rows_of(model, state, (touching.contact,)).rate[1:]]
 
 
-def _displacement(model: Model, state: State, joint: Any) -> Any:
+def _displacement(model: Model, state: State, joint: Joint) -> Scalar:
     return state(model.links[model.joints[joint.name].links[0]].displacement)
 
 
@@ -179,7 +184,7 @@ def _frame(model: Model, state: State, body: Any, axes: Matrix) -> Matrix:
     return multiply(rotation(model, state, link), state.matrix(axes))
 
 
-def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
+def _closure(model: Model, state: State, joint: Closure) -> list[Scalar]:
     """Return the residuals of a closure, relative to the link that carries the loop: they depend on the loop only.
 
     Multiplied by the rotation R of that link they are in ground axes, like the force of the joint. No derivative of R
@@ -203,7 +208,7 @@ def _from_carrier(model: Model, state: State, joint: Closure) -> Matrix:
     return rotation(model, state.cache.get("start", state), carrier_of(model, joint))
 
 
-def _thread(state: State, thread: Thread, R_P: Matrix, R_C: Matrix, d: Vector) -> Any:
+def _thread(state: State, thread: Thread, R_P: Matrix, R_C: Matrix, d: Vector) -> Scalar:
     """Return d·n - h φ for small deviations: 2 h tan((d·n/h - φ)/2), which has one zero per turn and needs no angle.
 
     cos φ and sin φ are the components of the child's first vector across the axis, and tan(x/2) = sin x/(1 + cos x).
@@ -232,7 +237,7 @@ def _arm(model: Model, state: State, wheel: Rolling) -> Vector:
     return scale(divide(-radius, slope), subtract(n, scale(lean, a)))
 
 
-def _rolling(model: Model, state: State, wheel: Rolling) -> list[Any]:
+def _rolling(model: Model, state: State, wheel: Rolling) -> list[Scalar]:
     """Return the height of the wheel's lowest point over the plane, and its slip velocities."""
     arm = _arm(model, state, wheel)
     contact = add(point_position(model, state, wheel.center), arm)
@@ -242,7 +247,7 @@ def _rolling(model: Model, state: State, wheel: Rolling) -> list[Any]:
     return [height, dot(wheel.first[1], slip), dot(wheel.second[1], slip)]
 
 
-def torques(model: Model, state: State, gear: Gear) -> list[tuple[str, int, Any]]:
+def torques(model: Model, state: State, gear: Gear) -> list[tuple[str, int, Scalar]]:
     """Return (joint, link, force or torque along its displacement) per unit multiplier of a gear known by its ratio.
 
     They act on driven shafts too, for which the matrix G of the free speeds has no column. The list is empty for a gear
@@ -254,7 +259,7 @@ def torques(model: Model, state: State, gear: Gear) -> list[tuple[str, int, Any]
     return [(joint.name, model.joints[joint.name].links[0], value) for joint, value in pairs]
 
 
-def separating_force(model: Model, state: State, gear: Gear) -> tuple[list[tuple[Any, Vector, Vector]], Any]:
+def separating_force(model: Model, state: State, gear: Gear) -> tuple[list[Action], Scalar | None]:
     """Return the (point, force, moment) per unit of the force that presses teeth apart, and that force per unit |λ|.
 
     The list is empty if only the ratio is known; the force is None if the pressure angle is not known.
@@ -271,9 +276,7 @@ def separating_force(model: Model, state: State, gear: Gear) -> tuple[list[tuple
     return _at_pitch_point(model, state, mesh, unit), size
 
 
-def _at_pitch_point(
-    model: Model, state: State, mesh: Mesh, force: Vector
-) -> list[tuple[Any, Vector, Vector]]:
+def _at_pitch_point(model: Model, state: State, mesh: Mesh, force: Vector) -> list[Action]:
     R, point = rotation(model, state, mesh.carrier), state.vector(mesh.point)
     at = apply(R, point)
     if mesh.carrier != GROUND:
@@ -281,13 +284,13 @@ def _at_pitch_point(
     return [(Spot(mesh.first, at), force, ZERO), (Spot(mesh.second, at), negate(force), ZERO)]
 
 
-def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]]]:
+def wrenches(model: Model, state: State) -> list[list[Action]]:
     """Return, per condition, the (point, force, moment) per unit multiplier on bodies, in ground axes.
 
     A list is empty for conditions on coordinates and speeds, whose multipliers are generalized forces, and for gears
     known by their ratio only.
     """
-    result: list[list[tuple[Any, Vector, Vector]]] = []
+    result: list[list[Action]] = []
     for constraint in model.constraints.values():
         if isinstance(constraint, Closure):
             R_P = _frame(model, state, constraint.parent, constraint.parent_axes)
@@ -312,7 +315,7 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
                 result.append([(constraint.center, e, cross(arm, e))])
         elif isinstance(constraint, Rope):
             points = [point_position(model, state, point) for point in constraint.points]
-            pulls: list[tuple[Any, Vector, Vector]] = []
+            pulls: list[Action] = []
             for k, (a, b) in enumerate(zip(points, points[1:], strict=False)):
                 span = subtract(b, a)
                 unit = scale(divide(1, state.field.sqrt(dot(span, span))), span)
@@ -348,7 +351,7 @@ def slip_friction(model: Model, state: State, touching: Touching) -> Vector:
     return scale(-state(contact.friction), total)
 
 
-def slip_direction(model: Model, state: State, touching: Touching) -> list[Any]:
+def slip_direction(model: Model, state: State, touching: Touching) -> list[Scalar]:
     """Return the components of the unit direction of slip along the tangents: as prescribed, or γ/|γ|."""
     contact = touching.contact
     assert touching.direction is not None
@@ -357,7 +360,7 @@ def slip_direction(model: Model, state: State, touching: Touching) -> list[Any]:
     if contact.frictionless:
         return [0] * contact.tangents
     slip = rows_of(model, state, (contact,)).rate[1:]
-    square: Any = 0
+    square: Scalar = 0
     for component in slip:
         square = square + component * component
     return [divide(component, state.field.sqrt(square)) for component in slip]
@@ -383,7 +386,7 @@ class Linearized:
             if isinstance(c, Closure) and c.in_ground
         ]
 
-    def _in_ground(self, pin: Closure) -> tuple[list[list[Any]], list[Any]]:
+    def _in_ground(self, pin: Closure) -> tuple[list[list[Scalar]], list[Scalar]]:
         """Return G and γ of a pin, its force in ground axes."""
         G, bias = loop_rows(self._model, self._state, pin, carrier_of(self._model, pin))
         R = _from_carrier(self._model, self._state, pin)
@@ -424,12 +427,12 @@ class Linearized:
         return rows_of(self._model, self._state, (touching.contact,))
 
     @cached_property
-    def residual(self) -> tuple[Any, ...]:
+    def residual(self) -> tuple[Scalar, ...]:
         """φ of conditions on coordinates, ψ of those on speeds."""
         return tuple(residuals(self._model, self._state))
 
     @cached_property
-    def rate(self) -> tuple[Any, ...]:
+    def rate(self) -> tuple[Scalar, ...]:
         """ψ = G u + g."""
         along = _along_motion(self._model, self._state, self._state.u, 1, 1)
         pairs = zip(along, self._kinds, strict=True)
@@ -439,7 +442,7 @@ class Linearized:
         return tuple(result)
 
     @cached_property
-    def bias(self) -> tuple[Any, ...]:
+    def bias(self) -> tuple[Scalar, ...]:
         """γ, the part of ψ' that is free of accelerations."""
         along = _along_motion(self._model, self._state, self._state.u, 1, 2, pins=False)
         pairs = zip(along, self._kinds, strict=True)
@@ -451,15 +454,15 @@ class Linearized:
         return tuple(result)
 
     @cached_property
-    def matrix(self) -> tuple[tuple[Any, ...], ...]:
+    def matrix(self) -> tuple[tuple[Scalar, ...], ...]:
         """G, a row per condition and a column per speed."""
         model, state, kinds = self._model, self._state, self._kinds
         depends = dependence(model)
-        at_rest: list[Any] = []
+        at_rest: list[Scalar] = []
         if _any_speed(kinds):
             zeros = [0] * model.n_u
             at_rest = residuals(model, replaced(state, state.field, state.t, state.q, zeros), contacts=False)
-        columns: list[dict[int, Any]] = [{} for _ in kinds]
+        columns: list[dict[int, Scalar]] = [{} for _ in kinds]
         for moving in directions(depends.values()):
             unit = [int(j in moving) for j in range(model.n_u)]
             for i, r in enumerate(_along_motion(model, state, unit, 0, 1, pins=False)):
@@ -473,7 +476,7 @@ class Linearized:
         return tuple(result)
 
     @cached_property
-    def acting(self) -> tuple[tuple[Any, ...], ...]:
+    def acting(self) -> tuple[tuple[Scalar, ...], ...]:
         """Generalized force per unit multiplier: the rows of G, and for contacts that slip W_N - μ Σ d W_T."""
         result = list(self.matrix)
         for i, touching in self.touching:
@@ -504,15 +507,15 @@ def _any_speed(kinds: Sequence[Row]) -> bool:
 
 
 def _along_motion(
-    model: Model, state: State, u: Sequence[Any], clock: int, order: int, pins: bool = True
-) -> list[Any]:
+    model: Model, state: State, u: Sequence[Scalar], clock: int, order: int, pins: bool = True
+) -> list[Scalar]:
     """Return the residuals as series along q' = N(q) u with u constant; ``clock`` is the rate of time."""
     return residuals(model, state_along(model, state, u, clock, order), contacts=False, pins=pins)
 
 
-def _derivative(x: Any, k: int) -> Any:
+def _derivative(x: Scalar, k: int) -> Scalar:
     return x.derivative(k) if isinstance(x, Series) else 0
 
 
-def _at(x: Any, k: int) -> Any:
+def _at(x: Scalar, k: int) -> Scalar:
     return x.c[k] if isinstance(x, Series) else x

@@ -120,7 +120,7 @@ def _touch(model: Model, state: State, contact: Contact) -> Touch:
 
 def reaches_along(
     model: Model, state: State, contact: Contact, udot: Sequence[Scalar]
-) -> list[tuple[Any, Any, Any]]:
+) -> list[tuple[Scalar, Scalar, Scalar]]:
     """Return value, rate and acceleration of each ``reach`` of an element, along the motion with ``udot``."""
     reach = touch(model, state_moving(model, state, udot), contact).reach
     return [(x.c[0], x.derivative(1), x.derivative(2)) if isinstance(x, Series) else (x, 0, 0) for x in reach]
@@ -132,7 +132,7 @@ Nearest = tuple[Vector, Vector, Vector, Scalar, tuple[Scalar, ...]]
 """P, Q, n, gap and reach of a pair of shapes."""
 
 
-def _at(model: Model, state: State, body: Any, components: Sequence[Any]) -> Vector:
+def _at(model: Model, state: State, body: Any, components: Sequence[Scalar]) -> Vector:
     """Return the position, in ground axes, of a place given in body axes."""
     link, origin = place_of(model, body)
     p = state.vector(tuple(a + b for a, b in zip(origin, components, strict=True)))
@@ -142,7 +142,7 @@ def _at(model: Model, state: State, body: Any, components: Sequence[Any]) -> Vec
     return add(posture.position, apply(posture.rotation, p))
 
 
-def _turned(model: Model, state: State, body: Any, components: Sequence[Any]) -> Vector:
+def _turned(model: Model, state: State, body: Any, components: Sequence[Scalar]) -> Vector:
     """Return a direction, given in body axes, in ground axes."""
     link, _ = place_of(model, body)
     return apply(rotation(model, state, link), state.vector(components))
@@ -290,7 +290,7 @@ class ContactRows:
         return tuple(_rates(self._model, self._state, self._contacts))
 
     @cached_property
-    def matrix(self) -> tuple[tuple[Any, ...], ...]:
+    def matrix(self) -> tuple[tuple[Scalar, ...], ...]:
         """W, a column per speed."""
         model, state = self._model, self._state
         result = []
@@ -335,7 +335,7 @@ def rows_of(model: Model, state: State, contacts: Sequence[Contact]) -> ContactR
     return state.cache[key]
 
 
-def _rates(model: Model, state: State, contacts: Sequence[Contact]) -> list[Any]:
+def _rates(model: Model, state: State, contacts: Sequence[Contact]) -> list[Scalar]:
     result = []
     for c in contacts:
         geometry = touch(model, state, c)
@@ -362,7 +362,7 @@ def generalized_force(
     model: Model, state: State, forces: Sequence[tuple[Any, Vector, Vector]]
 ) -> tuple[Scalar, ...]:
     """Return the generalized force of (body, position, force) triples in ground axes. Length n_u."""
-    total: list[Any] = [0] * model.n_u
+    total: list[Scalar] = [0] * model.n_u
     for body, place, force in forces:
         link, _ = place_of(model, body)
         while link != GROUND:

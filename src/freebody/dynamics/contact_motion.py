@@ -57,10 +57,10 @@ class ContactProblem:
         u' per unit of each contact force.
     """
 
-    A: tuple[tuple[Any, ...], ...]
-    c: tuple[Any, ...]
-    free: tuple[Any, ...]
-    responses: tuple[tuple[Any, ...], ...]
+    A: tuple[tuple[Scalar, ...], ...]
+    c: tuple[Scalar, ...]
+    free: tuple[Scalar, ...]
+    responses: tuple[tuple[Scalar, ...], ...]
 
 
 def contact_problem(model: Model, state: State, active: Sequence[int] = ()) -> ContactProblem:
@@ -101,7 +101,7 @@ def contact_accelerations(
 
 def _enforcing(
     model: Model, state: State, M: Factorization, active: Sequence[int]
-) -> Callable[[list[Any], bool], tuple[Any, ...]]:
+) -> Callable[[list[Scalar], bool], tuple[Any, ...]]:
     """Return a function that enforces the machine's own conditions on accelerations, or on speeds per unit impulse."""
     if not active:
         return lambda step, accelerations: tuple(step)
@@ -110,7 +110,7 @@ def _enforcing(
     X = [M.solve(row) for row in G]
     factors = Factorization(products(G, X))
 
-    def enforce(step: list[Any], accelerations: bool) -> tuple[Scalar, ...]:
+    def enforce(step: list[Scalar], accelerations: bool) -> tuple[Scalar, ...]:
         """Return the step with the constraint forces that make G u' = -γ, or G u = 0 for speeds."""
         gamma = [conditions.bias[i] if accelerations else 0 for i in active]
         lam = factors.solve([-(g + along) for g, along in zip(gamma, applied(G, step), strict=True)])
@@ -119,10 +119,12 @@ def _enforcing(
     return enforce
 
 
-def contact_forces(model: Model, state: State, multipliers: Sequence[Scalar]) -> dict[str, tuple[Any, ...]]:
+def contact_forces(
+    model: Model, state: State, multipliers: Sequence[Scalar]
+) -> dict[str, tuple[Scalar, ...]]:
     """Return (N, T) or (N, T1, T2) on the feature of every contact of a machine in modes; zeros if it is open [N]."""
-    result: dict[str, tuple[Any, ...]] = {c.name: (0,) * (1 + c.tangents) for c in model.contacts}
-    by_contact: dict[str, list[Any]] = {}
+    result: dict[str, tuple[Scalar, ...]] = {c.name: (0,) * (1 + c.tangents) for c in model.contacts}
+    by_contact: dict[str, list[Scalar]] = {}
     for row, value in zip(rows(model), multipliers, strict=True):
         if isinstance(model.constraints[row.owner], Touching):
             by_contact.setdefault(row.owner, []).append(value)
@@ -144,7 +146,7 @@ def friction_power(model: Model, state: State, forces: Mapping[str, Sequence[Sca
     forces : mapping
         From :func:`contact_forces`.
     """
-    total: Any = 0
+    total: Scalar = 0
     for contact in model.contacts:
         slip = rows_of(model, state, (contact,)).rate[1:]
         total = total + scalar_product(forces[contact.name][1:], slip)

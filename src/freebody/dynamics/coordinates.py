@@ -24,13 +24,13 @@ def accelerations_of_coordinates(
 ) -> tuple[Scalar, ...]:
     """Return u' from y'' of the 1-dof links and, by speed, from u' of ball and free joints (``joint_rates``)."""
     assert model.order is not None
-    udot: list[Any] = [0] * model.n_u
+    udot: list[Scalar] = [0] * model.n_u
     for j, value in joint_rates.items():
         udot[j] = value
     for i, j in model.order:
         link = model.links[i]
         rest = second_rates[i] - state(link.bias)
-        pivot: Any = 1
+        pivot: Scalar = 1
         for k, partial in link.partials:
             if k == j:
                 pivot = partial
@@ -47,10 +47,10 @@ def forces_on_displacements(model: Model, state: State, forces: Mapping[int, Sca
     for i, link in enumerate(model.links):
         for j, partial in link.partials:
             links_with.setdefault(j, []).append((i, partial))
-    tau: dict[int, Any] = {}
+    tau: dict[int, Scalar] = {}
     for i, j in reversed(model.order):
         rest = forces.get(j, 0)
-        pivot: Any = 1
+        pivot: Scalar = 1
         for k, partial in links_with[j]:
             if k == i:
                 pivot = partial
@@ -69,7 +69,7 @@ def forces_on_free_displacements(model: Model, state: State, speed: int, force: 
     for i, link in enumerate(model.links):
         for j, partial in link.partials:
             links_with.setdefault(j, []).append((i, partial))
-    tau: dict[int, Any] = {}
+    tau: dict[int, Scalar] = {}
     for i, j in free_displacements(model):
         rest = force if j == speed else 0
         for k, partial in links_with[j]:
@@ -82,7 +82,7 @@ def forces_on_free_displacements(model: Model, state: State, speed: int, force: 
 
 def forces_on_coordinates(model: Model, state: State, tau: Sequence[Scalar]) -> list[Scalar]:
     """Return Jᵀ τ: forces conjugate to the speeds from forces along the displacements (one entry per link)."""
-    total: list[Any] = [0] * model.n_u
+    total: list[Scalar] = [0] * model.n_u
     for i, link in enumerate(model.links):
         for j, partial in link.partials:
             total[j] = total[j] + state(partial) * tau[i]

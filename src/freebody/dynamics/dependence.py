@@ -15,6 +15,7 @@ from ..describe.constraints.constraint import Gear, Rolling, Rope
 from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.model import GROUND, Model
+from ..scalar.algebra import Expression
 from .kinematics import place_of
 
 
@@ -30,22 +31,25 @@ def dependence(model: Model) -> dict[str, frozenset[int]]:
         return frozenset().union(*(inward[i] for i in links if i != GROUND))
 
     result: dict[str, frozenset[int]] = {}
-    for name, one in model.constraints.items():
-        if isinstance(one, Closure):
-            links = loop_links(model, one)
+    for name, constraint in model.constraints.items():
+        if isinstance(constraint, Closure):
+            links = loop_links(model, constraint)
             result[name] = frozenset().union(*(moving[i] for i in links))
-        elif isinstance(one, Rope):
-            result[name] = of_bodies(point.body for point in one.points)
-        elif isinstance(one, Rolling):
-            result[name] = of_bodies((one.center.body, one.plane.body))
-        elif isinstance(one, Gear):
+        elif isinstance(constraint, Rope):
+            result[name] = of_bodies(point.body for point in constraint.points)
+        elif isinstance(constraint, Rolling):
+            result[name] = of_bodies((constraint.center.body, constraint.plane.body))
+        elif isinstance(constraint, Gear):
             result[name] = frozenset().union(
-                *(moving[model.joints[joint.name].links[0]] for joint in (one.first, one.second))
+                *(
+                    moving[model.joints[joint.name].links[0]]
+                    for joint in (constraint.first, constraint.second)
+                )
             )
-        elif isinstance(one, Touching):
+        elif isinstance(constraint, Touching):
             result[name] = frozenset()
         else:
-            result[name] = _named(model, one.expression)
+            result[name] = _named(model, constraint.expression)
     return result
 
 
@@ -68,7 +72,7 @@ def _moving(model: Model, i: int) -> frozenset[int]:
     return frozenset(range(link.u, link.u + {"ball": 3, "free": 6}[link.kind]))
 
 
-def _named(model: Model, expression: Any) -> frozenset[int]:
+def _named(model: Model, expression: Expression) -> frozenset[int]:
     """Return the speeds that occur in an expression, or whose coordinates do."""
     names = set(model.names.depends(expression, "coordinate", "speed"))
     result = {j for j, speed in enumerate(model.speeds) if {speed.name, speed.name.removesuffix("'")} & names}

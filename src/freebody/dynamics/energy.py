@@ -8,7 +8,6 @@ Source: chapter 6, eq (6.35): T = ½ m v_C² + ½ ω·H_C.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from ..model.model import Model
 from ..scalar.algebra import HALF, Scalar, add, apply, dot, scale
@@ -21,7 +20,7 @@ from .state import State
 
 def kinetic_energy(model: Model, state: State) -> Scalar:
     """Return the kinetic energy of all bodies [J]."""
-    total: Any = 0
+    total: Scalar = 0
     for i, V in enumerate(velocities(model, state)):
         total = total + power(V, momentum_of(state.inertia(i), V))
     return HALF * total

@@ -46,8 +46,8 @@ Blow = tuple[Any, Vector, Vector]
 def blows_on(model: Model, state: State, blows: Sequence[Blow]) -> Loading:
     """Return the impulses sorted by the links that they act on."""
     result = Loading()
-    for where, impulse, moment in blows:
-        body, point = where if isinstance(where, tuple) else (where.body, where)
+    for place, impulse, moment in blows:
+        body, point = place if isinstance(place, tuple) else (place.body, place)
         link, _ = place_of(model, body)
         if link == GROUND:
             continue
@@ -90,7 +90,7 @@ def speed_jumps(
     """
     M = Factorization(mass_matrix(model, state))
     jump = list(M.solve(impulses))
-    multipliers: list[Any] = [0] * len(linearized(model, state).matrix)
+    multipliers: list[Scalar] = [0] * len(linearized(model, state).matrix)
     if active:
         G = [linearized(model, state).matrix[i] for i in active]
         X = [M.solve(row) for row in G]
@@ -108,7 +108,7 @@ def link_jumps(model: Model, state: State, jump: Sequence[Scalar]) -> list[Spati
         R, p, _ = state.joint(i)
         change = ZERO6 if link.parent == GROUND else motion_to_child(R, p, result[link.parent])
         if link.one_dof:
-            rate: Any = 0
+            rate: Scalar = 0
             for j, partial in link.partials:
                 rate = rate + state(partial) * jump[j]
             change = plus(change, times(rate, state.subspace(i)))
@@ -143,7 +143,7 @@ def with_constraints(
     for row, multiplier, acting in zip(rows(model), multipliers, wrenches(model, state), strict=True):
         if isinstance(multiplier, int) and multiplier == 0:
             continue
-        result += [(where, scale(multiplier, f), scale(multiplier, n)) for where, f, n in acting]
+        result += [(place, scale(multiplier, f), scale(multiplier, n)) for place, f, n in acting]
         owner = model.constraints[row.owner]
         if isinstance(owner, Gear):
             pair, size = separating_force(model, state, owner)
@@ -152,7 +152,7 @@ def with_constraints(
             pressure = size * state.field.apply("abs", multiplier)
             if not (isinstance(factor, int) and factor == 1):
                 pressure = divide(pressure * factor, state.field.apply("abs", factor))
-            result += [(where, scale(pressure, f), n) for where, f, n in pair]
+            result += [(place, scale(pressure, f), n) for place, f, n in pair]
     return result
 
 

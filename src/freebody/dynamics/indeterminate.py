@@ -11,14 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ..describe.constraints.constraint import Gear
 from ..model.mesh import Mesh
 from ..model.model import Model
-from ..scalar.algebra import IDENTITY, ZERO, apply, subtract
+from ..scalar.algebra import IDENTITY, ZERO, Vector, apply, subtract
 from .constrained import DEPENDENT, constrained_loading, with_wrenches
 from .constraints import linearized, radial_names, rows, separating_force
 from .joint_freedom import transmissible
@@ -35,7 +34,7 @@ class SelfStress:
     """Multipliers by name, and the reactions they cause in the joints of the tree: (force, moment) in ground axes."""
 
     multipliers: Mapping[str, float]
-    joints: Mapping[str, tuple[Any, Any]]
+    joints: Mapping[str, tuple[Vector, Vector]]
 
 
 def self_stresses(model: Model, state: State) -> list[SelfStress]:
@@ -50,9 +49,9 @@ def self_stresses(model: Model, state: State) -> list[SelfStress]:
     basis = [np.eye(len(names))[i] for i in range(len(names)) if i not in nonzero]
     if nonzero:
         unit = G[nonzero] / sizes[nonzero, None]
-        left, values, _ = np.linalg.svd(unit)
+        vectors, values, _ = np.linalg.svd(unit)
         rank = int(np.sum(values > DEPENDENT * values[0]))
-        for column in left[:, rank:].T:
+        for column in vectors[:, rank:].T:
             whole = np.zeros(len(names))
             whole[nonzero] = column / sizes[nonzero]
             basis.append(whole / np.abs(whole).max())

@@ -129,9 +129,9 @@ def unit_load_wrench(model: Model, state: State, joint: JointPlace, link: int) -
         return (ZERO, loaded.direction if loaded.free else _across(loaded.direction, slides))
     if loaded.kind == "screw":
         return (loaded.direction, ZERO)
-    others = [axis.direction for axis in axes if axis.kind == "hinge" and axis.free and axis.link != link]
-    across = _across(loaded.direction, others)
-    if loaded.free and others:
+    free_turns = [axis.direction for axis in axes if axis.kind == "hinge" and axis.free and axis.link != link]
+    across = _across(loaded.direction, free_turns)
+    if loaded.free and free_turns:
         across = scale(divide(1, dot(loaded.direction, across)), across)
     return (across, ZERO)
 

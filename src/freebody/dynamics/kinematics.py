@@ -97,7 +97,7 @@ def accelerations(
 
 
 def turning(w: Vector, alpha: Vector) -> Matrix:
-    """Return B = [α]× + [w]×²: B p is the acceleration of a point of a body at p from a point of it at rest."""
+    """Return B = [α]× + [w]×²: B p is the acceleration of a body's point at p relative to its origin."""
     x, y, z = w
     xx, yy, zz, xy, yz, zx = x * x, y * y, z * z, x * y, y * z, z * x
     return add_matrices(skew(alpha), ((-(yy + zz), xy, zx), (xy, -(zz + xx), yz), (zx, yz, -(xx + yy))))
@@ -191,7 +191,7 @@ def coordinate_rates(model: Model, state: State) -> tuple[Scalar, ...]:
 
     e' = ½ e ∘ (0, w),    p' = R v.
     """
-    rates: list[Any] = [None] * model.n_q
+    rates: list[Scalar] = [None] * model.n_q
     speeds = iter(range(model.n_u))
     by_name = {speed.name: state.u[i] for i, speed in zip(speeds, model.speeds, strict=True)}
     for i, coordinate in enumerate(model.coordinates):
@@ -219,7 +219,7 @@ def jacobian(model: Model, state: State, point: Any) -> tuple[tuple[Scalar, ...]
     """
     link, _ = place_of(model, point.body)
     p_NP_N = point_position(model, state, point)
-    columns: list[list[Any]] = [[0] * 6 for _ in range(model.n_u)]
+    columns: list[list[Scalar]] = [[0] * 6 for _ in range(model.n_u)]
     while link != GROUND:
         posture = link_postures(model, state)[link]
         arm = subtract(p_NP_N, posture.position)
@@ -231,7 +231,7 @@ def jacobian(model: Model, state: State, point: Any) -> tuple[tuple[Scalar, ...]
     return tuple(tuple(column[row] for column in columns) for row in range(6))
 
 
-def motions(model: Model, state: State, i: int) -> list[tuple[int, Any, Spatial]]:
+def motions(model: Model, state: State, i: int) -> list[tuple[int, Scalar, Spatial]]:
     """Return (speed, factor, motion) of a link relative to its parent per unit speed, in its axes."""
     link = model.links[i]
     if link.one_dof:
@@ -240,7 +240,7 @@ def motions(model: Model, state: State, i: int) -> list[tuple[int, Any, Spatial]
     if link.u < 0:
         return []
     rows = IDENTITY
-    angular: list[tuple[int, Any, Spatial]] = [(link.u + k, 1, (rows[k], ZERO)) for k in range(3)]
+    angular: list[tuple[int, Scalar, Spatial]] = [(link.u + k, 1, (rows[k], ZERO)) for k in range(3)]
     if link.kind == "ball":
         return angular
     return angular + [(link.u + 3 + k, 1, (ZERO, rows[k])) for k in range(3)]

@@ -140,7 +140,7 @@ def _press(model: Model, state: State, result: Loading, point: Any, force_N: Vec
 
 def spring_energy(model: Model, state: State) -> Scalar:
     """Return the energy ½ k (displacement - rest)² of all springs."""
-    total: Any = 0
+    total: Scalar = 0
     for load in model.loads.values():
         if isinstance(load, JointSpring):
             link = model.links[model.joints[load.joint.name].links[load.index]]
@@ -155,7 +155,7 @@ def spring_energy(model: Model, state: State) -> Scalar:
 
 def load_power(model: Model, state: State) -> Scalar:
     """Return the power of all loads without potential: forces, couples, motors, dampers, generalized forces."""
-    total: Any = 0
+    total: Scalar = 0
     for load in model.loads.values():
         if isinstance(load, Force | Damper):
             for point, force in point_forces(model, state, load):

@@ -14,7 +14,6 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8, there wi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from ..model.closure import Closure
 from ..model.model import GROUND, Model
@@ -22,6 +21,7 @@ from ..scalar.algebra import (
     IDENTITY,
     ZERO,
     Matrix,
+    Scalar,
     Vector,
     add,
     apply,
@@ -113,7 +113,9 @@ def _rotations(model: Model, state: State, joint: Closure, link: int) -> dict[in
     return R
 
 
-def loop_rows(model: Model, state: State, joint: Closure, frame: int) -> tuple[list[list[Any]], list[Any]]:
+def loop_rows(
+    model: Model, state: State, joint: Closure, frame: int
+) -> tuple[list[list[Scalar]], list[Scalar]]:
     """Return G and γ of a closure whose points coincide, its force in the axes of the link ``frame`` of the loop.
 
     A joint with the motion (n, s) per unit speed moves the end at r from its link's origin by s + n × r, and turns a
@@ -129,7 +131,7 @@ def loop_rows(model: Model, state: State, joint: Closure, frame: int) -> tuple[l
             (B, joint.child, joint.child_axes, b),
         ):
             vectors.append(apply(R[place_of(model, body)[0]], apply(state.matrix(axes), state.vector(e))))
-    G: list[list[Any]] = [[0] * model.n_u for _ in range(3 + len(A))]
+    G: list[list[Scalar]] = [[0] * model.n_u for _ in range(3 + len(A))]
     turns, ends_move = [], []
     for sign, links, body, at in zip(
         (-1, 1), _sides(model, joint), (joint.parent, joint.child), (joint.at, joint.to), strict=True

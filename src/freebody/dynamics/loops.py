@@ -15,7 +15,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §7.2 for the joint
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 from ..model.model import GROUND, Model
 from ..scalar.algebra import Scalar, divide
@@ -55,7 +55,7 @@ def own_speeds(model: Model) -> list[list[int]] | None:
     return result if len(speeds) == len(set(speeds)) else None
 
 
-def carriers(model: Model, speeds: Sequence[Sequence[int]], G: Sequence[Sequence[Any]]) -> list[int]:
+def carriers(model: Model, speeds: Sequence[Sequence[int]], G: Sequence[Sequence[Scalar]]) -> list[int]:
     """Return, for each row of G, the outermost link that carries all its motions."""
     moved = {j: i for i, link_speeds in enumerate(speeds) for j in link_speeds}
     result = []
@@ -77,22 +77,76 @@ def loop_motion(
     G: Sequence[Sequence[Scalar]], g: Sequence[Scalar],
 ) -> tuple[list[Scalar], list[Scalar]]:  # fmt: skip
     """Return u and λ; the rows of G must be independent."""
-    count = len(model.links)
-    loops_of: dict[int, list[int]] = {}
-    for c, i in enumerate(carriers(model, speeds, G)):
-        loops_of.setdefault(i, []).append(c)
-    I = [blocks(state.inertia(i)) for i in range(count)]  # noqa: E741 - inertia
-    p: list[Spatial] = [ZERO6] * count
-    P: list[dict[int, Spatial]] = [{} for _ in range(count)]
-    L: list[dict[int, Any]] = [{} for _ in G]  # Λ, both triangles
-    r: list[Any] = [-x for x in g]
-    columns: dict[int, dict[int, Any]] = {}
-    for c, row in enumerate(G):
-        for j, x in entries(row):
-            columns.setdefault(j, {})[c] = x
+    return _Recursion(model, state, speeds, f, G, g).solved()
 
-    def eliminate(c: int) -> tuple[int, Any, dict[int, Any], Any]:
-        """Eliminate λ_c = (P_cᵀ a - Σ Λ_ck λ_k - r_c) / Λ_cc from Λ and r; return its terms."""
+
+@dataclass(frozen=True)
+class _JointTerms:
+    """Terms of an eliminated motion S: y'' = (m + Σ μ_c λ_c - Uᵀ a) / D."""
+
+    S: Spatial
+    speed: int
+    U: Spatial
+    inverse: Scalar  # 1/D
+    m: Scalar
+    mu: dict[int, Scalar]
+
+
+@dataclass(frozen=True)
+class _LoopTerms:
+    """Terms of an eliminated multiplier: λ_c = (P_cᵀ a - Σ Λ_ck λ_k - r_c) / Λ_cc."""
+
+    row: int
+    inverse: Scalar  # 1/Λ_cc
+    coupled: dict[int, Scalar]  # Λ_ck
+    r: Scalar
+
+
+class _Recursion:
+    """The recursion over the links: eliminate motions and multipliers inward, then solve for them outward."""
+
+    def __init__(
+        self, model: Model, state: State, speeds: Sequence[Sequence[int]], f: Sequence[Scalar],
+        G: Sequence[Sequence[Scalar]], g: Sequence[Scalar],
+    ) -> None:  # fmt: skip
+        count = len(model.links)
+        self.model, self.state, self.speeds, self.f = model, state, speeds, f
+        self.loops_of: dict[int, list[int]] = {}
+        for c, i in enumerate(carriers(model, speeds, G)):
+            self.loops_of.setdefault(i, []).append(c)
+        self.I = [blocks(state.inertia(i)) for i in range(count)]
+        self.p: list[Spatial] = [ZERO6] * count
+        self.P: list[dict[int, Spatial]] = [{} for _ in range(count)]
+        self.L: list[dict[int, Scalar]] = [{} for _ in G]  # Λ, both triangles
+        self.r: list[Scalar] = [-x for x in g]
+        self.columns: dict[int, dict[int, Scalar]] = {}
+        for c, row in enumerate(G):
+            for j, x in entries(row):
+                self.columns.setdefault(j, {})[c] = x
+        self.joint_terms: list[list[_JointTerms]] = [[] for _ in range(count)]
+        self.loop_terms: list[list[tuple[_LoopTerms, Spatial]]] = [[] for _ in range(count)]
+        self.u: list[Scalar] = [0] * model.n_u
+        self.lam: list[Scalar] = [0] * len(G)
+
+    def solved(self) -> tuple[list[Scalar], list[Scalar]]:
+        """Return u and λ."""
+        for i in range(len(self.model.links) - 1, -1, -1):
+            for c in self.loops_of.get(i, ()):
+                self.eliminate_loop(i, c)
+            link = self.model.links[i]
+            subspace = self.state.subspace(i) if link.one_dof and not link.driven else None
+            for S, j in zip(free_motions(link, subspace), self.speeds[i], strict=True):
+                self.eliminate_motion(i, S, j)
+            if link.parent != GROUND:
+                self.add_to_parent(i, link.parent)
+        for terms in reversed([self.eliminate(c) for c in self.loops_of.get(GROUND, ())]):
+            self.substitute(terms, 0)
+        self.outward()
+        return self.u, self.lam
+
+    def eliminate(self, c: int) -> _LoopTerms:
+        """Eliminate λ_c from Λ and r."""
+        L, r = self.L, self.r
         w = divide(1, L[c].pop(c))
         coupled = L[c]
         for k, x in coupled.items():
@@ -101,65 +155,63 @@ def loop_motion(
             for m, y in coupled.items():
                 if m <= k:
                     L[k][m] = L[m][k] = L[k].get(m, 0) - x * y * w
-        return c, w, coupled, r[c]
+        return _LoopTerms(c, w, coupled, r[c])
 
-    joint_terms: list[list[Any]] = [[] for _ in range(count)]
-    loop_terms: list[list[Any]] = [[] for _ in range(count)]
-    for i in range(count - 1, -1, -1):
-        link = model.links[i]
-        for c in loops_of.get(i, ()):
-            c, w, coupled, rest = eliminate(c)
-            force = P[i].pop(c, ZERO6)
-            weighed = times(w, force)
-            I[i] = blocks_less_outer(I[i], force, times(-1, weighed))
-            p[i] = plus(p[i], times(-rest, weighed))
-            for k, x in coupled.items():
-                P[i][k] = plus(P[i].get(k, ZERO6), times(-x, weighed))
-            loop_terms[i].append((c, w, coupled, rest, force))
-        motions = free_motions(link, state.subspace(i) if link.one_dof and not link.driven else None)
-        for S, j in zip(motions, speeds[i], strict=True):
-            U = blocks_times(I[i], S)
-            w = divide(1, power(S, U))
-            m = f[j] - power(S, p[i])
-            column = columns.get(j, {})
-            mu = {c: column.get(c, 0) - power(S, P[i].get(c, ZERO6)) for c in {**P[i], **column}}
-            joint_terms[i].append((S, j, U, w, m, mu))
-            I[i] = blocks_less_outer(I[i], U, times(w, U))
-            p[i] = plus(p[i], times(m * w, U))
-            for c, x in mu.items():
-                P[i][c] = plus(P[i].get(c, ZERO6), times(x * w, U))
-                r[c] = r[c] + x * w * m
-                for k, y in mu.items():
-                    if k <= c:
-                        L[c][k] = L[k][c] = L[c].get(k, 0) + x * y * w
-        if link.parent != GROUND:
-            R, d, _ = state.joint(i)
-            I[link.parent] = blocks_sum(I[link.parent], blocks_to_parent(R, d, I[i]))
-            p[link.parent] = plus(p[link.parent], force_to_parent(R, d, p[i]))
-            above = P[link.parent]
-            for c, x in P[i].items():
-                above[c] = plus(above.get(c, ZERO6), force_to_parent(R, d, x))
+    def eliminate_loop(self, i: int, c: int) -> None:
+        """Eliminate λ_c at the link that carries its loop."""
+        terms = self.eliminate(c)
+        force = self.P[i].pop(c, ZERO6)
+        weighed = times(terms.inverse, force)
+        self.I[i] = blocks_less_outer(self.I[i], force, times(-1, weighed))
+        self.p[i] = plus(self.p[i], times(-terms.r, weighed))
+        for k, x in terms.coupled.items():
+            self.P[i][k] = plus(self.P[i].get(k, ZERO6), times(-x, weighed))
+        self.loop_terms[i].append((terms, force))
 
-    u: list[Any] = [0] * model.n_u
-    lam: list[Any] = [0] * len(G)
+    def eliminate_motion(self, i: int, S: Spatial, j: int) -> None:
+        """Eliminate the motion S of link i, whose speed is j."""
+        P, L = self.P[i], self.L
+        U = blocks_times(self.I[i], S)
+        w = divide(1, power(S, U))
+        m = self.f[j] - power(S, self.p[i])
+        column = self.columns.get(j, {})
+        mu = {c: column.get(c, 0) - power(S, P.get(c, ZERO6)) for c in {**P, **column}}
+        self.joint_terms[i].append(_JointTerms(S, j, U, w, m, mu))
+        self.I[i] = blocks_less_outer(self.I[i], U, times(w, U))
+        self.p[i] = plus(self.p[i], times(m * w, U))
+        for c, x in mu.items():
+            P[c] = plus(P.get(c, ZERO6), times(x * w, U))
+            self.r[c] = self.r[c] + x * w * m
+            for k, y in mu.items():
+                if k <= c:
+                    L[c][k] = L[k][c] = L[c].get(k, 0) + x * y * w
 
-    def substitute(c: int, w: Any, coupled: dict[int, Any], rest: Any, along: Any) -> None:
-        for k, x in coupled.items():
-            along = along - x * lam[k]
-        lam[c] = (along - rest) * w
+    def add_to_parent(self, i: int, parent: int) -> None:
+        """Add the contribution of link i to that of its parent."""
+        R, d, _ = self.state.joint(i)
+        self.I[parent] = blocks_sum(self.I[parent], blocks_to_parent(R, d, self.I[i]))
+        self.p[parent] = plus(self.p[parent], force_to_parent(R, d, self.p[i]))
+        for c, x in self.P[i].items():
+            self.P[parent][c] = plus(self.P[parent].get(c, ZERO6), force_to_parent(R, d, x))
 
-    for c, w, coupled, rest in reversed([eliminate(c) for c in loops_of.get(GROUND, ())]):
-        substitute(c, w, coupled, rest, 0)
-    A: list[Spatial] = []
-    for i, link in enumerate(model.links):
-        R, d, _ = state.joint(i)
-        a = ZERO6 if link.parent == GROUND else motion_to_child(R, d, A[link.parent])
-        for S, j, U, w, m, mu in reversed(joint_terms[i]):
-            for c, x in mu.items():
-                m = m + x * lam[c]
-            u[j] = (m - power(a, U)) * w
-            a = plus(a, times(u[j], S))
-        for c, w, coupled, rest, force in reversed(loop_terms[i]):
-            substitute(c, w, coupled, rest, power(a, force))
-        A.append(a)
-    return u, lam
+    def substitute(self, terms: _LoopTerms, along: Scalar) -> None:
+        """Solve for one multiplier; ``along`` is P_cᵀ a."""
+        for k, x in terms.coupled.items():
+            along = along - x * self.lam[k]
+        self.lam[terms.row] = (along - terms.r) * terms.inverse
+
+    def outward(self) -> None:
+        """Solve for the speeds and the multipliers of the loops, from the ground to the tips."""
+        A: list[Spatial] = []
+        for i, link in enumerate(self.model.links):
+            R, d, _ = self.state.joint(i)
+            a = ZERO6 if link.parent == GROUND else motion_to_child(R, d, A[link.parent])
+            for joint in reversed(self.joint_terms[i]):
+                m = joint.m
+                for c, x in joint.mu.items():
+                    m = m + x * self.lam[c]
+                rate = self.u[joint.speed] = (m - power(a, joint.U)) * joint.inverse
+                a = plus(a, times(rate, joint.S))
+            for loop, force in reversed(self.loop_terms[i]):
+                self.substitute(loop, power(a, force))
+            A.append(a)

@@ -45,10 +45,10 @@ def check_mobility(model: Model, M: Any) -> None:
     if idle:
         speeds = " and ".join(map(repr, idle))
         raise ModelError(
-            f"{speeds} {'moves' if len(idle) == 1 else 'together move'} no mass of '{model.name}' at these values, "
-            "without its constraints: the accelerations and forces there have no mass matrix to be found with. Give "
-            "what moves so a mass or a moment of inertia above 0, or describe it by the coordinate that constraints "
-            "leave it; where Euler angles line up, another sequence of angles or a ball joint does it."
+            f"{speeds} {'moves' if len(idle) == 1 else 'together move'} no mass of '{model.name}' at these values "
+            "if the constraints are left out: the mass matrix is singular and gives no accelerations and forces. Give "
+            "the moving bodies a mass or a moment of inertia above 0, or describe them by the coordinate that the "
+            "constraints leave free; where Euler angles are singular, use another sequence of angles or a ball joint."
         )
 
 

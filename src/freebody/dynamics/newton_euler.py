@@ -13,7 +13,6 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.3; chapter 6, e
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from ..model.model import GROUND, Model
 from ..scalar.algebra import Scalar, Vector, add, apply, cross, negate, scale
@@ -73,7 +72,7 @@ def inverse_dynamics(
     acting = loading(model, state) if loads == "all" else loads
     assert not isinstance(acting, str)
     F = joint_wrenches(model, state, udot, acting)
-    tau: list[Any] = []
+    tau: list[Scalar] = []
     for i, link in enumerate(model.links):
         along = power(state.subspace(i), F[i]) if link.one_dof else 0
         tau.append(along if acting is None else along - acting.along.get(i, 0))
@@ -147,7 +146,7 @@ def drive_power(model: Model, state: State, udot: Sequence[Scalar], loads: Loadi
         return 0
     loads = loading(model, state) if loads is None else loads
     F = joint_wrenches(model, state, udot, loads)
-    total: Any = 0
+    total: Scalar = 0
     for i in driven:
         force = power(state.subspace(i), F[i]) - loads.along.get(i, 0)
         total = total + force * state(model.links[i].drift)

@@ -11,7 +11,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §9.1 (any axes may
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Container
 
 from ..model.model import Link, Model
 from ..scalar.algebra import Matrix, Vector
@@ -36,13 +36,13 @@ class Unturned(State):
         return super()._evaluate_joint(link)
 
 
-def unturned(model: Model, state: State, wrenches: Any) -> State:
+def unturned(model: Model, state: State, wrenches: Container[int]) -> State:
     """Return the state for an algorithm that never uses the attitude of a rotor; the same state if there are none.
 
     Parameters
     ----------
-    wrenches : mapping by link
-        Loads on the links, whose components are in axes that turn.
+    wrenches : container of int
+        Links with loads, whose components are in axes that turn.
     """
     parents = {link.parent for link in model.links}
     rotors = [

@@ -20,7 +20,6 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from ..describe.constraints.constraint import Condition, Rolling, Rope
 from ..model.model import Model
@@ -208,14 +207,14 @@ def multiplier_sizes(model: Model, state: State, places: Iterable[int]) -> dict[
     """
     conditions, M = linearized(model, state), Factorization(mass_matrix(model, state))
     free = M.forward([-x for x in bias(model, state)])
-    size: dict[int, Any] = {}
+    size: dict[int, Scalar] = {}
     for i in places:
         row = M.forward(conditions.matrix[i])
         weighed = M.divided(row)
         total = _absolute(state, conditions.bias[i])
         for a, b in zip(weighed, free, strict=True):
             total = total + _absolute(state, a * b)
-        square: Any = 0
+        square: Scalar = 0
         for a, b in zip(weighed, row, strict=True):
             square = square + a * b
         size[i] = divide(total, square)
@@ -225,7 +224,7 @@ def multiplier_sizes(model: Model, state: State, places: Iterable[int]) -> dict[
 def passed_by_impulse(
     model: Model,
     multipliers: Sequence[float | None],
-    friction: Callable[[Any], float | None],
+    friction: Callable[[Expression], float | None],
     largest: float,
     t: float,
 ) -> tuple[MotionWarning, ...]:
@@ -242,11 +241,11 @@ def passed_by_impulse(
     """
     result = []
     for limit in limits(model):
-        known = [x for x in (multipliers[i] for i in limit.places) if x is not None]
+        forces = [x for x in (multipliers[i] for i in limit.places) if x is not None]
         mu = 1 if limit.friction is None else friction(limit.friction)
-        if mu is None or len(known) < len(limit.places):
+        if mu is None or len(forces) < len(limit.places):
             continue
-        margin = mu * known[0] - math.hypot(*known[1:])
+        margin = mu * forces[0] - math.hypot(*forces[1:])
         if margin < -NEGLIGIBLE * largest:
             result.append(limit.passed(margin, ((t, t),), "s"))
     return tuple(result)

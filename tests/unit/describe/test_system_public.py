@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 
 import pytest
 
@@ -37,9 +38,9 @@ def test_public_names_are_those_that_users_need(kind):
 @pytest.mark.parametrize("kind", ["System", "Body", "Point", "Joint"])
 def test_each_public_name_is_documented(kind):
     thing, names = described()[kind]
-    attributes = inspect.getdoc(type(thing)).partition("Attributes\n")[2]
-    heads = [line.partition(" : ")[0].split(", ") for line in attributes.splitlines() if " : " in line]
-    documented = {name for head in heads for name in head}
+    text = inspect.getdoc(type(thing))
+    heads = re.findall(r"^(\w[\w, ]*) : ", text, re.MULTILINE)  # of the section Attributes
+    documented = {*", ".join(heads).split(", "), *re.findall(r"``s\.(\w+)``", text)}
     for name in names.split():
         member = inspect.getattr_static(type(thing), name, None)
         own = inspect.getdoc(member) if callable(member) or isinstance(member, property) else None

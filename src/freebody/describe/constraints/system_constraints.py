@@ -54,12 +54,12 @@ def constrain(
     speeds = names_of(system).depends(expression, "speed")
     if speeds:
         raise ModelError(
-            f"Constraint '{name}' depends on {', '.join(speeds)}. A condition on speeds is given by s.constrain_speed."
+            f"Constraint '{name}' depends on {', '.join(speeds)}. Use s.constrain_speed for a condition on speeds."
         )
     check_smooth(system, expression, f"constraint '{name}'")
     if not names_of(system).depends(expression, "coordinate"):
         raise ModelError(
-            f"Constraint '{name}' holds no coordinate: '{_text(system, expression)}' says nothing about the motion."
+            f"Constraint '{name}' contains no coordinate: '{_text(system, expression)}' does not restrict the motion."
         )
     return _store(
         system, Condition(name, expression, _boolean(unilateral, f"unilateral= of constraint '{name}'"))
@@ -80,8 +80,8 @@ def constrain_speed(system: Description, condition: Any, *, name: str | None = N
     speeds = names_of(system).depends(expression, "speed")
     if not speeds:
         raise ModelError(
-            f"Speed constraint '{name}' holds no speed: '{_text(system, expression)}'. A condition on coordinates is "
-            f"given by s.constrain."
+            f"Speed constraint '{name}' contains no speed: '{_text(system, expression)}'. Use s.constrain for a "
+            f"condition on coordinates."
         )
     check_unbroken(system, expression, f"speed constraint '{name}'")
     atoms = [names_of(system).atoms[speed] for speed in speeds]
@@ -152,7 +152,7 @@ def gear(
         if joint.closes:
             raise ModelError(
                 f"A gear couples joints that have coordinates, but '{joint.name}' closes a loop. Declare it before the "
-                f"joint that shall close the loop."
+                f"joint that is to close the loop."
             )
     if first is second:
         raise ModelError(f"A gear couples two joints, got '{first.name}' twice.")
@@ -162,8 +162,8 @@ def gear(
     if factor == 0:
         still = _text(system, sympy.sympify(first.primitives[0].coordinate))
         raise ModelError(
-            f"The ratio of gear '{name}' is 0: '{first.name}' would stand still and '{second.name}' feel nothing "
-            f"of it. Give another ratio; what stands still has s.constrain('{still}')."
+            f"The ratio of gear '{name}' is 0: '{first.name}' would stand still and '{second.name}' move "
+            f"freely. Give another ratio, or hold '{first.name}' by s.constrain('{still}')."
         )
     if isinstance(factor, sympy.Basic):
         take_as_positive(system, factor**2)
@@ -233,14 +233,14 @@ def rope(
     if not _boolean(taut, f"taut= of rope '{name}'"):
         if not one_sided:
             raise ModelError(
-                f"Rope '{name}' is to push (unilateral=False) and to go slack (taut=False). Leave one out: a rod does "
-                "not go slack."
+                f"Rope '{name}' may push (unilateral=False) and go slack (taut=False). Choose one of them: a rod "
+                "does not go slack."
             )
         return _slack(system, name, places, reach, restitution)
     if restitution != 0:
         raise ModelError(
-            f"Expected no restitution= of rope '{name}', which stays taut, got {shown(restitution)}. One that "
-            "goes slack, taut=False, is pulled taut again."
+            f"Expected no restitution= for rope '{name}', which stays taut, got {shown(restitution)}. Only a "
+            "rope that goes slack, taut=False, has a restitution."
         )
     return _store(system, Rope(name, places, reach, one_sided))
 
@@ -251,14 +251,14 @@ def _slack(
     """Return the contact of a rope that may go slack: one end stays inside a sphere about the other."""
     if len(places) > 2:
         raise ModelError(
-            f"Rope '{name}' runs over {len(places)} points; one that goes slack (taut=False) joins two. Leave "
-            "taut=False out: motion.warnings tells from when on it would be slack."
+            f"Rope '{name}' runs over {len(places)} points, but a rope that goes slack (taut=False) joins two. Leave "
+            "out taut=False; motion.warnings then says from what time on it would be slack."
         )
     first, last = places
     if names_of(system).depends(length, "time"):
         raise ModelError(
-            f"The length of rope '{name}' depends on time; that of one that goes slack (taut=False) is constant. Leave "
-            "taut=False out, or give a length of parameters."
+            f"The length of rope '{name}' depends on time, but a rope that goes slack (taut=False) has a constant "
+            "length. Leave out taut=False, or give a length of parameters."
         )
     number = default_value(system, length)
     if number is not None and number <= 0:
@@ -321,8 +321,8 @@ def rolling(
         friction = coefficient(system, friction, f"the friction of {what}")
         if not one_sided:
             raise ModelError(
-                f"Friction of {what} is bounded by the force that presses the wheel on its plane, which "
-                "unilateral=False leaves open. Leave one out."
+                f"The friction of {what} is bounded by the force that presses the wheel on its plane, but "
+                "unilateral=False allows any such force. Leave out one of them."
             )
     k = "xyz".index(letter)
     i, j = (k + 1) % 3, (k + 2) % 3
@@ -364,7 +364,8 @@ def _fixed(system: Description, value: Any, what: str, *kinds: str) -> Any:
     moving = names_of(system).depends(expression, *kinds)
     if moving:
         raise ModelError(
-            f"{what[0].upper()}{what[1:]} cannot depend on {', '.join(moving)}. Write it out by s.constrain."
+            f"{what[0].upper()}{what[1:]} cannot depend on {', '.join(moving)}. Write the condition out with "
+            f"s.constrain."
         )
     return expression
 

@@ -98,14 +98,14 @@ def contact(
     k, s = (default_value(system, x) for x in (kinetic, static))
     if k is not None and s is not None and s < k:
         raise ModelError(
-            f"The static friction of {what} is {s:g}, below its kinetic friction {k:g}. A contact at rest holds at "
-            f"least what a slipping one does: exchange them."
+            f"The static friction of {what} is {s:g}, below its kinetic friction {k:g}. Static friction is at "
+            f"least as large as kinetic friction: exchange them."
         )
     bounce = constant(system, restitution, f"the restitution of {what}")
     e = default_value(system, bounce)
     if e is not None and not 0 <= e <= 1:
         raise ModelError(
-            f"Expected a restitution between 0 (no bounce) and 1 (all of it) for {what}, got {e:g}."
+            f"Expected a restitution between 0 (no bounce) and 1 (full bounce) for {what}, got {e:g}."
         )
     if impact not in IMPACTS:
         raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
@@ -135,10 +135,10 @@ def _check_pair(feature: Any, surface: Any, what: str) -> None:
     if b == "tether":  # made by s.rope, whose ends are points
         return
     if b not in SUPPORTED[a] and a not in SUPPORTED[b]:
-        known = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
+        partners = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
         raise ModelError(
             f"The {a} and the {b} of {what} are not a supported pair. A {a} may touch a "
-            f"{', '.join(known[:-1]) + ' or ' if len(known) > 1 else ''}{known[-1]}."
+            f"{', '.join(partners[:-1]) + ' or ' if len(partners) > 1 else ''}{partners[-1]}."
         )
     hollow = [shape for shape in (feature, surface) if getattr(shape, "inside", False)]
     if getattr(feature, "inside", False):

@@ -238,8 +238,8 @@ def free(
     claim(system, name, "joint")
     if closes_loop(system, child):
         raise ModelError(
-            f"Free joint '{name}' would leave '{getattr(child, 'name', child)}', which another joint holds, free: "
-            f"it does nothing. Leave it out."
+            f"Free joint '{name}' has no effect, since another joint already holds '{getattr(child, 'name', child)}'. "
+            f"Leave it out."
         )
     prefix = name if coordinate is None else coordinate
     q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
@@ -268,7 +268,7 @@ def _coordinates(
             raise ModelError(
                 f"Joint '{name}' closes a loop, since '{getattr(child, 'name', child)}' is already held by an earlier "
                 f"joint: its displacement follows from the other coordinates. Leave out coordinate=, or declare this "
-                f"joint before the one that shall close the loop."
+                f"joint before the joint that is to close the loop."
             )
         return [None] * len(defaults)
     if coordinate is None:
@@ -293,7 +293,7 @@ def _coordinates(
             if names_of(system).kinds[text] == "coordinate" and _in_use(system, names_of(system).atoms[text]):
                 raise ModelError(
                     f"The coordinate '{text}' is already the displacement of another joint, so joint '{name}' cannot "
-                    f"be given it by name. Choose a new name; to couple the joints on purpose, pass the expression."
+                    f"take it by name. Choose a new name; to couple the joints on purpose, pass the expression."
                 )
         value = system.expression(argument, what)
         speeds = names_of(system).depends(value, "speed")
@@ -319,7 +319,7 @@ def check_smooth(system: Description, value: Scalar, what: str) -> None:
     rough = names_of(system).rough(value)
     if rough:
         raise ModelError(
-            f"In {what}: signal '{rough[0]}' bends or jumps, so that what it moves would need infinite forces. Use "
+            f"In {what}: signal '{rough[0]}' bends or jumps, so its motion would need infinite forces. Use "
             "fb.signal(..., kind='cubic'), which has a velocity and an acceleration (with outside='hold' also "
             "ends='clamped')."
         )
@@ -334,7 +334,7 @@ def check_unbroken(system: Description, value: Scalar, what: str) -> None:
     ]
     if jumps:
         raise ModelError(
-            f"In {what}: signal '{jumps[0]}' jumps, so that what it moves would need infinite forces. Use "
+            f"In {what}: signal '{jumps[0]}' jumps, so its motion would need infinite forces. Use "
             "fb.signal(..., kind='linear') or kind='cubic'."
         )
 

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from ...describe.axes import UNIT
 from ...errors import FreebodyError, nearest
 from ...scalar.algebra import IDENTITY, ZERO, apply
 from ...space import solids
@@ -24,8 +25,6 @@ from .table import Table
 
 if TYPE_CHECKING:
     from .write import Writer
-
-_UNITS = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 def read_looks(
@@ -57,10 +56,7 @@ def _part(table: Table, data: Any, kinds: tuple[str, ...], arguments: Callable[.
     kind = part.text("solid")
     if kind not in kinds:
         part.fail(f"Unknown solid '{kind}'; {nearest(kind, kinds)}", "solid")
-    hole = part.data.get("hole", False)
-    part.has("hole")
-    if not isinstance(hole, bool):
-        part.fail(f"Expected true or false, got {hole!r}.", "hole")
+    hole = part.has("hole") and part.flag("hole")
     part.data = {**part.data, "mass": 1}
     make = getattr(solids, kind)
     dimensions = dict(arguments(part, make))
@@ -72,8 +68,8 @@ def _part(table: Table, data: Any, kinds: tuple[str, ...], arguments: Callable[.
     return replace(solid.shape.rotated(axes).moved(at), hole=hole)
 
 
-def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own: bool) -> dict[str, str]:
-    """Return the keys ``shape`` and ``color``; without a shape if it is that of the body's ``own`` solid.
+def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], solid: bool) -> dict[str, str]:
+    """Return the keys ``shape`` and ``color``; without a shape if the body's keys name its ``solid``.
 
     Meshes and solids of revolution have no keys either: such a body is then drawn by its joints and inertia.
     """
@@ -81,7 +77,7 @@ def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own:
         return {}
     keys = {}
     leaves = shape.parts if shape.kind == "compound" else (shape,)
-    if not own and leaves:
+    if not solid and leaves:
         texts = [_part_text(writer, part, kinds) for part in leaves]
         tables = [text for text in texts if text is not None]
         if len(tables) == len(texts):
@@ -91,16 +87,21 @@ def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own:
     return keys
 
 
+def dimensions(shape: Shape, make: Callable[..., Any]) -> dict[str, Any]:
+    """Return the arguments, without the mass, with which a function makes a solid of this shape."""
+    axis: Any = next((name for name, unit in UNIT.items() if tuple(shape.axis) == unit), tuple(shape.axis))
+    sizes = tuple(value for _, value in shape.dimensions)
+    arguments = {**dict(shape.dimensions), "axis": axis, "normal": axis, "sizes": sizes, "semiaxes": sizes}
+    parameters = inspect.signature(make).parameters
+    return {key: value for key, value in arguments.items() if key in parameters}
+
+
 def _part_text(writer: Writer, shape: Shape, kinds: tuple[str, ...]) -> str | None:
     """Return one part as an inline table, or None if no solid gives exactly this part."""
     if shape.kind not in kinds:
         return None
     make = getattr(solids, shape.kind)
-    parameters = inspect.signature(make).parameters
-    axis: Any = next((name for name, unit in _UNITS.items() if tuple(shape.axis) == unit), tuple(shape.axis))
-    sizes = tuple(value for _, value in shape.dimensions)
-    arguments = {**dict(shape.dimensions), "axis": axis, "normal": axis, "sizes": sizes, "semiaxes": sizes}
-    arguments = {key: value for key, value in arguments.items() if key in parameters}
+    arguments = dimensions(shape, make)
     try:
         base = make(m=1, **arguments).shape.rotated(shape.axes)
     except (FreebodyError, TypeError):
@@ -111,13 +112,7 @@ def _part_text(writer: Writer, shape: Shape, kinds: tuple[str, ...]) -> str | No
         return None
     keys = {"solid": json.dumps(shape.kind)}
     for name, value in arguments.items():
-        keys[name] = (
-            writer.row(value)
-            if isinstance(value, tuple)
-            else json.dumps(value)
-            if isinstance(value, str)
-            else writer.value(value)
-        )
+        keys[name] = writer.argument(value)
     if shape.axes != IDENTITY:
         keys["axes"] = writer.matrix(shape.axes)
     if at != ZERO:

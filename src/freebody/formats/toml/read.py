@@ -178,10 +178,7 @@ def _parts(table: Table) -> MassProperties:
     total: Any = None
     for data in parts:
         part = Table(table.document, (*table.path, "parts"), data, table.system)
-        hole = part.data.get("hole", False)
-        part.has("hole")
-        if not isinstance(hole, bool):
-            part.fail(f"Expected true or false, got {hole!r}.", "hole")
+        hole = part.has("hole") and part.flag("hole")
         mass = _solid(part)
         part.done()
         if total is None:
@@ -433,13 +430,15 @@ def _initial(system: System, root: Table, section: str) -> dict[str, Any]:
     """Return the values of coordinates and speeds in ``[initial]`` or ``[near]``."""
     table = root.table(section)
     names = names_of(system)
-    known = [name for name, kind in names.kinds.items() if kind in ("coordinate", "speed")]
+    scalars = [name for name, kind in names.kinds.items() if kind in ("coordinate", "speed")]
     ball_joints = [joint.name for joint in system.joints.values() if joint.type in ("ball", "free")]
     result: dict[str, Any] = {}
     for name, value in table.data.items():
-        if name not in known and name not in ball_joints:
-            table.fail(f"Unknown coordinate or speed '{name}'; {nearest(name, [*known, *ball_joints])}", name)
-        if name in known:
+        if name not in scalars and name not in ball_joints:
+            table.fail(
+                f"Unknown coordinate or speed '{name}'; {nearest(name, [*scalars, *ball_joints])}", name
+            )
+        if name in scalars:
             result[name] = _constant(table, value, name)
         elif isinstance(value, list) and len(value) == 4:
             result[name] = tuple(_constant(table, part, name) for part in value)

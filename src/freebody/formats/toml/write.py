@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -26,7 +25,7 @@ from ...space import solids
 from ...space.mass import MassProperties
 from ..text import expression_text, toml_number
 from .contacts import contact_keys
-from .looks import looks_keys
+from .looks import dimensions, looks_keys
 from .read import JOINTS, SOLIDS, case_from_text
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+\Z")
@@ -73,7 +72,7 @@ class Writer:
         if system.controllers or names_of(system).signals:
             names = [*system.controllers, *(signal.name for signal in names_of(system).signals)]
             raise FormatError(
-                f"A model file has no words for controllers and signals; '{system.name}' has {', '.join(names)}. Keep "
+                f"A model file cannot hold controllers and signals, but '{system.name}' has {', '.join(names)}. Keep "
                 "the description in Python."
             )
         self.system = system
@@ -89,6 +88,12 @@ class Writer:
     def row(self, values: Iterable[Scalar]) -> str:
         """Return a list of scalars."""
         return f"[{', '.join(map(self.value, values))}]"
+
+    def argument(self, value: Any) -> str:
+        """Return an argument of a solid: a scalar, a list of scalars or the name of an axis."""
+        if isinstance(value, tuple):
+            return self.row(value)
+        return quoted(value) if isinstance(value, str) else self.value(value)
 
     def matrix(self, rows: Matrix) -> str:
         """Return a list of rows."""
@@ -113,15 +118,7 @@ class Writer:
     ) -> str:
         """Return the whole text, with these assumptions."""
         system = self.system
-        head = {"name": quoted(system.name)}
-        if any(component != 0 for component in system.gravity):
-            head["gravity"] = self.row(system.gravity)
-        if first := self.declared_first():
-            head["coordinates"] = f"[{', '.join(map(quoted, first))}]"
-        conditions = sorted(f"{expression_text(expression, self.texts)} > 0" for expression in assumed)
-        if conditions:
-            head["assume"] = f"[{', '.join(map(quoted, conditions))}]"
-        parts = [block(None, head)]
+        parts = [block(None, self.head(assumed))]
         parameters = {p.name: "{}" if p.default is None else repr(p.default) for p in parameters_of(system)}
         if parameters:
             parts.append(block(("parameters",), parameters))
@@ -142,19 +139,34 @@ class Writer:
         for name, (unit, about) in about_of(system).items():
             keys = {"unit": quoted(unit), "about": quoted(about)}
             parts.append(block(("describe", name), {k: v for k, v in keys.items() if v != '""'}))
+        return "\n".join([*parts, *self.run(initial, near, until, tolerance)])
+
+    def head(self, assumed: Iterable[Any]) -> dict[str, str]:
+        """Return the keys before the first table."""
+        system = self.system
+        keys = {"name": quoted(system.name)}
+        if any(component != 0 for component in system.gravity):
+            keys["gravity"] = self.row(system.gravity)
+        if first := self.declared_first():
+            keys["coordinates"] = f"[{', '.join(map(quoted, first))}]"
+        conditions = sorted(f"{expression_text(expression, self.texts)} > 0" for expression in assumed)
+        if conditions:
+            keys["assume"] = f"[{', '.join(map(quoted, conditions))}]"
+        return keys
+
+    def run(self, initial: Any, near: Any, until: Any, tolerance: Any) -> list[str]:
+        """Return the tables of the run."""
+        parts = []
         for section, start in (("initial", initial), ("near", near)):
             if start:
-                named = {names_of(system).texts.get(name, name): value for name, value in start.items()}
-                values = {name: self.start(name, value) for name, value in named.items()}
-                parts.append(block((section,), values))
+                values = {self.texts.get(name, name): value for name, value in start.items()}
+                parts.append(block((section,), {name: self.start(name, x) for name, x in values.items()}))
         run = {}
         if until is not None:
-            run["until"] = self.value(system.expression(until, "until"))
+            run["until"] = self.value(self.system.expression(until, "until"))
         if tolerance is not None:
             run["tolerance"] = repr(float(tolerance))
-        if run:
-            parts.append(block(("run",), run))
-        return "\n".join(parts)
+        return [*parts, block(("run",), run)] if run else parts
 
     def start(self, name: str, value: Any) -> str:
         """Return an initial value; four values for the attitude of a ball or free joint."""
@@ -212,14 +224,7 @@ class Writer:
         if shape is None or shape.kind not in SOLIDS or shape.axes != IDENTITY:
             return None
         make = getattr(solids, shape.kind)
-        parameters = inspect.signature(make).parameters
-        axis: Any = next(
-            (name for name, unit in _UNITS.items() if tuple(shape.axis) == unit), tuple(shape.axis)
-        )
-        sizes = tuple(value for _, value in shape.dimensions)
-        arguments = {"m": mass.mass, **dict(shape.dimensions), "axis": axis, "normal": axis}
-        arguments |= {"sizes": sizes, "semiaxes": sizes}
-        arguments = {key: value for key, value in arguments.items() if key in parameters}
+        arguments = {"m": mass.mass, **dimensions(shape, make)}
         try:
             unmoved = make(**arguments)
             place = tuple(a - b for a, b in zip(mass.center, unmoved.center, strict=True))
@@ -236,11 +241,7 @@ class Writer:
             return None
         keys = {"solid": quoted(shape.kind)}
         for name, value in arguments.items():
-            key = "mass" if name == "m" else name
-            if isinstance(value, tuple):
-                keys[key] = self.row(value)
-            else:
-                keys[key] = quoted(value) if isinstance(value, str) else self.value(value)
+            keys["mass" if name == "m" else name] = self.argument(value)
         if any(component != 0 for component in place):
             keys["at"] = self.row(place)
         return keys
@@ -325,7 +326,7 @@ class Writer:
                 if constraint.friction is not None:
                     keys["friction"] = self.value(constraint.friction)
                 return {"type": quoted("rolling"), **keys}
-        raise AssertionError(f"no words for {constraint!r}")
+        raise AssertionError(f"no keys for {constraint!r}")
 
     def slack_rope(self, pair: ContactPair) -> dict[str, str]:
         """Return the keys of a rope that may go slack, which the system holds as a contact."""
@@ -363,7 +364,7 @@ class Writer:
             case loads.GeneralizedForce():
                 keys = {"coordinate": self.value(load.coordinate), "value": self.value(load.value)}
                 return "generalized_forces", keys
-        raise AssertionError(f"no words for {load!r}")
+        raise AssertionError(f"no keys for {load!r}")
 
     def frame(self, frame: Frame) -> dict[str, str]:
         """Return the key ``frame``, without it for ground axes."""
@@ -382,9 +383,6 @@ class Writer:
         """Return the keys of a spring's law."""
         keys = {"stiffness": self.value(load.stiffness)}
         return keys | {"rest": self.value(load.rest)} if load.rest != 0 else keys
-
-
-_UNITS = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 def quoted(text: str) -> str:

@@ -95,7 +95,7 @@ def start_of(
     fixed_speeds = [*choice.speeds, *choice.carried]
     numbers = {parameter.symbol: linear.values[parameter.name] for parameter in model.parameters}
     q = closed_coordinates(
-        model, displaced(model, q0, (T @ p).tolist()), values=linear.values, held=fixed_speeds
+        model, displaced(model, q0, (T @ p).tolist()), values=linear.values, fixed=fixed_speeds
     )
     u = u0 + S @ v + P @ p
     state = State(model, floats, 0, q, u.tolist(), numbers)

@@ -170,7 +170,7 @@ def test_refused_uses_of_signals():
         fb.simulate(short, 0, start=1)
     with pytest.raises(SimulationError, match='not for method="timestepping"'):
         fb.simulate(short, 1, method="timestepping", step=0.01)
-    with pytest.raises(FormatError, match="no words for controllers and signals.*push"):
+    with pytest.raises(FormatError, match="cannot hold controllers and signals.*push"):
         fb.write(short, "push.toml")
     with pytest.raises(SimulationError, match="'late' stands in no load"):
         fb.simulate(short, 1, events=[fb.event(fb.signal([0, 1], [-1, 1], name="late"))])
@@ -323,7 +323,7 @@ def test_refused_controllers():
         s.controller(zero, 0, "F")
     with pytest.raises(ModelError, match="period .* must be constant"):
         s.controller(zero, "x", "F")
-    with pytest.raises(ModelError, match="stands twice"):
+    with pytest.raises(ModelError, match="is listed twice"):
         s.controller(zero, 0.1, "F F")
     with pytest.raises(ModelError, match="at least one input"):
         s.controller(zero, 0.1, [])

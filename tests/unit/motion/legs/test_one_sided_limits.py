@@ -339,7 +339,7 @@ def test_gallery_has_no_false_alarms():
     ("kind", "message"),
     [
         ({"taut": False, "unilateral": False}, "a rod does not go slack"),
-        ({"restitution": 0.5}, "Expected no restitution= of rope 'string', which stays taut, got 0.5"),
+        ({"restitution": 0.5}, "Expected no restitution= for rope 'string', which stays taut, got 0.5"),
         ({"taut": 1}, "Expected True or False for taut= of rope 'string', got 1"),
         ({"unilateral": "no"}, "Expected True or False for unilateral= of rope 'string', got 'no'"),
     ],
@@ -352,14 +352,14 @@ def test_ropes_that_can_not_be(kind, message):
 def test_slack_ropes_that_can_not_be():
     s = stone()
     ends = [s.ground.origin, s.ground.point(1, 0, 0), s.bodies["stone"].origin]
-    with pytest.raises(fb.FreebodyError, match="runs over 3 points; one that goes slack .* joins two"):
+    with pytest.raises(fb.FreebodyError, match="runs over 3 points, but a rope that goes slack .* joins two"):
         s.rope(ends, 2, name="long", taut=False)
     with pytest.raises(fb.FreebodyError, match="length of rope 'winch' depends on time"):
         s.rope(ends[1:], 2 - s.t, name="winch", taut=False)
     with pytest.raises(fb.FreebodyError, match="Expected a length greater than 0 m for rope 'none', got 0"):
         s.rope(ends[1:], 0, name="none", taut=False)
     with pytest.raises(
-        fb.FreebodyError, match="Friction of rolling 'floor' is bounded by the force that presses"
+        fb.FreebodyError, match="The friction of rolling 'floor' is bounded by the force that presses"
     ):
         disk(friction=0.3, unilateral=False)
 

@@ -92,7 +92,7 @@ def test_a_start_is_that_of_the_search_in_python(project):
     given, near = {"alpha": 0.4, "alpha'": 3.0}, {"beta": 1.0, "psi": 1.8}
     y, active = closed_start(kernels, kernels.values(None), given, near, 0.0, project)
     held = () if project else (model.speed_names.index("alpha'"),)
-    q = closed_coordinates(model, [0.4, 1.0, 1.8], values=kernels.values(None), held=held)
+    q = closed_coordinates(model, [0.4, 1.0, 1.8], values=kernels.values(None), fixed=held)
     assert y[:3] == pytest.approx(q, abs=20 * EPS)
     assert len(active) == 2
     if not project:

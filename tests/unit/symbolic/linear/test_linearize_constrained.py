@@ -129,7 +129,7 @@ def test_four_bar():
     from freebody.dynamics.state import float_state
 
     def V(p):
-        q = closed_coordinates(model, [p, 0, 0.5 - math.pi], values={"d": d}, held=[0])
+        q = closed_coordinates(model, [p, 0, 0.5 - math.pi], values={"d": d}, fixed=[0])
         return potential_energy(model, float_state(model, q, values={"d": d}))
 
     def second(h):
@@ -429,7 +429,7 @@ def test_random_loops_along_motions_against_differences(seed):
 
     def moved(q, u, held, places):
         """The state near q and u that satisfies the conditions, with some speeds and coordinates held."""
-        q = closed_coordinates(model, q.tolist(), held=places)
+        q = closed_coordinates(model, q.tolist(), fixed=places)
         given = linearized(model, float_state(model, q, u.tolist()))
         G, rate = np.array(given.matrix, dtype=float), np.array(given.rate, dtype=float)
         rest = [j for j in range(n) if j not in held]
