@@ -21,9 +21,11 @@ import freebody as fb
 from batch_machines import CLOSED, four_bar, pendulum
 from freebody.describe.names import rate
 from freebody.gallery.textbook.examples.ex_6_3_pulled_disk import build as pulled_disk
+from freebody.model.assemble import assemble
 from freebody.motion.batch.kernels import batch_program
 from freebody.motion.contact.scene import scene_of
 from freebody.motion.kernels.kernels import Kernels, kernels_of
+from freebody.motion.kernels.reading import expression_of
 from freebody.motion.lanes import loops as over_lanes
 from freebody.motion.ode import layout, loops
 from freebody.motion.start.arguments import _equal
@@ -68,6 +70,23 @@ def test_a_changed_system_is_assembled_anew() -> None:
     assert kernels_of(s).model.name == "moon"
     with pytest.raises(fb.errors.ModelError, match="Expected a name"):
         s.name = " "
+
+
+def test_a_text_is_read_anew_with_another_name() -> None:
+    """A text and a SymPy expression are parsed once, and again when a name is added, which may change their meaning."""
+    s = pendulum()
+    first = expression_of(assemble(s), "2*theta", "an event")
+    assert expression_of(assemble(s), "2*theta", "an event") is first
+    assert expression_of(assemble(s), 2 * s.names.atoms["theta"], "an event") == first
+    before = expression_of(assemble(s), "theta - pi", "an event")
+    pi = s.parameters(pi=3.0)
+    assert expression_of(assemble(s), "theta - pi", "an event") == s.names.atoms["theta"] - pi != before
+    other = pendulum()
+    for text in ("E", "later"):
+        with pytest.raises(fb.FreebodyError, match="later|E"):
+            expression_of(assemble(other), f"theta - {text}", "an event")
+        other.parameters(**{text: 1.0})
+        assert expression_of(assemble(other), f"theta - {text}", "an event").has(other.names.atoms[text])
 
 
 def test_an_address_is_no_machine() -> None:

@@ -17,13 +17,14 @@ import numpy as np
 from ...errors import SimulationError, arguments_named
 from ...scalar.algebra import Expression
 from ..trajectory.progress import Progress
+from .dataset import check_names, dataset_of
 from .interruption import Keyboard
 from .job import Job, check_memory, job_of
 from .lane_loop import LARGEST_BLOCK
 from .pool import Elsewhere, check_executor
 from .results import NO_START, REASON, STATUS, Results
 from .run import run_lanes
-from .store import Store, check_names, dataset_of
+from .store import Store
 
 if TYPE_CHECKING:
     import xarray
@@ -33,7 +34,7 @@ _SECONDS = 3.0  # between two writes to a store
 
 @arguments_named
 def simulate_batch(
-    machine: Any,
+    s: Any,
     until: Expression,
     *,
     initial: Mapping[Any, Any] | None = None,
@@ -71,13 +72,13 @@ def simulate_batch(
         indeterminate=indeterminate, method=method, step=step, times=times, samples=samples, start=start,
         max_step=max_step, max_steps=max_steps, outputs=outputs,
     )  # fmt: skip
-    job = job_of(machine, until, initial=initial, values=values, threads=threads, **options)
+    job = job_of(s, until, initial=initial, values=values, threads=threads, **options)
     count = job.lanes.count
     check_names(job)
     elsewhere = None
     if executor is not None:
-        check_executor(executor, job.kernels.model, (machine, until, options))
-        elsewhere = Elsewhere(executor, job, (machine, until, options))
+        check_executor(executor, job.kernels.model, (s, until, options))
+        elsewhere = Elsewhere(executor, job, (s, until, options))
     file = None if store is None else Store(store, job)
     if file is None:
         check_memory(job)

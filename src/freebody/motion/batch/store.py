@@ -1,4 +1,4 @@
-"""Results of a batch as a dataset, in memory or in a file that is filled lane by lane.
+"""Results of a batch in a file that is filled lane by lane.
 
 The whole file is laid out before the first lane runs: every variable has its place and its size, filled with nan. Later
 only numbers are written into these places, first the results of a lane and then its status. A run that is stopped, even
@@ -14,15 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import SimulationError, path_of
-from ...model import Model
-from ...version import VERSION
 from ..files.replacing import explained, lock, replacing, reserve
-from ..lanes import lanes_layout as at
-from ..ode import layout
-from ..trajectory.outputs import CONTACT_MODES, TIMELINE, OfContact
-from ..trajectory.trajectory import unit_of_name
+from .dataset import arrays_of, attributes_of, coordinates_of, labelled, variables_of
 from .job import Job
-from .results import REASON, STATUS, WAITING, Results
+from .results import STATUS, WAITING, Results
 from .study_identity import parts
 
 if TYPE_CHECKING:
@@ -32,199 +27,9 @@ if TYPE_CHECKING:
 _MARK = "runs"  # attribute that holds the identity of the runs, part by part
 _REST = "The lanes that were written before are whole, and the same call goes on with the others. "
 _SMALL = 1 << 28  # bytes of a file that is read into memory
-_HEAP = (
-    1 << 16
-)  # greatest number of bytes that HDF5 adds to a file for texts, and for the attributes of the file
+_HEAP = 1 << 16  # greatest number of bytes that HDF5 adds for texts and for attributes of the file
 _ADDRESS = 16  # bytes in the file for the length and the address of a text
 _EACH = 1 << 12  # greatest number of bytes that describe a variable
-TEXTS = {
-    TIMELINE: "modes of contacts: [contact, mode, start, end, why], ...; read by freebody.timeline",
-    REASON: "why the run failed, or is not physical",
-}
-
-
-def _variables(job: Job) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
-    """Return name -> dimensions, type, attributes of all variables that depend on the lane."""
-    model, outputs = job.kernels.model, job.outputs
-    result: dict[str, Any] = {}
-    for name, value in zip(outputs.timed, outputs.timed_values, strict=True):
-        result[name] = (("lane", "time"), "f8", _about(model, name, value))
-    for name, (how, place) in outputs.numbers.items():
-        about = _about(model, outputs.reduced[place], outputs.reduced_values[place])
-        result[name] = (("lane",), "f8", {**about, "long_name": f"{how} of {outputs.reduced[place]}"})
-    if job.specs:
-        first = "first time of each event; nan where it did not happen"
-        result["event_time"] = (("lane", "event"), "f8", {"units": "s", "long_name": first})
-        result["event_last"] = (
-            ("lane", "event"),
-            "f8",
-            {"units": "s", "long_name": "last time of each event"},
-        )
-        result["event_count"] = (("lane", "event"), "i8", {"long_name": "how often each event happened"})
-    result["end"] = (("lane",), "f8", {"units": "s", "long_name": "time at which the run ended"})
-    result["steps"] = (("lane",), "i8", {"long_name": "accepted steps"})
-    for name in job.texts:
-        result[name] = (("lane",), "text", {"long_name": TEXTS[name]})
-    result["blame"] = (("lane",), "i8", {"long_name": "component, or event, that stopped a failed lane"})
-    result["status"] = (("lane",), "i1", {"long_name": "how the run ended"})
-    return result
-
-
-_UNITS = {"gap": "m", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
-
-
-def _about(model: Model, name: str, value: Any) -> dict[str, Any]:
-    """Return the attributes of an output."""
-    if isinstance(value, OfContact):
-        about = {"long_name": f"{value.what} of contact {model.contacts[value.contact].name}"}
-        if value.what == "mode":
-            return {
-                **about,
-                "flag_values": np.arange(len(CONTACT_MODES)),
-                "flag_meanings": " ".join(CONTACT_MODES),
-            }
-        return {"units": _UNITS[value.what], **about}
-    if name in model.coordinate_names or name in model.speed_names:
-        return {"units": unit_of_name(model, name), "long_name": name}
-    if name in ("kinetic_energy", "potential_energy", "energy", "work"):
-        return {"units": "J", "long_name": name.replace("_", " ")}
-    return {"long_name": name}
-
-
-def _coordinates(job: Job) -> dict[str, Any]:
-    """Return the coordinates of the dataset: lane, time, events, and varied parameters and initial values."""
-    lanes = job.lanes
-    result: dict[str, Any] = {"lane": ("lane", np.arange(lanes.count))}
-    if job.outputs.timed:
-        result["time"] = ("time", job.times, {"units": "s", "long_name": "time"})
-    if job.specs:
-        result["event"] = ("event", np.array([spec.name for spec in job.specs], dtype=object))
-    for name in lanes.varied[0]:
-        result[name] = ("lane", np.asarray(lanes.columns[name]), {"long_name": f"parameter {name}"})
-    model = job.kernels.model
-    names = [*model.coordinate_names, *model.speed_names]
-    for name in lanes.varied[1]:
-        if name in names:
-            about = {"units": unit_of_name(model, name), "long_name": f"{name} at the start"}
-            result[f"{name}_start"] = ("lane", np.asarray(lanes.initial[name], dtype=float), about)
-    return result
-
-
-def check_names(job: Job) -> None:
-    """Refuse outputs and events whose name another variable of the dataset has.
-
-    Raises
-    ------
-    SimulationError
-        Names the output or event, and the variable.
-    """
-    fixed = [
-        name for name in _variables(job) if name not in job.outputs.timed and name not in job.outputs.numbers
-    ]
-    taken = dict.fromkeys(
-        [*fixed, "event_time", "event_last", "event_count", "event", "status", REASON],
-        "tells how lanes ended",
-    )
-    taken |= dict.fromkeys(("lane", "time"), "counts the lanes and the times")
-    for name in job.lanes.varied[0]:
-        if name in taken:
-            raise SimulationError(
-                f"Expected another name for the varied parameter '{name}', which in the results {taken[name]}. "
-                "Rename it."
-            )
-        taken[name] = "holds the varied parameter"
-    taken |= {f"{name}_start": "holds the varied start" for name in job.lanes.varied[1]}
-    for name in (*job.outputs.timed, *job.outputs.numbers):
-        if name in taken:
-            raise SimulationError(
-                f"Expected another name for the output '{name}', which in the results {taken[name]}. Name it: "
-                f"outputs={{'my_{name}': ...}}."
-            )
-    events = [spec.name for spec in job.specs]
-    for name in events:
-        if events.count(name) > 1:
-            raise SimulationError(
-                f"Expected events of different names in a batch, got '{name}' twice. Name them: "
-                "fb.event(..., name=...)."
-            )
-
-
-def _attributes(job: Job) -> dict[str, Any]:
-    """Return the attributes of the dataset."""
-    model, lanes = job.kernels.model, job.lanes
-    fixed = {name: x for name, x in lanes.values_of(0).items() if name not in lanes.varied[0]}
-    return {
-        "title": f"Motions of {model.name}",
-        "method": job.method,
-        "tolerance": float(np.min(job.tolerances)) if len(job.tolerances) else 0.0,
-        "start": job.begin,
-        "until": job.end,
-        "parameters": json.dumps(fixed),
-        "source": f"freebody {VERSION}",
-    }
-
-
-def _parts(job: Job, part: Results) -> dict[str, Any]:
-    """Return the arrays of results by the names of the variables; the status comes last."""
-    result: dict[str, Any] = {name: part.values[:, :, i] for i, name in enumerate(job.outputs.timed)}
-    for name in job.outputs.numbers:
-        result[name] = job.outputs.number(name, part.reduced)
-    if job.specs:
-        m = len(job.specs)
-        result["event_time"], result["event_last"] = part.event_times[:, :m, 0], part.event_times[:, :m, 1]
-        result["event_count"] = part.counts[:, :m]
-    for i, name in enumerate(job.texts):
-        result[name] = part.texts[:, i]
-    result["end"], result["steps"], result["blame"] = part.end_times, part.outcomes[:, 1], part.outcomes[:, 3]
-    result["status"] = part.outcomes[:, 0]
-    return result
-
-
-def dataset_of(job: Job, part: Results) -> xarray.Dataset:
-    """Return the dataset of results in memory."""
-    import xarray
-
-    arrays = _parts(job, part)
-    variables = {
-        name: (dims, arrays[name], about)
-        for name, (dims, _, about) in _variables(job).items()
-        if name != "status"
-    }
-    data = xarray.Dataset(variables, coords=_coordinates(job), attrs=_attributes(job))
-    return _told(data, arrays["status"], arrays["blame"], job)
-
-
-def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Job) -> xarray.Dataset:
-    """Return the dataset with statuses and names in place of numbers."""
-    widest = max(map(len, STATUS.values()))
-    words = np.full(len(codes), "", dtype=f"<U{widest}")
-    for code in np.unique(codes):
-        words[codes == code] = STATUS[int(code)]
-    for name in (*job.outputs.timed, *job.outputs.numbers):
-        if job.outputs.is_mode(name):
-            numbers = data[name].values
-            place = np.where(np.isfinite(numbers), numbers, len(CONTACT_MODES)).astype(int)
-            about = {"long_name": data[name].attrs["long_name"]}
-            data[name] = (data[name].dims, np.array([*CONTACT_MODES, ""], dtype=object)[place], about)
-    for name in job.texts:
-        data[name] = data[name].astype(object)
-    data["status"] = ("lane", words, {"long_name": "how the run ended"})
-    components, events = list(job.kernels.names), [spec.name for spec in job.specs]
-    names = np.array([*components, *events, ""], dtype=str)
-    of_events = (layout.UNDEFINED, at.UNPHYSICAL, at.STOPPED_UNPHYSICAL)
-    places = np.where(np.isin(codes, of_events), len(components) + blame, blame)
-    blamed = (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED, *of_events)
-    good = ~np.isin(codes, blamed)
-    data["blame"] = (
-        "lane", names[np.where(good, len(names) - 1, np.minimum(places, len(names) - 1))],
-        {"long_name": "coordinate, speed or event that stopped a failed lane, or from which on it is not physical"},
-    )  # fmt: skip
-    waiting = int((codes == WAITING).sum())
-    if waiting:
-        data.attrs["interrupted"] = f"{waiting} of {len(codes)} lanes were not run"
-    if job.no_start:
-        data.attrs["no_start"] = json.dumps({str(k): v for k, v in list(job.no_start.items())[:20]})
-    return data
 
 
 class Store:
@@ -278,8 +83,8 @@ class Store:
         if others:
             what = f"runs that differ in the {', the '.join(others)}" if stored else "something else"
             raise SimulationError(
-                f"Expected '{self.path}' to hold results of the same runs, to go on with them, but it holds those of "
-                f"{what}. Choose another path, or remove the file."
+                f"Expected '{self.path}' to hold results of the same runs, which this call continues, but it holds "
+                f"those of {what}. Choose another path, or remove the file."
             )
         if waiting:
             with explained(self.path, more=_REST):
@@ -321,7 +126,7 @@ class Store:
             if job.specs:
                 sizes["event"] = len(job.specs)
             file.dimensions = sizes
-            for name, (dims, values, *about) in _coordinates(job).items():
+            for name, (dims, values, *about) in coordinates_of(job).items():
                 values = np.asarray(values)
                 if values.dtype == object:
                     variable = file.create_variable(name, (dims,), dtype=h5py.string_dtype())
@@ -330,8 +135,8 @@ class Store:
                     file.create_variable(name, (dims,), data=values)
                 for key, text in (about[0] if about else {}).items():
                     file[name].attrs[key] = text
-            other_coordinates = [name for name in _coordinates(job) if name not in sizes]
-            for name, (dims, kind, about) in _variables(job).items():
+            other_coordinates = [name for name in coordinates_of(job) if name not in sizes]
+            for name, (dims, kind, about) in variables_of(job).items():
                 if kind == "text":
                     variable = file.create_variable(_escaped(name), dims, dtype=h5py.string_dtype())
                     variable[:] = ""
@@ -349,7 +154,7 @@ class Store:
             file["status"].attrs["flag_values"] = np.array(list(codes), dtype="i1")
             words = [text.replace(",", "").replace(" ", "_") for text in codes.values()]
             file["status"].attrs["flag_meanings"] = " ".join(words)
-            for key, value in _attributes(job).items():
+            for key, value in attributes_of(job).items():
                 file.attrs[key] = value
             file.attrs[_MARK] = json.dumps(self.parts)
 
@@ -357,8 +162,8 @@ class Store:
         """Return the greatest size of the file before the first lane runs."""
         job = self.job
         sizes = {"lane": job.lanes.count, "time": job.times.size, "event": len(job.specs)}
-        variables = _variables(job).values()
-        columns = [np.asarray(values).size for _, values, *_ in _coordinates(job).values()]
+        variables = variables_of(job).values()
+        columns = [np.asarray(values).size for _, values, *_ in coordinates_of(job).values()]
         return (
             sum(
                 _EACH + 16 * math.prod(sizes[d] for d in dims)
@@ -383,7 +188,7 @@ class Store:
         """Write the results of lanes; lanes that were not run keep their place."""
         import h5py
 
-        arrays = _parts(self.job, part)
+        arrays = arrays_of(self.job, part)
         done = np.flatnonzero(arrays["status"] != WAITING)
         if not done.size:
             return
@@ -409,7 +214,7 @@ class Store:
             opened.close()
         codes, blame = opened["status"].values, opened["blame"].values
         opened.attrs.pop(_MARK, None)
-        data = _told(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
+        data = labelled(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
         data.set_close(opened.close)
         return data
 

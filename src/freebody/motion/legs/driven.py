@@ -69,8 +69,8 @@ def check_signals(model: Model) -> None:
     for placed in model.names.signals.values():
         if placed.signal.name not in used:
             raise SimulationError(
-                f"Signal '{placed.signal.name}' stands in no load and no drive of '{model.name}', only in an event or "
-                "an output. Use it in the machine before it is assembled: in a load of a factor 0, if nothing else."
+                f"Signal '{placed.signal.name}' occurs in no load and no drive of '{model.name}', only in an event or "
+                "an output. Use it in the machine before it is assembled: for example in a load with the factor 0."
             )
 
 
@@ -294,7 +294,7 @@ def _check_inputs(model: Model) -> None:
     for symbol in symbols_of(fixed):
         if symbol.name in names:
             raise SimulationError(
-                f"Controller '{names[symbol.name]}' sets '{symbol.name}', which stands in a mass, a dimension, a "
+                f"Controller '{names[symbol.name]}' sets '{symbol.name}', which occurs in a mass, a dimension, a "
                 "displacement or a constraint. It jumps between samples, and the jump would need infinite forces: "
                 "set a force, a torque, or the stiffness or rest of a spring."
             )

@@ -317,8 +317,8 @@ class Sensitivity(Mapping[Any, Array]):
         if isinstance(quantity, str) and reduction(quantity)[0]:
             raise SimulationError(
                 f"Expected a quantity over time for trajectory.sensitivity, got '{quantity}', one number of the whole "
-                "run. Ask for the quantity itself. Its derivative where it is greatest or smallest, inside the run, is "
-                "that of the number."
+                "run. Ask for the quantity itself. At its greatest or smallest value inside the run, its derivative is "
+                "the derivative of that number."
             )
         try:
             expression = model.names.expression(quantity, "trajectory.sensitivity[...]")

@@ -17,6 +17,7 @@ from ...scalar.algebra import Expression, floats
 from ...scalar.expression import evaluate
 from ...scalar.units import quantity
 from ...space.rotation import Rotation
+from ..kernels.reading import expression_of
 
 
 def number(model: Model, values: Mapping[str, float], value: Expression, what: str) -> float:
@@ -24,7 +25,7 @@ def number(model: Model, values: Mapping[str, float], value: Expression, what: s
     if type(value) in _NUMBERS and math.isfinite(value):
         return float(value) + 0.0  # -0.0 becomes 0.0
     try:
-        expression = model.names.expression(value, what)
+        expression = expression_of(model, value, what)
     except ExpressionError:
         refuse_unit(value, what)
         raise

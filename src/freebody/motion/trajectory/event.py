@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 
 from ...dynamics.unilateral import MotionWarning
@@ -14,6 +16,7 @@ from ...errors import SimulationError, arguments_named
 from ...model import Model
 from ...scalar.algebra import Expression
 from ..kernels.kernels import Kernels
+from ..kernels.reading import expression_of
 from ..ode.dense_output import Watch
 
 
@@ -115,7 +118,7 @@ def event(
             f"Expected True or False for terminal= of event '{name or expression}', got {terminal!r}."
         )
     return EventSpec(
-        expression, str(expression) if name is None else str(name), int(direction), bool(terminal)
+        expression, _text(expression) if name is None else str(name), int(direction), bool(terminal)
     )
 
 
@@ -136,7 +139,7 @@ def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Expression
     """Return the expressions of events in the names of the model."""
     result = []
     for spec in specs:
-        value = model.names.expression(spec.expression, f"event '{spec.name}'")
+        value = expression_of(model, spec.expression, f"event '{spec.name}'")
         if not model.names.depends(value, "coordinate", "speed", "time"):
             raise SimulationError(
                 f"Expected an expression that changes for event '{spec.name}', but '{value}' depends on no "
@@ -159,6 +162,17 @@ def watching(
     directions, terminal = (tuple(spec.direction for spec in specs), tuple(spec.terminal for spec in specs))
     constants = observer.constants(parameters)
     return Watch(observer.address("values"), directions, terminal, constants, observer)
+
+
+@lru_cache(maxsize=64)
+def _printed(expression: sympy.Basic) -> str:
+    """Return the text of an expression, printed once."""
+    return str(expression)
+
+
+def _text(expression: Expression) -> str:
+    """Return the name of an event without a name."""
+    return _printed(expression) if isinstance(expression, sympy.Basic) else str(expression)
 
 
 def _called(function: Any) -> str:

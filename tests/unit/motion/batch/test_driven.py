@@ -161,5 +161,5 @@ def test_refusals() -> None:
     with pytest.raises(SimulationError, match="'wind' is given from 0 to 3 s, but its value is needed at t = 4 s"):
         fb.simulate(s, 4, initial=start)
     other = fb.signal([0, 5], [0, 1], name="other")
-    with pytest.raises(SimulationError, match="Signal 'other' stands in no load"):
+    with pytest.raises(SimulationError, match="Signal 'other' occurs in no load"):
         fb.simulate(s, 1, initial=start, outputs=[other * 2])

@@ -191,7 +191,7 @@ import freebody as fb
 from batch_machines import pendulum
 from freebody.motion.batch import store
 
-store._attributes = lambda job: os.kill(os.getpid(), signal.SIGKILL)
+store.attributes_of = lambda job: os.kill(os.getpid(), signal.SIGKILL)
 fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2]}, samples=2, store=sys.argv[1])
 """
     path = tmp_path / "x.nc"
@@ -266,8 +266,8 @@ def test_a_process_killed_as_it_writes_texts_costs_these_lanes_only(tmp_path, mo
 
 MOMENTS = {
     "while it is read": (job, "lanes_of", True),
-    "when the file is begun": (store, "_coordinates", True),
-    "in the middle of it": (store, "_attributes", True),
+    "when the file is begun": (store, "coordinates_of", True),
+    "in the middle of it": (store, "attributes_of", True),
     "just before it is there": (os, "replace", True),
     "before the first lane": (batch, "_blocks", False),
     "when the loop is made": (job, "batch_program", False),
@@ -277,7 +277,7 @@ MOMENTS = {
     "in the middle of writing them": (store, "_runs", False),
     "before they are in their place": (files, "reserve", False),
     "when they are read": (store.Store, "dataset", False),
-    "when that is done": (store, "_told", False),
+    "when that is done": (store, "labelled", False),
 }
 
 

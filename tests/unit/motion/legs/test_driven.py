@@ -172,7 +172,7 @@ def test_refused_uses_of_signals():
         fb.simulate(short, 1, method="timestepping", step=0.01)
     with pytest.raises(FormatError, match="cannot hold controllers and signals.*push"):
         fb.write(short, "push.toml")
-    with pytest.raises(SimulationError, match="'late' stands in no load"):
+    with pytest.raises(SimulationError, match="'late' occurs in no load"):
         fb.simulate(short, 1, events=[fb.event(fb.signal([0, 1], [-1, 1], name="late"))])
 
 
@@ -362,7 +362,7 @@ def test_inputs_that_would_jump_masses_are_refused():
     body = s.body("body", fb.particle(m))
     s.slider("rail", s.ground, body, axis="x", coordinate="x")
     s.controller(lambda t, x: 1.0, 0.1, "m", name="c")
-    with pytest.raises(SimulationError, match="Controller 'c' sets 'm', which stands in a mass"):
+    with pytest.raises(SimulationError, match="Controller 'c' sets 'm', which occurs in a mass"):
         fb.simulate(s, 1)
 
 
