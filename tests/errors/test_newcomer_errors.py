@@ -65,7 +65,7 @@ def test_an_event_is_terminal_or_not():
 FIT = [
     (dict(start="a"), "Expected a known name, got 'a'"),
     (dict(start=None), "In start: expected a number, a SymPy expression or text, got None."),
-    (dict(times=[1]), "Expected no times= for a fit, got [1]: the measured times and unknown= say it."),
+    (dict(times=[1]), "Expected no times= for a fit, got [1]: the measured times and unknown= set it."),
     (dict(sensitivities=["m"]), "Expected no sensitivities= for a fit, got ['m']"),
 ]
 

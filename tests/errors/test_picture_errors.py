@@ -36,7 +36,7 @@ CASES = {
     "report without permission": (("report", "-o", "/proc/x.html"), "Cannot write '/proc/x.html'"),
     "report backward": (("report", "--until", "-3"), "Expected a time greater than 0, got -3"),
     "report of nothing": (("report", "--set", "Q=1"), "expected a parameter of 'disk', got 'Q'"),
-    "run into nothing": (("run", "-o", "/proc/zz"), "Can not make the folder '/proc/zz'"),
+    "run into nothing": (("run", "-o", "/proc/zz"), "Cannot make the folder '/proc/zz'"),
     "view at no port": (("view", "--port", "99999"), "99999 is not in the range"),
 }
 

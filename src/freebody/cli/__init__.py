@@ -1,6 +1,6 @@
 """The ``freebody`` command, one module per subcommand.
 
-Products are imported inside the commands, so that ``freebody --help`` does not wait for the compiler.
+The commands import the rest of the library when they run, so that ``freebody --help`` does not wait for the compiler.
 """
 
 from __future__ import annotations
@@ -29,9 +29,10 @@ __all__ = ["command", "main"]
 
 
 class Commands(click.Group):
-    """Commands by name; an unknown one is told the nearest."""
+    """Commands by name; the error for an unknown name offers the nearest."""
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """Return the command that the arguments name."""
         if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             ctx.fail(f"No such command '{args[0]}'; {nearest(args[0], self.commands)}")
         return super().resolve_command(ctx, args)
@@ -56,11 +57,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Those of the process if not given.
+        By default the arguments of the process.
     """
     try:
         code = command.main(arguments, prog_name="freebody", standalone_mode=False)
-    except click.exceptions.NoArgsIsHelpError as error:  # `freebody` alone is a question, not a mistake
+    except (
+        click.exceptions.NoArgsIsHelpError
+    ) as error:  # `freebody` without arguments prints its help and is no error
         error.show()
         code = 0
     except click.ClickException as error:
@@ -72,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except (KeyboardInterrupt, click.Abort):
         click.echo("Stopped.", err=True)
         code = 130
-    except BrokenPipeError:  # the reader, such as `head`, has gone: nothing is left to say
+    except BrokenPipeError:  # the reader, such as `head`, has ended
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
     except (OSError, MemoryError) as error:

@@ -1,4 +1,4 @@
-"""``freebody analyze``: integrals, steady motions, linear model, frequencies and modes of a model."""
+"""``freebody analyze``: conserved quantities, steady motions, linear model, frequencies and mode shapes of a model."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ FILES = ("analysis.txt", "analysis.tex", "analysis.json")
 @click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
               help="Value of a parameter; may be repeated. Also with a unit: 75deg, 2rev/s.")  # fmt: skip
 @click.option("--about", "about", type=Setting(), multiple=True, metavar="NAME=VALUE",
-              help="Coordinate or speed where to linearise; may be repeated. The first stable steady motion "
+              help="Coordinate or speed of the operating point; may be repeated. The first stable steady motion "
               "if not given.")  # fmt: skip
 @click.option("--patience", type=Number("s"), default="20", show_default=True, metavar="SECONDS",
-              help="Longest time for the answers in symbols; beyond it only those in numbers are given.")  # fmt: skip
+              help="Longest time for symbolic answers; beyond it, answers are numbers only.")  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
               help=f"Folder for {', '.join(FILES)}; made if missing.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text.")
@@ -32,9 +32,9 @@ def analyze(
     output: Path | None,
     as_json: bool,
 ) -> None:
-    """Say what is conserved in MODEL, how it can move steadily, and how it oscillates about that.
+    """Print the conserved quantities of MODEL, its steady motions, and its oscillations about them.
 
-    What a model does not have is said in one line. Nothing is written unless -o names a folder.
+    One line names everything that a model does not have. Nothing is written unless -o names a folder.
     """
     import json
 
@@ -48,20 +48,20 @@ def analyze(
     entry = find(model)
     system = entry.build()
     values = settings_of(system, settings)
-    chosen = {name: number_of(system, name, text, "--about") for name, text in about}
-    found = analysis(system, values, chosen, entry.start, entry.near, patience)
+    point = {name: number_of(system, name, text, "--about") for name, text in about}
+    result = analysis(system, values, point, entry.start, entry.near, patience)
     files = [] if output is None else [output / name for name in FILES]
-    report = found.data() | {
+    report = result.data() | {
         "files": [str(file) for file in files],
         "wall_time_s": round(perf_counter() - start, 6),
     }
     content = json.dumps(report, indent=2, ensure_ascii=False) + "\n"
     if output is not None:
-        write(output, dict(zip(FILES, (found.text(), found.latex(), content), strict=True)))
+        write(output, dict(zip(FILES, (result.text(), result.latex(), content), strict=True)))
     if as_json:
         click.echo(content, nl=False)
         return
-    click.echo(found.text())
+    click.echo(result.text())
     for file in files:
         click.echo(f"wrote {file}")
     if output is None:
@@ -69,14 +69,14 @@ def analyze(
 
 
 def write(folder: Path, files: dict[str, str]) -> None:
-    """Write texts into a folder, each whole or not at all."""
+    """Write texts into a folder, each file completely or not at all."""
     from ..formats.files import replacing
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise click.BadParameter(
-            f"Can not make the folder '{folder}': {error.strerror}.", param_hint="-o"
+            f"Cannot make the folder '{folder}': {error.strerror}.", param_hint="-o"
         ) from None
     for name, content in files.items():
         with replacing(folder / name) as new:

@@ -1,4 +1,4 @@
-"""``freebody chapter``: every equation of the chapter with the verdict that the library comes to."""
+"""``freebody chapter``: every equation of the chapter with the verdict of the library."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import click
 @click.option("--json", "as_json", is_flag=True, help="Print data.")
 @click.option("--latex", is_flag=True, help="Print LaTeX of the printed and the derived form.")
 def chapter(number: str | None, as_json: bool, latex: bool) -> None:
-    """Check the textbook chapter: all its equations, or the one with NUMBER (6.66, "ex-6-1 (d)", ex-6-5).
+    """Check the textbook chapter: all its equations, or the equation NUMBER (6.66, "ex-6-1 (d)", ex-6-5).
 
-    Each is derived by the library and compared with the print: holds, holds under a condition, definition,
+    The library derives each and compares it with the print: holds, holds under a condition, definition,
     approximation (with its error), or misprint (with the right form).
     """
     from ..chapter import find, statements
@@ -38,14 +38,14 @@ PLURAL = {"holds": "hold", "definition": "definitions", "approximation": "approx
 
 
 def _table(chosen: list) -> None:
-    """Number and verdict, below them what is stated and the errors of an approximation."""
+    """Print the number and verdict of each equation, and below it its statement and the errors of an approximation."""
     counted: Counter[str] = Counter()
     for statement in chosen:
-        found = statement.finding
-        counted[found.verdict] += 1
-        rough = found.verdict == "approximation"
-        click.echo(f"{statement.number:<12}{found.verdict if rough else statement.verdict}")
-        for line in (statement.about, *(found.detail.split("; ") if rough else ())):
+        finding = statement.finding
+        counted[finding.verdict] += 1
+        rough = finding.verdict == "approximation"
+        click.echo(f"{statement.number:<12}{finding.verdict if rough else statement.verdict}")
+        for line in (statement.about, *(finding.detail.split("; ") if rough else ())):
             click.echo(f"{'':<14}{line}")
     parts = ", ".join(
         f"{count} {PLURAL.get(verdict, verdict) if count > 1 else verdict}"

@@ -1,4 +1,4 @@
-"""``freebody check``: whether a model can be assembled, and what it then is."""
+"""``freebody check``: assemble a model and list what it consists of."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def check(model: str) -> None:
     from ..formats.text import expression_text
     from ..model import assemble
 
-    found = find(model)
-    system = found.build()
+    entry = find(model)
+    system = entry.build()
     assembled = assemble(system)
 
     def text(value: Any) -> str:
@@ -52,13 +52,13 @@ def check(model: str) -> None:
         _length(assembled)
         click.echo(f"'{system.name}' is sound.")
         return
-    _freedom(assembled, found.near)
+    _freedom(assembled, entry.near)
     _length(assembled)
     click.echo(f"'{system.name}' is sound.")
 
 
 def _length(model: Model) -> None:
-    """That the equations of motion are printed recursively, and how long they would be."""
+    """Print the length of equations of motion that are too long to be written out."""
     from ..scalar.budget import shown
     from ..symbolic.equations import equations
     from ..symbolic.length_bound import most_terms
@@ -85,7 +85,7 @@ def _joints(system: System, text: Any) -> None:
         displacements = []
         for primitive in joint.primitives:
             y = primitive.coordinate
-            displacements += [text(one) for one in (y if isinstance(y, tuple) else (y,)) if one is not None]
+            displacements += [text(x) for x in (y if isinstance(y, tuple) else (y,)) if x is not None]
         if joint.closes:
             displacements = ["closes a loop"]
         grid.row(name, joint.type, joint.parent.name, joint.child.name, ", ".join(displacements))
@@ -98,20 +98,20 @@ def _constraints(system: System, text: Any) -> None:
     from ..describe.constraints.constraint import Gear, Rolling, Rope
 
     grid = Grid("Constraint", "Kind", "Keeps")
-    for name, one in system.constraints.items():
-        if isinstance(one, Gear):
-            what = f"{one.first.name} = {text(one.ratio)} * {one.second.name}"
-        elif isinstance(one, Rope):
-            what = f"length {text(one.length)} over {len(one.points)} points"
-        elif isinstance(one, Rolling):
-            what = f"{one.center.body.name} rolling, radius {text(one.radius)}"
-            if one.friction is not None:
-                what += f", friction {text(one.friction)}"
+    for name, constraint in system.constraints.items():
+        if isinstance(constraint, Gear):
+            law = f"{constraint.first.name} = {text(constraint.ratio)} * {constraint.second.name}"
+        elif isinstance(constraint, Rope):
+            law = f"length {text(constraint.length)} over {len(constraint.points)} points"
+        elif isinstance(constraint, Rolling):
+            law = f"{constraint.center.body.name} rolling, radius {text(constraint.radius)}"
+            if constraint.friction is not None:
+                law += f", friction {text(constraint.friction)}"
         else:
-            what = f"{text(one.expression)} = 0"
-        if getattr(one, "unilateral", False):
-            what += ", one-sided"
-        grid.row(name, type(one).__name__, what)
+            law = f"{text(constraint.expression)} = 0"
+        if getattr(constraint, "unilateral", False):
+            law += ", one-sided"
+        grid.row(name, type(constraint).__name__, law)
     grid.print()
 
 
@@ -132,7 +132,7 @@ def _contacts(system: System, text: Any) -> None:
 
 
 def _freedom(model: Model, near: Mapping[str, Any]) -> None:
-    """Degrees of freedom of a machine with constraints, at a closed position with the default values."""
+    """Print the degrees of freedom of a machine with constraints, in a closed configuration with default values."""
     from ..dynamics.constrained import closed_coordinates, independent_rows
     from ..dynamics.constraints import rows
     from ..dynamics.indeterminate import indeterminate
@@ -159,15 +159,15 @@ def _freedom(model: Model, near: Mapping[str, Any]) -> None:
         f"Degrees of freedom there: {model.n_u - len(active)} ({model.n_u} speeds, {len(active)} independent "
         f"constraints{f', {len(active) - shape} of them on speeds only' if shape < len(active) else ''})"
     )
-    left_to = margins(model, state, motion(model, state, active).multipliers)
-    for limit, left, size in zip(limits(model), left_to, sizes(model, state, active), strict=True):
-        if left + NEGLIGIBLE * size < 0:
+    forces = margins(model, state, motion(model, state, active).multipliers)
+    for limit, margin, size in zip(limits(model), forces, sizes(model, state, active), strict=True):
+        if margin + NEGLIGIBLE * size < 0:
             click.echo(
-                f"Warning: at rest there {limit.what} ('{limit.constraint}', {left:.6g} N). {limit.law}. {limit.cure}"
+                f"Warning: at rest there {limit.what} ('{limit.constraint}', {margin:.6g} N). {limit.law}. {limit.cure}"
             )
-    open_ = indeterminate(model, state)
-    if open_:
-        click.echo(f"Indeterminate reactions: {', '.join(open_)}")
+    unknown = indeterminate(model, state)
+    if unknown:
+        click.echo(f"Indeterminate reactions: {', '.join(unknown)}")
 
 
 def _parameters(system: System) -> None:

@@ -1,4 +1,4 @@
-"""``freebody draw``: the machine, or the free-body diagrams of its bodies, as a picture."""
+"""``freebody draw``: draw a machine or the free-body diagrams of its bodies."""
 
 from __future__ import annotations
 
@@ -13,28 +13,30 @@ from .model import Number, Setting, find, settings_of
 @click.command()
 @click.argument("model")
 @click.option(
-    "--body", metavar="NAME", help="The free-body diagram of this body, or `all`; the machine if not given."
+    "--body",
+    metavar="NAME",
+    help="Body of the free-body diagram, or `all`; the whole machine is drawn if not given.",
 )
 @click.option(
     "--at",
     "place",
     metavar="TIME|NAME=VALUE",
     multiple=True,
-    help="A time of the motion [s], or a coordinate such as theta=30deg (repeatable).",
+    help="Time of the motion [s], or a coordinate such as theta=30deg (repeatable).",
 )
 @click.option(
     "--mode",
     "modes",
     metavar="symbolic|scale|blank|CONTACT=MODE",
     multiple=True,
-    help="Of the arrows (to scale at a time of the motion); or of a contact, such as floor=stick (repeatable).",
+    help="Mode of the arrows (scale needs a time of the motion), or of a contact, such as floor=stick (repeatable).",
 )
 @click.option(
     "--until",
     type=Number(),
-    help="Length of the run [s], for a time of it beyond the one that the model names.",
+    help="Length of the run [s], for a time beyond the run of the model.",
 )
-@click.option("--dimensions/--no-dimensions", default=None, help="Whether lengths are written.")
+@click.option("--dimensions/--no-dimensions", default=None, help="Show lengths.")
 @click.option("--set", "settings", type=Setting(), multiple=True, help="Value of a parameter (repeatable).")
 @click.option(
     "-o",
@@ -67,14 +69,14 @@ def draw(
     from ..picture.machine.draw import draw as drawn
     from ..picture.paper.drawing import FORMATS
 
-    found = find(model)
-    system = found.build()
+    entry = find(model)
+    system = entry.build()
     if body is not None and body != "all" and body not in system.bodies:
         raise ModelError(
             f"--body: expected a body of '{system.name}' or 'all', got '{body}'; "
             f"{nearest(body, [*system.bodies, 'all'])}"
         )
-    stem = Path(found.name).stem + ("" if body is None else f"-{body}")
+    stem = Path(entry.name).stem + ("" if body is None else f"-{body}")
     path = Path(f"{stem}.svg") if output is None else output
     if path.suffix.lower() not in FORMATS:
         raise click.UsageError(
@@ -86,26 +88,28 @@ def draw(
     at, time = _place(place)
     if contacts:
         if time is not None:
-            raise click.UsageError("--mode CONTACT=MODE: at a time of the motion, contacts have its modes.")
+            raise click.UsageError(
+                "--mode CONTACT=MODE: at a time of the motion, the motion gives the contact modes."
+            )
         options["modes"] = contacts
     if mode == "scale" and time is None:
-        raise click.UsageError("--mode scale: arrows to scale are those of a time; add it as --at 0.5.")
+        raise click.UsageError("--mode scale: arrows to scale need a time of the motion; add it as --at 0.5.")
     if time is not None:
-        _check_within(found, time, until)
-        outcome = found.run(values, max(time, 1e-9), None)
+        _check_within(entry, time, until)
+        outcome = entry.run(values, max(time, 1e-9), None)
         system, options = outcome.system, {"trajectory": outcome.trajectory, "at": time}
     else:
         options["at"] = at or None
-        known = {name for name, kind in names_of(system).kinds.items() if kind in ("coordinate", "joint")}
-        near = {**_standing(found, system), **found.near}
-        options["near"] = {name: value for name, value in near.items() if name in known and name not in at}
+        names = {name for name, kind in names_of(system).kinds.items() if kind in ("coordinate", "joint")}
+        near = {**_contact_start(entry, system), **entry.near}
+        options["near"] = {name: value for name, value in near.items() if name in names and name not in at}
     if time is None and not contacts and body is not None and system.contacts:
-        options["initial"] = {**_standing(found, system), **at}
+        options["initial"] = {**_contact_start(entry, system), **at}
     if dimensions is not None:
         options["dimensions"] = dimensions
     if body is None:
         if mode is not None:
-            raise click.UsageError("--mode is of free-body diagrams: add --body.")
+            raise click.UsageError("--mode is for free-body diagrams: add --body.")
         picture = drawn(system, **options)
     else:
         picture = free_body_diagram(system, body, mode=mode, **options)
@@ -113,54 +117,52 @@ def draw(
     click.echo(f"Wrote {path}")
 
 
-def _check_within(found: Any, time: float, until: float | None) -> None:
-    """A time is of the run that the model names, or of the one that is asked for."""
-    length = found.until if until is None else until
+def _check_within(entry: Any, time: float, until: float | None) -> None:
+    """Raise if a time is not within the run."""
+    length = entry.until if until is None else until
     if length is None:
-        raise click.UsageError(f"--at: {found.name} names no length of its run; add --until {time:g}.")
+        raise click.UsageError(f"--at: {entry.name} has no length of its run; add --until {time:g}.")
     if time > length:
-        cure = f"add --until {time:g} for a longer one" if until is None else "--until ends before it"
+        cure = f"add --until {time:g} for a longer run" if until is None else "--until ends before it"
         raise click.UsageError(
-            f"--at: expected a time within the run of {found.name}, 0 to {length:g} s, got {time:g} s; {cure}."
+            f"--at: expected a time within the run of {entry.name}, 0 to {length:g} s, got {time:g} s; {cure}."
         )
 
 
-def _standing(found: Any, system: Any) -> dict[str, Any]:
-    """The start of the run, near which bodies that may touch are drawn; they would be hard to place else."""
-    if not system.contacts:
-        return {}
-    return dict(found.case.initial if hasattr(found, "case") else found.start)
+def _contact_start(entry: Any, system: Any) -> dict[str, Any]:
+    """Initial values of a machine with contacts: bodies that may touch are drawn near them."""
+    return dict(entry.start) if system.contacts else {}
 
 
-def _modes(given: tuple[str, ...]) -> tuple[str | None, dict[str, str]]:
-    """The mode of the arrows, and those of contacts."""
+def _modes(texts: tuple[str, ...]) -> tuple[str | None, dict[str, str]]:
+    """Mode of the arrows, and modes of contacts by name."""
     contacts: dict[str, str] = {}
     arrows: list[str] = []
-    for one in given:
-        name, sign, value = one.partition("=")
+    for text in texts:
+        name, sign, value = text.partition("=")
         if sign:
             contacts[name.strip()] = value.strip()
-        elif one in ("symbolic", "scale", "blank"):
-            arrows.append(one)
+        elif text in ("symbolic", "scale", "blank"):
+            arrows.append(text)
         else:
             raise click.UsageError(
-                f"--mode: expected symbolic, scale, blank, or a contact's mode such as floor=stick, got '{one}'."
+                f"--mode: expected symbolic, scale, blank, or a contact's mode such as floor=stick, got '{text}'."
             )
     if len(arrows) > 1:
         raise click.UsageError(f"--mode: expected one mode of the arrows, got {', '.join(arrows)}.")
     return (arrows[0] if arrows else None), contacts
 
 
-def _place(given: tuple[str, ...]) -> tuple[dict[str, str], float | None]:
-    """Coordinates by name, or one time."""
+def _place(texts: tuple[str, ...]) -> tuple[dict[str, str], float | None]:
+    """Coordinates by name, or a time [s]."""
     at: dict[str, str] = {}
     times: list[float] = []
-    for one in given:
-        name, sign, value = one.partition("=")
+    for text in texts:
+        name, sign, value = text.partition("=")
         if sign:
             at[name.strip()] = value.strip()
         else:
-            times.append(Number("s").convert(one, None, None))
+            times.append(Number("s").convert(text, None, None))
     if len(times) > 1 or (times and at):
         raise click.UsageError("--at: expected one time, or coordinates by name, not both.")
     if times and times[0] < 0:

@@ -1,4 +1,4 @@
-"""What MODEL on the command line stands for: an entry of the gallery or a model file."""
+"""The argument MODEL of the command line: an entry of the gallery or a model file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FileOutcome:
-    """What running a model file gives; the same attributes as the outcome of a gallery entry."""
+    """Result of running a model file, with the attributes of the outcome of a gallery entry."""
 
     entry: FileEntry
     system: Any
@@ -31,10 +31,12 @@ class FileOutcome:
 
     @property
     def values(self) -> dict[str, float]:
+        """Values of the parameters by name."""
         return dict(self.trajectory.values)
 
     @property
     def events(self) -> list[Any]:
+        """Events of the motion."""
         return list(self.trajectory.events)
 
 
@@ -50,20 +52,25 @@ class FileEntry:
 
     @property
     def start(self) -> Mapping[str, Any]:
+        """Initial values by name."""
         return self.case.initial
 
     @property
     def until(self) -> float | None:
+        """Length of the run [s], or None."""
         return self.case.until
 
     @property
     def near(self) -> Mapping[str, Any]:
+        """An approximate closed configuration."""
         return {**self.case.near, **self.case.initial}
 
     def build(self) -> System:
+        """Return the system."""
         return self.case.system
 
     def run(self, values: Mapping[str, float], until: float | None, tolerance: float | None) -> FileOutcome:
+        """Derive the equations and simulate."""
         from ..motion.contact.equations_at_start import equations
         from ..motion.simulate import simulate
 
@@ -82,32 +89,33 @@ class FileEntry:
         plots: dict[str, Any] = {}
         if trajectory.kernels.model.coordinates:
             plots["coordinates.png"] = lambda path: trajectory.plot(path=path)
-        decides: dict[str, Any] = {"initial": case.initial, "near": case.near, "values": values}
-        start = decides if case.system.contacts else {}
+        start: dict[str, Any] = {}
+        if case.system.contacts:
+            start = {"initial": case.initial, "near": case.near, "values": values}
         return FileOutcome(self, case.system, equations(case.system, **start), trajectory, plots)
 
 
 def find(model: str) -> Any:
-    """The gallery entry or model file of this name.
+    """Return the gallery entry or model file of this name.
 
     Raises
     ------
     FormatError, ModelError
-        Neither of them; the nearest gallery name is offered.
+        If there is neither; the message offers the nearest gallery name.
     """
     from ..gallery import entries
 
-    known = entries()
+    gallery = entries()
     path = Path(model)
-    # as the chapter writes it, too: Ex-6.2, prob_6_12
-    written = model.lower().replace(".", "-").replace("_", "-")
-    if written in known and not path.exists():
-        return known[written]
+    # also in the spelling of the chapter: Ex-6.2, prob_6_12
+    spelling = model.lower().replace(".", "-").replace("_", "-")
+    if spelling in gallery and not path.exists():
+        return gallery[spelling]
     if path.suffix or len(path.parts) > 1:
         from ..formats import read_case
 
         return FileEntry(path.name, read_case(path))
-    if model not in known:
+    if model not in gallery:
         hint = (
             f" For the folder of that name, give the .toml file in it: {model}/NAME.toml."
             if path.exists()
@@ -115,13 +123,13 @@ def find(model: str) -> Any:
         )
         raise FormatError(
             f"Expected a gallery name or the path of a .toml file, got '{model}'; "
-            f"{nearest(model, known.names, 'freebody gallery')}{hint}"
+            f"{nearest(model, gallery.names, 'freebody gallery')}{hint}"
         )
-    return known[model]
+    return gallery[model]
 
 
 class Number(click.ParamType):
-    """A number, with a unit of the kind of ``unit`` or without: ``2``, ``1e-9``, ``2*pi``, ``75 deg``."""
+    """A number, with a unit of the dimension of ``unit`` or without a unit: ``2``, ``1e-9``, ``2*pi``, ``75 deg``."""
 
     name = "number"
 
@@ -129,6 +137,7 @@ class Number(click.ParamType):
         self.unit = unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number."""
         if isinstance(value, float):
             return value
         try:
@@ -138,13 +147,14 @@ class Number(click.ParamType):
 
 
 class Setting(click.ParamType):
-    """``name=value`` on the command line; the text of the value is read where the unit of the name is known."""
+    """``name=value`` on the command line; the value stays text until the unit of the name is known."""
 
     name = "name=value"
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[str, str]:
+        """Return name and value as texts."""
         if isinstance(value, tuple):
             return value
         name, sign, number = value.partition("=")
@@ -154,23 +164,23 @@ class Setting(click.ParamType):
 
 
 def settings_of(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
-    """The ``--set`` values by name, refused where the system has no such parameter or it has another unit."""
+    """Return the ``--set`` values by name; raise if the system has no such parameter or it has another unit."""
     from ..describe.description import parameters_of
 
-    known = [parameter.name for parameter in parameters_of(system)]
-    found: dict[str, str] = {}
+    names = [parameter.name for parameter in parameters_of(system)]
+    texts: dict[str, str] = {}
     for name, text in pairs:
-        if name not in known:
+        if name not in names:
             raise ModelError(
-                f"--set {name}: expected a parameter of '{system.name}', got '{name}'; {nearest(name, known)}"
+                f"--set {name}: expected a parameter of '{system.name}', got '{name}'; {nearest(name, names)}"
             )
-        if found.setdefault(name, text) != text:
-            raise click.UsageError(f"--set {name}: expected one value, got {found[name]} and {text}.")
-    return {name: number_of(system, name, text, "--set") for name, text in found.items()}
+        if texts.setdefault(name, text) != text:
+            raise click.UsageError(f"--set {name}: expected one value, got {texts[name]} and {text}.")
+    return {name: number_of(system, name, text, "--set") for name, text in texts.items()}
 
 
 def number_of(system: System, name: str, text: str, option: str) -> float:
-    """The number that a text gives a parameter or coordinate, in the unit that the system says of it."""
+    """Return the number in a text for a parameter or coordinate, in the unit that the system declares for it."""
     from ..describe.description import about_of
 
     try:

@@ -13,18 +13,20 @@ from .model import Number, Setting, find, settings_of
 @click.command()
 @click.argument("model")
 @click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
-              help="The page; NAME.html in this folder if not given.")  # fmt: skip
+              help="File for the page; NAME.html in this folder if not given.")  # fmt: skip
 @click.option(
-    "--until", type=Number("s"), metavar="T", help="Length of the run [s]; the model's own if not given."
+    "--until", type=Number("s"), metavar="T", help="Length of the run [s]; that of the model if not given."
 )
-@click.option("--tolerance", type=Number("1"), metavar="TOL", help="Of the integration, such as 1e-10.")
+@click.option(
+    "--tolerance", type=Number("1"), metavar="TOL", help="Tolerance of the integration, such as 1e-10."
+)
 @click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
               help="Value of a parameter; may be repeated. Also with a unit: 75deg, 2rev/s.")  # fmt: skip
 @click.option(
-    "--figures", is_flag=True, help="With the model's own figures, such as the path of a spin axis."
+    "--figures", is_flag=True, help="Show the figures of the model, too, such as the path of a spin axis."
 )
 @click.option("--equations/--no-equations", "equations", default=None,
-              help="Free-body diagrams and equations; shown for machines of up to six speeds.")  # fmt: skip
+              help="Show free-body diagrams and equations; by default for machines of up to six speeds.")  # fmt: skip
 def report(
     model: str,
     output: Path | None,

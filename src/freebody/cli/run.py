@@ -1,4 +1,4 @@
-"""``freebody run``: the whole path from a model to its equations, motion, answers and pictures."""
+"""``freebody run``: derive the equations of a model, simulate it, and write answers and pictures."""
 
 from __future__ import annotations
 
@@ -15,17 +15,24 @@ from ..scalar.digits import significant
 from .model import Number, Setting, find, settings_of
 from .table import Grid
 
-MOST = 24  # events, and modes of contacts, that are listed
-LARGEST = 12  # speeds of a machine whose diagrams are drawn
-WIDEST = 50  # characters of an answer in the table; equations stand below it
+MOST = 24
+"""Most events, and contact modes, that are listed."""
+
+LARGEST = 12
+"""Most speeds of a machine whose diagrams are drawn."""
+
+WIDEST = 50
+"""Most characters of an answer in the table; longer answers are printed below it."""
 
 
 @click.command()
 @click.argument("model")
 @click.option(
-    "--until", type=Number("s"), metavar="T", help="Length of the run [s]; the model's own if not given."
+    "--until", type=Number("s"), metavar="T", help="Length of the run [s]; that of the model if not given."
 )
-@click.option("--tolerance", type=Number("1"), metavar="TOL", help="Of the integration, such as 1e-10.")
+@click.option(
+    "--tolerance", type=Number("1"), metavar="TOL", help="Tolerance of the integration, such as 1e-10."
+)
 @click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
               help="Value of a parameter; may be repeated. Also with a unit: 75deg, 2rev/s.")  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
@@ -39,7 +46,7 @@ def run(
     output: Path | None,
     as_json: bool,
 ) -> None:
-    """Derive the equations of MODEL, simulate it, and print what was asked.
+    """Derive the equations of MODEL, simulate it, and print the answers to its questions.
 
     Nothing is written unless -o names a folder.
     """
@@ -75,16 +82,16 @@ def run(
             err=True,
         )
         raise click.exceptions.Exit(130)
-    broken = [check.what for check in outcome.checks if not check.holds]
-    if broken:
-        click.echo(f"Checks that do not hold: {'; '.join(broken)}.", err=True)
+    failures = [check.what for check in outcome.checks if not check.holds]
+    if failures:
+        click.echo(f"Checks that do not hold: {'; '.join(failures)}.", err=True)
         raise click.exceptions.Exit(1)
     if output is None and not as_json:
         click.echo("Add -o DIR to keep the equations, the trajectory and the plots.")
 
 
 def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> dict[str, Any]:
-    """What a run gives, as data; `answers` in the order in which they are asked."""
+    """Return the result of a run as data; `answers` are in the order of the questions."""
     from ..describe.description import about_of
 
     entry = outcome.entry
@@ -127,7 +134,7 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
             for c in outcome.checks
         ],
         "status": outcome.trajectory.status,
-        "warnings": [dataclasses.asdict(one) for one in outcome.trajectory.warnings],
+        "warnings": [dataclasses.asdict(warning) for warning in outcome.trajectory.warnings],
         "energy_residual": residual,
         "wall_time_s": elapsed,
         "files": [str(file) for file in files],
@@ -135,7 +142,7 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
 
 
 def show(outcome: Any, residual: float, elapsed: float) -> None:
-    """Print the question, the free-body equations, the answers, events and checks."""
+    """Print the questions, the free-body equations, the answers, events and checks."""
     entry = outcome.entry
     title = entry.title or outcome.system.name
     if entry.asks:
@@ -146,7 +153,7 @@ def show(outcome: Any, residual: float, elapsed: float) -> None:
     headings = ("Key", "Answer", "Value", "Unit") if outcome.answers else ("", "", "")
     grid = Grid(*headings, title="Answers" if outcome.answers else title)
     long, formulas = [], []
-    meant: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for key, answer in outcome.answers.items():
         shown = significant(answer.value)
         if len(shown) > WIDEST:
@@ -155,12 +162,12 @@ def show(outcome: Any, residual: float, elapsed: float) -> None:
             grid.row(key, answer.question, shown, answer.unit)
             if answer.text:
                 formulas.append(f"  {key} = {answer.text}")
-                meant |= answer.meaning
+                meanings |= answer.meaning
     empty = ("",) if outcome.answers else ()
-    if meant:
+    if meanings:
         formulas += [
             "where",
-            *(f"  {name} = {x}" for name, x in meant.items() if name not in outcome.answers),
+            *(f"  {name} = {x}" for name, x in meanings.items() if name not in outcome.answers),
         ]
     grid.row(*empty, "energy residual, relative", f"{residual:.1e}", "")
     grid.row(*empty, "wall time", f"{elapsed:.2f}", "s")
@@ -179,7 +186,7 @@ def show(outcome: Any, residual: float, elapsed: float) -> None:
 
 
 def happenings(trajectory: Any, events: list[Any]) -> list[str]:
-    """Events as sentences and, of contacts, the modes; the middle of long lists is left out."""
+    """Return lines with events, contact modes, warnings and indeterminate forces; long lists lose their middle."""
     lines = []
     for title, items in (("Events", events), ("Contacts", getattr(trajectory, "modes", ()))):
         if not len(items):
@@ -189,10 +196,10 @@ def happenings(trajectory: Any, events: list[Any]) -> list[str]:
             half = MOST // 2
             texts = [*texts[:half], f"  ... {len(texts) - 2 * half} more ...", *texts[-half:]]
         lines += [f"{title}:", *texts, ""]
-    warnings = [f"  {one}" for one in getattr(trajectory, "warnings", ())]
+    warnings = [f"  {warning}" for warning in getattr(trajectory, "warnings", ())]
     if warnings:
         lines += ["Warnings:", *warnings, ""]
-    # gears leave reactions open where no pressure angle, or only a ratio, is given
+    # gears leave reactions indeterminate if they have no pressure angle, or only a ratio
     gears = bool(trajectory.kernels.model.meshes)
     unknown = [*(trajectory.indeterminate if gears else getattr(trajectory, "_unknown", ()))]
     if unknown:
@@ -201,7 +208,7 @@ def happenings(trajectory: Any, events: list[Any]) -> list[str]:
 
 
 def keep_motion(error: SimulationError, folder: Path | None) -> None:
-    """Keep the motion up to an error, if there is any and a folder for it."""
+    """Save the motion up to an error, if there is one, in the folder, if there is one."""
     trajectory = getattr(error, "trajectory", None)
     if trajectory is None or folder is None:
         return
@@ -214,14 +221,14 @@ def keep_motion(error: SimulationError, folder: Path | None) -> None:
 
 
 def write_products(outcome: Any, folder: Path) -> list[Path]:
-    """Write everything a run gives into a folder, each file whole or not at all."""
+    """Write all products of a run into a folder, each file completely or not at all; return the files."""
     from ..formats.files import replacing
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise click.BadParameter(
-            f"Can not make the folder '{folder}': {error.strerror}.", param_hint="-o"
+            f"Cannot make the folder '{folder}': {error.strerror}.", param_hint="-o"
         ) from None
 
     def text(content: str) -> Callable[[Path], Any]:
@@ -229,12 +236,11 @@ def write_products(outcome: Any, folder: Path) -> list[Path]:
             content if content.endswith("\n") else content + "\n", encoding="utf-8"
         )
 
-    folder_of = diagrams(outcome)
     products: dict[str, Callable[[Path], Any]] = {
         "equations.txt": text(outcome.equations.text()),
         "equations.tex": text(outcome.equations.latex()),
         "trajectory.nc": lambda path: outcome.trajectory.save(path),
-        **{name: text(svg) for name, svg in folder_of.items()},
+        **{name: text(svg) for name, svg in diagrams(outcome).items()},
         **outcome.plots,
     }
     files = []
@@ -246,8 +252,7 @@ def write_products(outcome: Any, folder: Path) -> list[Path]:
 
 
 def diagrams(outcome: Any) -> dict[str, str]:
-    """The drawing of the machine and the free-body diagram of every body as SVG, by file name; none of very large
-    machines."""
+    """Return the drawing and the free-body diagrams of all bodies as SVG, by file name; none for large machines."""
     import re
 
     from ..picture.free_body.free_body_diagram import free_body_diagram
@@ -257,8 +262,8 @@ def diagrams(outcome: Any) -> dict[str, str]:
     e = most_lasting(outcome.equations, outcome.trajectory)
     if e.model.n_u > LARGEST:
         return {}
-    known = set(e.model.coordinate_names)
-    near = {name: x for name, x in outcome.entry.near.items() if name in known}
+    coordinates = set(e.model.coordinate_names)
+    near = {name: x for name, x in outcome.entry.near.items() if name in coordinates}
     options: dict[str, Any] = {"values": outcome.values, "near": near}
     place = lasting_place(outcome.trajectory)
     if place:  # bodies stand on what they touch
@@ -271,11 +276,11 @@ def diagrams(outcome: Any) -> dict[str, str]:
 
 
 def plain(value: Any) -> Any:
-    """An answer as JSON can hold it."""
+    """Return an answer as JSON can hold it."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, list | tuple):
-        return [plain(one) for one in value]
+        return [plain(item) for item in value]
     return float(value)

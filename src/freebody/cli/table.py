@@ -8,7 +8,7 @@ import click
 
 
 class Grid:
-    """Rows of plain text under bold headings; nothing in a cell is read as markup."""
+    """Rows of plain text under bold headings; cells are never read as markup."""
 
     def __init__(self, *headings: str, title: str | None = None) -> None:
         from rich import box
@@ -24,13 +24,15 @@ class Grid:
         self.empty = True
 
     def row(self, *cells: str) -> None:
+        """Add a row."""
         self.empty = False
         self._table.add_row(*(self._text(cell) for cell in cells))
 
     def print(self) -> None:
+        """Print the table."""
         from rich.console import Console
 
-        # a pipe has no width: rows are not to be folded there
+        # a pipe has no width: do not fold rows there
         console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200, highlight=False)
         with console.capture() as capture:
             console.print(self._table)

@@ -1,7 +1,7 @@
-"""``freebody view``: a page on this computer whose sliders move a machine.
+"""``freebody view``: a page on this computer whose sliders change a machine.
 
-The server listens on the loopback address alone. Every address begins with a token that only the page knows, and
-requests that come from other pages, or under another name of this computer, are refused.
+The server listens on the loopback address only. Every address begins with a token that only the page knows. Requests
+from other pages, or under another name of this computer, are refused.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..errors import FreebodyError
 from .model import Setting, find, settings_of
 
 LARGEST_REQUEST = 1_000_000
-"""Bytes."""
+"""Most bytes of a request."""
 
 HOME = "127.0.0.1"
 
@@ -29,42 +29,40 @@ HOME = "127.0.0.1"
 @click.command()
 @click.argument("model")
 @click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, help="Of the page; a free one if not given."
+    "--port", type=click.IntRange(0, 65535), default=0, help="Port of the page; a free port if not given."
 )
 @click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
-              help="Value of a parameter at the start; may be repeated.")  # fmt: skip
-@click.option(
-    "--browser/--no-browser", "browser", default=True, help="Whether the page is opened in the browser."
-)
+              help="Value of a parameter in the first motion; may be repeated.")  # fmt: skip
+@click.option("--browser/--no-browser", "browser", default=True, help="Open the page in the browser.")
 def view(model: str, port: int, settings: tuple[tuple[str, str], ...], browser: bool) -> None:
-    """Show MODEL in a page with sliders for its parameters and its start; every change gives a new motion.
+    """Show MODEL in a page with sliders for its parameters and initial values; every change gives a new motion.
 
-    The page can be reached from this computer only. It is closed with its button or with Ctrl-C.
+    Only this computer can reach the page. Close it with its button or with Ctrl-C.
     """
     live = machine(model, settings)
     try:
         server = Server(live, port)
     except OSError as error:
         raise click.BadParameter(
-            f"Can not listen on port {port}: {error.strerror}.", param_hint="--port"
+            f"Cannot listen on port {port}: {error.strerror}.", param_hint="--port"
         ) from None
     click.echo(f"{server.address}\nClose with Ctrl-C.")
     if browser:
         import webbrowser
 
         threading.Thread(target=webbrowser.open, args=(server.address,), daemon=True).start()
-    # Python hears the keyboard between two of its own instructions only, and one of them may be a long computation
-    heard = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Python handles Ctrl-C only between its own instructions, and one of them may be a long computation
+    handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         server.serve_forever(poll_interval=0.1)
     finally:
-        signal.signal(signal.SIGINT, heard)
+        signal.signal(signal.SIGINT, handler)
         server.server_close()
     click.echo("Closed.")
 
 
 def machine(model: str, settings: tuple[tuple[str, str], ...]) -> Any:
-    """The live machine of a gallery name or a model file."""
+    """Return the live machine of a gallery name or a model file."""
     from ..formats.case import Case
     from ..formats.toml.write import toml_text
     from ..picture.page.live import Live
@@ -93,7 +91,7 @@ class Server(ThreadingHTTPServer):
     Attributes
     ----------
     address : str
-        Of the page, its token included.
+        Address of the page, with its token.
     """
 
     daemon_threads = True
@@ -114,26 +112,28 @@ class Handler(BaseHTTPRequestHandler):
     timeout = 30
 
     def do_GET(self) -> None:
+        """Send the page."""
         if self._refused():
             return
-        if self._asked() != "":
+        if self._name() != "":
             self._send(404, b"No such page.", "text/plain; charset=utf-8")
             return
         from ..picture.page.live import body
         from ..picture.page.page import page
 
         try:
-            given = self.server.live.machine()
+            data = self.server.live.machine()
         except FreebodyError as error:
             self._send(500, str(error).encode("utf-8"), "text/plain; charset=utf-8")
             return
-        text = page(given["name"], given, body(given["name"]), live=True)
+        text = page(data["name"], data, body(data["name"]), live=True)
         self._send(200, text.encode("utf-8"), "text/html; charset=utf-8")
 
     def do_POST(self) -> None:
+        """Send the answer to a request of the page: a motion, another machine, or the end."""
         if self._refused():
             return
-        # a page elsewhere can send a form, but neither this type nor this origin
+        # another page can send a form, but neither with this type nor from this origin
         if self.headers.get("Origin") is None or self.headers.get_content_type() != "application/json":
             self._send(403, b"Expected a request of the page itself.", "text/plain; charset=utf-8")
             return
@@ -144,7 +144,7 @@ class Handler(BaseHTTPRequestHandler):
             "model": lambda data: self.server.live.change(str(data.get("text", ""))),
             "close": lambda data: {},
         }
-        answer = answers.get(self._asked())
+        answer = answers.get(self._name())
         data = self._data()
         if answer is None or data is None:
             self._send(400, b"Expected a request of the page.", "text/plain; charset=utf-8")
@@ -152,45 +152,47 @@ class Handler(BaseHTTPRequestHandler):
         from ..picture.page.live import problem
 
         try:
-            found = answer(data)
+            result = answer(data)
         except FreebodyError as error:
-            found = problem(error)
-        self._send(200, json.dumps(found).encode("utf-8"), "application/json")
-        if self._asked() == "close":
+            result = problem(error)
+        self._send(200, json.dumps(result).encode("utf-8"), "application/json")
+        if self._name() == "close":
             threading.Thread(target=self.server.shutdown, daemon=True).start()
 
     # -- parts ----------------------------------------------------------------------------------------------
 
-    def _asked(self) -> str:
+    def _name(self) -> str:
+        """Part of the address after the token."""
         return self.path.partition("/")[2].partition("/")[2]
 
     def _refused(self) -> bool:
-        """Whether the request is none of the page's; it is answered then."""
+        """Answer a request that does not come from the page; return True for such a request."""
         token = self.path.partition("/")[2].partition("/")[0]
         origin = self.headers.get("Origin")
-        right = (
+        allowed = (
             hmac.compare_digest(token.encode("utf-8"), self.server.token.encode("utf-8"))
             and self.headers.get("Host") in self.server.names
             and (origin is None or origin.removeprefix("http://") in self.server.names)
             and self.headers.get("Sec-Fetch-Site", "none") in ("none", "same-origin")
         )
-        if not right:
+        if not allowed:
             self._send(403, b"Refused.", "text/plain; charset=utf-8")
-        return not right
+        return not allowed
 
     def _data(self) -> dict[str, Any] | None:
+        """Data of a request, or None if it is too large or no JSON object."""
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or int(length) > LARGEST_REQUEST:
             self.close_connection = True
             return None
         try:
             data = json.loads(self.rfile.read(int(length)))
-        except (ValueError, RecursionError):  # no JSON, or lists within lists without end
+        except (ValueError, RecursionError):  # no JSON, or too deeply nested
             return None
         return data if isinstance(data, dict) else None
 
     def _send(self, code: int, content: bytes, kind: str) -> None:
-        if code >= 400:  # what was sent with the request is not read
+        if code >= 400:  # the rest of the request is not read
             self.close_connection = True
         self.send_response(code)
         self.send_header("Content-Type", kind)
@@ -206,9 +208,9 @@ class Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing is logged: the address holds the token."""
+        """Log nothing: the address contains the token."""
 
 
 def _mapping(data: dict[str, Any], name: str) -> dict[str, Any]:
-    found = data.get(name, {})
-    return found if isinstance(found, dict) else {}
+    value = data.get(name, {})
+    return value if isinstance(value, dict) else {}

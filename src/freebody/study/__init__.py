@@ -1,1 +1,1 @@
-"""Studies: how the motion depends on parameters and starts, and which parameters fit a measurement."""
+"""Studies: sweeps over parameters and initial values, fits to measurements, and the analysis of a machine."""

@@ -1,8 +1,8 @@
-"""What an analyst asks first of a machine, gathered: equations, integrals, steady motions, small motions about one.
+"""Analysis of a machine: equations, conserved quantities, steady motions, and small motions about a steady motion.
 
-A question that has no answer for this machine is answered by the sentence that says why, and the next one is asked.
+If a question has no answer for a machine, a sentence says why, and the analysis continues with the next question.
 
-The file is longer than others: it asks every question in its turn, and each needs the answers before.
+This file is longer than others: each question needs the answers to the questions before it.
 """
 
 from __future__ import annotations
@@ -21,16 +21,20 @@ from ..errors import FreebodyError, ModelError, TooManyTermsError, nearest
 
 if TYPE_CHECKING:
     from ..symbolic.equations import Equations
+    from ..symbolic.solving.vocabulary import Vocabulary
 
 STABLE = ("asymptotically stable", "stable")
 LONGEST = 2000
-"""Characters of symbolic equations beyond which only their numbers are shown."""
+"""Most characters of symbolic equations; longer ones are shown in numbers only."""
+
 LINE = 300
-"""Characters of a symbolic condition or frequency that is printed; longer ones are in the data."""
+"""Most characters of a symbolic condition or frequency in the text; longer ones are in the data."""
+
 ROUND = 1e-12
-"""Differences that are not shown."""
+"""Greatest difference that counts as zero."""
+
 CLOSED = 4
-"""Coordinates up to which natural frequencies are sought in closed form."""
+"""Most coordinates for which natural frequencies are computed in closed form."""
 
 
 @dataclass
@@ -45,9 +49,9 @@ class Section:
     latex : list of str
         Displayed formulas.
     notes : list of str
-        What does not exist, and what was assumed; a sentence each.
+        Sentences: answers that do not exist, and assumptions.
     data : dict or list
-        Numbers, texts, lists and dictionaries, as JSON holds them.
+        The answer as data that JSON can hold.
     """
 
     title: str
@@ -59,14 +63,14 @@ class Section:
 
 @dataclass
 class Analysis:
-    """The sections of an analysis. Made by :func:`analysis`."""
+    """The sections of an analysis, made by :func:`analysis`."""
 
     name: str
     values: dict[str, float | None]
     sections: dict[str, Section]
 
     def text(self) -> str:
-        """Everything as plain text."""
+        """Return everything as plain text."""
         head = f"Analysis of '{self.name}'"
         blocks = [f"{head}\n{'=' * len(head)}"]
         for section in self.sections.values():
@@ -74,7 +78,7 @@ class Analysis:
         return "\n\n".join(blocks) + "\n"
 
     def latex(self) -> str:
-        """Everything as a LaTeX document."""
+        """Return everything as a LaTeX document."""
         lines = [
             r"\documentclass{article}",
             r"\usepackage[landscape,margin=15mm]{geometry}",
@@ -89,7 +93,7 @@ class Analysis:
         return "\n".join([*lines, r"\end{document}"]) + "\n"
 
     def data(self) -> dict[str, Any]:
-        """Everything as JSON can hold it."""
+        """Return everything as data that JSON can hold."""
         report: dict[str, Any] = {"model": self.name, "values": self.values}
         for key, section in self.sections.items():
             report[key] = section.data
@@ -105,22 +109,22 @@ def analysis(
     near: Mapping[str, Any] | None = None,
     patience: float | None = None,
 ) -> Analysis:
-    """Equations of motion, conserved quantities, steady motions, linear model and modes of a system.
+    """Analyse a system: equations of motion, conserved quantities, steady motions, linear model and modes.
 
     Parameters
     ----------
     system : System or Model
     values : mapping, optional
-        Of parameters by name, in place of their defaults.
+        Values of parameters by name, in place of their defaults.
     about : mapping, optional
-        Coordinates and speeds by name: where to linearise, or the part of a steady motion that is given. The first
-        stable steady motion if not given.
+        Coordinates and speeds of the operating point by name, or some unknowns of a steady motion; by default the first
+        stable steady motion.
     start : mapping, optional
         Values by name, numbers or expressions, for unknowns that the steady motions leave free.
     near : mapping, optional
-        Of a machine with constraints: coordinates near which it is closed.
+        For machines with constraints: an approximate closed configuration.
     patience : float, optional
-        Longest time for the answers in symbols [s]; beyond it there are only those in numbers.
+        Longest time for symbolic answers [s]; beyond it, answers are numbers only.
 
     Returns
     -------
@@ -129,7 +133,7 @@ def analysis(
     Raises
     ------
     ModelError
-        A system that can not be assembled, an unknown name in ``about``, a value that a parameter can not have.
+        If the system cannot be assembled, a name in ``about`` is unknown, or a parameter cannot have its value.
 
     Examples
     --------
@@ -139,8 +143,8 @@ def analysis(
     >>> s.gravity = (0, -g, 0)
     >>> bob = s.body("bob", fb.particle(m))
     >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
-    >>> found = analysis(s).data()
-    >>> found["linear_model"]["about"], found["modes"][0]["frequency"]
+    >>> result = analysis(s).data()
+    >>> result["linear_model"]["about"], result["modes"][0]["frequency"]
     ({'theta': 0.0, "theta'": 0.0}, 3.0)
     """
     return _Inquiry(
@@ -149,22 +153,23 @@ def analysis(
 
 
 class OutOfTimeError(Exception):
-    """An answer takes too long."""
+    """Raised if an answer takes too long."""
 
 
 @contextmanager
 def within(deadline: float | None) -> Iterator[None]:
-    """Stop the block at a time of the monotonic clock, where the system has timers and this is the main thread.
+    """Stop the block at a time of the monotonic clock, if the system has timers and this is the main thread.
 
     Raises
     ------
     OutOfTimeError
+        At the deadline.
     """
     if deadline is None:
         yield
         return
-    left = deadline - monotonic()
-    if left <= 0:
+    remaining = deadline - monotonic()
+    if remaining <= 0:
         raise OutOfTimeError
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
@@ -174,7 +179,7 @@ def within(deadline: float | None) -> Iterator[None]:
         raise OutOfTimeError
 
     before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, left)
+    signal.setitimer(signal.ITIMER_REAL, remaining)
     try:
         yield
     finally:
@@ -183,7 +188,7 @@ def within(deadline: float | None) -> Iterator[None]:
 
 
 class _Inquiry:
-    """The questions in order; each leaves what the next one needs."""
+    """The questions in their order; each stores the results that the next needs."""
 
     def __init__(
         self,
@@ -196,31 +201,32 @@ class _Inquiry:
     ) -> None:
         from ..motion.contact.equations_at_start import equations
 
-        decides: dict[str, Any] = (
-            {"initial": start, "near": near, "values": values} if system.contacts else {}
-        )
-        self.e: Equations = equations(system, **decides)
+        options: dict[str, Any] = {}
+        if system.contacts:
+            options = {"initial": start, "near": near, "values": values}
+        self.e: Equations = equations(system, **options)
         self.model = self.e.model
-        self.given = values
+        self.overrides = values
         self.about = about
         self.near = near
         self.deadline = None if patience is None else monotonic() + patience
         self.patience = patience
         self.missing = [p.name for p in self.model.parameters if p.default is None and p.name not in values]
         self.values = {} if self.missing else dict(self.model.values(values))
-        known = [*self.model.coordinate_names, *self.model.speed_names]
+        names = [*self.model.coordinate_names, *self.model.speed_names]
         for name in about:
-            if name not in known:
+            if name not in names:
                 raise ModelError(
                     f"--about {name}: expected a coordinate or a speed of '{self.model.name}', got '{name}'; "
-                    f"{nearest(name, known)}"
+                    f"{nearest(name, names)}"
                 )
         self.start = {} if self.missing else {name: self._number(name, x) for name, x in start.items()}
         self.motions: Any = None
         self.states: tuple[Any, ...] = ()
 
     @cached_property
-    def vocabulary(self) -> Any:
+    def vocabulary(self) -> Vocabulary:
+        """Names of symbols in text and LaTeX."""
         from ..symbolic.solving.vocabulary import Vocabulary
 
         return Vocabulary(self.e)
@@ -231,25 +237,27 @@ class _Inquiry:
         return number(self.model, self.values, value, f"the initial value of '{name}'")
 
     def report(self) -> Analysis:
+        """Return all sections."""
         sections = {"equations": self._in_symbols("Equations of motion", self.motion)}
         if self.model.n_u:
             sections["integrals"] = self._in_symbols("Conserved quantities", self.integrals)
             sections["steady_motions"] = self._in_symbols("Steady motions", self.steady)
             sections["linear_model"], sections["modes"] = self.linear()
         shown: dict[str, float | None] = {
-            p.name: self.values.get(p.name, self.given.get(p.name, p.default)) for p in self.model.parameters
+            p.name: self.values.get(p.name, self.overrides.get(p.name, p.default))
+            for p in self.model.parameters
         }
         return Analysis(self.model.name, shown, sections)
 
     def _in_symbols(self, title: str, question: Callable[[], Section]) -> Section:
-        """The answer, or a section that says that it takes too long."""
+        """The answer, or a section with the reason why there is none."""
         try:
             with within(self.deadline):
                 return question()
         except OutOfTimeError:
-            self.deadline = float(0)  # what is asked next builds on the same equations
+            self.deadline = float(0)  # the next questions need the same equations
             self.motions, self.states = None, ()
-            text = f"Not found in {self.patience:g} s: in symbols this machine is large. Allow more with --patience."
+            text = f"Not found in {self.patience:g} s: the symbolic answer is large. Allow more time with --patience."
             return Section(title, notes=[text])
         except TooManyTermsError as error:
             return Section(title, notes=[str(error)])
@@ -257,6 +265,7 @@ class _Inquiry:
     # -- equations and integrals --------------------------------------------------------------------
 
     def motion(self) -> Section:
+        """Return the section of the equations of motion."""
         section = Section("Equations of motion")
         if not self.model.n_u:
             section.notes.append(
@@ -270,30 +279,31 @@ class _Inquiry:
         return section
 
     def integrals(self) -> Section:
+        """Return the section of the conserved quantities."""
         section = Section("Conserved quantities", data=[])
-        found = self.e.integrals
-        if not found:
+        integrals = self.e.integrals
+        if not integrals:
             section.notes.append(
                 "None are known: no quantity that was tried keeps its value along every motion."
             )
             return section
-        for one in found:
-            proof = str(one.proof)
-            section.text.append(f"{one.text()}\n    {proof}")
+        for integral in integrals:
+            proof = str(integral.proof)
+            section.text.append(f"{integral.text()}\n    {proof}")
             section.data.append(
                 {
-                    "name": one.name,
-                    "also": list(one.also),
-                    "expression": self.show(one.expression),
-                    "latex": one.latex(),
+                    "name": integral.name,
+                    "also": list(integral.also),
+                    "expression": self.show(integral.expression),
+                    "latex": integral.latex(),
                     "proof": proof,
                 }
             )
-        section.latex.append(found.latex())
+        section.latex.append(integrals.latex())
         return section
 
     def show(self, expression: Any) -> str:
-        """A SymPy expression or relation as plain text."""
+        """Return a SymPy expression or relation as plain text."""
         if getattr(expression, "is_Relational", False):
             return f"{self.show(expression.lhs)} {expression.rel_op} {self.show(expression.rhs)}"
         return self.vocabulary.name(expression)
@@ -301,6 +311,7 @@ class _Inquiry:
     # -- steady motions -----------------------------------------------------------------------------
 
     def steady(self) -> Section:
+        """Return the section of the steady motions."""
         from ..symbolic.steady.steady import steady_motions
 
         section = Section("Steady motions")
@@ -330,6 +341,7 @@ class _Inquiry:
         return section
 
     def _closed(self, motion: Any) -> tuple[str, dict[str, Any]]:
+        """Text and data of a steady motion in closed form."""
         stable = motion.stable_if
         energy = motion.stable_by_energy_if
         lines = [motion.text()]
@@ -350,37 +362,40 @@ class _Inquiry:
         }
 
     def _stable(self, relations: Sequence[Any]) -> str:
+        """Text of a condition of stability."""
         parts = [self._relation(x) for x in relations]
         if "never" in parts:
             return "not stable"
         parts = [part for part in parts if part != "always"]
-        shown = " and ".join(parts)
-        if len(shown) > LINE:
-            return f"stable if {len(parts)} long condition(s) hold, which the JSON has"
-        return f"stable if {shown}" if parts else "stable"
+        text = " and ".join(parts)
+        if len(text) > LINE:
+            return f"stable if {len(parts)} long condition(s) hold, which are in the JSON"
+        return f"stable if {text}" if parts else "stable"
 
     def _relation(self, x: Any) -> str:
+        """Text of a relation: always, never, or its formula."""
         if x == True or x == False:  # noqa: E712  (SymPy's own true and false)
             return "always" if x == True else "never"  # noqa: E712
         return self.show(x)
 
     def _near(self, section: Section) -> None:
-        """One steady motion near zero, where the conditions are too long to be written."""
+        """Add a steady motion near zero, if the conditions are too long to be written."""
         from ..symbolic.steady.equilibrium_near import steady_near
 
         if self.missing:
             section.notes.append(self._no_numbers())
             return
         try:
-            found = steady_near(self.model, self.values, {})
+            motions = steady_near(self.model, self.values, {})
         except FreebodyError as error:
             section.notes.append(f"In numbers: {error}")
             return
-        self.states = found.states
+        self.states = motions.states
         section.text.append(f"at {self._at()}, next to zero; others may exist")
         self._add_states(section, lambda state: state.latex())
 
     def _in_numbers(self, section: Section) -> None:
+        """Add the steady motions in numbers."""
         if self.missing:
             section.notes.append(self._no_numbers())
             return
@@ -402,6 +417,7 @@ class _Inquiry:
         self._add_states(section, self._state_latex)
 
     def _add_states(self, section: Section, latex: Callable[[Any], str]) -> None:
+        """Add the states of the steady motions with their stability."""
         for state in self.states:
             section.text.append(f"  {state!r}")
             section.latex.append(latex(state))
@@ -433,47 +449,48 @@ class _Inquiry:
 
         parts = []
         for name, value in state.values.items():
-            parts.append(f"{self.vocabulary.latex(self._named(name))} = {sympy.latex(sympy.Float(value, 8))}")
+            parts.append(
+                f"{self.vocabulary.latex(self._symbol(name))} = {sympy.latex(sympy.Float(value, 8))}"
+            )
         label = f"{plain_latex(state.name)}: " if state.name else ""
         shown = ",\\ ".join(parts) + r"\quad" if parts else ""
         return rf"\text{{{label}}}{shown}\text{{{plain_latex(state.stability.verdict)}}}"
 
-    def _named(self, name: str) -> Any:
+    def _symbol(self, name: str) -> Any:
+        """SymPy symbol of a name."""
         import sympy
 
         return self.vocabulary.names.get(name, sympy.Symbol(name, real=True))
 
     def _solved(self) -> tuple[tuple[Any, ...], dict[str, float]]:
-        """The steady motions in numbers, and the values of free unknowns that were assumed for it."""
+        """Steady motions in numbers, and the assumed values of unknowns that the conditions leave free."""
         motions = self.motions
-        given = {name: x for name, x in self.about.items() if name in motions.unknowns}
+        about = {name: x for name, x in self.about.items() if name in motions.unknowns}
         first: FreebodyError | None = None
-        # rates of ball and free joints that nobody gave are not searched for: every turn and mirror image is a root
-        if not self.e.model.quaternions or set(motions.rates) & set(motions.unknowns) <= set(given):
+        # rates of ball and free joints are not searched for: every rotation and mirror image of a root is a root
+        if not self.e.model.quaternions or set(motions.rates) & set(motions.unknowns) <= set(about):
             try:
-                return tuple(motions.at({**self.values, **given})), {}
+                return tuple(motions.at({**self.values, **about})), {}
             except FreebodyError as error:
                 first = error
         for names in self._choices():
-            assumed = {name: self.start.get(name, float(0)) for name in names if name not in given}
+            assumed = {name: self.start.get(name, float(0)) for name in names if name not in about}
             try:
-                found = tuple(motions.at({**self.values, **given, **assumed}))
+                states = tuple(motions.at({**self.values, **about, **assumed}))
             except FreebodyError as error:
                 first = first or error
                 continue
-            if found:
-                return found, assumed
+            if states:
+                return states, assumed
         if first is not None:
             raise first
         return (), {}
 
     def _choices(self) -> list[list[str]]:
-        """Sets of unknowns to give: those free in closed form if the start says what they are, all rates, the rest."""
+        """Sets of unknowns to assume, in turn: free ones with a value in ``start``, all rates, all others, all."""
         motions = self.motions
         rates = [name for name in motions.rates if name in motions.unknowns]
-        result = [
-            list(one.free) for one in motions if one.free and any(name in self.start for name in one.free)
-        ]
+        result = [list(motion.free) for motion in motions if any(name in self.start for name in motion.free)]
         return [
             *result[:1],
             rates,
@@ -484,6 +501,7 @@ class _Inquiry:
     # -- small motions ------------------------------------------------------------------------------
 
     def linear(self) -> tuple[Section, Section]:
+        """Return the sections of the linear model and of its modes."""
         section, table = Section("Linear model"), Section("Modes", data=[])
         if self.missing:
             section.notes.append(self._no_numbers())
@@ -519,7 +537,7 @@ class _Inquiry:
         except FreebodyError as error:
             table.notes.append(str(error))
             return section, table
-        table.notes.append("Frequencies in rad/s, shapes in parts of their largest component.")
+        table.notes.append("Frequencies in rad/s, mode shapes relative to their largest component.")
         table.text.append(modes.text())
         table.latex.append(modes.latex())
         for mode in modes:
@@ -538,7 +556,7 @@ class _Inquiry:
         return section, table
 
     def _where(self, about: Mapping[str, float]) -> dict[str, float]:
-        """All coordinates and speeds: those given, the others at zero and unturned."""
+        """All coordinates and speeds: the values in ``about``, the others at zero and without rotation."""
         from ..dynamics.state import rest_coordinates
 
         values = dict(zip(self.model.coordinate_names, map(float, rest_coordinates(self.model)), strict=True))
@@ -546,7 +564,7 @@ class _Inquiry:
         return {name: float(about.get(name, x)) for name, x in values.items()}
 
     def _point(self, section: Section) -> tuple[Any, Mapping[str, float], Any]:
-        """(linear model in numbers, the state it is about, the steady motion in closed form or None)."""
+        """(linear model in numbers, its operating point, the steady motion in closed form or None)."""
         from ..symbolic.linear.linearize import linearize
 
         if self.about:
@@ -554,64 +572,63 @@ class _Inquiry:
             try:
                 return linearize(self.e, about=about, values=self.values), about, None
             except FreebodyError as error:
-                refused = error
+                refusal = error
             if not self.states or not all(
                 math.isclose(state.state.get(name, x), x, abs_tol=1 / 10**9)
                 for state in self.states
                 for name, x in self.about.items()
             ):
-                raise refused
-            section.notes.append("What --about leaves open is that of the steady motion.")
+                raise refusal
+            section.notes.append("The steady motion gives the values that --about does not.")
         if not self.states:
             rest = self._closed_state({})
             return linearize(self.e, about=rest, values=self.values), rest, None
         chosen = next((state for state in self.states if state.stability.verdict in STABLE), None)
         if chosen is None:
             section.notes.append(
-                "None of the steady motions is known to be stable; this is about the first of them."
+                "None of the steady motions is known to be stable; the first is the operating point."
             )
             chosen = self.states[0]
         return linearize(self.e, about=chosen, values=self.values), chosen.state, self._motion_of(chosen)
 
-    def _closed_state(self, given: Mapping[str, float]) -> dict[str, float]:
-        """What is given, and of a machine with constraints all that follows from it."""
+    def _closed_state(self, about: Mapping[str, float]) -> dict[str, float]:
+        """The values in ``about``, and for a machine with constraints all that follow from them."""
         if not self.model.constraints:
-            return dict(given)
+            return dict(about)
         from ..motion.kernels.kernels import kernels_of
         from ..motion.start.loop_closure import closed_start
 
-        y, _ = closed_start(kernels_of(self.model), self.values, given, self.near, float(0), False)
+        y, _ = closed_start(kernels_of(self.model), self.values, about, self.near, float(0), False)
         names = [*self.model.coordinate_names, *self.model.speed_names]
         return dict(zip(names, y.tolist(), strict=True))
 
     def _motion_of(self, state: Any) -> Any:
-        """The steady motion in closed form that a state is one of; None if there is none."""
+        """The steady motion in closed form that a state belongs to; None if there is none."""
         import sympy
 
-        if self.motions is None:  # found next to a guess
+        if self.motions is None:  # the states were found near zero
             return None
         names = self.model.names.atoms
         numbers = {names[name]: sympy.Float(value) for name, value in self.values.items()}
         numbers |= {
-            self._named(name): sympy.Float(value) for name, value in {**state.state, **state.values}.items()
+            self._symbol(name): sympy.Float(value) for name, value in {**state.state, **state.values}.items()
         }
         for motion in self.motions:
             if motion.left or not motion.solution:
                 continue
             for name, x in motion.solution.items():
-                found = sympy.N(sympy.sympify(x).xreplace(numbers))
-                if not found.is_number:  # of what the state leaves open
+                solution = sympy.N(sympy.sympify(x).xreplace(numbers))
+                if not solution.is_number:  # it depends on values that the state does not have
                     break
-                value = complex(found)
-                wanted = {**state.state, **state.values}.get(name)
-                if wanted is None or not abs(value - wanted) <= (1 + abs(wanted)) / 10**6:
+                value = {**state.state, **state.values}.get(name)
+                if value is None or not abs(complex(solution) - value) <= (1 + abs(value)) / 10**6:
                     break
             else:
                 return motion
         return None
 
     def _symbols(self, section: Section, table: Section, motion: Any) -> None:
-        """The linear equations and their natural frequencies in symbols, where they are not too long."""
+        """Add the linear equations and natural frequencies in symbols, if they are not too long."""
         import sympy
 
         from ..symbolic.linear.linearize import linearize
@@ -631,29 +648,29 @@ class _Inquiry:
         if len(linear.coordinates) > CLOSED:
             return
         try:
-            found = linear.natural_frequencies()
+            frequencies = linear.natural_frequencies()
         except FreebodyError:
             return
-        shown = [sympy.sstr(x) for x in found]
-        section.data["natural_frequencies"] = shown
-        if shown and sum(map(len, shown)) <= LINE:
-            table.text.append("natural frequencies in closed form: " + ", ".join(shown))
-            table.latex.append(r",\quad ".join(sympy.latex(x) for x in found))
+        texts = [sympy.sstr(x) for x in frequencies]
+        section.data["natural_frequencies"] = texts
+        if texts and sum(map(len, texts)) <= LINE:
+            table.text.append("natural frequencies in closed form: " + ", ".join(texts))
+            table.latex.append(r",\quad ".join(sympy.latex(x) for x in frequencies))
 
 
 def _json(x: Any) -> Any:
-    """A number, array or matrix as JSON can hold it; a complex number as [real, imaginary], none for infinity."""
+    """A number, array or matrix as JSON can hold it: a complex number as [real, imaginary], infinity as None."""
     if hasattr(x, "tolist"):
         return _json(x.tolist())
     if isinstance(x, Sequence):
-        return [_json(one) for one in x]
+        return [_json(entry) for entry in x]
     if isinstance(x, complex):
         return [_json(x.real), _json(x.imag)]
     return float(x) if math.isfinite(x) else None
 
 
 def plain_latex(text: str) -> str:
-    """Text with the characters that LaTeX reads as commands made plain.
+    """Return text with the special characters of LaTeX escaped.
 
     >>> plain_latex("momentum of theta_1: 50%")
     'momentum of theta\\\\_1: 50\\\\%'

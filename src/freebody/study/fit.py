@@ -1,16 +1,14 @@
-"""Fitting: the parameters and starts with which a motion comes closest to what was measured.
+"""Fits: the parameters and initial values with which a motion is closest to a measurement.
 
     minimize  Σ ((x_k(p) - measured_k) / σ_k)²,        covariance of p:  (Jᵀ J)⁻¹,    J_kj = (∂x_k/∂p_j) / σ_k
 
-J is exact: the derivatives are integrated beside the motion (`sensitivity`). Where σ is not known it is taken
-as equal for all measurements and estimated from what is left over, σ² = Σ r² / (N - n).
-
-One file, though long: a third of it says what is wrong with the data.
+J is exact: the derivatives are integrated together with the motion (`sensitivity`). If σ is not known, it is taken
+as equal for all measurements and estimated from the residuals r, σ² = Σ r² / (N - n).
 
 Sources: Nocedal and Wright, Numerical Optimization (2006), section 10.3; Bard, Nonlinear Parameter Estimation (1974),
 section 7.5.
 
-The file is longer than others: what is measured, weighed, sought and found is read and checked in one place.
+This file is longer than others: a third of it checks the data and explains errors in them.
 """
 
 from __future__ import annotations
@@ -31,22 +29,25 @@ from ..motion.simulate import simulate
 from ..motion.start.initial import number, quaternions_by_joint
 
 if TYPE_CHECKING:
+    from ..model.model import Model
     from ..motion.trajectory.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
 INDISTINCT = 1e-8
-"""Smallest singular value of the scaled Jacobian, in parts of the greatest, below which data do not tell parameters
-apart: relative changes of parameters then move the motion by no more than its integration error."""
-_OWN = ("times", "samples", "sensitivities", "outputs", "store", "executor", "threads")
-"""Options of `simulate` that a fit sets itself, or that are those of a batch."""
+"""Smallest singular value of the scaled Jacobian, relative to the greatest, below which data do not tell parameters
+apart: relative changes of parameters then change the motion by no more than its integration error."""
+
+_RESERVED = ("times", "samples", "sensitivities", "outputs", "store", "executor", "threads")
+"""Options of `simulate` that a fit sets itself, or that belong to a batch."""
+
 ROUND_OFF = 1e-12
-"""Part of what was measured below which a derivative is round-off: some thousand roundings."""
+"""Fraction of the measurement below which a derivative is round-off: some thousand roundings."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Parameters and starts that fit a measurement. Made by :func:`freebody.fit`.
+    """Parameters and initial values that fit a measurement, made by :func:`freebody.fit`.
 
     Attributes
     ----------
@@ -55,15 +56,15 @@ class Fit:
     errors : dict of str to float
         Standard error of each.
     covariance : ndarray (n, n)
-        Of the unknowns, in the order of ``values``.
+        Covariance of the unknowns, in the order of ``values``.
     residuals : dict of str to ndarray
-        Measured less computed, by quantity, in its unit; of several measurements one after another.
+        Measured minus computed values, by quantity, in its unit; several measurements follow each other.
     sigma : dict of str to float or ndarray
-        Standard deviation of the measurement of each quantity: as given, or as estimated.
+        Standard deviation of the measurement of each quantity, given or estimated.
     trajectories : tuple of Trajectory
-        The motion that fits, one for each measurement.
+        The fitted motion of each measurement.
     evaluations : int
-        How many motions were computed for each measurement.
+        Number of motions computed for each measurement.
     """
 
     values: dict[str, float]
@@ -76,12 +77,12 @@ class Fit:
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion that fits; of several measurements the first."""
+        """The fitted motion; for several measurements the first."""
         return self.trajectories[0]
 
     @property
     def correlation(self) -> Array:
-        """Of the errors of the unknowns: covariance with ones on the diagonal."""
+        """Correlation of the errors of the unknowns: the covariance scaled to ones on the diagonal."""
         scale = np.sqrt(self.covariance.diagonal())
         return self.covariance / np.outer(scale, scale)
 
@@ -108,29 +109,29 @@ def fit(
     start: Any = 0,
     **options: Any,
 ) -> Fit:
-    """Parameters and starts of a machine from measured motions.
+    """Fit parameters and initial values of a machine to measured motions.
 
     Parameters
     ----------
     s : System or Model
     data : mapping, xarray.Dataset or DataFrame, or sequence of them
         Measured quantities over time: ``{"time": t, "theta": values}``, arrays of shape (N,); a quantity is a
-        coordinate, a speed or an expression, and nan stands for a moment at which it was not measured. The times of a
+        coordinate, a speed or an expression, and nan stands for a time at which it was not measured. The times of a
         DataFrame are its column, or its index, of this name. A sequence holds measurements of several motions of the
         same machine.
     unknown : sequence of names, or mapping of name to first guess
-        Parameters, and coordinates and speeds at the start. Without a guess the search begins at the parameter's value,
-        or at the value in ``initial``.
+        Parameters, and initial values of coordinates and speeds. Without a guess the search begins at the value of the
+        parameter, or at the value in ``initial``.
     initial : mapping, or sequence of them
-        Start of the motion, as for :func:`freebody.simulate`; one for each measurement.
+        Initial values, as for :func:`freebody.simulate`; a sequence has those of each measurement.
     values : mapping, optional
-        Parameters that are known.
+        Values of known parameters.
     sigma : mapping of quantity to number or array, optional
-        Standard deviations of the measurement [unit of the quantity]. Several quantities need
-        them, to be weighed against each other; of one quantity it is estimated from the residuals if not given.
+        Standard deviations of the measurement [unit of the quantity]. Several quantities need them as weights; for one
+        quantity it is estimated from the residuals by default.
     bounds : mapping of name to (least, greatest), optional
     tolerance : float
-        Of the integration.
+        Tolerance of the integration.
     start : number
         Time of the initial state [s].
     **options
@@ -143,8 +144,8 @@ def fit(
     Raises
     ------
     SimulationError
-        Unknown names, too few data, data that do not tell the unknowns apart (with the combination that the motion does
-        not feel), a search that does not end.
+        If a name is unknown, there are too few data, the data do not tell the unknowns apart (the message names the
+        combination that does not change the motion), or the search does not end.
 
     Examples
     --------
@@ -157,8 +158,8 @@ def fit(
     >>> t = np.linspace(0, 4, 81)
     >>> rng = np.random.default_rng(1)
     >>> measured = fb.simulate(s, 4, initial={"theta": 0.8}, times=t)["theta"] + rng.normal(0, 0.01, 81)
-    >>> found = fb.fit(s, {"time": t, "theta": measured}, {"I": 1.0, "theta": 1.0}, values={"m": 2.0, "d": 0.3})
-    >>> abs(found.values["I"] - 0.5) < 3 * found.errors["I"]
+    >>> result = fb.fit(s, {"time": t, "theta": measured}, {"I": 1.0, "theta": 1.0}, values={"m": 2.0, "d": 0.3})
+    >>> abs(result.values["I"] - 0.5) < 3 * result.errors["I"]
     True
     """
     kernels = kernels_of(s)
@@ -169,10 +170,10 @@ def fit(
         if isinstance(initial, list | tuple)
         else [{} if initial is None else initial] * len(runs)
     )
-    for begun in starts:
-        if not isinstance(begun, Mapping):
+    for initial_values in starts:
+        if not isinstance(initial_values, Mapping):
             raise SimulationError(
-                f"Expected initial values by name, such as {{'theta': 0.1}}, got {begun!r}."
+                f"Expected initial values by name, such as {{'theta': 0.1}}, got {initial_values!r}."
             )
     if len(starts) != len(runs):
         raise SimulationError(
@@ -185,39 +186,39 @@ def fit(
         if isinstance(unknown, Mapping)
         else dict.fromkeys(map(model.names.text_of, _listed(unknown)))
     )
-    chosen = unknowns_of(model, list(guesses), {}, "unknown")
-    names = [one.name for one in chosen]
+    unknowns = unknowns_of(model, list(guesses), {}, "unknown")
+    names = [x.name for x in unknowns]
     guesses = dict(zip(names, guesses.values(), strict=True))
-    for one in chosen:
-        if any(start_ <= one.place < start_ + 4 for start_ in model.quaternions):
-            joint = next(j for j, k in quaternions_by_joint(model).items() if k <= one.place < k + 4)
+    for x in unknowns:
+        if any(k <= x.place < k + 4 for k in model.quaternions):
+            joint = next(j for j, k in quaternions_by_joint(model).items() if k <= x.place < k + 4)
             raise SimulationError(
-                f"Expected unknowns that are free, got '{one.name}', a component of the unit quaternion of joint "
+                f"Expected unknowns that are free, got '{x.name}', a component of the unit quaternion of joint "
                 f"'{joint}'. Fit a joint with Euler angles (gimbal), or its speeds."
             )
     begin = number(model, kernels.values(values), start, "start")
-    for option in _OWN:
+    for option in _RESERVED:
         if option in options:
             raise SimulationError(
-                f"Expected no {option}= for a fit, got {options[option]!r}: the measured times and unknown= say it. "
+                f"Expected no {option}= for a fit, got {options[option]!r}: the measured times and unknown= set it. "
                 "Leave it out."
             )
     measured = [_measured(model, run, begin) for run in runs]
     quantities = list(dict.fromkeys(name for run in measured for name in run[1]))
     if not quantities:
         raise SimulationError("Expected at least one measured quantity besides the time, got none.")
-    known = {**(values or {})}
-    named = {_name(model, key) for key in known}
-    begun_with = {_name(model, key) for begin in starts for key in begin}
-    for one in chosen:
-        fixed = named if one.symbol is not None else begun_with
-        if guesses[one.name] is not None and one.name in fixed:
-            where = "values=" if one.symbol is not None else "initial="
+    fixed_values = {**(values or {})}
+    value_names = {_name(model, key) for key in fixed_values}
+    initial_names = {_name(model, key) for initial_values in starts for key in initial_values}
+    for x in unknowns:
+        fixed_names = value_names if x.symbol is not None else initial_names
+        if guesses[x.name] is not None and x.name in fixed_names:
+            where = "values=" if x.symbol is not None else "initial="
             raise SimulationError(
-                f"'{one.name}' is unknown, with a first guess, and known, in {where} as well. Leave one out."
+                f"'{x.name}' has a first guess in unknown= and a value in {where}. Leave one out."
             )
-    numbers = model.values({k: v for k, v in known.items()} | _given(chosen, guesses))
-    first = np.array([_first(one, guesses, numbers, starts, model) for one in chosen])
+    numbers = model.values(fixed_values | _parameter_guesses(unknowns, guesses))
+    first = np.array([_first(x, guesses, numbers, starts, model) for x in unknowns])
     weights = _weights(sigma, quantities, measured)
     low, high = _bounds(bounds, names, first)
     calls = [0]
@@ -226,13 +227,13 @@ def fit(
         calls[0] += 1
         result = []
         at = dict(zip(names, p.tolist(), strict=True))
-        parameters = {**known, **{one.name: at[one.name] for one in chosen if one.symbol is not None}}
-        begun = {one.name: at[one.name] for one in chosen if one.symbol is None}
-        for (times, _), given in zip(measured, starts, strict=True):
-            mine = {_name(model, k): v for k, v in given.items()}
+        parameters = {**fixed_values, **{x.name: at[x.name] for x in unknowns if x.symbol is not None}}
+        searched = {x.name: at[x.name] for x in unknowns if x.symbol is None}
+        for (times, _), initial_values in zip(measured, starts, strict=True):
+            fixed = {_name(model, k): v for k, v in initial_values.items()}
             result.append(
                 simulate(
-                    s, float(times.max()), initial={**mine, **begun}, near=near, values=parameters, start=start,
+                    s, float(times.max()), initial={**fixed, **searched}, near=near, values=parameters, start=start,
                     times=np.unique(times), tolerance=tolerance, sensitivities=names, progress=False, **options,
                 )
             )  # fmt: skip
@@ -241,24 +242,24 @@ def fit(
     memory: dict[bytes, tuple[Array, Array, list[Any]]] = {}
 
     def computed(p: Array) -> tuple[Array, Array, list[Any]]:
-        """Weighted residuals (computed less measured), their Jacobian, the motions."""
+        """Weighted residuals (computed minus measured), their Jacobian, and the motions."""
         key = p.tobytes()
         if key not in memory:
             memory.clear()
-            found = motions(p)
+            fitted = motions(p)
             residuals, rows = [], []
-            for (times, columns), motion, scales in zip(measured, found, weights, strict=True):
+            for (times, columns), motion, scales in zip(measured, fitted, weights, strict=True):
                 places = np.searchsorted(motion.t, times)
-                for name, numbers_ in columns.items():
-                    good = np.isfinite(numbers_)
-                    at = places[good]
+                for name, array in columns.items():
+                    finite = np.isfinite(array)
+                    at = places[finite]
                     if at.size and at.max() >= len(motion.t):
                         raise SimulationError(
                             "A terminal event ended the motion before the last measurement. Leave it out."
                         )
-                    residuals.append((motion[name][at] - numbers_[good]) / scales[name][good])
-                    rows.append(motion.sensitivity.of(name)[at] / scales[name][good][:, None])
-            memory[key] = (np.concatenate(residuals), np.concatenate(rows), found)
+                    residuals.append((motion[name][at] - array[finite]) / scales[name][finite])
+                    rows.append(motion.sensitivity.of(name)[at] / scales[name][finite][:, None])
+            memory[key] = (np.concatenate(residuals), np.concatenate(rows), fitted)
         return memory[key]
 
     from scipy.optimize import least_squares
@@ -274,7 +275,7 @@ def fit(
     def safe(p: Array) -> Array:
         try:
             return computed(p)[0]
-        except FreebodyError:  # no motion there: a shorter step of the search
+        except FreebodyError:  # no motion at these values: the search takes a shorter step
             return np.full(residuals.size, 1e150)
 
     scale = np.where(first != 0, np.abs(first), 1.0)
@@ -282,64 +283,63 @@ def fit(
         safe, first, jac=lambda p: computed(p)[1], bounds=(low, high), x_scale=scale, method="trf",
         xtol=1e-13, ftol=1e-13, gtol=1e-13, max_nfev=200,
     )  # fmt: skip
-    residuals, J, found = computed(solved.x)
+    residuals, J, fitted = computed(solved.x)
     if solved.status == 0:
         raise SimulationError(
-            f"The search did not end in {solved.nfev} steps; it stands at "
+            f"The search did not end in {solved.nfev} steps; it is at "
             f"{', '.join(f'{n} = {x:.6g}' for n, x in zip(names, solved.x, strict=True))}. Begin nearer: pass guesses, "
             "unknown={'m': 1.0}."
         )
     _check_rank(J, solved.x, names, size)
-    return _result(chosen, solved.x, residuals, J, found, measured, sigma, quantities, calls[0])
+    return _result(unknowns, solved.x, residuals, J, fitted, measured, sigma, quantities, calls[0])
 
 
 def _weighted(measured: Any, weights: Any) -> Iterator[Array]:
-    """All that was measured, over its standard deviation."""
+    """Measured values over their standard deviations."""
     for (_, columns), scales in zip(measured, weights, strict=True):
         for name, array in columns.items():
-            good = np.isfinite(array)
-            yield array[good] / scales[name][good]
+            finite = np.isfinite(array)
+            yield array[finite] / scales[name][finite]
 
 
 def _listed(unknown: Any) -> list[Any]:
+    """Unknowns as a list."""
     if isinstance(unknown, str) or not isinstance(unknown, Sequence):
         return [unknown]
     return list(unknown)
 
 
-def _name(model: Any, key: Any) -> str:
+def _name(model: Model, key: Any) -> str:
+    """Name of a quantity as text."""
     return model.names.text_of(key)
 
 
-def _given(chosen: Sequence[Any], guesses: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        one.name: guesses[one.name]
-        for one in chosen
-        if one.symbol is not None and guesses[one.name] is not None
-    }
+def _parameter_guesses(unknowns: Sequence[Any], guesses: Mapping[str, Any]) -> dict[str, Any]:
+    """First guesses of parameters, by name."""
+    return {x.name: guesses[x.name] for x in unknowns if x.symbol is not None and guesses[x.name] is not None}
 
 
 def _first(
-    one: Any, guesses: Mapping[str, Any], numbers: Mapping[str, float], starts: Any, model: Any
+    unknown: Any, guesses: Mapping[str, Any], numbers: Mapping[str, float], starts: Any, model: Model
 ) -> float:
-    """Where the search begins."""
-    given = guesses[one.name]
-    if given is None and one.symbol is None:
-        mine = [{_name(model, k): v for k, v in start.items()}.get(one.name) for start in starts]
-        given = next((x for x in mine if x is not None), 0.0)
-    if given is None:
-        return float(numbers[one.name])
-    return number(model, numbers, given, f"the guess of '{one.name}'")
+    """Value of an unknown at which the search begins."""
+    guess = guesses[unknown.name]
+    if guess is None and unknown.symbol is None:
+        initial = [{_name(model, k): v for k, v in start.items()}.get(unknown.name) for start in starts]
+        guess = next((x for x in initial if x is not None), 0.0)
+    if guess is None:
+        return float(numbers[unknown.name])
+    return number(model, numbers, guess, f"the guess of '{unknown.name}'")
 
 
-def _measured(model: Any, run: Any, begin: float) -> tuple[Array, dict[str, Array]]:
-    """Times, and quantities by name."""
+def _measured(model: Model, run: Any, begin: float) -> tuple[Array, dict[str, Array]]:
+    """Measured times, and measured quantities by name."""
     if hasattr(run, "data_vars"):
         columns = {str(k): np.asarray(v.values) for k, v in run.data_vars.items()}
         columns["time"] = np.asarray(run["time"].values)
     elif isinstance(run, Mapping):
         columns = {_name(model, k): v for k, v in run.items()}
-    elif hasattr(run, "columns"):  # a table of pandas, or one that is read as such
+    elif hasattr(run, "columns"):  # a table of pandas, or a similar one
         columns = {_name(model, k): run[k] for k in run.columns}
         index = getattr(run, "index", None)
         if getattr(index, "name", None) in ("time", "t"):
@@ -359,11 +359,13 @@ def _measured(model: Any, run: Any, begin: float) -> tuple[Array, dict[str, Arra
     try:
         for name, x in columns.items():
             if np.iscomplexobj(x):
-                raise SimulationError(f"Expected real numbers for the measured '{name}', got complex ones.")
+                raise SimulationError(
+                    f"Expected real numbers for the measured '{name}', got complex numbers."
+                )
             if np.asarray(x).dtype.kind in "mM":  # as numbers they would be nanoseconds
                 raise SimulationError(
-                    f"Expected numbers for the measured '{name}', got dates or durations. Seconds from the start are "
-                    "made by (t - t[0]) / np.timedelta64(1, 's')."
+                    f"Expected numbers for the measured '{name}', got dates or durations. Compute seconds from the "
+                    "start as (t - t[0]) / np.timedelta64(1, 's')."
                 )
             arrays[name] = np.array(x.astype(float) if hasattr(x, "astype") else x, dtype=float)
     except (TypeError, ValueError):
@@ -392,46 +394,47 @@ def _measured(model: Any, run: Any, begin: float) -> tuple[Array, dict[str, Arra
 
 
 def _weights(sigma: Any, quantities: list[str], measured: Any) -> list[dict[str, Array]]:
-    """Standard deviations of every measured number; 1 where they are to be estimated."""
+    """Standard deviations of all measured numbers, by quantity, for each measurement; 1 if they are estimated."""
     if sigma is not None and not isinstance(sigma, Mapping):
         raise SimulationError(
             f"Expected standard deviations by quantity, such as sigma={{'{quantities[0]}': 0.01}}, got {sigma!r}."
         )
-    given = dict(sigma or {})
-    for name in given:
+    deviations = dict(sigma or {})
+    for name in deviations:
         if name not in quantities:
             raise SimulationError(
                 f"Expected measured quantities in sigma, {', '.join(quantities)}; got '{name}'."
             )
-    if given and len(given) < len(quantities):
-        missing = [name for name in quantities if name not in given]
+    if deviations and len(deviations) < len(quantities):
+        missing = [name for name in quantities if name not in deviations]
         raise SimulationError(
             f"Expected sigma of all measured quantities or of none; that of {', '.join(missing)} is missing."
         )
-    if not given and len(quantities) > 1:
+    if not deviations and len(quantities) > 1:
         raise SimulationError(
-            f"Expected sigma= for several measured quantities ({', '.join(quantities)}): how much an error of one "
-            "counts against one of another. Pass their standard deviations, such as sigma={'theta': 0.01}."
+            f"Expected sigma= for several measured quantities ({', '.join(quantities)}): it weighs their errors "
+            "against each other. Pass their standard deviations, such as sigma={'theta': 0.01}."
         )
     result = []
     for times, columns in measured:
-        mine = {}
+        weights = {}
         for name in columns:
             try:
-                array = np.asarray(given.get(name, 1.0), dtype=float)
+                array = np.asarray(deviations.get(name, 1.0), dtype=float)
             except (TypeError, ValueError):
                 array = np.array(math.nan)
             if array.ndim and array.shape != times.shape or not (array > 0).all():
                 raise SimulationError(
                     f"Expected a standard deviation greater than 0 for '{name}', one number or {times.size}, got "
-                    f"{given[name]!r}."
+                    f"{deviations[name]!r}."
                 )
-            mine[name] = np.broadcast_to(array, times.shape)
-        result.append(mine)
+            weights[name] = np.broadcast_to(array, times.shape)
+        result.append(weights)
     return result
 
 
 def _bounds(bounds: Any, names: list[str], first: Array) -> tuple[Array, Array]:
+    """Least and greatest values of the unknowns."""
     low, high = np.full(len(names), -math.inf), np.full(len(names), math.inf)
     if bounds is not None and not isinstance(bounds, Mapping):
         raise SimulationError(f"Expected bounds by name, such as {{'{names[0]}': (0, 1)}}, got {bounds!r}.")
@@ -453,10 +456,10 @@ def _bounds(bounds: Any, names: list[str], first: Array) -> tuple[Array, Array]:
 
 
 def _check_rank(J: Array, p: Array, names: list[str], size: float) -> None:
-    """Refuse data that do not tell the unknowns apart.
+    """Raise if the data do not tell the unknowns apart; the message names the direction in which nothing changes.
 
-    Columns count relative to their parameters; a direction in which nothing changes is named. A column that is nothing
-    beside the ``size`` of what was measured is round-off, also where all are.
+    Columns are scaled by their parameters. A column that is negligible relative to the ``size`` of the measurement is
+    round-off, even if all columns are.
     """
     scale = np.where(p != 0, np.abs(p), 1.0)
     scaled = J * scale
@@ -469,8 +472,8 @@ def _check_rank(J: Array, p: Array, names: list[str], size: float) -> None:
     ]
     if idle or largest == 0:
         raise SimulationError(
-            f"The measured motion does not depend on {' and '.join(map(repr, idle or names))}: it can not be found "
-            "from these data. Leave it out of unknown, or measure something that it moves."
+            f"The measured motion does not depend on {' and '.join(map(repr, idle or names))}: it cannot be found "
+            "from these data. Leave it out of unknown, or measure a quantity that depends on it."
         )
     _, singular, V = np.linalg.svd(scaled / lengths, full_matrices=False)
     if singular[-1] <= INDISTINCT * singular[0]:
@@ -478,43 +481,44 @@ def _check_rank(J: Array, p: Array, names: list[str], size: float) -> None:
         direction /= np.abs(direction).max()
         if direction[np.abs(direction).argmax()] < 0:
             direction = -direction
-        moved = [
+        changes = [
             f"{name} by {100 * x:+.3g} %" if q != 0 else f"{name} by {x:+.3g}"
             for name, x, q in zip(names, direction / 100, p, strict=True)
             if abs(x) > 1e-7
         ]
         raise SimulationError(
-            f"The measured motion does not tell {', '.join(repr(m.split(' by ')[0]) for m in moved)} apart: changing "
-            f"{', '.join(moved)} together leaves it as it is. Give all but one of them in values=, or measure "
-            "something else, such as a force or a motion from another start."
+            f"The measured motion does not tell {', '.join(repr(m.split(' by ')[0]) for m in changes)} apart: changing "
+            f"{', '.join(changes)} together does not change it. Give all but one of them in values=, or measure "
+            "another quantity, such as a force, or a motion from other initial values."
         )
 
 
 def _result(
-    chosen: Sequence[Any], p: Array, residuals: Array, J: Array, found: list[Any], measured: Any,
+    unknowns: Sequence[Any], p: Array, residuals: Array, J: Array, motions: list[Any], measured: Any,
     sigma: Any, quantities: list[str], calls: int,
 ) -> Fit:  # fmt: skip
-    names = [one.name for one in chosen]
+    """The fit with its covariance and residuals."""
+    names = [unknown.name for unknown in unknowns]
     lengths = np.linalg.norm(J, axis=0)
     _, singular, V = np.linalg.svd(J / lengths, full_matrices=False)
     covariance = (V.T / singular**2) @ V / np.outer(lengths, lengths)
     spread: dict[str, Any] = dict(sigma or {})
     if not sigma:
-        free = residuals.size - len(names)
-        variance = float(residuals @ residuals) / free if free > 0 else math.nan
+        excess = residuals.size - len(names)
+        variance = float(residuals @ residuals) / excess if excess > 0 else math.nan
         covariance = covariance * variance
         spread = {quantities[0]: math.sqrt(variance)}
-    left: dict[str, list[Array]] = {name: [] for name in quantities}
-    for (times, columns), motion in zip(measured, found, strict=True):
+    differences: dict[str, list[Array]] = {name: [] for name in quantities}
+    for (times, columns), motion in zip(measured, motions, strict=True):
         places = np.searchsorted(motion.t, times)
         for name, numbers in columns.items():
-            left[name].append(numbers - motion[name][places])
+            differences[name].append(numbers - motion[name][places])
     return Fit(
         dict(zip(names, p.tolist(), strict=True)),
         dict(zip(names, np.sqrt(covariance.diagonal()).tolist(), strict=True)),
         covariance,
-        {name: np.concatenate(parts) for name, parts in left.items()},
+        {name: np.concatenate(parts) for name, parts in differences.items()},
         spread,
-        tuple(found),
+        tuple(motions),
         calls,
     )

@@ -31,29 +31,29 @@ def sweep(
     progress: bool | Callable[[float], Any] | None = None,
     **options: Any,
 ) -> xarray.Dataset:
-    """The motion of a machine at every combination of parameters and initial values.
+    """Simulate a machine at every combination of parameters and initial values.
 
     Parameters
     ----------
     s : System or Model
     vary : mapping of name to array
-        Values of parameters, and of coordinates and speeds at the start, each of shape (n_i,). The grid has
+        Values of parameters, and initial values of coordinates and speeds, each of shape (n_i,). The grid has
         n_1 × n_2 × ... runs.
     until : number, expression or text
         Time at which the runs end [s].
     outputs : name, expression, sequence or mapping of them, optional
         Quantities over time, "theta" or "L*sin(theta)", and single numbers of a whole run: "max(theta)", "min(theta)",
-        "range(theta)", "initial(theta)", "final(theta)", located to the accuracy of the run. All coordinates and
-        speeds if not given.
+        "range(theta)", "initial(theta)", "final(theta)", located to the accuracy of the run. By default all
+        coordinates and speeds.
     initial, values : mapping, optional
-        What is the same in all runs; expressions of parameters follow those that vary.
+        Values that are the same in all runs; expressions of parameters follow the parameters that vary.
     executor : concurrent.futures.Executor, optional
         Runs blocks of the grid: processes, or a cluster (``dask.distributed.Client(...).get_executor()``). Without it
         the processors of this machine share the grid.
     store : path, optional
-        netCDF file that takes the results as they come. A sweep that was stopped goes on where it was.
+        netCDF file for the results, written as runs end. A stopped sweep continues from it.
     progress : bool or function, optional
-        Whether to show a progress bar; see :func:`freebody.simulate`.
+        Show a progress bar; see :func:`freebody.simulate`.
     **options
         ``events``, ``times``, ``samples``, ``tolerance``, ``method``, ``threads``, ... of :func:`freebody.simulate`.
 
@@ -61,12 +61,12 @@ def sweep(
     -------
     xarray.Dataset
         Dimensions by the names of ``vary`` (``theta_start`` for the initial value of ``theta``), then ``time`` and
-        ``event``. ``status`` tells how each run ended; one that fails is no error.
+        ``event``. ``status`` holds how each run ended; a run that fails raises no error.
 
     Raises
     ------
     SimulationError
-        Unknown names, arrays of more than one axis, and what :func:`freebody.simulate` refuses.
+        If a name is unknown, or an array has more than one axis; also as :func:`freebody.simulate`.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def sweep(
             text = key if isinstance(key, str) else model.names.texts.get(key, str(key))
             if text == name:
                 where = "values" if kind == 0 else "initial"
-                raise SimulationError(f"'{name}' stands in vary= and in {where}=. Leave one out.")
+                raise SimulationError(f"'{name}' is in vary= and in {where}=. Leave one out.")
         lanes[kind][name] = entries.reshape(-1)
     data = simulate_batch(
         s, until, values=lanes[0], initial=lanes[1], outputs=outputs, store=store, progress=progress,
@@ -102,30 +102,30 @@ def sweep(
 
 
 def _axes(model: Any, vary: Any) -> list[tuple[str, int, np.ndarray]]:
-    """(name, 0 of a parameter or 1 of an initial value, numbers) of each axis of the grid."""
+    """(name, 0 for a parameter or 1 for an initial value, numbers) of each axis of the grid."""
     if not isinstance(vary, Mapping) or not vary:
         raise SimulationError(f"Expected vary= by name, such as {{'m': [1, 2, 3]}}, got {vary!r}.")
     parameters = [parameter.name for parameter in model.parameters]
     starts = [*model.coordinate_names, *model.speed_names]
     texts = {**model.names.texts, **{p.symbol: p.name for p in model.parameters}}
     axes = []
-    for key, given in vary.items():
+    for key, numbers in vary.items():
         name = key if isinstance(key, str) else texts.get(key, str(key))
         if name not in parameters and name not in starts:
             raise SimulationError(f"Unknown name '{name}' in vary; {nearest(name, [*parameters, *starts])}")
         try:
-            array = np.array(numbers_in(model, given, name, f"values of '{name}' in vary"), dtype=float)
+            array = np.array(numbers_in(model, numbers, name, f"values of '{name}' in vary"), dtype=float)
         except (TypeError, ValueError):
-            raise SimulationError(f"Expected numbers for '{name}' in vary, got {given!r}.") from None
+            raise SimulationError(f"Expected numbers for '{name}' in vary, got {numbers!r}.") from None
         if array.ndim != 1 or not array.size:
             raise SimulationError(
-                f"Expected a list of at least one number for '{name}' in vary, got {given!r}. Write "
-                f"vary={{'{name}': [1, 2, 3]}}; what has one value goes into values= or initial=."
+                f"Expected a list of at least one number for '{name}' in vary, got {numbers!r}. Write "
+                f"vary={{'{name}': [1, 2, 3]}}; a name with one value belongs in values= or initial=."
             )
         if not np.isfinite(array).all():
-            raise SimulationError(f"Expected finite numbers for '{name}' in vary, got {given!r}.")
+            raise SimulationError(f"Expected finite numbers for '{name}' in vary, got {numbers!r}.")
         if len(set(array.tolist())) < array.size:
-            raise SimulationError(f"Expected different numbers for '{name}' in vary, got {given!r}.")
+            raise SimulationError(f"Expected different numbers for '{name}' in vary, got {numbers!r}.")
         axes.append((name, int(name not in parameters), array))
     if math.prod(array.size for *_, array in axes) > 1 << 40:
         raise SimulationError(
@@ -135,7 +135,7 @@ def _axes(model: Any, vary: Any) -> list[tuple[str, int, np.ndarray]]:
 
 
 def _shaped(data: Any, axes: list[tuple[str, int, np.ndarray]], shape: tuple[int, ...]) -> Any:
-    """The dataset with the axes of the grid in place of the lanes."""
+    """Return the dataset with the axes of the grid in place of the lanes."""
     import xarray
 
     names = [name if kind == 0 else f"{name}_start" for name, kind, _ in axes]

@@ -200,7 +200,7 @@ def test_about_a_part_of_a_steady_motion(freebody) -> None:  # type: ignore[no-u
     assert about["psi'"] == pytest.approx(
         min(one["values"]["psi'"] for one in data["steady_motions"]["states"])
     )
-    assert "What --about leaves open is that of the steady motion." in data["notes"]["linear_model"]
+    assert "The steady motion gives the values that --about does not." in data["notes"]["linear_model"]
 
 
 # --- what does not exist ---
@@ -279,7 +279,7 @@ def test_patience() -> None:
     found = analysis(system, patience=1e-9)
     for key in ("equations", "integrals", "steady_motions"):
         assert found.sections[key].notes == [
-            "Not found in 1e-09 s: in symbols this machine is large. Allow more with --patience."
+            "Not found in 1e-09 s: the symbolic answer is large. Allow more time with --patience."
         ]
     # what needs no symbols is there all the same
     assert len(found.data()["modes"]) == 2

@@ -231,7 +231,7 @@ REFUSALS = {
     "two values": (("run", "MODEL", "--set", "L=2", "--set", "L=3"), "--set L: expected one value, got 2 and 3."),
     "too great": (("run", "MODEL", "--until", "1e400"), "Expected a finite number for a value, got 10000000000000000000…, 401 characters."),
     "report of another kind": (("report", "MODEL", "-o", "page.pdf"), "Expected a file name that ends in .html for a report, got 'page.pdf'."),
-    "scale without time": (("draw", "MODEL", "--body", "bar", "--mode", "scale"), "--mode scale: arrows to scale are those of a time; add it as --at 0.5."),
+    "scale without time": (("draw", "MODEL", "--body", "bar", "--mode", "scale"), "--mode scale: arrows to scale need a time of the motion; add it as --at 0.5."),
     "no model": (("run",), "Missing argument 'MODEL'"),
 }  # fmt: skip
 

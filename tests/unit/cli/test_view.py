@@ -109,7 +109,7 @@ def test_sliders_are_those_that_move_something_and_say_what_they_follow():
     """Two parameters of the gyroscope stand in the start alone, and two in questions about it: those have no slider."""
     live = machine("gyroscope", ())
     sliders = {x["name"]: x for x in live.machine()["sliders"]}
-    rest = live._seen.states
+    rest = live._trajectory.states
     assert sliders["theta"]["follows"] == ["theta_0"] and sliders["phi'"]["follows"] == ["Omega_zeta"]
     assert "theta_low" not in sliders and "t_1" not in sliders
     for name, slider in sliders.items():
@@ -120,7 +120,7 @@ def test_sliders_are_those_that_move_something_and_say_what_they_follow():
             else None
         )
         if answer is not None:
-            states = live._seen.states
+            states = live._trajectory.states
             assert states.shape != rest.shape or (states != rest).any(), name
     assert live.motion({"theta_0": 0.5}, {}, 0.01)["start"]["theta"] == 0.5
 

@@ -90,7 +90,7 @@ def test_parameters_that_the_motion_does_not_tell_apart_are_named() -> None:
     s = pendulum()
     with pytest.raises(SimulationError, match="does not tell 'm', 'I' apart: .*m by .*1 %, I by .*1 %"):
         fb.fit(s, measured(), ["m", "I"], initial={"theta": 0.8})
-    with pytest.raises(SimulationError, match="does not depend on 'm': it can not be found"):
+    with pytest.raises(SimulationError, match="does not depend on 'm': it cannot be found"):
         t = fb.System("falling")
         m = t.parameters(m=1.0)
         t.gravity = (0, 0, -9.81)
@@ -141,13 +141,13 @@ def free_pendulum():
 @pytest.mark.parametrize(
     ("unknown", "more", "message"),
     [
-        ({"m": 1.2}, {}, "The measured motion does not depend on 'm': it can not be found"),
+        ({"m": 1.2}, {}, "The measured motion does not depend on 'm': it cannot be found"),
         (
             {"L": 1.5},
             {"values": {"L": 2}},
-            "'L' is unknown, with a first guess, and known, in values= as well.",
+            "'L' has a first guess in unknown= and a value in values=.",
         ),
-        ({"theta": 1.1}, {}, "'theta' is unknown, with a first guess, and known, in initial= as well."),
+        ({"theta": 1.1}, {}, "'theta' has a first guess in unknown= and a value in initial=."),
         (
             {"L": 1.5},
             {"sigma": 0.01},
@@ -168,7 +168,7 @@ def test_complex_measurements_are_refused():
     s, data = free_pendulum()
     with pytest.raises(fb.errors.SimulationError) as caught:
         fb.fit(s, {**data, "theta": data["theta"] + 0j}, {"L": 1.5}, initial={"theta": 1})
-    assert "Expected real numbers for the measured 'theta', got complex ones." in str(caught.value)
+    assert "Expected real numbers for the measured 'theta', got complex numbers." in str(caught.value)
 
 
 def test_tables_of_pandas():
@@ -217,7 +217,7 @@ def test_tables_that_say_too_little():
     )
     lasting = table.assign(time=pandas.to_timedelta(table["time"], unit="s"))
     refused(
-        lasting, "Expected numbers for the measured 'time', got dates or durations. Seconds from the start"
+        lasting, "Expected numbers for the measured 'time', got dates or durations. Compute seconds from the start"
     )
     refused(lasting.set_index("time"), "'time', got dates or durations")
     refused(table["theta"], "Expected measured data by name")

@@ -71,15 +71,15 @@ def test_other_executors_give_the_same(tmp_path) -> None:
     [
         ({}, {}, "Expected vary= by name"),
         ({"thet": [1, 2]}, {}, "Unknown name 'thet' in vary; did you mean 'theta'"),
-        ({"L": [1, 2]}, {"values": {"L": 1}}, "'L' stands in vary= and in values="),
-        ({"theta": [1, 2]}, {"initial": {"theta": 1}}, "'theta' stands in vary= and in initial="),
+        ({"L": [1, 2]}, {"values": {"L": 1}}, "'L' is in vary= and in values="),
+        ({"theta": [1, 2]}, {"initial": {"theta": 1}}, "'theta' is in vary= and in initial="),
         ({"L": []}, {}, "at least one number for 'L'"),
         ({"L": 2}, {}, r"at least one number for 'L' in vary, got 2. Write"),
         ({"L": [1, 1]}, {}, "Expected different numbers for 'L'"),
         ({"L": ["a"]}, {}, "Expected an array of numbers for the values of 'L' in vary, got .*'a'"),
         ({"L": [None, {}]}, {}, "Expected numbers for 'L'"),
         ({"L": [1, float("inf")]}, {}, "Expected finite numbers for 'L'"),
-        ({"L": [1, 2]}, {"values": {"L": 3}}, "'L' stands in vary= and in values="),
+        ({"L": [1, 2]}, {"values": {"L": 3}}, "'L' is in vary= and in values="),
         ({"L": [1, 2]}, {"executor": 3}, r"Expected an executor with submit\(\)"),
     ],
 )

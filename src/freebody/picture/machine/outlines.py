@@ -61,14 +61,7 @@ def outlines(
     if kind == "box":
         return _box(page, piece, view, A, style)
     if kind == "ellipsoid":
-        M = scale * view.matrix @ A * np.array([d["a"], d["b"], d["c"]])
-        silhouette = _ellipse(middle, M)
-        equator = page([(d["a"] * math.cos(t), d["b"] * math.sin(t), 0.0) for t in _turns()])
-        lines = [Line(silhouette, style, True)]
-        near = np.array([_depth(A, view, d, t) >= 0 for t in _turns()])
-        if near.sum() < 2 or view.planar:
-            return lines
-        return [*lines, Line(_unbroken(equator, near), Style(INK, 0.7))]
+        return _ellipsoid(page, d, view, A, scale, style)
     if kind in ("cylinder", "tube"):
         r, half = d["outer" if kind == "tube" else "radius"], d["length"] / 2
         ends = [page(_circle(r, z)) for z in (-half, half)]
@@ -129,6 +122,16 @@ def _turns(n: int = 60) -> Array:
 def _circle(r: float, z: float) -> Array:
     t = _turns()
     return np.column_stack([r * np.cos(t), r * np.sin(t), np.full_like(t, z)])
+
+
+def _ellipsoid(page: Any, d: Any, view: View, A: Array, scale: float, style: Style) -> list[Any]:
+    M = scale * view.matrix @ A * np.array([d["a"], d["b"], d["c"]])
+    lines = [Line(_ellipse(page((0.0, 0.0, 0.0)), M), style, True)]
+    near = np.array([_depth(A, view, d, t) >= 0 for t in _turns()])
+    if near.sum() < 2 or view.planar:
+        return lines
+    equator = page([(d["a"] * math.cos(t), d["b"] * math.sin(t), 0.0) for t in _turns()])
+    return [*lines, Line(_unbroken(equator, near), Style(INK, 0.7))]
 
 
 def _ellipse(middle: Array, M: Array) -> Array:

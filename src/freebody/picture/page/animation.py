@@ -1,13 +1,12 @@
 """A motion as the data of a page: bodies as primitives, keyframes, arrows, quantities over time.
 
-Numbers are 32-bit floats in base64, all at the same moments (see :mod:`freebody.picture.moving.keyframes`).
+Numbers are 32-bit floats in base64, all at the same keyframes (see :mod:`freebody.picture.moving.keyframes`).
 """
 
 from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,12 +14,15 @@ from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
 from ...describe.contact_shapes import kind_of
+from ...describe.frame import Point
 from ...describe.loads.load import Damper, Spring
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ...model.closure import Closure
 from ...model.model import Model
 from ...motion.trajectory.trajectory import quaternions
+from ...scalar.algebra import Vector
+from ...space.quaternion import matrix_from_quaternion
 from ..machine.shapes import ROD, Primitive, axes_along, machine_size, rod, ropes_of, shapes
 from ..moving.forces import Arrow
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes
@@ -34,33 +36,33 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 THIN = 0.012
-"""Half the thickness that disks and plates without one are drawn with, in parts of the size of the machine."""
+"""Half the thickness of disks and plates without one of their own, relative to the size of the machine."""
 
 SOLIDS = ("#7fa9d1", "#e0a35f", "#74b897", "#c690b5", "#d6c05a", "#8cc4e4")
-"""Of bodies: the hues of their pale fills in drawings, dark enough to be shaded on white."""
+"""Colours of bodies: the hues of their pale fills in drawings, dark enough to be shaded on white."""
 
 ROUND = 1e-10
-"""Forces, and moments at an arm of the machine's size, below this part of the largest are round-off of others."""
+"""Forces (and moments over the size of the machine) below this fraction of the largest are round-off."""
 
 
 def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str, Any]:
-    """Everything that the player of a page needs, as plain data.
+    """Return everything that the player of a page needs, as plain data.
 
     Parameters
     ----------
     trajectory : Trajectory
     tolerance : float
-        Of the interpolation between keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
+        Tolerance of the interpolation between keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
 
     Returns
     -------
     dict
-        As JSON can hold it.
+        Data that JSON can hold.
 
     Raises
     ------
     SimulationError
-        A machine without bodies, of which there is nothing to see.
+        If the machine has no bodies, or the tolerance is not between 0 and 1.
     """
     model = trajectory.kernels.model
     if not model.bodies:
@@ -93,13 +95,13 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
         "cones": [
             {"body": i, "apex": _apex(model, state, name)}
             for i, name in enumerate(names)
-            if _wanders(keys.spin[:, i])
+            if _draws_cone(keys.spin[:, i])
         ],
     }
 
 
 def _view(model: Model, state: State, keys: Keyframes) -> tuple[Array, Array]:
-    """(the direction that is up, that toward the eye): a planar motion is seen at right angles to its plane."""
+    """(upward direction, direction toward the eye): a planar motion is seen perpendicular to its plane."""
     g = np.array([float(state(c)) for c in model.gravity])
     up = -g / np.linalg.norm(g) if np.any(g) else np.array([0.0, 0.0, 1.0])
     moved = np.ptp(keys.position, axis=0).max(axis=0, initial=0.0)
@@ -120,8 +122,8 @@ def _view(model: Model, state: State, keys: Keyframes) -> tuple[Array, Array]:
     return up, toward / np.linalg.norm(toward)
 
 
-def _wanders(spin: Array) -> bool:
-    """Whether the direction of an angular velocity changes, so that it draws a cone."""
+def _draws_cone(spin: Array) -> bool:
+    """True if the direction of an angular velocity changes, so that it draws a cone."""
     length = np.linalg.norm(spin, axis=1)
     if not length.max(initial=0.0) > 0:
         return False
@@ -131,8 +133,7 @@ def _wanders(spin: Array) -> bool:
 
 
 def _apex(model: Model, state: State, body: str) -> list[float]:
-    """Where the cones of a body have their tip, in body axes: the point that a joint to the ground holds, or else its
-    mass centre."""
+    """Tip of the cones of a body, in body axes: the point that a joint fixes in the ground, or the mass centre."""
     for joint in model.joints.values():
         if joint.child == body and joint.parent == "ground" and joint.type in ("ball", "gimbal", "universal"):
             return _numbers(state, joint.to)
@@ -145,13 +146,14 @@ def _apex(model: Model, state: State, body: str) -> list[float]:
 def _bodies(
     model: Model, state: State, trajectory: Trajectory, keys: Keyframes, size: float
 ) -> list[dict[str, Any]]:
-    found = shapes(model, trajectory.values, size)
+    """Bodies with their parts and their motion."""
+    pieces_of = shapes(model, trajectory.values, size)
     pins = _pins(model, state, size)
     result = []
     for i, (name, place) in enumerate(model.bodies.items()):
         shape = place.properties.shape if place.properties is not None else None
         color = _rgb((shape.color if shape is not None else None) or SOLIDS[i % len(SOLIDS)])
-        pieces = [piece for piece in found[name] if not piece.hole]
+        pieces = [piece for piece in pieces_of[name] if not piece.hole]
         result.append(
             {
                 "name": name,
@@ -167,55 +169,52 @@ def _bodies(
 
 
 def part(piece: Primitive, size: float) -> dict[str, Any]:
-    """A piece of a body as the page draws it: a box, a profile turned about z, an ellipsoid, or triangles."""
-    d, k, thin = piece.dimensions, piece.kind, THIN * size
-    where = {
+    """Return a piece of a body as the page draws it: a box, a profile turned about z, an ellipsoid, or triangles."""
+    d, kind, thin = piece.dimensions, piece.kind, THIN * size
+    pose = {
         "at": [float(x) for x in piece.center],
         "turn": quaternions(np.asarray(piece.axes, dtype=float)[None])[0].tolist(),
     }
-    if k == "mesh":
+    if kind == "mesh":
         faces = np.ascontiguousarray(d["faces"], dtype="<u4").tobytes()
         return {
             "kind": "mesh",
             "vertices": base64_floats(d["vertices"]),
             "faces": base64.b64encode(faces).decode("ascii"),
-            **where,
+            **pose,
         }
-    if k in ("particle", "sphere", "spherical_shell"):
-        return {"kind": "ellipsoid", "radii": [d["radius"]] * 3, **where}
-    if k == "ellipsoid":
-        return {"kind": "ellipsoid", "radii": [d["a"], d["b"], d["c"]], **where}
-    if k == "box":
-        return {"kind": "box", "size": [d["x"], d["y"], d["z"]], **where}
-    if k == "plate":
-        return {"kind": "box", "size": [d["a"], d["b"], 2 * thin], **where}
-    if k == "cone":
+    if kind in ("particle", "sphere", "spherical_shell"):
+        return {"kind": "ellipsoid", "radii": [d["radius"]] * 3, **pose}
+    if kind == "ellipsoid":
+        return {"kind": "ellipsoid", "radii": [d["a"], d["b"], d["c"]], **pose}
+    if kind == "box":
+        return {"kind": "box", "size": [d["x"], d["y"], d["z"]], **pose}
+    if kind == "plate":
+        return {"kind": "box", "size": [d["a"], d["b"], 2 * thin], **pose}
+    if kind == "cone":
         r, h = d["radius"], d["height"]
         profile = [(0, -h / 4), (r, -h / 4), (0, 3 * h / 4)]
-    elif k == "torus":
+    elif kind == "torus":
         profile = _circle(d["major"], d["minor"])
-    elif k == "ring":
+    elif kind == "ring":
         profile = _circle(d["radius"], min(1.5 * thin, d["radius"] / 4))
-    elif k == "tube":
+    elif kind == "tube":
         a, b, h = d["inner"], d["outer"], d["length"] / 2
         profile = [(a, -h), (b, -h), (b, h), (a, h), (a, -h)]
-    elif k == "revolved":
+    elif kind == "revolved":
         line = np.asarray(d["profile"], dtype=float)
         outer = [(float(row[1]), float(row[0])) for row in line]
         inner = [(float(row[2]) if len(row) > 2 else 0.0, float(row[0])) for row in line]
         profile = [inner[0], *outer, *inner[::-1]]
     else:
-        r, h = {
-            "disk": lambda: (d["radius"], thin),
-            "cylinder": lambda: (d["radius"], d["length"] / 2),
-            "slender_bar": lambda: (1.6 * ROD * size, d["length"] / 2),
-            "rod": lambda: (d["radius"], d["length"] / 2),
-        }[k]()
+        r = 1.6 * ROD * size if kind == "slender_bar" else d["radius"]
+        h = thin if kind == "disk" else d["length"] / 2
         profile = [(0, -h), (r, -h), (r, h), (0, h)]
-    return {"kind": "lathe", "profile": [[float(r), float(z)] for r, z in profile], **where}
+    return {"kind": "lathe", "profile": [[float(r), float(z)] for r, z in profile], **pose}
 
 
 def _circle(major: float, minor: float) -> list[tuple[float, float]]:
+    """Profile of a torus."""
     turn = 2 * math.pi * np.arange(25) / 24
     points = [(major + minor * math.cos(a), minor * math.sin(a)) for a in turn]
     return [*points[:-1], points[0]]
@@ -226,7 +225,7 @@ STEEL = [0.62, 0.64, 0.67]
 
 
 def _pins(model: Model, state: State, size: float) -> dict[str, list[dict[str, Any]]]:
-    """What shows a joint on its child: a pin along the axis of a hinge, a ball."""
+    """Parts that show joints on their children: a pin along the axis of a hinge, a ball for joints about a point."""
     result: dict[str, list[dict[str, Any]]] = {}
     for joint in model.joints.values():
         links = [model.links[i] for i in joint.links]
@@ -235,21 +234,22 @@ def _pins(model: Model, state: State, size: float) -> dict[str, list[dict[str, A
             axis = np.array(_numbers(state, links[0].axis))
             result.setdefault(joint.child, []).append(_pin(at, axis, size))
         elif joint.type in ("ball", "gimbal", "universal"):
-            result.setdefault(joint.child, []).append(
-                {"kind": "ellipsoid", "radii": [0.025 * size] * 3, "at": at, "color": INK}
-            )
-    for held in model.constraints.values():
-        if isinstance(held, Closure) and held.type in ("hinge", "ball", "gimbal", "universal"):
-            at = _numbers(state, held.to)
-            ball = {"kind": "ellipsoid", "radii": [0.025 * size] * 3, "at": at, "color": INK}
-            if held.type == "hinge" and held.square:
-                ball = _pin(at, np.array(_numbers(state, held.square[0][2])), size)
-            result.setdefault(held.child.name, []).append(ball)
+            result.setdefault(joint.child, []).append(_ball(at, 0.025 * size, INK))
+    for closure in model.constraints.values():
+        if isinstance(closure, Closure) and closure.type in ("hinge", "ball", "gimbal", "universal"):
+            at = _numbers(state, closure.to)
+            symbol = _ball(at, 0.025 * size, INK)
+            if closure.type == "hinge" and closure.square:
+                symbol = _pin(at, np.array(_numbers(state, closure.square[0][2])), size)
+            result.setdefault(closure.child.name, []).append(symbol)
     return {name: parts for name, parts in result.items() if name in model.bodies}
 
 
-def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
+def _ball(at: list[float], radius: float, color: list[float]) -> dict[str, Any]:
+    return {"kind": "ellipsoid", "radii": [radius] * 3, "at": at, "color": color}
 
+
+def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
     r, h = 0.018 * size, 0.035 * size
     turn = quaternions(axes_along(axis)[None])[0].tolist()
     return {
@@ -262,7 +262,7 @@ def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
 
 
 def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> dict[str, Any]:
-    """Supports of the joints to the ground, the guides of its sliders, and the plane that wheels roll on."""
+    """Supports of joints on the ground, guides of sliders, surfaces of contacts, and planes that wheels roll on."""
     parts: list[dict[str, Any]] = []
     for joint in model.joints.values():
         if joint.parent != "ground" or joint.type in ("free", "planar"):
@@ -275,31 +275,19 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
             body = list(model.bodies).index(joint.child)
             reach = (keys.position[:, body] - at) @ axis
             low, high = min(0.0, float(reach.min())) - 0.2 * size, max(0.0, float(reach.max())) + 0.2 * size
-
-            parts.append(
-                {**part(rod(at + low * axis, at + high * axis, 0.6 * ROD * size), size), "color": STEEL}
-            )
+            guide = rod(at + low * axis, at + high * axis, 0.6 * ROD * size)
+            parts.append({**part(guide, size), "color": STEEL})
         else:
-            parts.append(
-                {"kind": "ellipsoid", "radii": [0.022 * size] * 3, "at": at.tolist(), "color": STEEL}
-            )
-    for held in model.constraints.values():
-        for body, point in _fixed_ends(held):
-            if body.is_ground:
-                parts.append(
-                    {
-                        "kind": "ellipsoid",
-                        "radii": [0.022 * size] * 3,
-                        "at": _numbers(state, point),
-                        "color": STEEL,
-                    }
-                )
+            parts.append(_ball(at.tolist(), 0.022 * size, STEEL))
     planes: list[dict[str, Any]] = []
-    for held in model.constraints.values():
-        if isinstance(held, Rolling):
-            planes.append(
-                {"at": _numbers(state, held.plane.components), "normal": _numbers(state, held.normal[1])}
-            )
+    for constraint in model.constraints.values():
+        if isinstance(constraint, Closure):
+            for end, point in ((constraint.parent, constraint.at), (constraint.child, constraint.to)):
+                if end.is_ground:
+                    parts.append(_ball(_numbers(state, point), 0.022 * size, STEEL))
+        elif isinstance(constraint, Rolling):
+            origin, normal = constraint.plane.components, constraint.normal[1]
+            planes.append({"at": _numbers(state, origin), "normal": _numbers(state, normal)})
     surfaces: list[Any] = []
     for contact in model.contacts:
         for shape in (contact.feature, contact.surface):
@@ -310,21 +298,15 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
             planes.append({"at": _numbers(state, shape.at), "normal": _numbers(state, shape.normal)})
         else:
             reach = (float(keys.position[:, :, 0].min()) - size, float(keys.position[:, :, 0].max()) + size)
-            for one in surface_parts(state, shape, reach, size):
-                parts.append({**(one if isinstance(one, dict) else part(one, size)), "color": STEEL})
+            for piece in surface_parts(state, shape, reach, size):
+                parts.append({**(piece if isinstance(piece, dict) else part(piece, size)), "color": STEEL})
     return {"parts": parts, "planes": distinct(planes, size)}
 
 
-def _fixed_ends(held: Any) -> Iterable[tuple[Any, Any]]:
-    if isinstance(held, Closure):
-        yield held.parent, held.at
-        yield held.child, held.to
-
-
 def _lines(model: Model, state: State, names: list[str], size: float) -> list[dict[str, Any]]:
-    """Springs, dampers and ropes, between points of bodies (-1 is the ground)."""
+    """Springs, dampers and ropes, between points of bodies (number -1 is the ground)."""
 
-    def end(point: Any) -> list[Any]:
+    def end(point: Point) -> list[Any]:
         body = -1 if point.body.is_ground else names.index(point.body.name)
         return [body, _numbers(state, point.components)]
 
@@ -342,6 +324,7 @@ def _lines(model: Model, state: State, names: list[str], size: float) -> list[di
 
 
 def _arrow(arrow: Arrow, state: State, keys: Keyframes, names: list[str]) -> dict[str, Any]:
+    """An arrow with its label, its colour, and the path of its point if that is not fixed in the body."""
     body = names.index(arrow.body) if arrow.body in names else -1
     result = {
         "name": arrow.name,
@@ -356,9 +339,7 @@ def _arrow(arrow: Arrow, state: State, keys: Keyframes, names: list[str]) -> dic
     if arrow.contact is not None and keys.touched is not None:
         result["path"] = base64_floats(keys.touched.place[:, arrow.contact])
     wheel = arrow.wheel
-    if wheel is not None:  # it touches the plane at c - r (n - (n·a) a) / |...|
-        from ...space.quaternion import matrix_from_quaternion
-
+    if wheel is not None:  # it touches the plane at c - r (n - (n·a) a) / |n - (n·a) a|
         R = np.array([matrix_from_quaternion(tuple(q)) for q in keys.quaternion[:, body]], dtype=float)
         n = np.array(_numbers(state, wheel.normal[1]))
         down = np.broadcast_to(n, (len(R), 3))
@@ -372,14 +353,14 @@ def _arrow(arrow: Arrow, state: State, keys: Keyframes, names: list[str]) -> dic
 
 
 def _acting(keys: Keyframes, size: float) -> set[str]:
-    """Keys of the forces and moments that are more than the round-off of the others."""
+    """Keys of the forces and moments that are more than round-off."""
     greatest = {arrow.key: float(np.abs(keys.vectors[arrow.key]).max(initial=0.0)) for arrow in keys.arrows}
     arms = {arrow.key: 1.0 if arrow.kind == "force" else size for arrow in keys.arrows}
     largest = max((greatest[key] / arm for key, arm in arms.items()), default=0.0)
     return {key for key, arm in arms.items() if greatest[key] > ROUND * largest * arm}
 
 
-def _numbers(state: State, vector: Any) -> list[float]:
+def _numbers(state: State, vector: Vector) -> list[float]:
     return [float(state(x)) for x in vector]
 
 

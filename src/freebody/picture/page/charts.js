@@ -1,10 +1,11 @@
 "use strict";
-// Quantities over time as SVG, with a cursor that goes with the animation; a click or a drag moves the time.
+// Quantities over time as SVG, with a cursor at the time of the animation; a click or a drag moves the time.
 
 const COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8a6d00", "#3b8ea5"];
 const DASHES = ["", "7 3", "2 3", "9 3 2 3", "12 4", "4 2"];
 const WIDTH = 720, HEIGHT = 230, LEFT = 62, RIGHT = 14, TOP = 26, BOTTOM = 34;
 
+// Draws a chart; returns a function that moves its cursor to the time of the motion.
 function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
   const svg = drawing("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "chart", role: "img" }, root);
   drawing("title", {}, svg, spec.title);
@@ -41,7 +42,7 @@ function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
   const unit = curves.every((curve) => curve.unit === curves[0].unit) && curves[0].unit;
   if (unit && unit !== "1") drawing("text", { x: 4, y: 15 }, svg, `[${unit}]`);
   const labels = curves.map((curve, i) => {
-    const ends = [0, ...breaks, motion.t.length]; // no line through a jump
+    const ends = [0, ...breaks, motion.t.length]; // no line runs through a jump
     for (let n = 0; n + 1 < ends.length; n++) {
       const d = [];
       for (let k = ends[n]; k < ends[n + 1]; k++)
@@ -83,7 +84,7 @@ function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
   };
 }
 
-// The charts of a page, each drawn when it is opened; their cursors go with the player.
+// Draws each chart of a page when it is opened, with its cursor at the time of the player.
 function plots(root, scene, shown) {
   const units = Object.fromEntries(Object.entries(scene.channels).map(([key, { unit }]) => [key, unit]));
   const seek = (time) => {
@@ -113,7 +114,7 @@ function drawing(tag, attributes, parent, text = "") {
   return result;
 }
 
-// Round numbers between two, about ``count`` of them.
+// About ``count`` round numbers between two numbers.
 function ticks(low, high, count) {
   const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((k) => k * power >= rough), result = [];
@@ -121,7 +122,7 @@ function ticks(low, high, count) {
   return result;
 }
 
-// A tick without the noise of its last digits.
+// Text of a tick, without round-off in its last digits.
 function number(x) {
   const size = Math.abs(x);
   return size !== 0 && (size < 1e-3 || size >= 1e5) ? x.toExponential(1) : String(Number(x.toPrecision(6)));

@@ -1,5 +1,5 @@
 "use strict";
-// Vectors are arrays of three numbers, quaternions [w, x, y, z], matrices 16 numbers by columns (as WebGL takes them).
+// Vectors are arrays of three numbers, quaternions [w, x, y, z], matrices 16 numbers by columns (as in WebGL).
 
 const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 const subtract = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -14,13 +14,13 @@ function unit(a) {
   return l > 0 ? scale(1 / l, a) : [0, 0, 1];
 }
 
-// A unit vector at right angles to another.
+// A unit vector perpendicular to another.
 function across(n) {
   const least = [0, 1, 2].reduce((i, j) => (Math.abs(n[j]) < Math.abs(n[i]) ? j : i), 0);
   return unit(cross(n, [0, 1, 2].map((i) => (i === least ? 1 : 0))));
 }
 
-// Rotation by the quaternion q and displacement by p, with a size along each axis.
+// Matrix of a rotation by the quaternion q and a displacement by p, with a scale along each axis.
 function placed(q, p, size = [1, 1, 1]) {
   const [w, x, y, z] = q, [a, b, c] = size;
   return [
@@ -31,10 +31,10 @@ function placed(q, p, size = [1, 1, 1]) {
   ];
 }
 
-// Columns x, y, z and origin p as a matrix.
+// Matrix with the columns x, y, z and the origin p.
 const columns = (x, y, z, p) => [...x, 0, ...y, 0, ...z, 0, ...p, 1];
 
-// The z axis along a unit vector, sizes across and along it.
+// Matrix with the z axis along a unit vector, and scales across and along it.
 function along(n, p, wide, long) {
   const x = across(n), y = cross(n, x);
   return columns(scale(wide, x), scale(wide, y), scale(long, n), p);
@@ -59,7 +59,7 @@ const turned = (m, v) => [
   m[2] * v[0] + m[6] * v[1] + m[10] * v[2],
 ];
 
-// The quaternion of a rotation vector, and the product of two: the second rotation first.
+// Quaternion of a rotation vector; product of two quaternions, the rotation q before p.
 function turning(v) {
   const angle = length(v), k = angle > 1e-12 ? Math.sin(angle / 2) / angle : 0.5;
   return [Math.cos(angle / 2), k * v[0], k * v[1], k * v[2]];
@@ -72,7 +72,8 @@ const composed = (p, q) => [
   p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1],
 ];
 
-// From the quaternion a to b of a body that turns by the rotation vector v but for a rest, which is turned off evenly.
+// Quaternion at the fraction s of the way from a to b, for a body that turns by the rotation vector v; the remaining turn
+// to b is spread evenly.
 function between(a, b, v, s) {
   const [w, x, y, z] = composed(turning(v), a);
   const d = composed(b, [w, -x, -y, -z]), sine = Math.hypot(d[1], d[2], d[3]);
@@ -80,7 +81,7 @@ function between(a, b, v, s) {
   return composed(turning([k * d[1], k * d[2], k * d[3]]), composed(turning(scale(s, v)), a));
 }
 
-// What the eye sees: perspective of a camera at ``eye`` that looks at ``target``, with the picture's width / height.
+// Perspective of a camera at ``eye`` that looks at ``target``; ``aspect`` is width / height of the picture.
 function view(eye, target, up, angle, aspect, near, far) {
   const back = unit(subtract(eye, target));
   let right = cross(up, back);
@@ -94,7 +95,7 @@ function view(eye, target, up, angle, aspect, near, far) {
   return { matrix: product(frustum, look), right, top, back, eye };
 }
 
-// -- numbers that the page carries ------------------------------------------------------------------------
+// -- numbers in the data of the page -----------------------------------------------------------------------
 
 function bytes(text) {
   const raw = atob(text), result = new Uint8Array(raw.length);

@@ -1,14 +1,14 @@
 "use strict";
-// The live page: a slider that moves asks for a new motion, a text that is applied for a new machine. The server is the
-// one that the page came from, on this computer.
+// The live page: moving a slider requests a new motion, applying the text requests a new machine. The requests go to the
+// server that the page came from, on this computer.
 
 (function () {
   const machine = JSON.parse(document.getElementById("scene").textContent);
   const at = (id) => document.getElementById(id);
   let shown = null, state = { values: {}, initial: {}, until: machine.until }, busy = false, waiting = false, starts = {};
 
-  async function ask(what, data) {
-    const answer = await fetch(what, {
+  async function ask(address, data) {
+    const answer = await fetch(address, {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(data),
     });
     return answer.json();
@@ -17,12 +17,12 @@
     at("problem").hidden = !text;
     at("problem").textContent = text;
   }
-  // The new motion in the place of the old one, seen from where that was seen, at the time that it was at.
+  // Shows a new motion in place of the old one; with ``keep``, from the same eye and at the same time.
   function put({ scene, charts }, keep) {
     const old = shown && shown.state;
-    const kept = shown && shown.dispose();
+    const canvases = shown && shown.dispose();
     at("player").replaceChildren();
-    shown = player(at("player"), scene, { kept });
+    shown = player(at("player"), scene, { canvases });
     if (old && keep) shown.restore(old);
     const open = new Set([...at("charts").querySelectorAll("details[open] summary")].map((x) => x.textContent));
     at("charts").innerHTML = charts;
@@ -33,7 +33,7 @@
     window.freebody = shown;
     document.documentElement.dataset.motions = Number(document.documentElement.dataset.motions || 0) + 1;
   }
-  // One request at a time; what moved meanwhile goes with the next.
+  // Sends one request at a time; changes made meanwhile go with the next request.
   async function move() {
     if (busy) {
       waiting = true;
@@ -72,7 +72,7 @@
         if (!Number.isFinite(x)) return;
         if (group) state[group][name] = x;
         else state.until = x;
-        // what the model gives as an expression of this parameter follows it again
+        // initial values that the model gives as expressions of this parameter follow it again
         if (group === "values")
           for (const start in places) if (places[start].follows.includes(name)) delete state.initial[start];
         move();
@@ -88,7 +88,7 @@
     }
     starts = places;
   }
-  // Sliders of the start that were not moved themselves show what the model's expressions give.
+  // Shows the values of the model's expressions at the sliders of initial values that the user has not moved.
   function follow(start) {
     for (const name in starts)
       if (starts[name].follows.length && !(name in state.initial)) {
@@ -99,20 +99,22 @@
         range.value = box.value = x;
       }
   }
+  // Numbers the lines of the text, and marks a wrong line.
   function number(wrong = null) {
     const count = at("text").value.split("\n").length;
     at("lines").replaceChildren();
     for (let i = 1; i <= count; i++) element("span", i === wrong ? { class: "wrong" } : {}, at("lines"), `${i}\n`);
     at("lines").scrollTop = at("text").scrollTop;
   }
-  function all(given) {
-    document.title = at("name").textContent = given.name;
-    at("equations").innerHTML = given.equations;
-    at("text").value = given.text;
-    state = { values: {}, initial: {}, until: given.until };
-    sliders(given.sliders, given.until);
+  // Shows a machine.
+  function showMachine(data) {
+    document.title = at("name").textContent = data.name;
+    at("equations").innerHTML = data.equations;
+    at("text").value = data.text;
+    state = { values: {}, initial: {}, until: data.until };
+    sliders(data.sliders, data.until);
     number();
-    put(given, false);
+    put(data, false);
   }
   at("text").addEventListener("input", () => number());
   at("text").addEventListener("scroll", () => (at("lines").scrollTop = at("text").scrollTop));
@@ -120,11 +122,11 @@
     const answer = await ask("model", { text: at("text").value });
     say(answer.error || "");
     if (answer.error) number(answer.line);
-    else all(answer);
+    else showMachine(answer);
   });
   at("close").addEventListener("click", async () => {
     await ask("close", {});
-    say("Closed. This page can be closed, too.");
+    say("Closed. You can close this page, too.");
   });
-  all(machine);
+  showMachine(machine);
 })();

@@ -1,4 +1,4 @@
-"""A machine whose values are moved while it is looked at: each change gives a new motion, as the data of the page."""
+"""A machine whose values the user changes in the page: each change gives a new motion, as the data of the page."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from ...model.symbols import symbols_of
 from ...motion.simulate import simulate
 from ...symbolic.equations import Equations, equations
 from .animation import animation
-from .longest_phases import lasting
+from .longest_phases import longest_contact
 from .report import LARGEST, charts, formulas
 
 LENGTH = 10.0
-"""Of the run, where the model says none [s]."""
+"""Length of the run if the model gives none [s]."""
 
 STEPS = 200_000
 """Most steps of a run."""
 
 
 class Live:
-    """A machine with values, a start and the length of its run, all of which may change.
+    """A machine with values, initial values and a length of its run, all of which may change.
 
     Parameters
     ----------
     case : Case
-        The system, and the start and the length of its run.
+        The system, its initial values and the length of its run.
     text : str
-        The model file's text, which the page shows and changes.
+        Text of the model file, which the page shows and changes.
 
     Raises
     ------
     ModelError
-        What :func:`freebody.assemble` refuses.
+        As :func:`freebody.assemble`.
     """
 
     def __init__(self, case: Case, text: str = "") -> None:
@@ -57,7 +57,7 @@ class Live:
         self.values, self.until = values, until
 
     def machine(self) -> dict[str, Any]:
-        """What the page shows of the machine: its sliders, drawing, equations and first motion."""
+        """Return everything that the page shows of the machine: sliders, equations, text and first motion."""
         with self._lock:
             return self._machine()
 
@@ -73,12 +73,14 @@ class Live:
         }
 
     def motion(self, values: Mapping[str, Any], initial: Mapping[str, Any], until: Any) -> dict[str, Any]:
-        """The motion with other values and another start.
+        """Return the motion with other values and initial values.
 
         Parameters
         ----------
-        values, initial : mapping
-            Of parameters, coordinates and speeds by name, numbers.
+        values : mapping
+            Numbers for parameters, by name.
+        initial : mapping
+            Numbers for coordinates and speeds, by name.
         until : float
             Length of the run [s].
 
@@ -90,12 +92,12 @@ class Live:
         Raises
         ------
         FreebodyError
-            Unknown names, values that no machine can have, a run that fails.
+            If a name is unknown, the machine cannot have the values, or the run fails.
         """
         with self._lock:
-            known = (*self.model.coordinate_names, *self.model.speed_names)
+            names = (*self.model.coordinate_names, *self.model.speed_names)
             for name in initial:
-                if name not in known:
+                if name not in names:
                     raise SimulationError(f"Unknown coordinate or speed '{name}' of '{self.model.name}'.")
             values, initial = (
                 {name: _number(name, x) for name, x in group.items()} for group in (values, initial)
@@ -108,7 +110,7 @@ class Live:
             return self._motion({**self.values, **values}, initial, length)
 
     def change(self, text: str) -> dict[str, Any]:
-        """Another machine, from the text of a model file; the present one stays if the text is none."""
+        """Take the machine of a model file's text and return it as `machine` does; keep this one on an error."""
         from ...formats.toml.read import case_from_text
 
         with self._lock:
@@ -123,48 +125,49 @@ class Live:
     def _motion(
         self, values: Mapping[str, float], initial: Mapping[str, Any], until: float
     ) -> dict[str, Any]:
-        # the start that the model gives may hold parameters, and follows them until it is moved itself
+        # initial values of the model may be expressions of parameters; they follow these until the user moves them
         start = {**self.case.initial, **initial}
         trajectory = simulate(
             self.model, until, initial=start, near=self.case.near, values=values, max_steps=STEPS,
             tolerance=1e-8 if self.case.tolerance is None else self.case.tolerance,
         )  # fmt: skip
         scene = animation(trajectory)
-        self._seen = trajectory
+        self._trajectory = trajectory
         return {"scene": scene, "charts": charts(scene), "start": self._start(values)}
 
     def _sliders(self) -> list[dict[str, Any]]:
+        """Sliders of parameters, coordinates and speeds, with their values, ranges and units."""
         model, result = self.model, []
         about = about_of(self.case.system)
-        moving = self._moving()
+        relevant = self._relevant_parameters()
         for parameter in model.parameters:
-            if parameter.name not in moving:
+            if parameter.name not in relevant:
                 continue
             x = self.values[parameter.name]
             unit, text = about.get(parameter.name, ("", ""))
             low, high = (min(0.0, 2 * x), max(0.0, 2 * x)) if x else (-1.0, 1.0)
             result.append(_slider("values", parameter.name, x, low, high, unit, text))
         rest = dict(zip(model.coordinate_names, map(float, rest_coordinates(model)), strict=True))
-        given = self._start(self.values)
-        free = {c.name for c in model.coordinates if c.kind == "scalar"}
-        # of a machine with constraints only what the model gives can be moved: the rest follows
+        start = self._start(self.values)
+        scalars = {c.name for c in model.coordinates if c.kind == "scalar"}
+        # with constraints, only initial values that the model gives have sliders: all others follow from these
         for name in model.coordinate_names:
-            if name in free and (not model.constraints or name in given):
-                x = float(given.get(name, rest[name]))
+            if name in scalars and (not model.constraints or name in start):
+                x = float(start.get(name, rest[name]))
                 low, high = min(-math.pi, 2 * x), max(math.pi, 2 * x)
                 result.append(
                     _slider("initial", name, x, low, high, "", "at the start", self._followed(name))
                 )
         for name in model.speed_names:
-            if not model.constraints or name in given:
-                x = float(given.get(name, 0.0))
+            if not model.constraints or name in start:
+                x = float(start.get(name, 0.0))
                 reach = max(10.0, 2 * abs(x))
                 result.append(
                     _slider("initial", name, x, -reach, reach, "", "at the start", self._followed(name))
                 )
         return result
 
-    def _moving(self) -> set[str]:
+    def _relevant_parameters(self) -> set[str]:
         """Names of the parameters that the motion or the drawing depends on."""
         model, system = self.model, self.case.system
         solids = [body.mass_properties for body in system.bodies.values()]
@@ -175,13 +178,13 @@ class Live:
         return {symbol.name for symbol in symbols_of(parts)}
 
     def _followed(self, name: str) -> list[str]:
-        """Names of the parameters that a value of the start is an expression of."""
-        known = {parameter.name for parameter in self.model.parameters}
+        """Names of the parameters that an initial value depends on."""
+        parameters = {parameter.name for parameter in self.model.parameters}
         start = self.case.system.expression(self.case.initial.get(name, 0))
-        return sorted({symbol.name for symbol in symbols_of(start)} & known)
+        return sorted({symbol.name for symbol in symbols_of(start)} & parameters)
 
     def _start(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The start that the model gives, where it gives numbers for one coordinate or speed."""
+        """Initial values that the model gives for single coordinates and speeds."""
         state = float_state(self.model, values=values)
         names = (*self.model.coordinate_names, *self.model.speed_names)
         system = self.case.system
@@ -192,19 +195,18 @@ class Live:
         }
 
     def _equations(self) -> str:
-        """The equations; why there are none, where they can not be written. The machine moves all the same."""
+        """Equations as HTML, or the reason why they cannot be written; the machine moves in either case."""
         try:
-            return self._written()
+            return self._formulas()
         except FreebodyError as error:
             return f"<p>{escape(str(error))}</p>"
 
-    def _written(self) -> str:
+    def _formulas(self) -> str:
         if self.model.n_u > LARGEST:
             return "<p>Not shown for a machine of this size.</p>"
-        sets = [one for one in lasting(self._seen) if set(one[0].values()) != {"open"}]
-        if not sets:
+        modes = longest_contact(self._trajectory)
+        if modes is None:
             return formulas(Equations(self.model).mathml())
-        modes, _ = max(sets, key=lambda one: one[1])
         words = ", ".join(f"{name} {mode}" for name, mode in modes.items())
         return f"<p>While contacts are: {escape(words)}</p>" + formulas(
             equations(self.model, modes=modes).mathml()
@@ -212,9 +214,9 @@ class Live:
 
 
 def problem(error: FreebodyError) -> dict[str, Any]:
-    """An error as the page shows it: its text, and the line of the model that it speaks of."""
-    found = re.search(r"line (\d+)", str(error)) if isinstance(error, FormatError | ModelError) else None
-    return {"error": str(error), "line": int(found[1]) if found else None}
+    """Return an error as the page shows it: its text, and the line of the model that it is about."""
+    match = re.search(r"line (\d+)", str(error)) if isinstance(error, FormatError | ModelError) else None
+    return {"error": str(error), "line": int(match[1]) if match else None}
 
 
 def _slider(
@@ -240,6 +242,7 @@ def _slider(
 
 
 def _number(name: str, value: Any) -> float:
+    """A finite number, from data of the page."""
     try:
         number = math.nan if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
     except OverflowError:  # an integer beyond the largest float
@@ -250,7 +253,7 @@ def _number(name: str, value: Any) -> float:
 
 
 def body(name: str) -> str:
-    """The HTML inside of the live page."""
+    """Return the HTML of the live page's body."""
     return (
         f'<h1 id="name">{escape(name)}</h1>\n<p id="problem" role="alert" hidden></p>\n<div class="live">\n'
         '<section><div id="player"></div><h2>Plots</h2><div id="charts"></div></section>\n'

@@ -1,5 +1,5 @@
 "use strict";
-// The numbers of a motion at any time of it, from the keyframes of the page.
+// Values of a motion at any time, interpolated between the keyframes of the page.
 
 class Motion {
   constructor(scene) {
@@ -16,18 +16,18 @@ class Motion {
     this.seek(this.first);
   }
 
-  // The interval of the keyframes that a time lies in, and the part of it that has gone by.
+  // Sets the time: finds the interval between keyframes that contains it, and the fraction of the interval before it.
   seek(time) {
     const t = this.t;
     let low = 0, high = t.length - 1;
     while (high - low > 1) {
       const middle = (low + high) >> 1;
-      if (t[middle] <= time) low = middle; // at a jump itself: what is after it
+      if (t[middle] <= time) low = middle; // at the time of a jump, the keyframe after it
       else high = middle;
     }
     this.now = time;
     this.index = low;
-    // where the motion jumps there are two moments at one time
+    // at a jump there are two keyframes at one time
     this.part = t[high] > t[low] ? Math.min(1, Math.max(0, (time - t[low]) / (t[high] - t[low]))) : 0;
   }
 

@@ -1,5 +1,5 @@
 "use strict";
-// What stands beside the bodies: the grid of a plane, springs, cones; and small tools of the page.
+// Things beside the bodies: trails, grids of planes, springs, cones; and small tools of the page.
 
 const plain = (x, i) => (i % STRIDE === STRIDE - 1 ? 1 : x);
 
@@ -11,18 +11,18 @@ function element(tag, attributes, parent, text = "") {
   return result;
 }
 
-// A number with three digits.
+// Text of a number with three digits.
 function digits(x) {
   const size = Math.abs(x);
   return size !== 0 && (size < 1e-3 || size >= 1e5) ? x.toExponential(2) : String(Number(x.toPrecision(3)));
 }
 
-// The path of a point of a body: points a distance apart, and for every keyframe the number of the last of them.
-function trail(motion, body, own, distance, renderer) {
+// Path of a point of a body: points at least ``distance`` apart, and for every keyframe the number of the last point.
+function trail(motion, body, local, distance, renderer) {
   const points = [], number = [];
   let last = null;
   for (let k = 0; k < motion.t.length; k++) {
-    const p = point(motion.poseAt(body, k), own);
+    const p = point(motion.poseAt(body, k), local);
     if (!last || length(subtract(p, last)) > distance) points.push(...(last = p));
     number.push(points.length / 3 - 1);
   }
@@ -30,8 +30,8 @@ function trail(motion, body, own, distance, renderer) {
   return { points: all, path: renderer.path(all), number };
 }
 
-// The points of all bodies that lie farthest out, at many times; the box that holds them; the reach of the machine at
-// one time. What stands on the ground is seen, but is no part of the machine.
+// Outermost points of all bodies at many times; the box that contains them; the greatest reach of the machine at one
+// time. Parts on the ground are in ``points``, but not in the box or the reach.
 function extent(motion, corners, fixed) {
   const far = corners.map(outermost), points = [], step = Math.max(1, Math.floor(motion.t.length / 120));
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
@@ -40,8 +40,8 @@ function extent(motion, corners, fixed) {
     const least = [Infinity, Infinity, Infinity], most = [-Infinity, -Infinity, -Infinity];
     far.forEach((list, i) => {
       const m = motion.poseAt(i, n);
-      for (const own of list) {
-        const p = point(m, own);
+      for (const local of list) {
+        const p = point(m, local);
         points.push(p);
         for (let k = 0; k < 3; k++) {
           least[k] = Math.min(least[k], p[k]);
@@ -59,7 +59,7 @@ function extent(motion, corners, fixed) {
   return { low, high, reach, points };
 }
 
-// The corners of a body that lie farthest out in 14 directions.
+// Corners of a body that lie farthest out in 14 directions.
 function outermost(groups) {
   const directions = [];
   for (let i = 0; i < 3; i++) for (const s of [-1, 1]) directions.push([0, 1, 2].map((k) => (k === i ? s : 0)));
@@ -75,7 +75,7 @@ function outermost(groups) {
   }).filter((p) => p);
 }
 
-// Lines of a plane, as one path that runs to and fro, around all that moves.
+// Grid of a plane around everything that moves, as one path that runs back and forth.
 function grid({ at, normal }, bounds, size) {
   const a = across(normal), b = cross(normal, a), step = 10 ** Math.round(Math.log10(0.5 * size));
   const middle = scale(0.5, add(bounds.low, bounds.high));
@@ -88,7 +88,7 @@ function grid({ at, normal }, bounds, size) {
     put(i, -side);
     put(i, side);
   }
-  for (let i = n; i >= -n; i--) { // it goes on from the corner where the first set ends
+  for (let i = n; i >= -n; i--) { // the second set starts at the corner where the first ends
     const side = (i + n) % 2 ? -n : n;
     put(side, i);
     put(-side, i);
@@ -109,7 +109,7 @@ function coil(a, b, kind, size) {
   return result;
 }
 
-// The cones that the angular velocity of a body draws in space and in the body.
+// Cones that the angular velocity of a body draws in space and in the body.
 function conePair(motion, { body, apex }, long, renderer) {
   const { spin, quaternion } = motion.bodies[body], directions = [[], []];
   let most = 0;
@@ -121,7 +121,7 @@ function conePair(motion, { body, apex }, long, renderer) {
     directions[0].push(n);
     directions[1].push(n && [0, 1, 2].map((i) => m[4 * i] * n[0] + m[4 * i + 1] * n[1] + m[4 * i + 2] * n[2]));
   }
-  const [space, own] = directions.map((list) => {
+  const [space, inBody] = directions.map((list) => {
     const out = [];
     for (let i = 0; i + 1 < list.length; i++) {
       const a = list[i], b = list[i + 1];
@@ -131,5 +131,5 @@ function conePair(motion, { body, apex }, long, renderer) {
     }
     return out.length ? renderer.surface(new Float32Array(out)) : null;
   });
-  return { body, apex, space, own };
+  return { body, apex, space, inBody };
 }

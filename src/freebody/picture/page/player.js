@@ -1,5 +1,5 @@
 "use strict";
-// The animation: a machine at a time, drawn from the keyframes of the page, and the controls that move time and eye.
+// The animation: draws the machine at a time, from the keyframes of the page, with controls for the time and the eye.
 
 const ANGLE = 0.5; // of the camera [rad]
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
@@ -15,10 +15,10 @@ function player(root, scene, options = {}) {
   const on = { trails: true, frames: false, names: false, forces: false, reactions: false, contacts: true, cones: false, follow: false, repeat: true };
   let playing = false, speed = 1, arrowSize = 1, last = null, drawn = 0;
 
-  // -- what stands on the page
+  // -- elements of the page
   root.classList.add("player");
-  const kept = options.kept || staged(options.flat); // what another player drew with: to make it takes long
-  const { stage, canvas, overlay, renderer } = kept, hands = new AbortController(), { signal } = hands;
+  const canvases = options.canvases || staged(options.flat); // from another player if given: new ones take long to make
+  const { stage, canvas, overlay, renderer } = canvases, hands = new AbortController(), { signal } = hands;
   root.append(stage);
   canvas.setAttribute("aria-label", `Animation of ${scene.title}`);
   const bar = element("div", { class: "bar" }, root);
@@ -53,10 +53,10 @@ function player(root, scene, options = {}) {
   }
   const views = element("span", { class: "views" }, panel, "View ");
   for (const name of ["fit", "x", "y", "z"])
-    element("button", { type: "button", title: name === "fit" ? "All in the picture" : `Along the ${name} axis` }, views, name)
+    element("button", { type: "button", title: name === "fit" ? "Show everything" : `Along the ${name} axis` }, views, name)
       .addEventListener("click", () => look(name));
 
-  // -- what is drawn
+  // -- things to draw
   const size = scene.size, up = scene.up;
   const surfaces = (parts, color) => {
     const groups = new Map();
@@ -76,9 +76,9 @@ function player(root, scene, options = {}) {
   const head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
   const bounds = extent(motion, bodies.map((groups) => groups.map((group) => group.corners)), ground.map((group) => group.corners));
   const trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
-  on.trails = bodies.length <= 12; // of more, they hide the machine
+  on.trails = bodies.length <= 12; // more trails would hide the machine
   const cones = scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
-  const planes = scene.ground.planes.map((one) => renderer.path(grid(one, bounds, size).points));
+  const planes = scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
   const ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
   const touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
   const struck = impacts(motion, scene, touching);
@@ -94,7 +94,7 @@ function player(root, scene, options = {}) {
   // -- the eye
   const eye = { target: [0, 0, 0], toward: unit(scene.toward), up, distance: 1 };
   const aspect = () => Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
-  // All that is seen at any time (of what is followed: at one time) in the middle, as large as it goes.
+  // Puts everything that is visible at any time (when following: at one time) in the middle, as large as possible.
   function fit() {
     const { right, top } = view(eye.toward, [0, 0, 0], eye.up, ANGLE, 1, 1, 2), room = 1.3 / Math.tan(ANGLE / 2);
     if (on.follow) {
@@ -133,7 +133,7 @@ function player(root, scene, options = {}) {
   function orbit(dx, dy) {
     const { right, top } = view(add(eye.target, eye.toward), eye.target, eye.up, ANGLE, 1, 1, 2);
     const moved = unit(add(eye.toward, add(scale(-dx, right), scale(dy, top))));
-    if (Math.abs(dot(moved, eye.up)) < 0.995) eye.toward = moved; // not over the pole
+    if (Math.abs(dot(moved, eye.up)) < 0.995) eye.toward = moved; // the eye does not pass over the pole
     draw();
   }
   function pan(dx, dy) {
@@ -151,7 +151,8 @@ function player(root, scene, options = {}) {
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     const wide = Math.round(canvas.clientWidth * ratio), high = Math.round(canvas.clientHeight * ratio);
     if (!wide || !high) return;
-    for (const one of [canvas, overlay]) if (one.width !== wide || one.height !== high) [one.width, one.height] = [wide, high];
+    for (const layer of [canvas, overlay])
+      if (layer.width !== wide || layer.height !== high) [layer.width, layer.height] = [wide, high];
     if (on.follow) {
       const now = middle();
       eye.target = add(eye.target, subtract(now, followed));
@@ -195,14 +196,14 @@ function player(root, scene, options = {}) {
     });
   }
   function drawFrames(poses, texts) {
-    const one = (m, long, names, key) =>
+    const axes = (m, long, names, key) =>
       AXES.forEach((color, k) => {
         const o = [m[12], m[13], m[14]], end = add(o, scale(long, [m[4 * k], m[4 * k + 1], m[4 * k + 2]]));
         renderer.line(dynamic(`axis ${key} ${k}`, [o, end]), color, 2.2);
         texts.push([add(o, scale(1.12, subtract(end, o))), names[k], color]);
       });
-    one(placed([1, 0, 0, 0], [0, 0, 0]), 0.45 * size, "XYZ", "ground");
-    poses.forEach((m, i) => one(m, 0.3 * size, bodies.length > 8 ? ["", "", ""] : "xyz", i));
+    axes(placed([1, 0, 0, 0], [0, 0, 0]), 0.45 * size, "XYZ", "ground");
+    poses.forEach((m, i) => axes(m, 0.3 * size, bodies.length > 8 ? ["", "", ""] : "xyz", i));
   }
   function drawArrows(poses, texts) {
     const shown = scene.arrows.filter(({ group }) => on[group === "force" ? "forces" : "reactions"]);
@@ -217,7 +218,7 @@ function player(root, scene, options = {}) {
     });
   }
   const at = (poses, { body, at: p }) => (body < 0 ? p : point(poses[body], p));
-  // Of a moment the head is double.
+  // Draws an arrow, with a double head for a moment; returns its tip.
   function drawArrow(tail, n, long, double, color, through) {
     const thick = 0.011 * size, tip = Math.min(0.1 * size, 0.5 * long), wide = Math.min(0.028 * size, 0.3 * long);
     const end = add(tail, scale(long, n)), heads = double ? [1, 1.7] : [1];
@@ -225,7 +226,7 @@ function player(root, scene, options = {}) {
     for (const k of heads) renderer.solid(head, along(n, add(end, scale(-k * tip, n)), wide, tip), color, 1, through);
     return end;
   }
-  // Where bodies touch, a dark dot; where they struck each other before, a red one.
+  // Draws a dark dot where bodies touch, and a red dot where they have struck each other.
   function drawContacts() {
     const r = 0.014 * size;
     touching.forEach(({ path, closed }) => {
@@ -234,15 +235,15 @@ function player(root, scene, options = {}) {
     for (const [time, p] of struck) if (time <= motion.now) renderer.solid(ball, along([0, 0, 1], p, r, r), [0.84, 0.37, 0], 1, true);
   }
   function drawCones(poses) {
-    for (const { body, apex, space, own } of cones) {
+    for (const { body, apex, space, inBody } of cones) {
       const m = poses[body], o = point(m, apex);
       if (space) renderer.solid(space, placed([1, 0, 0, 0], o), [0.85, 0.55, 0.1], 0.35);
-      if (own) renderer.solid(own, columns([m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]], o), [0.2, 0.45, 0.8], 0.35);
+      if (inBody) renderer.solid(inBody, columns([m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]], o), [0.2, 0.45, 0.8], 0.35);
       const w = motion.vector(motion.bodies[body].spin);
       if (length(w) > 0) renderer.line(dynamic(`spin ${body}`, [o, add(o, scale(0.7 * size, unit(w)))]), AXES[0], 2.5);
     }
   }
-  // Words over the picture, each beside its point.
+  // Writes texts over the picture, each beside its point.
   function write(texts, camera, ratio) {
     const pen = overlay.getContext("2d");
     pen.clearRect(0, 0, overlay.width, overlay.height);
@@ -255,7 +256,7 @@ function player(root, scene, options = {}) {
       const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
       if (w <= 0 || !text) continue;
       const [, y] = point(m, p), wide = pen.measureText(text).width, line = 15 * ratio, x = across(p);
-      const left = tail && x < across(tail) - 4 * ratio; // beyond the tip of an arrow to the left
+      const left = tail && x < across(tail) - 4 * ratio; // an arrow to the left has its text left of its tip
       const px = left ? x - wide - 3 * ratio : x + 3 * ratio;
       let py = ((1 - y / w) * overlay.height) / 2;
       const hit = () => taken.some((b) => px < b[0] + b[2] && b[0] < px + wide && Math.abs(py - b[1]) < line);
@@ -324,7 +325,7 @@ function player(root, scene, options = {}) {
     rate.value = x;
   }
 
-  // -- hands
+  // -- mouse, fingers and keys
   button.addEventListener("click", () => (playing ? pause() : play()));
   slider.addEventListener("input", () => {
     pause();
@@ -368,14 +369,14 @@ function player(root, scene, options = {}) {
   watch.observe(stage);
 
   for (const [name, box] of Object.entries(boxes)) box.checked = on[name];
-  const wanted = span / 10;
-  pace(span >= 4 && span <= 60 ? 1 : SPEEDS.reduce((a, b) => (Math.abs(Math.log(b / wanted)) < Math.abs(Math.log(a / wanted)) ? b : a)));
+  const natural = span / 10; // speed at which the motion takes 10 s
+  pace(span >= 4 && span <= 60 ? 1 : SPEEDS.reduce((a, b) => (Math.abs(Math.log(b / natural)) < Math.abs(Math.log(a / natural)) ? b : a)));
   pause();
   if (length(subtract(bounds.high, bounds.low)) > 8 * bounds.reach) on.follow = boxes.follow.checked = true;
   followed = middle();
   fit();
   seek(motion.first);
-  // As another player was left: what it showed, from where, at which time.
+  // Takes over the state of another player: switches, eye, speed and time.
   function restore(old) {
     for (const [name, value] of Object.entries(old.on)) {
       on[name] = value;
@@ -392,7 +393,7 @@ function player(root, scene, options = {}) {
     watch.disconnect();
     hands.abort();
     renderer.release();
-    return kept;
+    return canvases;
   }
   return {
     motion, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
@@ -403,7 +404,7 @@ function player(root, scene, options = {}) {
   };
 }
 
-// The canvas that is drawn on, and the one above it for words.
+// A stage with the canvas for the machine, the canvas above it for texts, and the renderer.
 function staged(plainly) {
   const stage = element("div", { class: "stage" }), canvas = element("canvas", { class: "view", tabindex: 0 }, stage);
   const overlay = element("canvas", { class: "labels" }, stage);

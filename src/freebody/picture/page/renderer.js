@@ -1,13 +1,13 @@
 "use strict";
-// Two ways to draw the same things: WebGL, and a 2-D canvas (farthest first) where a browser has no WebGL.
+// Two renderers with the same functions: WebGL, and a 2-D canvas (farthest first) for browsers without WebGL.
 //
-//   surface(corners)                   a surface to draw, from triangles as solids.js makes them
-//   path(points)                       a polyline to draw, from numbers x, y, z, ...
-//   begin(camera, light)               a new picture
-//   solid(surface, matrix, color, opacity, through)     through: pale where it is hidden (WebGL only)
-//   line(path, color, width, first, last)
-//   end()
-//   release()                          surfaces and paths will not be drawn any more
+//   surface(corners)                   returns a surface, from triangles as solids.js makes them
+//   path(points)                       returns a polyline, from numbers x, y, z, ...
+//   begin(camera)                      begins a new picture
+//   solid(surface, matrix, color, opacity, through)     draws a surface; with ``through``, pale where hidden (WebGL only)
+//   line(path, color, width, first, last, opacity)      draws segments of a polyline
+//   end()                              ends the picture
+//   release()                          frees all surfaces and paths
 
 const PAPER = [1, 1, 1];
 
@@ -24,7 +24,7 @@ void main() {
   float d = max(dot(m, light), 0.0), s = pow(max(dot(m, normalize(light + e)), 0.0), 40.0);
   gl_FragColor = vec4(color * k * (0.48 + 0.56 * d) + 0.16 * s, opacity);
 }`;
-// A segment is two triangles that stand across it on the screen.
+// A segment is a rectangle of two triangles on the screen.
 const LINE_VERTEX = `
 attribute vec3 a, b; attribute vec2 corner; uniform mat4 eye; uniform vec2 pixels; uniform float width;
 void main() {
@@ -67,7 +67,7 @@ function webgl(canvas) {
   gl.enable(gl.DEPTH_TEST);
   gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
   const buffers = [];
-  const made = () => buffers[buffers.push(gl.createBuffer()) - 1];
+  const newBuffer = () => buffers[buffers.push(gl.createBuffer()) - 1];
   let camera, later, behind;
 
   const use = (names, buffer, layout, stride) => {
@@ -93,7 +93,7 @@ function webgl(canvas) {
   return {
     kind: "webgl",
     surface(corners) {
-      const buffer = made();
+      const buffer = newBuffer();
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.bufferData(gl.ARRAY_BUFFER, corners, gl.STATIC_DRAW);
       return { buffer, count: corners.length / STRIDE };
@@ -107,13 +107,13 @@ function webgl(canvas) {
           data[k++] = corner[0];
           data[k++] = corner[1];
         }
-      const buffer = old ? old.buffer : made();
+      const buffer = old ? old.buffer : newBuffer();
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.bufferData(gl.ARRAY_BUFFER, data, old ? gl.DYNAMIC_DRAW : gl.STATIC_DRAW);
       return { buffer, segments };
     },
-    begin(seen) {
-      camera = seen;
+    begin(view) {
+      camera = view;
       later = [];
       behind = [];
       gl.viewport(0, 0, canvas.width, canvas.height);
@@ -139,9 +139,9 @@ function webgl(canvas) {
     end() {
       gl.enable(gl.BLEND);
       gl.depthMask(false);
-      for (const one of later) drawSolid(...one);
-      gl.depthFunc(gl.GREATER); // what is hidden by what was drawn
-      for (const one of behind) drawSolid(...one);
+      for (const solid of later) drawSolid(...solid);
+      gl.depthFunc(gl.GREATER); // only the hidden parts
+      for (const solid of behind) drawSolid(...solid);
       gl.depthFunc(gl.LESS);
       gl.depthMask(true);
       gl.disable(gl.BLEND);
@@ -155,8 +155,8 @@ function webgl(canvas) {
 function flat(canvas) {
   const pen = canvas.getContext("2d");
   let camera, list;
-  // on the screen: x, y, and the depth, nearer is smaller; null behind the eye
-  const seen = (m, p) => {
+  // x, y and depth on the screen, a smaller depth is nearer; null behind the eye
+  const projected = (m, p) => {
     const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
     if (w < 1e-6) return null;
     const [x, y] = point(m, p);
@@ -168,8 +168,8 @@ function flat(canvas) {
     kind: "canvas",
     surface: (corners) => ({ corners, count: corners.length / STRIDE }),
     path: (points) => ({ points, segments: Math.max(points.length / 3 - 1, 0) }),
-    begin(now) {
-      camera = now;
+    begin(view) {
+      camera = view;
       list = [];
       pen.fillStyle = css(PAPER, 1, 1);
       pen.fillRect(0, 0, canvas.width, canvas.height);
@@ -178,7 +178,7 @@ function flat(canvas) {
       const all = product(camera.matrix, matrix);
       for (let i = 0; i < corners.length; i += 3 * STRIDE) {
         const corner = (k) => corners.subarray(i + k * STRIDE, i + (k + 1) * STRIDE);
-        const points = [0, 1, 2].map((k) => seen(all, corner(k)));
+        const points = [0, 1, 2].map((k) => projected(all, corner(k)));
         if (points.includes(null)) continue;
         let n = unit(turned(matrix, corner(0).subarray(3)));
         if (dot(n, subtract(camera.eye, point(matrix, corner(0)))) < 0) n = scale(-1, n);
@@ -188,8 +188,8 @@ function flat(canvas) {
     },
     line({ points }, color, width, first = 0, last = points.length / 3 - 1, opacity = 1) {
       for (let i = first; i < last; i++) {
-        const a = seen(camera.matrix, points.slice(3 * i, 3 * i + 3));
-        const b = seen(camera.matrix, points.slice(3 * i + 3, 3 * i + 6));
+        const a = projected(camera.matrix, points.slice(3 * i, 3 * i + 3));
+        const b = projected(camera.matrix, points.slice(3 * i + 3, 3 * i + 6));
         if (a && b) list.push([(a[2] + b[2]) / 2, [a, b], css(color, 1, opacity), width * camera.ratio]);
       }
     },

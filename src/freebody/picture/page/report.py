@@ -1,9 +1,11 @@
-"""The report: one HTML page with everything about a machine and its motion, which opens offline."""
+"""The report: one HTML page about a machine and its motion, which opens offline."""
 
 from __future__ import annotations
 
 import base64
+import io
 import os
+import tempfile
 from collections.abc import Callable, Mapping
 from functools import partial
 from html import escape
@@ -17,9 +19,12 @@ from ...errors import FormatError, ModelError, SimulationError, TooManyTermsErro
 from ...formats.files import replacing
 from ...model.assemble import assemble
 from ...model.model import Model
+from ...scalar.algebra import Vector
 from ...symbolic.equations import Equations
 from ...symbolic.equations import equations as equations_of
 from ...version import VERSION
+from ..free_body.free_body_diagram import free_body_diagram
+from ..machine.draw import draw
 from ..moving.keyframes import TOLERANCE
 from .animation import animation
 from .answers import answers_table
@@ -30,13 +35,13 @@ if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
 
 OPEN = 3
-"""Charts that are open when the page is."""
+"""Number of charts up to which all are open at the beginning."""
 
 LONGEST = 60_000
-"""Characters of a system of equations that is still shown."""
+"""Most characters of a system of equations in MathML."""
 
 LARGEST = 6
-"""Speeds of the largest machine whose equations are formed without being asked for."""
+"""Most speeds of a machine whose equations are shown by default."""
 
 
 def report(
@@ -51,28 +56,28 @@ def report(
     equations: bool | None = None,
     tolerance: float = TOLERANCE,
 ) -> Path:
-    """Write one HTML page about a machine and its motion; it opens offline, and no request leaves it.
+    """Write one HTML page about a machine and its motion; it opens offline and makes no request.
 
     The page has the animation (play, scrub, speed, orbit, trails, arrows of forces and reactions, frames, cones), plots
-    whose cursor goes with it, a summary of the model, its drawing and free-body diagrams, equations and answers.
+    whose cursor follows it, a summary of the model, its drawing and free-body diagrams, equations and answers.
 
     Parameters
     ----------
     s : System
     trajectory : Trajectory
-        Of this system.
+        Motion of this system.
     path : path
-        The file, written whole or not at all.
+        The file; it is written completely or not at all.
     title, about : str, optional
-        Plain text at the top; the title is the system's name if not given.
+        Plain text at the top; by default the title is the name of the system.
     answers : mapping, optional
         Name -> value, (value, unit), or an answer of the gallery with its question and formula.
     figures : mapping, optional
         Caption -> PNG as bytes, matplotlib axes or figure, or a function that writes a PNG to a path.
     equations : bool, optional
-        Whether free-body diagrams and equations are shown; if not given, for machines of up to six speeds.
+        Show free-body diagrams and equations; by default for machines of up to six speeds.
     tolerance : float
-        Of the animation between its keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
+        Tolerance of the animation between its keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
 
     Returns
     -------
@@ -82,9 +87,9 @@ def report(
     Raises
     ------
     ModelError
-        A trajectory of another system.
+        If the trajectory belongs to another system.
     FormatError
-        A path that can not be written, or is none of a page.
+        If the path cannot be written, or does not end in ``.html``.
 
     Examples
     --------
@@ -127,7 +132,7 @@ def document(
     equations: bool | None = None,
     tolerance: float = TOLERANCE,
 ) -> str:
-    """The text of the page that :func:`report` writes."""
+    """Return the text of the page that :func:`report` writes."""
     if not isinstance(s, System):
         raise ModelError(f"Expected a System to report on, got {s!r}.")
     if not hasattr(trajectory, "kernels"):
@@ -160,17 +165,19 @@ def document(
 
 
 def _sentence(trajectory: Trajectory) -> str:
+    """Summary of a motion."""
     text = repr(trajectory).partition(": ")[2]
     return text[:1].upper() + text[1:]
 
 
 def _warnings(trajectory: Trajectory) -> str:
-    """What of the motion is not physical, above everything else."""
-    lines = "".join(f"<li>{escape(str(one))}</li>" for one in trajectory.warnings)
+    """Warnings about the motion, at the top of the page."""
+    lines = "".join(f"<li>{escape(str(warning))}</li>" for warning in trajectory.warnings)
     return f"<h2>Warnings</h2>\n<ul>{lines}</ul>" if lines else ""
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[Any, ...]], number: int = -1) -> str:
+    """HTML table; ``number`` is the column of numbers."""
     top = "".join(f"<th>{escape(name)}</th>" for name in head)
     lines = []
     for row in rows:
@@ -183,21 +190,21 @@ def _table(head: tuple[str, ...], rows: list[tuple[Any, ...]], number: int = -1)
 
 
 def charts(scene: Mapping[str, Any]) -> str:
-    """The charts of a page as HTML, each to be opened; those of the first coordinates and of the energy are open."""
+    """Charts of a page as HTML that can be folded; the first chart of coordinates and of energy is open."""
     opened = {
-        next((i for i, one in enumerate(scene["charts"]) if one["group"] == g), -1)
-        for g in ("coordinates", "energy")
+        next((i for i, chart in enumerate(scene["charts"]) if chart["group"] == group), -1)
+        for group in ("coordinates", "energy")
     }
     parts = []
-    for i, one in enumerate(scene["charts"]):
+    for i, chart in enumerate(scene["charts"]):
         state = " open" if i in opened or len(scene["charts"]) <= OPEN else ""
-        parts.append(
-            f'<details{state}><summary>{escape(one["title"])}</summary><div data-chart="{i}"></div></details>'
-        )
+        summary = f"<summary>{escape(chart['title'])}</summary>"
+        parts.append(f'<details{state}>{summary}<div data-chart="{i}"></div></details>')
     return "\n".join(parts)
 
 
 def _withheld() -> str:
+    """Text in place of equations."""
     return (
         "<h2>Equations</h2>\n<p>Free-body diagrams and equations are not shown for a machine of this size: "
         "<code>fb.report(…, equations=True)</code> or <code>fb.equations(s).text()</code> gives them.</p>"
@@ -205,7 +212,7 @@ def _withheld() -> str:
 
 
 def _phases(trajectory: Trajectory) -> str:
-    """Drawing, diagrams and equations; of a motion with contacts in each of the modes that lasted longest."""
+    """Drawing, diagrams and equations; for a motion with contacts in each of the modes that lasted longest."""
     model = trajectory.kernels.model
     sets = lasting(trajectory)
     if not sets:
@@ -219,7 +226,7 @@ def _phases(trajectory: Trajectory) -> str:
 
 
 def _by_owner(modes: Mapping[str, str], model: Model) -> dict[str, str]:
-    """Modes of contacts; where all elements of one are in the same mode, once."""
+    """Modes by contact as the user declared it, if all its elements are in the same mode; by element otherwise."""
     elements: dict[str, list[str]] = {}
     for contact in model.contacts:
         elements.setdefault(contact.owner, []).append(contact.name)
@@ -231,6 +238,7 @@ def _by_owner(modes: Mapping[str, str], model: Model) -> dict[str, str]:
 
 
 def _equations(e: Equations, trajectory: Trajectory, heading: str = "", drawing: bool = True) -> str:
+    """Diagrams, free-body equations and equations of motion."""
     parts = [
         _or_refusal(lambda: _drawings(e, trajectory, heading, drawing)),
         f"<h2>Free-body equations{heading}</h2>",
@@ -246,26 +254,27 @@ def _free_body(e: Equations, name: str) -> str:
     return formulas(e.free_body(name).mathml())
 
 
-def _or_refusal(made: Callable[[], str]) -> str:
-    """A part of the page, or why it would be too long."""
+def _or_refusal(part: Callable[[], str]) -> str:
+    """A part of the page, or the reason why it would be too long."""
     try:
-        return made()
+        return part()
     except TooManyTermsError as error:
         return f"<p>{escape(str(error))}</p>"
 
 
 def formulas(text: str) -> str:
-    """Lines of MathML, each in a block of its own."""
+    """Return lines of MathML, each in its own block."""
     if len(text) > LONGEST:
         return f"<p>Too long to show ({len(text):,} characters of MathML).</p>"
     return "\n".join(f'<div class="equation">{line}</div>' for line in text.splitlines())
 
 
 def _model(s: System, trajectory: Trajectory) -> str:
+    """Tables of bodies, joints, contacts, loads, constraints and parameters."""
     model = trajectory.kernels.model
     state = float_state(model, values=trajectory.values)
 
-    def numbers(vector: Any) -> str:
+    def numbers(vector: Vector) -> str:
         return "(" + ", ".join(f"{float(state(x)):.6g}" for x in vector) + ")"
 
     bodies = [
@@ -290,7 +299,7 @@ def _model(s: System, trajectory: Trajectory) -> str:
     if joints:
         parts.append(_table(("Joint", "Type", "Between"), joints))
     if model.contacts:
-        touching = [
+        contacts = [
             (
                 contact.name,
                 f"{contact.feature.body.name} – {contact.surface.body.name}",
@@ -298,10 +307,10 @@ def _model(s: System, trajectory: Trajectory) -> str:
             )
             for contact in model.contacts
         ]
-        parts.append(_table(("Contact", "Between", "Friction", "Restitution"), touching))
-    others = [(name, type(one).__name__) for name, one in (*s.loads.items(), *s.constraints.items())]
-    if others:
-        parts.append(_table(("Load or constraint", "Type"), others))
+        parts.append(_table(("Contact", "Between", "Friction", "Restitution"), contacts))
+    kinds = [(name, type(item).__name__) for name, item in (*s.loads.items(), *s.constraints.items())]
+    if kinds:
+        parts.append(_table(("Load or constraint", "Type"), kinds))
     rows = []
     for parameter in parameters_of(s):
         unit, text = about_of(s).get(parameter.name, ("", ""))
@@ -312,10 +321,7 @@ def _model(s: System, trajectory: Trajectory) -> str:
 
 
 def _drawings(e: Equations, trajectory: Trajectory, heading: str, whole: bool) -> str:
-    """The machine and its free-body diagrams, in the configuration that shows most."""
-    from ..free_body.free_body_diagram import free_body_diagram
-    from ..machine.draw import draw
-
+    """Free-body diagrams in a generic configuration; with ``whole``, also the drawing of the machine."""
     parts = []
     if whole:
         parts.append(
@@ -332,8 +338,8 @@ def _figures(figures: Mapping[str, Any]) -> str:
     if not figures:
         return ""
     parts = ["<h2>Figures</h2>"]
-    for caption, given in figures.items():
-        data = base64.b64encode(png(given)).decode("ascii")
+    for caption, picture in figures.items():
+        data = base64.b64encode(png(picture)).decode("ascii")
         text = escape(caption)
         parts.append(
             f'<figure><img src="data:image/png;base64,{data}" alt="{text}" style="max-width:100%">'
@@ -342,36 +348,32 @@ def _figures(figures: Mapping[str, Any]) -> str:
     return "\n".join(parts)
 
 
-def png(given: Any) -> bytes:
-    """A picture as PNG: bytes, matplotlib axes or figure, or a function that writes one to a path."""
-    if isinstance(given, bytes):
-        return given
-    if callable(given) and not hasattr(given, "savefig"):
-        import tempfile
-
-        write: Callable[[Path], Any] = given
+def png(picture: Any) -> bytes:
+    """Return a picture as PNG: from PNG bytes, matplotlib axes or figure, or a function that writes PNG to a path."""
+    if isinstance(picture, bytes):
+        return picture
+    if callable(picture) and not hasattr(picture, "savefig"):
         with tempfile.TemporaryDirectory() as folder:
-            write(Path(folder, "figure.png"))
-            return Path(folder, "figure.png").read_bytes()
-    figure = getattr(given, "figure", given)
+            file = Path(folder, "figure.png")
+            picture(file)
+            return file.read_bytes()
+    figure = getattr(picture, "figure", picture)
     if not hasattr(figure, "savefig"):
         raise SimulationError(
-            f"Expected a figure as PNG bytes, matplotlib axes or a function of a path, got {given!r}."
+            f"Expected a figure as PNG bytes, matplotlib axes or a function of a path, got {picture!r}."
         )
-    import io
-
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=110)
     return buffer.getvalue()
 
 
 def _footer(trajectory: Trajectory, scene: Mapping[str, Any]) -> str:
-
+    """Version, number of steps, and accuracy."""
     keys = len(base64.b64decode(scene["t"])) // 4
     return (
         f"<footer>Made by freebody {escape(VERSION)}. {trajectory.steps} integration steps, relative tolerance "
         f"{float(min(trajectory.tolerances)):.1g}, energy ledger balanced to "
         f"{trajectory.energy.relative_residual:.1e}. "
         f"{keys} keyframes; between them the page interpolates to {scene['tolerance']:.1g} of the extent or the "
-        "greatest value, and shows numbers as 32-bit floats.</footer>"
+        "greatest value. Its numbers are 32-bit floats.</footer>"
     )

@@ -1,13 +1,13 @@
 "use strict";
-// Surfaces of the parts of a body as triangles: three corners each, seven numbers a corner (position, normal, tone).
-// The tone is 1, and less in every other eighth of a turn of a round part: its spin could not be seen otherwise.
+// Surfaces of the parts of a body as triangles: three corners each, seven numbers per corner (position, normal, tone).
+// The tone is 1, and less in every other eighth of a turn of a round part, so that its spin can be seen.
 
 const STRIDE = 7, SHADE = 0.78;
 
 const FINEST = 48; // divisions of a full turn
-const CREASE = Math.cos(0.6); // edges sharper than this stay edges
+const CREASE = Math.cos(0.6); // edges sharper than this are not smoothed
 
-// ``size`` is that of the machine: small parts are divided less.
+// ``size`` is the size of the machine: small parts have fewer divisions.
 function triangles(part, size) {
   const make = { box, lathe, ellipsoid, mesh }[part.kind];
   return moved(make(part, size), placed(part.turn || [1, 0, 0, 0], part.at || [0, 0, 0]));
@@ -40,7 +40,7 @@ function box({ size }) {
   return new Float32Array(out);
 }
 
-// A profile of (radius, z) turned about z. With z upward at the greatest radius, its outside is outside.
+// A profile of (radius, z) turned about z. Where z increases along the profile, its normals point away from the axis.
 function lathe({ profile, around = 0 }, size = 0) {
   around ||= divisions(Math.max(...profile.map(([r]) => r)), size);
   const edges = [];
@@ -48,7 +48,7 @@ function lathe({ profile, around = 0 }, size = 0) {
     const [r, z] = profile[i], [R, Z] = profile[i + 1], l = Math.hypot(R - r, Z - z);
     edges.push(l > 0 ? [(Z - z) / l, (r - R) / l] : null);
   }
-  // one normal at a smooth corner, two at a sharp one; a profile that returns to its start has no ends
+  // one normal at a smooth corner, two at a sharp corner; a profile that returns to its start has no ends
   const count = edges.length, closed = same(profile[0], profile[count]);
   const shared = (i, j) => {
     const a = edges[i], b = j < 0 || j >= count ? (closed ? edges[(j + count) % count] : null) : edges[j];
@@ -74,7 +74,7 @@ function lathe({ profile, around = 0 }, size = 0) {
   return new Float32Array(out);
 }
 
-// Divisions of a turn of a radius in a machine of a size.
+// Divisions of a full turn of a part, by its radius relative to the size of the machine.
 const SMALL = { 16: 0.05, 24: 0.15 };
 const divisions = (radius, size) => (radius < SMALL[16] * size ? 16 : radius < SMALL[24] * size ? 24 : FINEST);
 

@@ -1,10 +1,11 @@
 "use strict";
-// Under the time bar: the modes of the contacts as strips, and a mark for every event.
+// The contact modes as strips under the time bar, and a mark for every event.
 
 const MODE_COLORS = { open: "#e3e6ea", stick: "#0072B2", slip: "#E69F00" };
 const ROWS = 6, ROW = 13;
 
-// A function that moves the cursor to the time of the motion. Without events and contacts there is nothing to show.
+// Draws the timeline; returns a function that moves its cursor to the time of the motion. Without events and contacts it
+// draws nothing.
 function timeline(root, slider, scene, motion, seek) {
   const { modes, events } = scene, first = motion.first, span = motion.last - motion.first || 1;
   if (!modes.length && !events.length) return () => {};
@@ -19,7 +20,7 @@ function timeline(root, slider, scene, motion, seek) {
       const kind = mode.replace(/[+-]$/, ""), y = 10 + ROW * i;
       const bar = drawing("rect", { x: x(from), y: y + 2, width: Math.max(0.5, x(to) - x(from)), height: ROW - 4, fill: MODE_COLORS[kind] || "#999", class: `mode ${kind}` }, svg);
       drawing("title", {}, bar, text);
-      // in print without colour: slip has a white line along it, stick has none
+      // a white line along slip tells it from stick in print without colour
       if (kind === "slip") drawing("line", { x1: x(from), x2: x(to), y1: y + ROW / 2, y2: y + ROW / 2, stroke: "#fff", "stroke-dasharray": "6 4" }, svg);
     }
   });
@@ -50,7 +51,7 @@ function timeline(root, slider, scene, motion, seek) {
   let wide = 0;
   return () => {
     const room = slider.getBoundingClientRect(), whole = box.getBoundingClientRect();
-    if (room.width && room.width !== wide) { // under the time bar, the names before it
+    if (room.width && room.width !== wide) { // the strips stand under the time bar, the names to their left
       wide = room.width;
       names.style.width = `${Math.max(0, room.left - whole.left - 8)}px`;
       svg.style.width = `${wide}px`;
@@ -61,16 +62,16 @@ function timeline(root, slider, scene, motion, seek) {
   };
 }
 
-// Time and place of the first impacts, one for each contact that an impact names.
+// Time and place of the first 100 impacts, for each contact that the text of an event names.
 function impacts(motion, scene, touching) {
-  const found = [], names = scene.touching.map(({ name }) => name);
+  const struck = [], names = scene.touching.map(({ name }) => name);
   for (const [time, text] of scene.events) {
     const at = text.indexOf(": impact");
     const i = at < 0 ? -1 : names.indexOf(text.slice(0, at));
-    if (i < 0 || found.length >= 100) continue;
+    if (i < 0 || struck.length >= 100) continue;
     let k = 0;
     while (k + 1 < motion.t.length && motion.t[k + 1] <= Math.fround(time)) k++;
-    found.push([time, Array.from(touching[i].path.subarray(3 * k, 3 * k + 3))]);
+    struck.push([time, Array.from(touching[i].path.subarray(3 * k, 3 * k + 3))]);
   }
-  return found;
+  return struck;
 }

@@ -180,12 +180,12 @@ def _roots(of: Any, parameter: str, value: float) -> Array:
                 f"at these values: fb.linearize(..., values={{'{parameter}': ...}}); or pass a function of "
                 f"{parameter}."
             )
-        known = [p.name for p in of.model.parameters]
-        if parameter not in known and parameter not in {
+        names = [p.name for p in of.model.parameters]
+        if parameter not in names and parameter not in {
             str(x) for m in (of.M, of.C, of.K) for x in m.free_symbols
         }:
             raise ModelError(
-                f"Unknown parameter '{parameter}' of the linear equations; {nearest(parameter, known)}"
+                f"Unknown parameter '{parameter}' of the linear equations; {nearest(parameter, names)}"
             )
         of = of.numeric({parameter: value})
     elif callable(of):

@@ -209,7 +209,7 @@ def test_the_command_draws_contacts(tmp_path):
     for arguments, message in (
         (("--mode", "glue"), "expected symbolic, scale, blank, or a contact's mode"),
         (("--body", "disk", "--mode", "blank", "--mode", "scale"), "expected one mode of the arrows"),
-        (("--body", "disk", "--at", "0.1", "--mode", "floor=stick"), "contacts have its modes"),
+        (("--body", "disk", "--at", "0.1", "--mode", "floor=stick"), "the motion gives the contact modes"),
     ):
         refused = run(*arguments)
         assert refused.exit_code == 2 and message in refused.output

@@ -324,7 +324,7 @@ def test_the_scale_is_refused_without_a_motion(moving: Any) -> None:
     with pytest.raises(SimulationError):
         free_body_diagram(s, "bar", trajectory=trajectory, at=7.0)
     other = entries()["ex-6-5"].build()
-    with pytest.raises(ModelError, match="not of this system"):
+    with pytest.raises(ModelError, match="Expected a trajectory of the system"):
         free_body_diagram(other, "bar", trajectory=trajectory, at=0.5)
 
 

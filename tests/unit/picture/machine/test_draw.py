@@ -206,11 +206,11 @@ def test_the_command_writes_the_file(tmp_path: Path) -> None:
         (["ex-6-5", "--at", "-1"], "expected a time of 0 s or later"),
         (
             ["ex-6-5", "--at", "1e9"],
-            "a time within the run of ex-6-5, 0 to 10 s, got 1e+09 s; add --until 1e+09 for a longer one",
+            "a time within the run of ex-6-5, 0 to 10 s, got 1e+09 s; add --until 1e+09 for a longer run",
         ),
         (["ex-6-5", "--at", "2", "--until", "1"], "0 to 1 s, got 2 s; --until ends before it"),
         (["ex-6-5", "--at", "thet=1"], "did you mean 'theta'"),
-        (["ex-6-5", "--mode", "blank"], "--mode is of free-body diagrams"),
+        (["ex-6-5", "--mode", "blank"], "--mode is for free-body diagrams"),
     ],
 )
 def test_the_command_refuses(arguments: list[str], message: str, tmp_path: Path, monkeypatch: Any) -> None:
@@ -229,7 +229,7 @@ def test_a_time_beyond_the_run_needs_its_length(tmp_path: Path) -> None:
     )
     arguments = ["draw", str(model), "--at", "2", "-o", str(out)]
     refused = CliRunner().invoke(command, arguments)
-    assert refused.exit_code == 2 and "names no length of its run; add --until 2" in refused.output
+    assert refused.exit_code == 2 and "has no length of its run; add --until 2" in refused.output
     assert CliRunner().invoke(command, [*arguments, "--until", "2"]).exit_code == 0 and out.exists()
     beyond = f"{entries()['ex-6-2'].until + 0.5:g}"
     longer = ["draw", "ex-6-2", "--at", beyond, "--until", beyond, "-o", str(out)]
