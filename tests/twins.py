@@ -1,9 +1,9 @@
 """Which unit tests run each file of the source, measured.
 
-A file ``motion/ode/dop853.py`` has a twin if there is ``tests/unit/motion/ode/test_dop853.py``. A file without a twin is
-run by other tests: ``tests/unit/covers.toml`` names, for each, the test file that runs most of its lines.
-``python -m tests.twins`` measures anew and writes it (half an hour; needs ``coverage`` and ``pytest-cov``). Compiled code
-runs unseen: a file that no test is seen to run keeps the test file that it has in the table.
+A file ``motion/ode/dop853.py`` has a twin if there is ``tests/unit/motion/ode/test_dop853.py``. A file without a
+twin is run by other tests: ``tests/unit/covers.toml`` names, for each, the test file that runs most of its lines.
+``python -m tests.twins`` measures anew and writes it (half an hour; needs ``coverage`` and ``pytest-cov``). Compiled
+code runs unseen: a file that no test is seen to run keeps the test file that it has in the table.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE, UNIT = ROOT / "src" / "freebody", ROOT / "tests" / "unit"
 TABLE = UNIT / "covers.toml"
-ELSEWHERE = ("gallery", "chapter", "exact")
-"""Rooms with tests of their own: tests/test_gallery.py, tests/test_chapter.py, tests/exact."""
+ELSEWHERE = ("gallery", "chapter", "exact", "formats")
+"""Rooms with tests of their own: tests/test_gallery.py, tests/test_chapter.py, tests/exact, tests/formats."""
 
 
 def sources() -> list[str]:

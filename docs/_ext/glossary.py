@@ -27,19 +27,19 @@ MACHINES = [
     Term("system", "`s`", "", "description of a machine; the only object that changes", "describe/system.py:System"),
     Term("model", "", "", "assembled machine: frozen and checked", "model/assemble.py:assemble"),
     Term("body", "", "", "rigid body of a system", "describe/body.py:Body"),
-    Term("link", "", "", "body of a model with the joint that carries it", "model/model.py:Link"),
-    Term("ground", "`N`", "", "inertial frame with axes X, Y, Z", "model/model.py:GROUND"),
+    Term("link", "", "", "body of a model with the joint that carries it", "model/parts.py:Link"),
+    Term("ground", "`N`", "", "inertial frame with axes X, Y, Z", "model/parts.py:GROUND"),
     Term("joint", "", "", "connection that leaves a child body some freedom relative to its parent", "describe/joints/joint.py:Joint"),
     Term("load", "", "", "force or couple that acts on bodies, such as a spring's", "describe/loads/load.py:Load"),
-    Term("parameter", "", "", "symbol with a default value", "describe/system.py:Parameter"),
-    Term("feature", "", "", "point, edge or surface of a body that can touch another", "describe/contacts/contact.py:Plane"),
+    Term("parameter", "", "", "symbol with a default value", "describe/description.py:Parameter"),
+    Term("feature", "", "", "point, edge or surface of a body that can touch another", "describe/contact_shapes.py:Plane"),
     Term("constraint", "", "", "restriction of the motion besides the joints of the tree", "describe/constraints/constraint.py:Constraint"),
     Term("condition", "", "", "scalar equation of a constraint or a closed contact", "dynamics/constraints.py:Row"),
     Term("closed loop", "", "", "joints that connect a body to the ground in more than one way", "model/closure.py:Closure"),
 ]  # fmt: skip
 DYNAMICS = [
-    Term("coordinate", "q", "m, rad", "quantity that fixes a part of the configuration", "model/model.py:Coordinate"),
-    Term("speed", "u", "m/s, rad/s", "generalized speed; u = q' except for ball and free joints", "model/model.py:Speed"),
+    Term("coordinate", "q", "m, rad", "quantity that fixes a part of the configuration", "model/parts.py:Coordinate"),
+    Term("speed", "u", "m/s, rad/s", "generalized speed; u = q' except for ball and free joints", "model/parts.py:Speed"),
     Term("state", "(q, u)", "", "coordinates, then speeds", "dynamics/state.py:State"),
     Term("mass", "m", "kg", "mass of a body", "space/mass.py:MassProperties"),
     Term("inertia", "I", "kg m²", "matrix of inertia about a point, off the diagonal minus the integrals", "space/mass.py:MassProperties"),
@@ -112,7 +112,10 @@ TERMS = {
 
 def page() -> str:
     """The page, as Markdown."""
-    parts = ["# Glossary\n", "One word for one thing, here and in the source. Files are those under `src/freebody/`.\n"]
+    parts = [
+        "# Glossary\n",
+        "One word for one thing, here and in the source. Files are those under `src/freebody/`.\n",
+    ]
     for title, terms in TERMS.items():
         parts += [f"## {title}\n", "| term | symbol | unit | meaning | file |", "|---|---|---|---|---|"]
         for term in sorted(terms):

@@ -92,7 +92,10 @@ def floors(graph: Graph) -> list[list[str]]:
 
 def reduced(graph: Graph) -> Graph:
     """The graph without the arrows that follow from others."""
-    return {a: {b for b in used if not any(b in _reached(graph, c) for c in used - {b})} for a, used in graph.items()}
+    return {
+        a: {b for b in used if not any(b in _reached(graph, c) for c in used - {b})}
+        for a, used in graph.items()
+    }
 
 
 def _reached(graph: Graph, node: str) -> set[str]:
@@ -115,11 +118,18 @@ def table() -> str:
     for floor in reversed(floors(rooms(graph))):
         for room in floor:
             path = names[room]
-            sentence = (ast.get_docstring(ast.parse(path.read_bytes())) or "").split("\n")[0].rstrip(".")
+            sentence = (
+                (ast.get_docstring(ast.parse(path.read_bytes())) or "")
+                .split("\n")[0]
+                .rstrip(".")
+                .replace("``", "`")
+            )
             if path.name != "__init__.py":
                 lines.append(f"| `{room}.py` | {sentence} | | |")
                 continue
-            inner = [x for level in reversed(floors(rooms(graph, room))) for x in level if f"{room}.{x}" in names]
+            inner = [
+                x for level in reversed(floors(rooms(graph, room))) for x in level if f"{room}.{x}" in names
+            ]
             inner = [x for x in inner if names[f"{room}.{x}"].name == "__init__.py"]
             files = sum(name.startswith(f"{room}.") and names[name].name != "__init__.py" for name in names)
             lines.append(f"| `{room}/` | {sentence} | {', '.join(f'`{x}/`' for x in inner)} | {files} |")
@@ -130,20 +140,23 @@ def table() -> str:
 
 WIDE, HIGH, GAP, RISE = 104, 24, 10, 44
 """A box, the space between two, and the height of a floor [px]."""
-DRAWN = ("", "symbolic", "program", "motion", "picture")
-"""Panels of the drawing: the whole house, then the rooms with inner rooms of their own."""
+DRAWN = (("", "motion", "picture"), ("symbolic", "program"))
+"""Rows of panels of the drawing: the whole house, and the rooms with inner rooms of their own."""
 
 
 def drawing() -> str:
     """The house as SVG: an arrow goes from a room to what it imports, unless other arrows say so already."""
     graph = imports()
-    panels = [_panel(name, _folders(graph, name)) for name in DRAWN]
-    left, shown, height = 0, [], max(high for _, _, high in panels)
-    for text, wide, high in panels:
-        shown.append(f'<g transform="translate({left},{height - high})">{text}</g>')
-        left += wide + 40
+    top, width, shown = 0, 0, []
+    for names in DRAWN:
+        panels, left = [_panel(name, _folders(graph, name)) for name in names], 0
+        height = max(high for _, _, high in panels)
+        for text, wide, high in panels:
+            shown.append(f'<g transform="translate({left},{top + height - high})">{text}</g>')
+            left += wide + 40
+        top, width = top + height + 30, max(width, left - 40)
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {left - 40} {height}" font-family="sans-serif" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="-2 0 {width + 4} {top}" font-family="sans-serif" '
         f'font-size="12" role="img"><title>The rooms of freebody and what they import</title>{"".join(shown)}</svg>\n'
     )
 

@@ -100,15 +100,10 @@ def page(title: str, room: str, names: list[str]) -> str:
         else:
             more = "   :members:\n   :inherited-members:\n" if isinstance(value, type) else ""
             blocks.append((_directive(value), f"freebody.{name}", more))
-    bases = ("symbolic.equations.Equations", "symbolic.free_body.free_body.FreeBody")  # with an internal base class
-    blocks += [
-        (
-            "autoclass",
-            f"freebody.{path}",
-            "   :members:\n" + "   :inherited-members:\n" * (room == "describe" or path in bases),
-        )
-        for path in RESULTS.get(room, [])
-    ]
+    more = "   :members:\n" + "   :inherited-members:\n" * (
+        room in ("describe", "symbolic")
+    )  # their base classes are internal
+    blocks += [("autoclass", f"freebody.{path}", more) for path in RESULTS.get(room, [])]
     shown = [f"```{{eval-rst}}\n.. {kind}:: {path}\n{more}```\n" for kind, path, more in blocks]
     return f"# {title}\n\n{about}" + "\n".join(shown)
 

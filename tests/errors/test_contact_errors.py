@@ -174,8 +174,8 @@ def test_walls_that_touch_along_a_line_need_a_planar_machine():
     s.contact("c", log.cylinder(0.2), s.ground.cylinder(1))
     refused(
         lambda: fb.assemble(s),
-        "The cylinder and the cylinder of contact 'c' touch in one point only where all motion is in a plane at right "
-        "angles to their axes, which is not so here.",
+        "The cylinder and the cylinder of contact 'c' touch at one point only if all motion is in a plane at right "
+        "angles to their axes, which is not the case here.",
     )
 
 

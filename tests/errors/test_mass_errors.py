@@ -83,7 +83,7 @@ def body(*moments, products=(0, 0, 0), mass=1):
         ),
         (
             lambda: box(3, (1, 2, 3)) - particle(1).moved((0, 5, 0)),
-            "a hole inside the body, got a rest that no body can be: Expected moments .* "
+            "a hole inside the body, got a remainder that no body can have: Expected moments .* "
             "got -[0-9.]+ about .* Move the hole",
         ),
     ],

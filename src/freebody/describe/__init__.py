@@ -1,0 +1,1 @@
+"""Description of a machine: bodies, joints, loads, contacts and constraints of a `System`."""

@@ -275,7 +275,7 @@ def _check_coordinates(model: Model) -> None:
     for i, speed in enumerate(model.speeds):
         if speed.name.endswith("'") and i not in moved:
             raise ModelError(
-                f"Coordinate '{speed.name[:-1]}' is undetermined: it stands in the displacement of no joint. "
+                f"Coordinate '{speed.name[:-1]}' is undetermined: it occurs in the displacement of no joint. "
                 f"Use it in a coordinate=, or do not declare it."
             )
 

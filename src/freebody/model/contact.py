@@ -241,9 +241,9 @@ def _check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
     if k is None and (len(walls) == 2 or (walls and flat)):
         first, second = (kind_of(shape) for shape in (a, b))
         raise ModelError(
-            f"The {first} and the {second} of contact '{name}' touch in one point only where all motion is in a plane "
-            f"at right angles to their axes, which is not so here. In 3-D, use a sphere for one of them, or a plane "
-            f"for the flat one."
+            f"The {first} and the {second} of contact '{name}' touch at one point only if all motion is in a plane "
+            f"at right angles to their axes, which is not the case here. In 3-D, use a sphere for one of them, or a "
+            f"plane for the flat one."
         )
 
 

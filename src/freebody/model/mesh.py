@@ -15,17 +15,16 @@ Source: Shigley & Mischke, Mechanical Engineering Design (1989), §13-3 and 13-1
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ..describe.constraints.constraint import Gear
 from ..scalar.algebra import Expression, Vector, add, apply, cross, dot, scale, subtract
 from ..scalar.expression import exact
-
-if TYPE_CHECKING:
-    from .model import Link, Model
+from .parts import JointPlace, Link
 
 
 @dataclass(frozen=True)
@@ -65,10 +64,10 @@ class _Side:
     point: Vector
 
 
-def mesh_of(model: Model, gear: Gear) -> Mesh | str:
+def mesh_of(joints: Mapping[str, JointPlace], tree: Sequence[Link], gear: Gear) -> Mesh | str:
     """Return the mesh of a gear, or the reason why only its ratio is known."""
-    numbers = [model.joints[joint.name].links[0] for joint in (gear.first, gear.second)]
-    links = [model.links[i] for i in numbers]
+    numbers = [joints[joint.name].links[0] for joint in (gear.first, gear.second)]
+    links = [tree[i] for i in numbers]
     for joint, link in zip((gear.first, gear.second), links, strict=True):
         if link.kind == "screw":
             return f"'{joint.name}' is a screw"

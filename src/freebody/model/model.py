@@ -2,104 +2,31 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import sympy
 
 from ..describe.constraints.constraint import Gear
 from ..describe.description import Parameter
 from ..describe.loads.load import Load
-from ..scalar.algebra import Expression, Matrix, Vector
-from ..space.mass import MassProperties
+from ..describe.names import finite
+from ..errors import ModelError, nearest, shown
+from ..scalar.algebra import Expression, Vector
+from ..scalar.units import quantity
+from .mesh import Mesh, mesh_of
+from .parts import GROUND as GROUND
+from .parts import Coordinate as Coordinate
+from .parts import JointPlace as JointPlace
+from .parts import Link as Link
+from .parts import Place as Place
+from .parts import Speed as Speed
 
-if TYPE_CHECKING:
-    from .mesh import Mesh
-
-GROUND = -1
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """An entry of q: its name, its SymPy atom and its kind.
-
-    A scalar coordinate has its own speed; the coordinates of a quaternion or of the position of a free joint do not.
-    """
-
-    name: str
-    symbol: Any
-    kind: str  # "scalar", "position" or "quaternion"
-
-
-@dataclass(frozen=True)
-class Speed:
-    """An entry of u: its name, its SymPy atom and the atom of its time derivative."""
-
-    name: str
-    symbol: Any
-    acceleration: Any
-
-
-@dataclass(frozen=True)
-class Link:
-    """A primitive motion and the link that it moves.
-
-    The link's frame has its origin at the joint's point and the axes of its body (the axes of the joint
-    for the massless links inside a joint). In the frame of the parent link, the joint's
-    frame has the origin ``position`` and the constant rotation ``rotation`` (parent from joint).
-    """
-
-    joint: str
-    body: str | None
-    kind: str  # hinge, slider, screw, ball, free, weld
-    parent: int
-    rotation: Matrix
-    position: Vector
-    axis: Vector
-    pitch: Expression
-    displacement: Expression  # y(q, t) of a primitive with one degree of freedom
-    partials: tuple[tuple[int, Expression], ...]  # (index of the speed, dy/dq) where dy/dq is not zero
-    drift: Expression  # dy/dt at constant q
-    bias: Expression  # second derivative of y without the terms with accelerations
-    q: int  # first coordinate of a ball or free joint, else -1
-    u: int  # first speed of a ball or free joint, else -1
-    mass: Expression
-    center: Vector
-    inertia: Matrix  # about the mass centre
-
-    @property
-    def one_dof(self) -> bool:
-        """True if the motion has a displacement."""
-        return self.kind in ("hinge", "slider", "screw")
-
-    @property
-    def driven(self) -> bool:
-        """True if the motion is a given function of time."""
-        return self.one_dof and not self.partials
-
-
-@dataclass(frozen=True)
-class Place:
-    """Place of a body's frame: its link, and its origin from the origin of the link."""
-
-    link: int
-    origin: Vector
-    mass: Expression
-    center: Vector  # from the body's origin
-    inertia: Matrix
-    properties: MassProperties | None = None
-
-
-@dataclass(frozen=True)
-class JointPlace:
-    """The links of a joint, first to last, and the bodies it joins."""
-
-    type: str
-    links: tuple[int, ...]
-    parent: str
-    child: str
-    at: Vector
-    to: Vector
+_NUMBERS = frozenset((float, int, np.float64))
 
 
 @dataclass(frozen=True)
@@ -196,18 +123,24 @@ class Model:
 
     @cached_property
     def assumed(self) -> tuple[Any, ...]:
-        """Expressions of the parameters alone that are assumed positive, in a fixed order."""
-        from .values import assumed
+        """Expressions of the parameters alone that are assumed positive, in a fixed order.
 
-        return assumed(self)
+        Assumptions on coordinates, such as ``cos(theta) > 0``, restrict the motion and cannot be checked from values.
+        """
+        symbols = {parameter.symbol for parameter in self.parameters}
+        return tuple(
+            expression
+            for expression in sorted(self.positive, key=str)
+            if isinstance(expression, sympy.Basic)
+            and expression.free_symbols <= symbols
+            and not expression.has(sympy.core.function.AppliedUndef)
+        )
 
     @cached_property
     def meshes(self) -> Mapping[str, Mesh | str]:
         """The mesh of each gear, or the reason why only its ratio is known, by name."""
-        from .mesh import mesh_of
-
         gears = {name: gear for name, gear in self.constraints.items() if isinstance(gear, Gear)}
-        return {name: mesh_of(self, gear) for name, gear in gears.items()}
+        return {name: mesh_of(self.joints, self.links, gear) for name, gear in gears.items()}
 
     @property
     def signals(self) -> tuple[Any, ...]:
@@ -230,11 +163,61 @@ class Model:
         ModelError
             If a parameter is unknown or has no value.
         """
-        from .values import parameter_values
-
-        return parameter_values(self, {} if given is None else given)
+        given = {} if given is None else given
+        if not isinstance(given, Mapping):
+            raise ModelError(
+                f"Expected values of parameters by name, such as {{'m': 2}}, got {shown(given)}."
+            )
+        by_name = dict(self.defaults)
+        for key, value in given.items():
+            name = key if isinstance(key, str) else self.parameter_names.get(key, key)
+            if name not in by_name:
+                raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), by_name)}")
+            by_name[name] = _number(value, name, self)
+        missing = [name for name, value in by_name.items() if value is None]
+        if missing:
+            raise ModelError(
+                f"No value for {'parameter' if len(missing) == 1 else 'parameters'} {', '.join(missing)}. "
+                f"Give a default in s.parameters, or a value: values={{'{missing[0]}': ...}}."
+            )
+        return {name: float(value) for name, value in by_name.items() if value is not None}
 
     def __repr__(self) -> str:
         bodies = "1 body" if len(self.bodies) == 1 else f"{len(self.bodies)} bodies"
         freedom = "1 degree of freedom" if self.n_u == 1 else f"{self.n_u} degrees of freedom"
         return f"Model '{self.name}': {bodies}, {freedom}"
+
+
+def _number(value: Expression, name: str, model: Model) -> float:
+    """The value of a parameter as a float; text may have a unit."""
+    if type(value) in _NUMBERS and abs(value) <= sys.float_info.max:
+        return float(value) + 0  # -0.0 becomes 0.0, as it does in expressions
+    if isinstance(value, str):
+        declared = model.about.get(name, ("", ""))[0]
+        value = quantity(value, declared or _unit_by_use(model, name), f"parameter '{name}'")
+    expression = model.names.expression(value, f"the value of parameter '{name}'")
+    if isinstance(expression, sympy.Basic) and expression.free_symbols:
+        raise ModelError(f"Expected a number for parameter '{name}', got '{value}'.")
+    return finite(expression, f"parameter '{name}'")
+
+
+def _unit_by_use(model: Model, name: str) -> str:
+    """Unit of a parameter, from its use in the machine; "" if the uses give none or different units.
+
+    A use that gives a unit is the parameter, or a number times it, as a mass, a length of a solid, a component of a
+    joint's point or of gravity, or the pressure angle of a gear.
+    """
+    used: list[tuple[str, Any]] = [("m/s^2", g) for g in model.gravity]
+    for place in model.bodies.values():
+        used.append(("kg", place.mass))
+        shapes = [place.properties.shape] if place.properties and place.properties.shape else []
+        while shapes:
+            shape = shapes.pop()
+            shapes += shape.parts
+            if shape.kind not in ("mesh", "revolved"):
+                used += [("m", length) for _, length in shape.dimensions]
+    used += [("m", x) for joint in model.joints.values() for x in (*joint.at, *joint.to)]
+    gears = [constraint for constraint in model.constraints.values() if isinstance(constraint, Gear)]
+    used += [("rad", gear.pressure_angle) for gear in gears]
+    units = {unit for unit, x in used if isinstance(x, sympy.Expr) and str(x.as_coeff_Mul()[1]) == name}
+    return units.pop() if len(units) == 1 else ""

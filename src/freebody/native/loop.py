@@ -76,17 +76,17 @@ def address(array: Any) -> int:
 
 
 def made(
-    what: str, modules: Sequence[str], names: Sequence[str], make: Callable[[], Mapping[str, Any]]
+    label: str, modules: Sequence[str], names: Sequence[str], make: Callable[[], Mapping[str, Any]]
 ) -> Loop:
     """Return the functions ``names`` as a loop, made once in a process from the functions that ``make`` returns.
 
-    ``what`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
+    ``label`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
     the code.
     """
     with _LOCK:  # two threads would make two loops, and one would be unloaded while it runs
-        if what not in _loops:
-            _loops[what] = _made(key(what, *modules), names, make)
-        return _loops[what]
+        if label not in _loops:
+            _loops[label] = _made(key(label, *modules), names, make)
+        return _loops[label]
 
 
 def code(module: str, name: str) -> Function:
@@ -100,10 +100,10 @@ def module_named(name: str) -> Any:
     return importlib.import_module(f"{__name__.partition('.')[0]}.{name}")
 
 
-def key(what: str, *modules: str) -> str:
+def key(label: str, *modules: str) -> str:
     """Hash of the sources of a loop and of the sources that compile it."""
     source = sources.identity(*modules, __name__.partition(".")[2])
-    return hashlib.sha256(f"loop {what} {source} {codegen.version()} {np.__version__}".encode()).hexdigest()
+    return hashlib.sha256(f"loop {label} {source} {codegen.version()} {np.__version__}".encode()).hexdigest()
 
 
 def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]]) -> Loop:
@@ -126,7 +126,7 @@ def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]])
 def _loaded(
     header: dict[str, Any], code: bytes, names: Sequence[str]
 ) -> tuple[dict[str, Function], codegen.Library] | None:
-    """Return the functions in object code and their library; None if the code is not what it should be."""
+    """Return the functions in object code and their library; None if the code is damaged or of other functions."""
     if set(header) != {"functions", "needed"} or set(header["functions"]) != set(names):
         return None
     if not all(map(llvm.address_of_symbol, header["needed"])):  # without one, LLVM would end the process

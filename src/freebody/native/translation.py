@@ -501,7 +501,7 @@ class _Body:
         return builder.select(corrected, builder.add(remainder, b), remainder)
 
     def _Compare(self, node: ast.Compare) -> Any:
-        values = [self.value(one) for one in (node.left, *node.comparators)]
+        values = [self.value(operand) for operand in (node.left, *node.comparators)]
         result: Any = True
         for operator_, (a, b) in zip(node.ops, pairwise(values), strict=True):
             holds = self.compared(node, type(operator_), a, b)

@@ -1,0 +1,1 @@
+"""Pictures: drawings, free-body diagrams, plots, animations and pages."""

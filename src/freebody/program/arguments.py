@@ -29,11 +29,11 @@ def checked(
     count: int | None = None
     source = ""
 
-    def leading(n: int, what: str) -> None:
+    def leading(n: int, argument: str) -> None:
         nonlocal count, source
         if count is not None and count != n:
-            raise ModelError(f"Expected {what} for {count} states as in {source}, got {n}.")
-        count, source = n, what
+            raise ModelError(f"Expected {argument} for {count} states as in {source}, got {n}.")
+        count, source = n, argument
 
     for name, x in arrays.items():
         if x.ndim not in (1, 2) or x.shape[-1] != sizes[name]:

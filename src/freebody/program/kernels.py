@@ -25,6 +25,7 @@ import numpy as np
 from ..errors import ExpressionError
 from ..native import cache, codegen, sources
 from ..native.registers import WIDTH
+from ..scalar.algebra import Scalar
 from ..scalar.trace import NAMES, Tape, Traced
 from .code.emit import Form, Module
 from .code.lower import PROLOGUE, RECIPROCAL, Program, lower
@@ -53,7 +54,7 @@ if hasattr(os, "register_at_fork"):
 
 def compile_tape(
     tape: Tape,
-    functions: Mapping[str, Sequence[Any]],
+    functions: Mapping[str, Sequence[Scalar]],
     time: Traced | None,
     state: Sequence[Traced],
     parameters: Sequence[Traced],
@@ -376,7 +377,7 @@ def _pointer(values: np.ndarray) -> int:
 
 def _compile(
     tape: Tape,
-    functions: Mapping[str, Sequence[Any]],
+    functions: Mapping[str, Sequence[Scalar]],
     time: Traced | None,
     state: Sequence[Traced],
     parameters: Sequence[Traced],
@@ -434,7 +435,7 @@ def _operations(program: Program, name: str) -> dict[str, int]:
 
 def _key(
     tape: Tape,
-    functions: Mapping[str, Sequence[Any]],
+    functions: Mapping[str, Sequence[Scalar]],
     time: Traced | None,
     state: Sequence[Traced],
     parameters: Sequence[Traced],

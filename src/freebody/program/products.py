@@ -35,7 +35,7 @@ from ..dynamics.newton_euler import reactions
 from ..errors import ModelError, nearest
 from ..model import Model
 from ..model.closure import Closure
-from ..scalar.algebra import Scalar
+from ..scalar.algebra import Expression, Scalar
 from ..scalar.derivative import forward
 from ..scalar.derivative import jacobian as derivative
 from ..scalar.trace import Tape, Traced
@@ -51,7 +51,7 @@ class Product:
     """
 
     inputs: tuple[str, ...]
-    record: Callable[[Recording], Sequence[Any]]
+    record: Callable[[Recording], Sequence[Scalar]]
     shape: Callable[[Model], tuple[int, ...]]
     moves: bool = False
     point: Any = None
@@ -153,7 +153,7 @@ def derivative_of(model: Model, product: Product, by: str) -> Product:
             f"Expected a derivative by one of {', '.join(variables)}, got '{by}'; {nearest(str(by), variables)}"
         )
 
-    def record(r: Recording) -> list[Any]:
+    def record(r: Recording) -> list[Scalar]:
         outputs = list(product.record(r))
         if by == "displacement":
             columns = []
@@ -183,7 +183,7 @@ def _unit(n: int, k: int) -> list[int]:
     return [int(i == k) for i in range(n)]
 
 
-def _flat(rows: Iterable[Iterable[Any]]) -> list[Any]:
+def _flat(rows: Iterable[Iterable[Scalar]]) -> list[Scalar]:
     return [x for row in rows for x in row]
 
 
@@ -269,7 +269,7 @@ def jacobian_of(point: Any) -> Product:
     )
 
 
-def values_of(expressions: Sequence[Any], several: bool) -> Product:
+def values_of(expressions: Sequence[Expression], several: bool) -> Product:
     """Return the product of expressions of the model's names; a single one has no axis."""
     return Product(
         ("q", "u"),

@@ -243,7 +243,7 @@ class Program:
             Accelerations. With ``actuators`` they must keep the constraints, as those of :meth:`accelerations` do.
         actuators : "all", or names of coordinates or joints, optional
             For a machine with constraints: the coordinates on which forces act. With more actuators than degrees of
-            freedom, the result is the smallest Σ τ² of all forces that produce the motion.
+            freedom, the forces with the smallest Σ τ² are returned.
 
         Returns
         -------

@@ -1,0 +1,1 @@
+"""Numbers: algebra on every scalar type, canonical polynomials, recorded traces, derivatives."""

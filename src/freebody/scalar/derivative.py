@@ -16,10 +16,13 @@ from fractions import Fraction
 from typing import Any
 
 from ..errors import ExpressionError
+from .algebra import Scalar
 from .trace import ADD, CODES, DIV, INPUT, MUL, NEG, SUB, Tape, Traced
 
 
-def forward(tape: Tape, outputs: Sequence[Any], wrt: Sequence[Traced], seeds: Sequence[Any]) -> list[Any]:
+def forward(
+    tape: Tape, outputs: Sequence[Scalar], wrt: Sequence[Traced], seeds: Sequence[Scalar]
+) -> list[Scalar]:
     """Derivatives of the outputs along a direction.
 
     Parameters
@@ -39,7 +42,7 @@ def forward(tape: Tape, outputs: Sequence[Any], wrt: Sequence[Traced], seeds: Se
     _check(tape, wrt)
     if len(seeds) != len(wrt):
         raise ExpressionError(f"Expected one seed for each of the {len(wrt)} variables, got {len(seeds)}.")
-    tangent: dict[int, Any] = {x.index: seed for x, seed in zip(wrt, seeds, strict=True)}
+    tangent: dict[int, Scalar] = {x.index: seed for x, seed in zip(wrt, seeds, strict=True)}
     for i in _used(tape, outputs):
         if i in tangent or tape.op[i] <= INPUT:
             continue
@@ -54,8 +57,8 @@ def forward(tape: Tape, outputs: Sequence[Any], wrt: Sequence[Traced], seeds: Se
 
 
 def beside(
-    tape: Tape, functions: Mapping[str, Sequence[Any]], wrt: Sequence[Traced]
-) -> tuple[dict[str, list[Any]], list[Traced]]:
+    tape: Tape, functions: Mapping[str, Sequence[Scalar]], wrt: Sequence[Traced]
+) -> tuple[dict[str, list[Scalar]], list[Traced]]:
     """Outputs of functions, each followed by its derivative, and variables, each followed by its rate."""
     rates = [tape.input(f"rate of {tape.inputs[tape.a[x.index]]}") for x in wrt]
     results = {
@@ -65,14 +68,14 @@ def beside(
     return results, [x for pair in zip(wrt, rates, strict=True) for x in pair]
 
 
-def reverse(tape: Tape, output: Any, wrt: Sequence[Traced]) -> list[Any]:
+def reverse(tape: Tape, output: Scalar, wrt: Sequence[Traced]) -> list[Scalar]:
     """Gradient of one output: ∂output/∂x_j for each variable of ``wrt``."""
     return transposed(tape, [output], [1], wrt)
 
 
 def transposed(
-    tape: Tape, outputs: Sequence[Any], weights: Sequence[Any], wrt: Sequence[Traced]
-) -> list[Any]:
+    tape: Tape, outputs: Sequence[Scalar], weights: Sequence[Scalar], wrt: Sequence[Traced]
+) -> list[Scalar]:
     """Gradient of Σ_i weight_i output_i with respect to ``wrt``, with constant weights."""
     _check(tape, wrt)
     if len(weights) != len(outputs):
@@ -81,7 +84,7 @@ def transposed(
         )
     stop = {x.index for x in wrt}
     active = _depending(tape, outputs, stop)
-    adjoint: dict[int, Any] = {}
+    adjoint: dict[int, Scalar] = {}
     for y, weight in zip(outputs, weights, strict=True):
         if type(y) is Traced:
             adjoint[y.index] = adjoint.get(y.index, 0) + weight
@@ -97,7 +100,7 @@ def transposed(
     return [adjoint.get(x.index, 0) for x in wrt]
 
 
-def jacobian(tape: Tape, outputs: Sequence[Any], wrt: Sequence[Traced]) -> list[list[Any]]:
+def jacobian(tape: Tape, outputs: Sequence[Scalar], wrt: Sequence[Traced]) -> list[list[Scalar]]:
     """Rows of ∂output_i/∂x_j, by forward or reverse sweeps, whichever are fewer."""
     if len(outputs) < len(wrt):
         return [reverse(tape, y, wrt) for y in outputs]
@@ -111,14 +114,14 @@ def _check(tape: Tape, wrt: Sequence[Any]) -> None:
             raise ExpressionError(f"Expected variables that are scalars of the tape, got {x!r}.")
 
 
-def _used(tape: Tape, outputs: Sequence[Any]) -> list[int]:
+def _used(tape: Tape, outputs: Sequence[Scalar]) -> list[int]:
     for y in outputs:
         if type(y) is Traced and y.tape is not tape:
             raise ExpressionError(f"Expected outputs of the tape, got {y!r} of another.")
     return tape.used(outputs)
 
 
-def _depending(tape: Tape, outputs: Sequence[Any], variables: set[int]) -> dict[int, None]:
+def _depending(tape: Tape, outputs: Sequence[Scalar], variables: set[int]) -> dict[int, None]:
     """The nodes between the variables and the outputs, operands first."""
     active: dict[int, None] = {}
     op, a, b = tape.op, tape.a, tape.b
@@ -128,11 +131,11 @@ def _depending(tape: Tape, outputs: Sequence[Any], variables: set[int]) -> dict[
     return active
 
 
-def _is_zero(x: Any) -> bool:
+def _is_zero(x: Scalar) -> bool:
     return type(x) is not Traced and x == 0
 
 
-def _partials(tape: Tape, i: int, first: Any, second: Any) -> tuple[Any, ...]:
+def _partials(tape: Tape, i: int, first: Scalar, second: Scalar) -> tuple[Scalar, ...]:
     """Partial derivatives of node i by its operands; 0 for an operand whose use, ``first`` or ``second``, is zero."""
     code = tape.op[i]
     x = tape.scalar(tape.a[i])
@@ -165,7 +168,7 @@ def _partials(tape: Tape, i: int, first: Any, second: Any) -> tuple[Any, ...]:
     return (half - side, half + side) if code == CODES["min"] else (half + side, half - side)
 
 
-_UNARY: dict[int, Callable[[Tape, Any, Any], Any]] = {
+_UNARY: dict[int, Callable[[Tape, Scalar, Scalar], Scalar]] = {
     CODES["sin"]: lambda tape, x, v: tape.cos(x),
     CODES["cos"]: lambda tape, x, v: -tape.sin(x),
     CODES["tan"]: lambda tape, x, v: 1 + v * v,

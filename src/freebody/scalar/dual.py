@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import Any
 
 from .algebra import HALF, Field, Scalar, divide
 from .series import Series
@@ -68,12 +67,12 @@ class Dual:
     __slots__ = ("base", "slopes", "value")
     __array_ufunc__ = None  # NumPy numbers leave the operation to this class
 
-    def __init__(self, base: Field, value: Any, slopes: dict[int, Any]) -> None:
+    def __init__(self, base: Field, value: Scalar, slopes: dict[int, Scalar]) -> None:
         self.base = base
         self.value = value
         self.slopes = slopes
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Scalar) -> Scalar:
         if type(other) is not Dual:
             return (
                 NotImplemented if type(other) is Series else Dual(self.base, self.value + other, self.slopes)
@@ -93,13 +92,13 @@ class Dual:
     def __neg__(self) -> Dual:
         return Dual(self.base, -self.value, {i: -d for i, d in self.slopes.items()})
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Scalar) -> Scalar:
         return self + (-other)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Scalar) -> Scalar:
         return -self + other
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Scalar) -> Scalar:
         if type(other) is not Dual:
             if type(other) is Series:
                 return NotImplemented
@@ -110,7 +109,7 @@ class Dual:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> Scalar:
         if type(other) is Series:
             return NotImplemented
         if type(other) is not Dual:
@@ -120,17 +119,17 @@ class Dual:
         value = self.value * inverse
         return _chain(self.base, value, [(inverse, self), (-(value * inverse), other)])
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Scalar) -> Scalar:
         inverse = divide(1, self.value)
         value = other * inverse
         return _chain(self.base, value, [(-(value * inverse), self)])
 
-    def __pow__(self, n: Any) -> Any:
+    def __pow__(self, n: Scalar) -> Scalar:
         if not isinstance(n, int):
             return DualField(self.base).apply("pow", self, n)
         if n < 0:
             return 1 / self**-n
-        result: Any = 1
+        result: Scalar = 1
         for _ in range(n):
             result = self * result
         return result
@@ -149,17 +148,17 @@ def slope_of(x: Scalar, index: int) -> Scalar:
     return x.slopes.get(index, 0) if type(x) is Dual else 0
 
 
-def _is_zero(x: Any) -> bool:
+def _is_zero(x: Scalar) -> bool:
     return type(x) is int and x == 0
 
 
-def _dual(base: Field, value: Any, slopes: dict[int, Any]) -> Any:
+def _dual(base: Field, value: Scalar, slopes: dict[int, Scalar]) -> Scalar:
     return Dual(base, value, slopes) if slopes else value
 
 
-def _chain(base: Field, value: Any, parts: list[tuple[Any, Any]]) -> Any:
+def _chain(base: Field, value: Scalar, parts: list[tuple[Scalar, Scalar]]) -> Scalar:
     """The value with the derivatives Σ rate · ∂x over the parts (rate, x)."""
-    slopes: dict[int, Any] = {}
+    slopes: dict[int, Scalar] = {}
     for rate, x in parts:
         if type(x) is not Dual or _is_zero(rate):
             continue
@@ -176,7 +175,7 @@ def _chain(base: Field, value: Any, parts: list[tuple[Any, Any]]) -> Any:
     return _dual(base, value, slopes)
 
 
-_UNARY: dict[str, Callable[[Field, Any, Any], Any]] = {
+_UNARY: dict[str, Callable[[Field, Scalar, Scalar], Scalar]] = {
     "sin": lambda f, x, v: f.apply("cos", x),
     "cos": lambda f, x, v: -f.apply("sin", x),
     "tan": lambda f, x, v: v * v + 1,
@@ -194,20 +193,20 @@ _UNARY: dict[str, Callable[[Field, Any, Any], Any]] = {
 }
 
 
-def _atan2(f: Field, y: Any, x: Any, v: Any, *used: bool) -> tuple[Any, Any]:
+def _atan2(f: Field, y: Scalar, x: Scalar, v: Scalar, *used: bool) -> tuple[Scalar, Scalar]:
     square = x * x + y * y
     return divide(x, square), -divide(y, square)
 
 
-def _pow(f: Field, x: Any, y: Any, v: Any, first: bool, second: bool) -> tuple[Any, Any]:
+def _pow(f: Field, x: Scalar, y: Scalar, v: Scalar, first: bool, second: bool) -> tuple[Scalar, Scalar]:
     return (y * f.apply("pow", x, y - 1) if first else 0, v * f.apply("log", x) if second else 0)
 
 
-def _choice(f: Field, side: Any, x: Any, y: Any) -> Any:
+def _choice(f: Field, side: Scalar, x: Scalar, y: Scalar) -> Scalar:
     return side * HALF * f.apply("sign", x - y)
 
 
-_BINARY: dict[str, Callable[..., tuple[Any, Any]]] = {
+_BINARY: dict[str, Callable[..., tuple[Scalar, Scalar]]] = {
     "atan2": _atan2,
     "pow": _pow,
     # the mean of both derivatives where the operands are equal

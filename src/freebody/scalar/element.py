@@ -10,7 +10,7 @@ from typing import Any
 from flint.utils.flint_exceptions import IncompatibleContextError
 
 from ..errors import ExpressionError
-from .algebra import exact_constant
+from .algebra import Scalar, exact_constant
 from .budget import FREE
 
 _new = object.__new__
@@ -31,7 +31,7 @@ class Polynomial:
     mask: int  # generators that may occur: a superset of the generators that do
 
     # ---------------------------------------------------------------- arithmetic
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Scalar) -> Scalar:
         if type(other) is not Polynomial:
             if other == 0 and type(other) is int:
                 return self
@@ -75,7 +75,7 @@ class Polynomial:
     def __pos__(self) -> Polynomial:
         return self
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Scalar) -> Scalar:
         if type(other) is not Polynomial:
             if other == 0 and type(other) is int:
                 return self
@@ -105,10 +105,10 @@ class Polynomial:
             _cancel(result, a)
         return result
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Scalar) -> Scalar:
         return -self + other
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Scalar) -> Scalar:
         if type(other) is not Polynomial:
             if type(other) is int:
                 if other == 0:
@@ -151,7 +151,7 @@ class Polynomial:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> Scalar:
         if type(other) is not Polynomial:
             other = _plain(other)
             if other is NotImplemented:
@@ -161,13 +161,13 @@ class Polynomial:
             return _scaled(self, 1 / Fraction(other))
         return self.ring.quotient(self, other)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Scalar) -> Scalar:
         other = _operand(self.ring, other)
         if other is NotImplemented:
             return other
         return self.ring.quotient(other, self)
 
-    def __pow__(self, exponent: Any) -> Any:
+    def __pow__(self, exponent: Scalar) -> Scalar:
         if isinstance(exponent, Fraction) and exponent.denominator == 1:
             exponent = int(exponent)
         if not isinstance(exponent, int):
@@ -186,7 +186,7 @@ class Polynomial:
                 square = square * square
         return result
 
-    def __rpow__(self, base: Any) -> Any:
+    def __rpow__(self, base: Scalar) -> Scalar:
         return self.ring.apply("pow", base, self)
 
     # ---------------------------------------------------------------- comparison
@@ -239,11 +239,11 @@ class Polynomial:
         return len(self.num)
 
     # ---------------------------------------------------------------- derivatives, other forms
-    def derivative(self, atom: Any) -> Any:
+    def derivative(self, atom: Any) -> Scalar:
         """∂/∂atom, through every generator that depends on the atom."""
         return self.ring.derivative(self, atom)
 
-    def total_derivative(self, rates: Mapping[Any, Any]) -> Any:
+    def total_derivative(self, rates: Mapping[Any, Scalar]) -> Scalar:
         """Σ ∂/∂atom · rates[atom]; the rate of time is 1, and an atom without a rate is constant."""
         return self.ring.total_derivative(self, rates)
 
@@ -269,7 +269,7 @@ class Polynomial:
         return float(self.number())
 
 
-def element(ring: Any, num: Any, den: int, mask: int) -> Any:
+def element(ring: Any, num: Any, den: int, mask: int) -> Scalar:
     """``num / den`` (num in normal form) as a Polynomial, or as a plain number if it is one."""
     if num.is_constant():
         return _constant(num, den)
@@ -283,7 +283,7 @@ def element(ring: Any, num: Any, den: int, mask: int) -> Any:
     return result
 
 
-def is_zero(x: Any) -> bool:
+def is_zero(x: Scalar) -> bool:
     """True if an element, a number or anything that compares with 0 is zero.
 
     The answer is exact even where the form of an element is not canonical. The ring has no zero divisors, so that
@@ -298,7 +298,7 @@ def is_zero(x: Any) -> bool:
     return bool(x == 0 or cleared(x) == 0)
 
 
-def cleared(x: Any) -> Any:
+def cleared(x: Scalar) -> Scalar:
     """x times powers of the reciprocals of its inverse generators, newest first, so that no inverse remains."""
     ring = x.ring
     while type(x) is Polynomial:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from numbers import Integral, Rational, Real
-from typing import Any
 
 from ..errors import ExpressionError
+from .algebra import Scalar
 
 ODD = frozenset({"sin", "tan", "asin", "atan", "sinh", "tanh"})
 EVEN = frozenset({"cos", "cosh", "abs"})
 
 
-def number(x: Any) -> Any:
+def number(x: Scalar) -> Scalar:
     """The number as an int, a Fraction or a float."""
     kind = type(x)
     if kind is int:
@@ -29,14 +29,14 @@ def number(x: Any) -> Any:
     raise ExpressionError(f"Expected a real number or a scalar of the tape, got {x!r}.")
 
 
-def reciprocal(c: Any) -> Any:
+def reciprocal(c: Scalar) -> Scalar:
     """1 / c, exact unless c is a float."""
     if c == 0:
         raise ZeroDivisionError("Expected a divisor other than 0 in a recorded program.")
     return 1 / c if isinstance(c, float) else number(1 / Fraction(c))
 
 
-def fold(function: str, *numbers: Any) -> Any:
+def fold(function: str, *numbers: Scalar) -> Scalar:
     """Value of a function of numbers: exact where that is easy, else in double precision."""
     x, *rest = (number(n) for n in numbers)
     if function == "sign":

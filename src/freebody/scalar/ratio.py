@@ -15,6 +15,7 @@ from math import gcd
 from typing import Any
 
 from ..errors import ExpressionError
+from .algebra import Scalar
 from .element import Polynomial, element
 
 _SHORT = (
@@ -48,18 +49,18 @@ class Ratio:
 
     __slots__ = ("den", "num", "ring")
 
-    def __init__(self, ring: Any, num: Any, den: Any = 1) -> None:
+    def __init__(self, ring: Any, num: Scalar, den: Scalar = 1) -> None:
         self.ring = ring
         self.num, self.den = _reduced(ring, num, den)
 
-    def _coerced(self, other: Any) -> Any:
+    def _coerced(self, other: Scalar) -> Any:
         if type(other) is Ratio:
             return other
         if isinstance(other, int | Fraction) or type(other) is Polynomial:
             return Ratio(self.ring, other)
         return NotImplemented
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Scalar) -> Scalar:
         other = self._coerced(other)
         if other is NotImplemented:
             return other
@@ -73,14 +74,14 @@ class Ratio:
     def __neg__(self) -> Ratio:
         return Ratio(self.ring, -self.num, self.den)
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Scalar) -> Scalar:
         other = self._coerced(other)
         return other if other is NotImplemented else self + (-other)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Scalar) -> Scalar:
         return -self + other
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Scalar) -> Scalar:
         other = self._coerced(other)
         if other is NotImplemented:
             return other
@@ -88,7 +89,7 @@ class Ratio:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> Scalar:
         other = self._coerced(other)
         if other is NotImplemented:
             return other
@@ -96,10 +97,10 @@ class Ratio:
             raise ExpressionError(f"Expected a divisor that is not zero in ({self}) / 0.")
         return Ratio(self.ring, self.num * other.den, self.den * other.num)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Scalar) -> Scalar:
         return Ratio(self.ring, other) / self
 
-    def __pow__(self, n: int) -> Any:
+    def __pow__(self, n: int) -> Scalar:
         result: Any = Ratio(self.ring, 1)
         for _ in range(abs(n)):
             result = result * self
@@ -124,7 +125,7 @@ class Ratio:
         """True if no symbol occurs."""
         return type(self.num) is not Polynomial and type(self.den) is not Polynomial
 
-    def whole(self) -> Any:
+    def whole(self) -> Scalar:
         """The ratio as an element of the ring; a denominator becomes inverse generators."""
         return (
             self.num
@@ -142,16 +143,16 @@ class Ratio:
         return str(self.num) if self.den == 1 else f"({self.num})/({self.den})"
 
 
-def _size(x: Any) -> int:
+def _size(x: Scalar) -> int:
     return len(x) if type(x) is Polynomial else 1
 
 
-def numerator(x: Any) -> Any:
+def numerator(x: Scalar) -> Scalar:
     """Numerator of a ratio; an element or a number is its own numerator."""
     return x.num if type(x) is Ratio else x
 
 
-def cleared(ring: Any, ratios: Sequence[Ratio]) -> list[Any]:
+def cleared(ring: Any, ratios: Sequence[Ratio]) -> list[Scalar]:
     """The ratios times the least common multiple of their denominators: elements of the ring."""
     total: Any = None  # not in normal form: the relations would hide the factors of the product
     integers = 1
@@ -174,7 +175,7 @@ def cleared(ring: Any, ratios: Sequence[Ratio]) -> list[Any]:
     return result
 
 
-def common_factor(ring: Any, elements: Sequence[Any]) -> Any:
+def common_factor(ring: Any, elements: Sequence[Scalar]) -> Scalar:
     """Greatest common divisor of elements without inverse generators (their integer contents included)."""
     factor: Any = None
     for x in elements:
@@ -188,7 +189,7 @@ def common_factor(ring: Any, elements: Sequence[Any]) -> Any:
     return 1 if factor is None else element(ring, factor, 1, ring.support(factor))
 
 
-def divided(ring: Any, x: Any, divisor: Any) -> Any:
+def divided(ring: Any, x: Scalar, divisor: Scalar) -> Scalar:
     """x / divisor for a divisor that divides the terms of x, as :func:`common_factor` does."""
     if divisor == 1 or x == 0:
         return x
@@ -197,7 +198,7 @@ def divided(ring: Any, x: Any, divisor: Any) -> Any:
     return element(ring, num, x.den, ring.support(num)) * divisor.den
 
 
-def _reduced(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
+def _reduced(ring: Any, a: Scalar, b: Scalar) -> tuple[Scalar, Scalar]:
     """Numerator and denominator of a / b without common factors; the denominator is primitive or 1."""
     if a == 0:
         return 0, 1
@@ -226,7 +227,7 @@ def _reduced(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
     return a, b
 
 
-def _without_inverses(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
+def _without_inverses(ring: Any, a: Scalar, b: Scalar) -> tuple[Scalar, Scalar]:
     """Both times the reciprocals of their inverse generators."""
     for _ in range(10 * len(ring.generators)):
         newest = -1
@@ -240,7 +241,7 @@ def _without_inverses(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
     return a, b
 
 
-def _without_common(ring: Any, b: Any, d: Any) -> tuple[Any, Any]:
+def _without_common(ring: Any, b: Scalar, d: Scalar) -> tuple[Scalar, Scalar]:
     """b and d, both divided by their greatest common divisor."""
     if type(b) is not Polynomial or type(d) is not Polynomial:
         return b, d
@@ -266,7 +267,7 @@ def _with_sines(r: Ratio) -> Ratio:
     return r
 
 
-def over_sine(ring: Any, x: Any, index: int) -> Any:
+def over_sine(ring: Any, x: Scalar, index: int) -> Scalar:
     """x / s for the sine s of an index, None if s does not divide x: (a + b s)/s = b + s a/(1 - c²)."""
     if type(x) is not Polynomial:
         return None

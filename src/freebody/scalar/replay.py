@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .algebra import Scalar
 from .arrays import function_of_arrays
 from .trace import ADD, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
 
@@ -38,7 +39,7 @@ class Replay:
            [ 2.,  2.,  2.]])
     """
 
-    def __init__(self, tape: Tape, outputs: Sequence[Any]) -> None:
+    def __init__(self, tape: Tape, outputs: Sequence[Scalar]) -> None:
         used = tape.used(outputs)
         place = {node: k for k, node in enumerate(used)}
         self._inputs: list[tuple[int, int]] = []

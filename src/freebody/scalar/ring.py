@@ -32,7 +32,7 @@ from flint import Ordering, fmpz_mpoly_ctx
 
 from ..errors import ExpressionError, nearest
 from . import expression, functions, quotients
-from .algebra import FUNCTIONS, Field
+from .algebra import FUNCTIONS, Expression, Field, Scalar
 from .budget import Budget
 from .element import Polynomial, element
 from .relations import Relations
@@ -230,7 +230,7 @@ class Ring(Field):
         self.relations.add_square(mask, self.promoted(total.num))
 
     # ---------------------------------------------------------------- Field
-    def constant(self, value: Any) -> Polynomial:
+    def constant(self, value: Expression) -> Polynomial:
         """A number as an element; ``"pi"`` and ``"E"`` are generators."""
         if isinstance(value, str):
             atoms = {"pi": sympy.pi, "E": sympy.E}
@@ -247,7 +247,7 @@ class Ring(Field):
         x.num = self.context.constant(value.numerator)
         return x
 
-    def coerce(self, value: Any) -> Polynomial:
+    def coerce(self, value: Scalar) -> Polynomial:
         """A number or an element as an element of this ring."""
         if type(value) is Polynomial:
             if value.ring is not self:
@@ -257,27 +257,27 @@ class Ring(Field):
             return value
         return self.constant(value)
 
-    def vanishing(self, square: Any) -> Any:
+    def vanishing(self, square: Scalar) -> Scalar:
         """0: expressions with symbols are treated as non-zero."""
         return 0
 
-    def apply(self, function: str, *arguments: Any) -> Any:
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
         """A function of elements or numbers, as a canonical element."""
         if function not in FUNCTIONS:
             raise ExpressionError(f"Unknown function '{function}': {nearest(function, FUNCTIONS)}")
         return functions.apply(self, function, [self.coerce(a) for a in arguments])
 
     # ---------------------------------------------------------------- division
-    def quotient(self, a: Polynomial, b: Polynomial) -> Any:
+    def quotient(self, a: Polynomial, b: Polynomial) -> Scalar:
         """a / b; common factors cancel, the remaining factors of b become inverse generators."""
         return quotients.quotient(self, a, b)
 
-    def reduced(self, x: Polynomial) -> Any:
+    def reduced(self, x: Polynomial) -> Scalar:
         """Normal form of an element that is older than a relation."""
         num, scale, mask = self.relations.normal_form(self.promoted(x.num), x.mask, x.mask)
         return element(self, num, x.den * scale, mask)
 
-    def factor(self, x: Any) -> tuple[Any, list[tuple[Polynomial, int]]]:
+    def factor(self, x: Scalar) -> tuple[Any, list[tuple[Polynomial, int]]]:
         """Content and irreducible factors; see `Polynomial.factor`."""
         x = self.coerce(x)
         if not x:
@@ -315,7 +315,7 @@ class Ring(Field):
             mask ^= bit
         return result
 
-    def depends(self, x: Any) -> int:
+    def depends(self, x: Scalar) -> int:
         """Mask of the atoms that an element depends on, through its derived generators."""
         if type(x) is not Polynomial:
             return 0
@@ -324,11 +324,11 @@ class Ring(Field):
             mask |= g.depends
         return mask
 
-    def atoms_of(self, x: Any) -> frozenset[Any]:
+    def atoms_of(self, x: Scalar) -> frozenset[Any]:
         """SymPy atoms that an element depends on."""
         return frozenset(g.atom for g in self.of_mask(self.depends(x)))
 
-    def derivative(self, x: Any, atom: Any) -> Any:
+    def derivative(self, x: Scalar, atom: Any) -> Scalar:
         """∂x/∂atom with the chain rule through derived generators."""
         index = self._index.get(atom)
         if index is None or type(x) is not Polynomial:
@@ -340,7 +340,7 @@ class Ring(Field):
                 total = total + self._partial(x, g.index) * self._generator_derivative(g, index)
         return total
 
-    def total_derivative(self, x: Any, rates: Mapping[Any, Any]) -> Any:
+    def total_derivative(self, x: Scalar, rates: Mapping[Any, Scalar]) -> Scalar:
         """Rate of x when every atom changes at its rate; see `Polynomial.total_derivative`."""
         if type(x) is not Polynomial:
             return 0
@@ -371,7 +371,7 @@ class Ring(Field):
         return g.derivatives[index]
 
     # ---------------------------------------------------------------- SymPy
-    def from_sympy(self, expr: Any) -> Any:
+    def from_sympy(self, expr: Expression) -> Scalar:
         """A SymPy expression (or a number) as a canonical element, or a plain number."""
         if isinstance(expr, str):
             raise ExpressionError(f"Expected a SymPy expression, got the text {expr!r}; parse it first.")
@@ -390,19 +390,19 @@ class Ring(Field):
             return self.generator(atom)
         raise KeyError(atom)
 
-    def to_sympy(self, x: Any) -> Any:
+    def to_sympy(self, x: Scalar) -> Any:
         """An element as an expanded SymPy expression."""
         from . import to_sympy
 
         return to_sympy.expression_of(self, x)
 
-    def text(self, x: Any) -> str:
+    def text(self, x: Scalar) -> str:
         """Plain text of the element for messages; `symbolic.printing.display` prints for readers."""
         if type(x) is not Polynomial:
             return str(x)
         return str(self.to_sympy(x)) if len(x) <= 200 else f"<polynomial of {len(x)} terms>"
 
-    def elements(self, values: Iterable[Any]) -> tuple[Polynomial, ...]:
+    def elements(self, values: Iterable[Scalar]) -> tuple[Polynomial, ...]:
         """Several values as elements of this ring."""
         return tuple(self.coerce(v) for v in values)
 

@@ -62,22 +62,22 @@ class Series:
 
     __slots__ = ("c", "field")
 
-    def __init__(self, field: SeriesField, coefficients: tuple[Any, ...]) -> None:
+    def __init__(self, field: SeriesField, coefficients: tuple[Scalar, ...]) -> None:
         self.field = field
         self.c = coefficients
 
-    def derivative(self, k: int = 1) -> Any:
+    def derivative(self, k: int = 1) -> Scalar:
         """The k-th time derivative, k! x_k."""
         factor = 1
         for i in range(2, k + 1):
             factor *= i
         return factor * self.c[k]
 
-    def _level(self, other: Any) -> int:
+    def _level(self, other: Scalar) -> int:
         """0 if ``other`` has this level, negative if it is a constant of it, positive if its level is above."""
         return (other.field.level if isinstance(other, Series) else 0) - self.field.level
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Scalar) -> Scalar:
         level = self._level(other)
         if level > 0:
             return other + self
@@ -90,7 +90,7 @@ class Series:
     def __neg__(self) -> Series:
         return Series(self.field, tuple(-a for a in self.c))
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Scalar) -> Scalar:
         level = self._level(other)
         if level > 0:
             return -other + self
@@ -98,10 +98,10 @@ class Series:
             return Series(self.field, (self.c[0] - other, *self.c[1:]))
         return Series(self.field, tuple(a - b for a, b in zip(self.c, other.c, strict=True)))
 
-    def __rsub__(self, other: Any) -> Series:
+    def __rsub__(self, other: Scalar) -> Series:
         return (-self) + other
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Scalar) -> Scalar:
         level = self._level(other)
         if level > 0:
             return other * self
@@ -115,13 +115,13 @@ class Series:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> Scalar:
         level = self._level(other)
         if level > 0:
             return other.field.series([self]) / other
         if level < 0:
             return Series(self.field, tuple(divide(a, other) for a in self.c))
-        quotient: list[Any] = []
+        quotient: list[Scalar] = []
         for k in range(self.field.order + 1):
             rest = self.c[k]
             for i in range(1, k + 1):
@@ -129,15 +129,15 @@ class Series:
             quotient.append(divide(rest, other.c[0]))
         return Series(self.field, tuple(quotient))
 
-    def __rtruediv__(self, other: Any) -> Series:
+    def __rtruediv__(self, other: Scalar) -> Series:
         return self.field.series([other]) / self
 
-    def __pow__(self, n: int) -> Any:
+    def __pow__(self, n: int) -> Scalar:
         if not isinstance(n, int):
             return self.field.apply("pow", self, n)
         if n < 0:
             return 1 / self**-n
-        result: Any = 1
+        result: Scalar = 1
         for _ in range(n):
             result = result * self
         return result
@@ -146,8 +146,8 @@ class Series:
         return f"Series{self.c}"
 
 
-def _convolution(a: Sequence[Any], b: Sequence[Any], k: int) -> Any:
-    total: Any = 0
+def _convolution(a: Sequence[Scalar], b: Sequence[Scalar], k: int) -> Scalar:
+    total: Scalar = 0
     for i in range(k + 1):
         total = total + a[i] * b[k - i]
     return total
@@ -157,8 +157,8 @@ def _sin_cos(field: SeriesField, x: Series) -> tuple[Series, Series]:
     """k s_k = Σ i x_i c_(k-i),  k c_k = -Σ i x_i s_(k-i)."""
     s, c = [field.base.apply("sin", x.c[0])], [field.base.apply("cos", x.c[0])]
     for k in range(1, field.order + 1):
-        sine: Any = 0
-        cosine: Any = 0
+        sine: Scalar = 0
+        cosine: Scalar = 0
         for i in range(1, k + 1):
             sine = sine + i * x.c[i] * c[k - i]
             cosine = cosine - i * x.c[i] * s[k - i]
@@ -178,12 +178,12 @@ def _sqrt(field: SeriesField, x: Series) -> Series:
     return Series(field, tuple(r))
 
 
-def _integrated(field: SeriesField, first: Any, rate: Any, x: Series) -> Series:
+def _integrated(field: SeriesField, first: Scalar, rate: Scalar, x: Series) -> Series:
     """y with y_0 = first and y' = rate x', where ``rate`` is a series or a constant."""
     r = rate.c if isinstance(rate, Series) else (rate, *(0,) * field.order)
     y = [first]
     for k in range(1, field.order + 1):
-        total: Any = 0
+        total: Scalar = 0
         for i in range(1, k + 1):
             total = total + i * x.c[i] * r[k - i]
         y.append(divide(total, k))
@@ -193,7 +193,7 @@ def _integrated(field: SeriesField, first: Any, rate: Any, x: Series) -> Series:
 def _exp(field: SeriesField, x: Series) -> Series:
     y = [field.base.apply("exp", x.c[0])]
     for k in range(1, field.order + 1):
-        total: Any = 0
+        total: Scalar = 0
         for i in range(1, k + 1):
             total = total + i * x.c[i] * y[k - i]
         y.append(divide(total, k))

@@ -24,7 +24,7 @@ from numbers import Real
 from typing import Any
 
 from ..errors import ExpressionError
-from .algebra import FUNCTIONS, Field
+from .algebra import FUNCTIONS, Field, Scalar
 from .folding import EVEN, ODD, fold, number, reciprocal
 
 # Codes of operations; `NAMES[code]` is the name. The codes are part of the key of compiled programs on disk.
@@ -56,7 +56,7 @@ class Tape(Field):
         self.op: list[int] = []
         self.a: list[int] = []
         self.b: list[int] = []
-        self.constants: list[Any] = []
+        self.constants: list[Scalar] = []
         self.inputs: list[str] = []
         self._memo: list[dict[Any, Traced]] = [{} for _ in NAMES]
 
@@ -74,13 +74,13 @@ class Tape(Field):
             scalar = self._memo[INPUT][name] = self._append(INPUT, len(self.inputs) - 1, NONE)
         return scalar
 
-    def constant(self, value: int | Fraction | float | str) -> Any:
+    def constant(self, value: int | Fraction | float | str) -> Scalar:
         """The number itself; ``"pi"`` and ``"E"`` as floats."""
         if isinstance(value, str):
             return {"pi": math.pi, "E": math.e}[value]
         return value
 
-    def apply(self, function: str, *arguments: Any) -> Any:
+    def apply(self, function: str, *arguments: Scalar) -> Scalar:
         """``function`` of numbers (folded) or of scalars of this tape."""
         if function not in CODES or CODES[function] <= NEG:
             raise ExpressionError(
@@ -111,7 +111,7 @@ class Tape(Field):
                 x = x.minus
         return self._record(CODES[function], self.node(x).index, NONE)
 
-    def node(self, x: Any) -> Traced:
+    def node(self, x: Scalar) -> Traced:
         """``x`` as a node of this tape; a number becomes a constant node."""
         if type(x) is Traced:
             if x.tape is not self:
@@ -127,7 +127,7 @@ class Tape(Field):
             node = self._memo[CONST][x] = self._append(CONST, len(self.constants) - 1, NONE)
         return node
 
-    def scalar(self, i: int) -> Any:
+    def scalar(self, i: int) -> Scalar:
         """The scalar of node ``i``: a number for a constant, else the traced scalar."""
         code = self.op[i]
         if code == CONST:
@@ -138,7 +138,7 @@ class Tape(Field):
             return self._memo[NEG][self.a[i]]
         return self._memo[code][self.a[i], self.b[i]]
 
-    def used(self, outputs: Iterable[Any]) -> list[int]:
+    def used(self, outputs: Iterable[Scalar]) -> list[int]:
         """Indices of the nodes that the outputs need, operands first (increasing)."""
         op, a, b = self.op, self.a, self.b
         last = {x.index for x in outputs if type(x) is Traced}
@@ -154,7 +154,7 @@ class Tape(Field):
                     needed[b[i]] = 1
         return [i for i, flag in enumerate(needed) if flag]
 
-    def evaluate(self, outputs: Iterable[Any], values: Mapping[str, float]) -> list[float]:
+    def evaluate(self, outputs: Iterable[Scalar], values: Mapping[str, float]) -> list[float]:
         """Values of the outputs in Python floats, from the inputs by name: the slow reference of the compiler."""
         outputs = list(outputs)
         table: dict[int, float] = {}
@@ -168,7 +168,7 @@ class Tape(Field):
                 table[i] = _EVALUATE[code](table[p]) if q < 0 else _EVALUATE[code](table[p], table[q])
         return [table[x.index] if type(x) is Traced else float(x) for x in outputs]
 
-    def to_sympy(self, x: Any, symbols: Mapping[str, Any] | None = None) -> Any:
+    def to_sympy(self, x: Scalar, symbols: Mapping[str, Any] | None = None) -> Any:
         """A scalar as a SymPy expression; an input is a symbol of its name unless ``symbols`` replaces it."""
         import sympy
 
@@ -216,7 +216,7 @@ class Tape(Field):
             scalar = memo[i, j] = self._append(code, i, j)
         return scalar
 
-    def _times_number(self, x: Traced, c: Any) -> Any:
+    def _times_number(self, x: Traced, c: Scalar) -> Scalar:
         if c == 0:
             return 0
         if c == 1:
@@ -233,7 +233,7 @@ class Tape(Field):
                 return self.scalar(i)
         return self._record(MUL, i, self.node(c).index)
 
-    def _plus_number(self, x: Traced, c: Any) -> Any:
+    def _plus_number(self, x: Traced, c: Scalar) -> Scalar:
         if c == 0:
             return x
         if x.minus is not None:  # -x + c
@@ -262,7 +262,7 @@ class Traced:
         self.index = index
         self.minus = minus  # x if this is -x
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Scalar) -> Scalar:
         if type(other) is not Traced:
             if other.__class__ is int and other == 0:
                 return self
@@ -290,7 +290,7 @@ class Traced:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Scalar) -> Scalar:
         if type(other) is not Traced:
             if other.__class__ is int and other == 0:
                 return self
@@ -319,10 +319,10 @@ class Traced:
             tape.b.append(j)
         return result
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Scalar) -> Scalar:
         return -(self - other)
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Scalar) -> Scalar:
         if type(other) is not Traced:
             if other.__class__ is int and other == 0:
                 return 0
@@ -348,7 +348,7 @@ class Traced:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> Scalar:
         if type(other) is not Traced:
             if not isinstance(other, Real):
                 return NotImplemented
@@ -361,7 +361,7 @@ class Traced:
             return -(self / other.minus)
         return self.tape._record(DIV, self.index, self.tape.node(other).index)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Scalar) -> Scalar:
         if not isinstance(other, Real):
             return NotImplemented
         c = number(other)
@@ -393,10 +393,10 @@ class Traced:
     def __pos__(self) -> Traced:
         return self
 
-    def __abs__(self) -> Any:
+    def __abs__(self) -> Scalar:
         return self.tape.apply("abs", self)
 
-    def __pow__(self, exponent: Any) -> Any:
+    def __pow__(self, exponent: Scalar) -> Scalar:
         if type(exponent) is Traced:
             return self.tape._pow(self, exponent)
         if not isinstance(exponent, Real):
@@ -411,7 +411,7 @@ class Traced:
             return power if n > 0 else 1 / power
         return self.tape._pow(self, n)
 
-    def __rpow__(self, base: Any) -> Any:
+    def __rpow__(self, base: Scalar) -> Scalar:
         return self.tape.apply("pow", base, self) if isinstance(base, Real) else NotImplemented
 
     def _no_branch(self, *_: Any) -> bool:
@@ -432,7 +432,7 @@ class Traced:
         return f"<#{i} = {NAMES[code]}({operands})>"
 
 
-def _power(x: Any, n: int) -> Any:
+def _power(x: Scalar, n: int) -> Scalar:
     """x to the natural power n by squaring."""
     if n == 0:
         return 1

@@ -1,0 +1,1 @@
+"""Space: rotations, poses, motion and force vectors, mass properties and their theorems."""

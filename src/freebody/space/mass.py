@@ -106,7 +106,13 @@ class MassProperties:
 
     @classmethod
     def from_products(
-        cls, mass: Expression, center: Any, moments: Any, products: Any = ZERO, *, shape: Shape | None = None
+        cls,
+        mass: Expression,
+        center: Vector,
+        moments: Vector,
+        products: Vector = ZERO,
+        *,
+        shape: Shape | None = None,
     ) -> MassProperties:
         """Mass properties from moments and *products* of inertia about the mass centre.
 
@@ -122,7 +128,9 @@ class MassProperties:
         return cls(mass, center, ((Ixx, -Ixy, -Ixz), (-Ixy, Iyy, -Iyz), (-Ixz, -Iyz, Izz)), shape)
 
     @classmethod
-    def from_inertia_about(cls, mass: Expression, center: Any, inertia: Any, point: Any) -> MassProperties:
+    def from_inertia_about(
+        cls, mass: Expression, center: Vector, inertia: Matrix, point: Vector
+    ) -> MassProperties:
         """Mass properties from the inertia *matrix* about ``point`` (body axes, from the body's origin)."""
         m = exact_number(mass, "the mass")
         I_P = symmetric(matrix(inertia, "the inertia matrix", MassError, exact_number))
@@ -194,7 +202,7 @@ class MassProperties:
             return MassProperties(mass, center, inertia, shape, positive)
         except MassError as problem:
             raise MassError(
-                f"Expected a hole inside the body, got a rest that no body can be: {problem} "
+                f"Expected a hole inside the body, got a remainder that no body can have: {problem} "
                 "Move the hole inside the body, or correct its mass."
             ) from problem
 
@@ -218,7 +226,7 @@ class MassProperties:
         """Principal moments and axes of inertia about the mass centre; see :func:`principal_axes`."""
         return principal_axes(self.inertia, self.positive)
 
-    def radius_of_gyration(self, axis: str | Vector, point: Vector | None = None) -> Scalar:
+    def radius_of_gyration(self, axis: Any, point: Any = None) -> Scalar:
         """``sqrt(n·I n / m)`` about an axis through the mass centre, or through ``point`` [m].
 
         >>> MassProperties(1, (0, 0, 0), ((4, 0, 0), (0, 4, 0), (0, 0, 4))).radius_of_gyration("z")
@@ -237,7 +245,7 @@ class MassProperties:
         entries = (self.mass, *self.center, *(x for row in self.inertia for x in row))
         return frozenset().union(*(e.free_symbols for e in entries if isinstance(e, sympy.Basic)))
 
-    def at(self, values: Mapping[Any, Any]) -> MassProperties:
+    def at(self, values: Mapping[Any, Expression]) -> MassProperties:
         """The mass properties with numbers for symbols (or their names), checked again."""
         put = substitution(values)
         _check_positive(self.positive, put)
@@ -246,7 +254,7 @@ class MassProperties:
         x, y, z = map(put, self.center)
         return MassProperties(put(self.mass), (x, y, z), _map(put, self.inertia), shape, rest)
 
-    def check(self, values: Mapping[Any, Any]) -> None:
+    def check(self, values: Mapping[Any, Expression]) -> None:
         """Refuse values of the parameters for which no body can have these mass properties.
 
         Raises

@@ -12,7 +12,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import ModelError, shown
-from ..scalar.algebra import ZERO, Matrix, Vector, add, apply, apply_transpose, multiply, negate, transpose
+from ..scalar.algebra import (
+    ZERO,
+    Expression,
+    Matrix,
+    Vector,
+    add,
+    apply,
+    apply_transpose,
+    multiply,
+    negate,
+    transpose,
+)
 from .entries import plain, substitution, vector
 from .rotation import Rotation
 
@@ -79,7 +90,7 @@ class Pose:
         """Components in A of a vector with components ``v`` in B; the position has no influence."""
         return self.rotation.apply(v)
 
-    def at(self, values: Mapping[Any, Any]) -> Pose:
+    def at(self, values: Mapping[Any, Expression]) -> Pose:
         """The pose with numbers for symbols (or their names)."""
         x, y, z = map(substitution(values), self.position)
         return Pose(self.rotation.at(values), (x, y, z))

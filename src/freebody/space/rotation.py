@@ -81,7 +81,7 @@ class Rotation:
         return cls.trusted(IDENTITY)
 
     @classmethod
-    def axis_angle(cls, axis: str | Vector, angle: Expression) -> Rotation:
+    def axis_angle(cls, axis: Any, angle: Expression) -> Rotation:
         """A turn by ``angle`` [rad] about ``"x"``, ``"y"``, ``"z"``, or a vector of any length."""
         n = direction(axis, "the axis of rotation")
         field, (x, y, z, turn) = common_field(*n, number(angle, "the angle"))
@@ -205,7 +205,7 @@ class Rotation:
 
         return SciPyRotation.from_matrix(_floats(self.matrix, "to_scipy"))
 
-    def at(self, values: Mapping[Any, Any]) -> Rotation:
+    def at(self, values: Mapping[Any, Expression]) -> Rotation:
         """The rotation with numbers for symbols (or their names); entries that become numbers are floats."""
         put = substitution(values)
         rows = [[put(entry) for entry in row] for row in self.matrix]

@@ -15,7 +15,7 @@ from typing import Any
 import sympy
 
 from ..errors import MassError, shown
-from ..scalar.algebra import Expression, Scalar, Vector, dot
+from ..scalar.algebra import Expression, Scalar, dot
 from .entries import direction, exact_number, negative, reciprocal, text, vector
 from .mass import MassProperties
 from .shape import Shape
@@ -26,7 +26,7 @@ def particle(m: Expression) -> MassProperties:
     return _solid("particle", m, {}, (0, 0, 0))
 
 
-def slender_bar(m: Expression, length: Expression, axis: str | Vector = "x") -> MassProperties:
+def slender_bar(m: Expression, length: Expression, axis: Any = "x") -> MassProperties:
     """A thin straight bar along ``axis``: 0 about it, ``m l²/12`` across it.
 
     >>> slender_bar(12, 1, axis="y").moments
@@ -36,21 +36,19 @@ def slender_bar(m: Expression, length: Expression, axis: str | Vector = "x") -> 
     return _about_axis("slender_bar", m, {"length": l}, axis, along=0, across=m * l * l / _12)
 
 
-def disk(m: Expression, radius: Expression, axis: str | Vector = "z") -> MassProperties:
+def disk(m: Expression, radius: Expression, axis: Any = "z") -> MassProperties:
     """A thin disk normal to ``axis``: ``m r²/2`` about it, ``m r²/4`` across it."""
     m, r = _mass(m), _length(radius, "radius", "disk")
     return _about_axis("disk", m, {"radius": r}, axis, along=m * r * r / _2, across=m * r * r / _4)
 
 
-def ring(m: Expression, radius: Expression, axis: str | Vector = "z") -> MassProperties:
+def ring(m: Expression, radius: Expression, axis: Any = "z") -> MassProperties:
     """A thin ring (hoop) normal to ``axis``: ``m r²`` about it, ``m r²/2`` across it."""
     m, r = _mass(m), _length(radius, "radius", "ring")
     return _about_axis("ring", m, {"radius": r}, axis, along=m * r * r, across=m * r * r / _2)
 
 
-def cylinder(
-    m: Expression, radius: Expression, length: Expression, axis: str | Vector = "z"
-) -> MassProperties:
+def cylinder(m: Expression, radius: Expression, length: Expression, axis: Any = "z") -> MassProperties:
     """A solid circular cylinder: ``m r²/2`` about ``axis``, ``m (3 r² + l²)/12`` across it."""
     m, r, l = _mass(m), _length(radius, "radius", "cylinder"), _length(length, "length", "cylinder")  # noqa: E741
     across = m * (3 * r * r + l * l) / _12
@@ -58,7 +56,7 @@ def cylinder(
 
 
 def tube(
-    m: Expression, inner: Expression, outer: Expression, length: Expression, axis: str | Vector = "z"
+    m: Expression, inner: Expression, outer: Expression, length: Expression, axis: Any = "z"
 ) -> MassProperties:
     """A hollow circular cylinder: ``m (a² + b²)/2`` about ``axis``, ``m (3 (a² + b²) + l²)/12`` across it.
 
@@ -73,7 +71,7 @@ def tube(
     return _about_axis("tube", m, dimensions, axis, along=along, across=across, positive=gap)
 
 
-def cone(m: Expression, radius: Expression, height: Expression, axis: str | Vector = "z") -> MassProperties:
+def cone(m: Expression, radius: Expression, height: Expression, axis: Any = "z") -> MassProperties:
     """A solid circular cone: ``3 m r²/10`` about ``axis``, ``3 m (4 r² + h²)/80`` across it.
 
     The axis points from the base to the apex. From the origin, which is the mass centre, the apex is at
@@ -138,7 +136,7 @@ def ellipsoid(m: Expression, semiaxes: Sequence[Expression]) -> MassProperties:
     return _solid("ellipsoid", m, {"a": a, "b": b, "c": c}, moments)
 
 
-def torus(m: Expression, major: Expression, minor: Expression, axis: str | Vector = "z") -> MassProperties:
+def torus(m: Expression, major: Expression, minor: Expression, axis: Any = "z") -> MassProperties:
     """A solid torus: ``m (R² + 3 r²/4)`` about ``axis``, ``m (R²/2 + 5 r²/8)`` across it.
 
     ``major`` R is the radius of the circle through the centres of the round sections, ``minor`` r the radius of the
@@ -158,7 +156,7 @@ def _about_axis(
     kind: str,
     m: Scalar,
     dimensions: dict[str, Scalar],
-    axis: str | Vector,
+    axis: Any,
     *,
     along: Scalar,
     across: Scalar,

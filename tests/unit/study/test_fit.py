@@ -217,7 +217,8 @@ def test_tables_that_say_too_little():
     )
     lasting = table.assign(time=pandas.to_timedelta(table["time"], unit="s"))
     refused(
-        lasting, "Expected numbers for the measured 'time', got dates or durations. Compute seconds from the start"
+        lasting,
+        "Expected numbers for the measured 'time', got dates or durations. Compute seconds from the start",
     )
     refused(lasting.set_index("time"), "'time', got dates or durations")
     refused(table["theta"], "Expected measured data by name")

@@ -101,7 +101,8 @@ class Kernels:
 
     def __reduce__(self) -> Any:
         """Pickle the model without its machine code. Another process compiles it again, once for all objects that refer
-        to the same machine."""
+        to the same machine.
+        """
         return _restored, (packed(self.model), self.active)
 
     def __deepcopy__(self, memo: Any) -> Kernels:
@@ -366,7 +367,8 @@ class Kernels:
 
     def limits(self) -> Program:
         """Program with the function ``limits``: the margin to each limit of a one-sided constraint, then each margin
-        plus the part of the forces that is negligible."""
+        plus the part of the forces that is negligible.
+        """
         return self.program("limits", lambda state: {"limits": self._limits(state, self._motion(state))})
 
     def _limits(self, state: State, moving: Motion) -> list[Scalar]:

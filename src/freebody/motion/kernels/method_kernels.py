@@ -37,7 +37,8 @@ from .kernels import Kernels, Program
 
 def tangent(kernels: Kernels) -> Program:
     """Return the program with the function ``tangent`` of (t, (y, v)): (∂f/∂y) v, by one sweep along the trace of the
-    rates."""
+    rates.
+    """
     if "tangent" not in kernels._programs and is_large(kernels.model, "forward_dynamics"):
         along = Directions("rates", kernels.size)
         kernels._programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
@@ -62,7 +63,8 @@ def tangent(kernels: Kernels) -> Program:
 
 def series(kernels: Kernels) -> Program:
     """Return the program with the function ``series`` of (t, y): the coefficients of the motion
-    (`program.series.jet`)."""
+    (`program.series.jet`).
+    """
     if "series" not in kernels._programs:
         tape, model = Tape(), kernels.model
         state = traced_state(model, tape)
@@ -102,7 +104,8 @@ def without_series(model: Model, error: ExpressionError) -> SimulationError:
 
 def hamilton(kernels: Kernels) -> Program:
     """Return the program with the functions ``hamilton`` (q', P') and ``speeds`` u of (t, (q, P)), and ``momenta`` P of
-    (t, (q, u))."""
+    (t, (q, u)).
+    """
     if "hamilton" not in kernels._programs:
         model, tape = kernels.model, Tape()
         traced = traced_state(model, tape)

@@ -188,7 +188,8 @@ def _finest(relative: NDArray[np.float64]) -> float:
 
 def _has_short_series(kernels: Kernels, products: int) -> bool:
     """Return True if, by the operation counts of the rates, a series costs less than the stages of an explicit
-    method."""
+    method.
+    """
     model = kernels.model
     if model.contacts or model.switched or not kernels.size:
         return False  # the phases between events or controller samples are short
@@ -238,7 +239,8 @@ def with_program(
     rates: Rates, program: Program, parameters: NDArray[np.float64], names: tuple[str, ...], *more: int
 ) -> Rates:
     """Return the rates with functions of a second program, and with numbers that the method reads after their
-    addresses."""
+    addresses.
+    """
     constants = program.constants(parameters)
     return replace(
         rates,

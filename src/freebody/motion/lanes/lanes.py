@@ -183,7 +183,8 @@ def begun_beyond(
     lane: int, sizes: Integers, t: float, table: Reals, counts: Integers, event_times: Reals
 ) -> None:  # fmt: skip
     """Log an event at the start for each limit that a run begins beyond; the first row of ``table`` holds their
-    values."""
+    values.
+    """
     user_events = sizes[N_EVENTS]
     for e in range(user_events - sizes[N_LIMITS], user_events):
         if table[e] < 0.0:
@@ -220,7 +221,8 @@ def contradicted(
     kernel: int, residuals: int, t: float, states: Reals, place: int, n: int, c: Reals, spare: Reals
 ) -> int:  # fmt: skip
     """Return 1 if a condition that was redundant at the start does not hold, or if, by the last output, other
-    conditions should replace the active ones."""
+    conditions should replace the active ones.
+    """
     size = 0.0
     for i in range(n):
         size = greater(size, abs(states[place + i]))

@@ -278,7 +278,8 @@ def tune(lane: int, n: int, wide: Reals, w: int, tolerances: Reals, fixed: float
 @part
 def last_state(lane: int, n: int, wide: Reals, w: int, counts: Integers, initial: Reals) -> None:
     """Store the last good state of a lane in place of its initial state. Python looks there for the cause of a
-    failure."""
+    failure.
+    """
     for i in range(n):
         initial[counts[RUN + lane] * n + i] = wide[STATE * w + 8 * i + lane]
 

@@ -2,7 +2,7 @@
 
 Bars of a parallelogram come into line: from there it could go on as a parallelogram, or crossed. The motion goes on
 along its branch, which is smooth, but the equations fail: at the distance s from the singular position
-(`dynamics.constrained.hold`) round-off ε of the state makes errors of ε/s³ in the accelerations, and step-size control
+(`constrained.independence`) round-off ε of the state makes errors of ε/s³ in the accelerations, and step-size control
 makes ever shorter steps. A run that meets s = 0 therefore goes back to where s became small, and one step (`crossing`)
 leads across: it starts as long before the meeting as it ends after it. Steps of several lengths are tried, until one
 agrees with a longer one. If a linkage only comes near such a position, it does not meet s = 0, or its steps do not
@@ -89,7 +89,8 @@ def ahead(
     kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array, behind: float
 ) -> Ahead | None:
     """Return the first singular position met in these steps, or just after them, but after the time ``behind``; ``s``
-    holds its values at the states."""
+    holds its values at the states.
+    """
     near = s < LIMIT
     entered = near[1:] & ~near[:-1]
     if (
@@ -121,7 +122,8 @@ def _between(
     kernels: Kernels, rates: Rates, times: Array, states: Array, first: float, last: float
 ) -> tuple[Array, Array, Array]:
     """Return times from the part ``first`` of a step to ``last``, the states then, and s: along the cubic through the
-    coordinates at both ends with their rates, and beyond it."""
+    coordinates at both ends with their rates, and beyond it.
+    """
     n_q, h = kernels.model.n_q, float(times[1] - times[0])
     speeds = h * observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
     (q0, q1), (v0, v1) = states[:, :n_q], speeds

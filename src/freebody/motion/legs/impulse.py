@@ -141,7 +141,8 @@ def resolved_blow(
     model: Model, state: State, at: Any, impulse: Vector | None, moment: Vector | None, frame: Any
 ) -> tuple[Point, Vector, Vector]:
     """Return the point of a blow, its impulse and its moment impulse in ground axes [N s, N m s]; arguments as of
-    :func:`impulse`."""
+    :func:`impulse`.
+    """
     point = _point(model, at)
     if impulse is None and moment is None:
         raise ModelError(

@@ -83,7 +83,8 @@ def forget(work: Reals, block: int, v: int, n: int, h: float) -> None:
 @part
 def guess(work: Reals, block: int, v: int, n: int, h: float) -> None:
     """Predict the rates of the stages from the polynomial of the step before, or of a shorter one from the same
-    start."""
+    start.
+    """
     ratio = h / work[block + (4 * S + LENGTHS) * v]
     origin = 1.0 if work[block + (4 * S + LENGTHS) * v + ORIGIN] != 0.0 else -1.0
     for j in range(S):
@@ -167,7 +168,8 @@ def step_from(
     relative: Reals, absolute: Reals, components: int, integers: Integers,
 ) -> int:  # fmt: skip
     """Call `collocate`. If it fails without a step before, predict the stages by a series of shorter steps, each a
-    little longer than the last."""
+    little longer than the last.
+    """
     failed = collocate(
         rates, t, h, work, start, end, block, v, n, c, relative, absolute, components, integers
     )

@@ -1,7 +1,7 @@
 """One step across a position in which conditions depend on each other: Gauss collocation with stages on the conditions.
 
 Bars of a parallelogram come into line. There two motions meet, and G M⁻¹ Gᵀ is singular. Near that position, at the
-distance s in terms of `dynamics.constrained.hold`, a state that is off the conditions by e is off by e/s after its
+distance s in terms of `constrained.independence`, a state that is off the conditions by e is off by e/s after its
 projection onto them, and its accelerations are off by e/s³. Stages with the error of a method then make every step
 fail, and the step-size control stalls before that position. But the motion along its branch is smooth. So
 

@@ -68,7 +68,8 @@ class Rates:
     @cached_property
     def arguments(self) -> tuple[int, int, int, int]:
         """Arguments of a run, in the order of `layout`: address, number of quaternions, addresses of corrections and
-        constants."""
+        constants.
+        """
         constants = loop.passed(self.constants, "Reals")
         return self.address, len(self.quaternions), loop.address(self.corrections), constants or 0
 

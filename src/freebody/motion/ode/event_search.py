@@ -225,7 +225,8 @@ def last_value(
     quaternions: Integers, nq: int, g: Reals,
 ) -> float:  # fmt: skip
     """Return the last fraction of the step at which event function ``e`` has a value. It has one at ``lower``, none at
-    ``upper``."""
+    ``upper``.
+    """
     for _ in range(52):
         x = 0.5 * (lower + upper)
         gx = event_value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)

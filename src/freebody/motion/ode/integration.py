@@ -214,7 +214,8 @@ def _joined(pieces: list[_Piece]) -> tuple[Array, Array, Array, tuple[Crossing, 
 
 def _tighten(run: _Run, steps: int, start: float, until: float, order: int) -> None:
     """Tighten the tolerances for the rest of a long run: ε' N' = ε ``steps``, with N' = N (ε/ε')^(1/p)
-    remaining steps."""
+    remaining steps.
+    """
     now, relative = float(run.reals[layout.TIME]), run.relative
     ahead = steps * (until - now) / (now - start)
     factor = (steps / ahead) ** (order / (order - 1)) if ahead > steps else 1.0
@@ -227,7 +228,8 @@ def _tighten(run: _Run, steps: int, start: float, until: float, order: int) -> N
 
 class _Run:
     """Memory of the compiled loop, kept from one piece to the next: one block for the arrays of the run, and buffers
-    for the steps of a piece. The next run of the same shape uses both again (`layout.block`)."""
+    for the steps of a piece. The next run of the same shape uses both again (`layout.block`).
+    """
 
     def __init__(self, *shape: Any) -> None:
         self.shape = shape

@@ -76,7 +76,8 @@ def padded(n: int) -> int:
 
 def most_events(m: int) -> int:
     """Maximum number of events of ``m`` event functions in one step. Between two points each function gives at most
-    two, and each point can be a zero."""
+    two, and each point can be a zero.
+    """
     return 3 * (PARTS + 2) * m
 
 

@@ -96,7 +96,8 @@ def derivative(
 @compiled
 def factorize(h: float, work: Reals, w: int, n: int) -> None:
     """Compute γ/h - J and (α + iβ)/h - J and their LU factors, by rows. Zero pivots give numbers that are not
-    finite."""
+    finite.
+    """
     J = (ROWS + MATRICES) * w
     R, X, Y = J + n * w, J + 2 * n * w, J + 3 * n * w
     for i in range(n):
@@ -334,7 +335,8 @@ def newton(
 @compiled
 def weight(relative: float) -> float:
     """Return the weight of the estimate, whose order is two below that of the method: tolerance r stands for 0.1
-    r^(2/3) (Hairer)."""
+    r^(2/3) (Hairer).
+    """
     return lesser(1.0, 10.0 * relative ** (1.0 / 3.0))
 
 

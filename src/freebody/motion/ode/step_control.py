@@ -156,7 +156,8 @@ def nothing_to_densify(
 @compiled
 def cubic(work: Reals, w: int, h: float, last: int) -> None:
     """Set rows DENSE to DENSE + 2 of the cubic through the states and rates at both ends. Row ``last`` holds the rates
-    at the end."""
+    at the end.
+    """
     for i in range(w):
         difference = work[RAW * w + i] - work[STATE * w + i]
         work[DENSE * w + i] = difference
@@ -263,7 +264,8 @@ def state_in_step(
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> None:  # fmt: skip
     """Set row POINT: the state at the fraction ``x`` of the step, by a shorter step from the same start, or, for a
-    SINGLE_STEP, from the dense output."""
+    SINGLE_STEP, from the dense output.
+    """
     if SINGLE_STEP != 0:
         dense_state(x, work, w, quaternions, nq)
     else:
@@ -747,6 +749,7 @@ def observe(
     kernel: int, count: int, times: Reals, states: Reals, n: int, c: Reals, result: Reals, outputs: int,
 ) -> None:  # fmt: skip
     """Set row k of ``result`` (length ``outputs``) to the outputs of ``kernel`` at ``times[k]`` and row k of
-    ``states``."""
+    ``states``.
+    """
     for k in range(count):
         call(kernel, times[k], states, k * n, c, result, k * outputs)

@@ -1,5 +1,6 @@
 """Checks of the arguments of `simulate`. An argument that a run cannot use raises an error; none is silently
-ignored."""
+ignored.
+"""
 
 from __future__ import annotations
 

@@ -53,7 +53,8 @@ from ..ode.layout import (
 @compiled
 def reflector(a: Reals, m: int, n: int, k: int, d: Reals) -> float:
     """Reflector of column ``k`` of ``a`` (m, n): put v in place from row k on, and a_kk of the triangle in ``d``;
-    return 2 / vᵀv."""
+    return 2 / vᵀv.
+    """
     s = 0.0
     for i in range(k, m):
         s += a[i * n + k] * a[i * n + k]

@@ -132,7 +132,8 @@ def nearly_dependent(
     model: Model, state: Any, active: tuple[int, ...], nearly: float = NEARLY
 ) -> tuple[str, ...]:
     """Return the names of conditions that are nearly dependent on each other at a state; none if all are well
-    separated."""
+    separated.
+    """
     G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])
     M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
     if not (np.isfinite(G).all() and np.isfinite(M).all()):

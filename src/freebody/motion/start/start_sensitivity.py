@@ -219,7 +219,8 @@ class _Search:
 
     def speeds(self, y: Array, start: Array, q: Array, slopes: Array, named: set[int]) -> Array:
         """Return the s_j of all components, from those of the coordinates and of the speeds at the start of the
-        search."""
+        search.
+        """
         n_q, n, m = self.model.n_q, self.model.n_u, len(self.kernels.on_speeds)
         free = [j for j in range(n) if n_q + j not in named]
         program = self.kernels.closing()

@@ -181,7 +181,8 @@ class ComputedMotion:
     @cached_property
     def events(self) -> list[Event]:
         """Events that happened, in their order: events of the user, and passings of the limit of a one-sided constraint
-        (:attr:`warnings`)."""
+        (:attr:`warnings`).
+        """
         crossings = [
             Event(
                 crossing.time,
@@ -288,7 +289,8 @@ class ComputedMotion:
     @cached_property
     def multipliers(self) -> dict[str, Array]:
         """Constraint forces by name, shape (n,): components of loop-closing joints, tensions of ropes, forces of
-        conditions on coordinates and speeds."""
+        conditions on coordinates and speeds.
+        """
         multipliers = self._observed(self.kernels.reactions(), "multipliers", self.t, self.states)
         names = [row.name for row in rows(self.kernels.model)]
         return ByName("constraint", {name: multipliers[:, i] for i, name in enumerate(names)})

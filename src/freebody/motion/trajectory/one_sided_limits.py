@@ -90,7 +90,8 @@ def _enriched(
     times: Array, v: Array, f: Array, function: Values | None, k: int
 ) -> tuple[Array, Array, Array]:
     """Return times and values, with added extremes that may lie beyond zero: minima that pass the limit by more than a
-    negligible amount, and maxima of values beyond it."""
+    negligible amount, and maxima of values beyond it.
+    """
     if function is None or len(times) < 3:
         return times, v, f
     from scipy.optimize import minimize_scalar

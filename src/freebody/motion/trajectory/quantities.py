@@ -62,7 +62,8 @@ class Reaction:
 @dataclass(frozen=True, eq=False)
 class BodyPose:
     """Pose of a body at the output times: ``position`` (n, 3) of its origin in ground axes [m], ``rotation`` R_NB
-    (n, 3, 3), and the unit ``quaternion`` (n, 4), scalar first, continuous in time."""
+    (n, 3, 3), and the unit ``quaternion`` (n, 4), scalar first, continuous in time.
+    """
 
     position: Array
     rotation: Array

@@ -80,7 +80,8 @@ class Trajectory(ComputedMotion):
 
     def save(self, path: str | FilePath) -> None:
         """Write the motion to a netCDF file, whole or not at all: :attr:`data`, which any program can read, the
-        description of the machine, and the computed path. :meth:`load` reads the motion back."""
+        description of the machine, and the computed path. :meth:`load` reads the motion back.
+        """
         file_module("save").save(self, path)
 
     @staticmethod

@@ -183,9 +183,9 @@ class _Writer:
         self.frame_size = sines
         self.slots = self._slots(sines)
         self.lines: list[str] = []
-        self.left = "%left" if len(self.pieces) > 1 else "%frame"
+        self.output_frame = "%left" if len(self.pieces) > 1 else "%frame"
         self.values: dict[int, str] = {}
-        self.turned: set[int] = set()  # arguments whose sines were computed in this piece
+        self.computed_sines: set[int] = set()  # arguments whose sines were computed in this piece
         self.count = 0
 
     def _places_of_sines(self) -> dict[int, tuple[int, int]]:
@@ -303,7 +303,7 @@ class _Writer:
     def _start(self) -> None:
         self.lines = []
         self.values = {}
-        self.turned.clear()
+        self.computed_sines.clear()
         self.count = 0
 
     def _piece(self, k: int, outputs: Sequence[int]) -> None:
@@ -376,7 +376,7 @@ class _Writer:
                 k = bisect_right(self.starts, program.a[i]) - 1
                 value = self._load(self.read[k], program.a[i] - self.starts[k])
         elif code in (SIN, COS):
-            frame = self.left if program.a[i] in self.turned else "%frame"
+            frame = self.output_frame if program.a[i] in self.computed_sines else "%frame"
             value = self._load(frame, self.trig[program.a[i]][code == COS])
         else:
             value = self._load("%frame", self.slots[i])
@@ -413,7 +413,7 @@ class _Writer:
         self.lines.append(f"  %v{i} = {operation}")
         self.values[i] = f"%v{i}"
         if i in self.slots:
-            pointer = self._pointer(self.left, self.slots[i])
+            pointer = self._pointer(self.output_frame, self.slots[i])
             self.lines.append(f"  store {T} %v{i}, ptr {pointer}, align {self.align}")
 
     def _group(self, group: Group) -> None:
@@ -430,16 +430,19 @@ class _Writer:
                 self.count += 1
                 self.lines.append(f"  %i{self.count} = insertelement {T} {vector}, double {x}, i32 {k}")
                 vector = f"%i{self.count}"
-        s, c = self._pointer(self.left, group.place), self._pointer(self.left, group.place + lanes)
-        self.turned.update(group.arguments)
+        s, c = (
+            self._pointer(self.output_frame, group.place),
+            self._pointer(self.output_frame, group.place + lanes),
+        )
+        self.computed_sines.update(group.arguments)
         self.lines.append(f"  call void {function}({T} {vector}, ptr {s}, ptr {c})")
 
     def _sincos(self, argument: int) -> None:
         """Write sine and cosine of one vector."""
         function = self.module.need_sincos(self.lanes)
         x = self._ref(argument)
-        s, c = (self._pointer(self.left, place) for place in self.trig[argument])
-        self.turned.add(argument)
+        s, c = (self._pointer(self.output_frame, place) for place in self.trig[argument])
+        self.computed_sines.add(argument)
         self.lines.append(f"  call void {function}({self.T} {x}, ptr {s}, ptr {c})")
 
 

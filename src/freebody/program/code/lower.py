@@ -13,10 +13,10 @@ from __future__ import annotations
 from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from ...errors import ExpressionError
 from ...native.registers import WIDTH
+from ...scalar.algebra import Scalar
 from ...scalar.trace import CODES, CONST, DIV, INPUT, MUL, NEG, NONE, Tape, Traced
 
 SIN, COS = CODES["sin"], CODES["cos"]
@@ -71,7 +71,7 @@ TIME = -1  # as the place of an input
 
 def lower(
     tape: Tape,
-    functions: Mapping[str, Sequence[Any]],
+    functions: Mapping[str, Sequence[Scalar]],
     time: Traced | None,
     state: Sequence[Traced],
     parameters: Sequence[Traced],
@@ -89,18 +89,7 @@ def lower(
 
     op, a, b = tape.op, tape.a, tape.b
     used = tape.used(x for outputs in functions.values() for x in outputs)
-    divisions, uses = array("i", bytes(4 * len(op))), array("i", bytes(4 * len(op)))
-    for i in used:
-        if op[i] > INPUT:
-            uses[a[i]] += 1
-            if b[i] >= 0:
-                uses[b[i]] += 1
-        if op[i] == DIV:
-            divisions[b[i]] += 1
-    for outputs in functions.values():
-        for x in outputs:
-            if type(x) is Traced:
-                uses[x.index] += 1
+    uses, divisions = _counted(tape, functions, used)
     new: dict[int, int] = {}
     for i in used:
         code = op[i]
@@ -115,16 +104,7 @@ def lower(
             kind, place = places[i]
             new[i] = add(INPUT, place, kind, kind)
         elif code == DIV:
-            p, q = new[a[i]], new[b[i]]
-            kinds = program.kind
-            is_reciprocal = program.op[p] == CONST and program.constants[program.a[p]] == 1
-            shared = divisions[b[i]] > 1 if kinds[q] == VARYING else kinds[q] < kinds[p]
-            if is_reciprocal:
-                new[i] = add(RECIPROCAL, q, NONE, kinds[q])
-            elif shared:
-                new[i] = _product(add, p, add(RECIPROCAL, q, NONE, kinds[q]), uses[a[i]] == 1, False)
-            else:
-                new[i] = add(DIV, p, q, max(kinds[p], kinds[q]))
+            new[i] = _quotient(add, new[a[i]], new[b[i]], uses[a[i]] == 1, divisions[b[i]] > 1)
         elif code == MUL:
             new[i] = _product(add, new[a[i]], new[b[i]], uses[a[i]] == 1, uses[b[i]] == 1)
         elif code == NEG and (
@@ -144,6 +124,26 @@ def lower(
         _collect_hoisted(program, program.bodies[name])
     program.bodies[PROLOGUE] = _body(program, PROLOGUE, list(program.hoisted), HOISTED)
     return program
+
+
+def _counted(
+    tape: Tape, functions: Mapping[str, Sequence[Scalar]], used: Sequence[int]
+) -> tuple[array[int], array[int]]:
+    """Number of uses of each node of a tape, and number of divisions by it."""
+    op, a, b = tape.op, tape.a, tape.b
+    uses, divisions = array("i", bytes(4 * len(op))), array("i", bytes(4 * len(op)))
+    for i in used:
+        if op[i] > INPUT:
+            uses[a[i]] += 1
+            if b[i] >= 0:
+                uses[b[i]] += 1
+        if op[i] == DIV:
+            divisions[b[i]] += 1
+    for outputs in functions.values():
+        for x in outputs:
+            if type(x) is Traced:
+                uses[x.index] += 1
+    return uses, divisions
 
 
 class _Adder:
@@ -174,6 +174,16 @@ class _Adder:
             self.program.constants.append(value)
             self.numbers[key] = self(CONST, len(self.program.constants) - 1, NONE, FIXED)
         return self.numbers[key]
+
+
+def _quotient(add: _Adder, p: int, q: int, p_once: bool, shared: bool) -> int:
+    """p / q, or a product with 1 / q if q is hoisted or several divisions share it."""
+    program, kinds = add.program, add.program.kind
+    if program.op[p] == CONST and program.constants[program.a[p]] == 1:
+        return add(RECIPROCAL, q, NONE, kinds[q])
+    if shared if kinds[q] == VARYING else kinds[q] < kinds[p]:
+        return _product(add, p, add(RECIPROCAL, q, NONE, kinds[q]), p_once, False)
+    return add(DIV, p, q, max(kinds[p], kinds[q]))
 
 
 def _product(add: _Adder, p: int, q: int, p_once: bool, q_once: bool) -> int:

@@ -175,8 +175,8 @@ def _atan2(w: VectorWriter, y: str, x: str) -> str:
     j = w.choose(wide, w.number(1.0), w.number(0.0))
     sign = w.number(1.0)
     j, sign = w.choose(steep, w.sub(w.number(2.0), j), j), w.choose(steep, w.number(-1.0), sign)
-    left = w.emit(f"icmp slt {w.J} {w.bits(x)}, {w.integer(0)}")
-    j, sign = w.choose(left, w.sub(w.number(4.0), j), j), w.choose(left, w.neg(sign), sign)
+    negative = w.emit(f"icmp slt {w.J} {w.bits(x)}, {w.integer(0)}")
+    j, sign = w.choose(negative, w.sub(w.number(4.0), j), j), w.choose(negative, w.neg(sign), sign)
     base = w.mul(j, w.number(_PIO4))
     error = w.fma(j, w.number(_PIO4), w.neg(base))
     error = w.fma(j, w.number(_PIO4_REST), error)
@@ -214,14 +214,14 @@ def _asin(w: VectorWriter, x: str) -> str:
 
 def _acos(w: VectorWriter, x: str) -> str:
     inside, s, p, _ = _arc(w, x)
-    left = w.compare("olt", x, w.number(0.0))
-    s_x, p_x = w.signed(s, x), w.choose(left, w.neg(p), p)
+    negative = w.compare("olt", x, w.number(0.0))
+    s_x, p_x = w.signed(s, x), w.choose(negative, w.neg(p), p)
     high, lost = w.two_sum(w.number(2 * _PIO4), w.neg(s_x))
     middle = w.add(high, w.add(w.sub(w.number(2 * _PIO4_REST), p_x), lost))
     right = w.mul(w.number(2.0), w.add(s, p))
     high, lost = w.two_sum(w.number(4 * _PIO4), w.mul(w.number(-2.0), s))
     far = w.add(high, w.fma(w.number(-2.0), p, w.add(w.number(4 * _PIO4_REST), lost)))
-    return w.choose(inside, middle, w.choose(left, far, right))
+    return w.choose(inside, middle, w.choose(negative, far, right))
 
 
 def _pow(w: VectorWriter, x: str, y: str) -> str:
@@ -231,8 +231,8 @@ def _pow(w: VectorWriter, x: str, y: str) -> str:
     under = w.add(w.number(1.0), m)
     under_error = w.sub(m, w.sub(under, w.number(1.0)))
     s = w.div(f, under)
-    left = w.fma(w.neg(s), under_error, w.fma(w.neg(s), under, f))
-    S = (s, w.div(left, under))
+    remainder = w.fma(w.neg(s), under_error, w.fma(w.neg(s), under, f))
+    S = (s, w.div(remainder, under))
     z = w.product(S, S)
     Q = w.polynomial(_LOG_5, z[0], w.mul(z[0], z[0]))
     third = w.two_sum(w.number(1 / 3), w.mul(z[0], Q))
@@ -266,9 +266,9 @@ def _tan(w: VectorWriter, x: str) -> str:
     over = [w.choose(odd, w.neg(c), s) for s, c in zip(sine, cosine, strict=True)]
     under = [w.choose(odd, s, c) for s, c in zip(sine, cosine, strict=True)]
     q = w.div(over[0], under[0])
-    left = w.fma(w.neg(q), under[0], over[0])
-    left = w.add(left, w.fma(w.neg(q), under[1], over[1]))
-    return _unless(w, inside, w.add(q, w.div(left, under[0])), "tan.huge", (x,))
+    remainder = w.fma(w.neg(q), under[0], over[0])
+    remainder = w.add(remainder, w.fma(w.neg(q), under[1], over[1]))
+    return _unless(w, inside, w.add(q, w.div(remainder, under[0])), "tan.huge", (x,))
 
 
 HUGE_TAN = f"""define internal double @tan.huge(double %x) nounwind noinline {{

@@ -139,7 +139,7 @@ def _c_number(value: Any) -> str:
 
 def _c_body(product: Recorded) -> tuple[list[str], set[str]]:
     """Lines of a function, and the names of the helpers that it needs."""
-    known: dict[int, str] = {}
+    values: dict[int, str] = {}
     helpers: set[str] = set()
     lines = [f"    (void){name};" for name in ("t", *(vector for vector, _ in product.inputs), "p")]
     for j, table in enumerate(product.tables):
@@ -148,25 +148,25 @@ def _c_body(product: Recorded) -> tuple[list[str], set[str]]:
     lines += [f"    (void)s{k};" for k in range(len(product.tables))]
     for i, code, a, b in product.steps():
         if code == CONST:
-            known[i] = _c_number(product.tape.constants[a])
+            values[i] = _c_number(product.tape.constants[a])
             continue
         if code == INPUT:
             vector, k = product.places[i]
-            known[i] = vector if k is None else f"{vector}[{k}]"
+            values[i] = vector if k is None else f"{vector}[{k}]"
             continue
         if code in OPERATORS:
-            text = f"{known[a]} {OPERATORS[code]} {known[b]}"
+            text = f"{values[a]} {OPERATORS[code]} {values[b]}"
         elif code == NEG:
-            text = f"-{known[a]}"
+            text = f"-{values[a]}"
         else:
             function = _C_FUNCTIONS.get(code, NAMES[code])
             if function in _C_HELPERS:
                 helpers.add(function)
-            text = f"{function}({', '.join(known[k] for k in (a, b) if k >= 0)})"
-        known[i] = f"v{i}"
+            text = f"{function}({', '.join(values[k] for k in (a, b) if k >= 0)})"
+        values[i] = f"v{i}"
         lines.append(f"    const double v{i} = {text};")
     if not product.outputs:  # of a machine without degrees of freedom
         lines.append("    (void)out;")
     for k, x in enumerate(product.outputs):
-        lines.append(f"    out[{k}] = {known[x.index] if type(x) is Traced else _c_number(x)};")
+        lines.append(f"    out[{k}] = {values[x.index] if type(x) is Traced else _c_number(x)};")
     return lines, helpers

@@ -48,16 +48,16 @@ def casadi_functions(
             for edge, row in zip(pieces.breaks.tolist(), later, strict=True):
                 piece = [casadi.if_else(t >= edge, x, y) for x, y in zip(row, piece, strict=True)]
             sources[f"s{j}"] = piece
-        known: dict[int, Any] = {}
+        values: dict[int, Any] = {}
         for i, code, a, b in product.steps():
             if code == CONST:
-                known[i] = float(product.tape.constants[a])
+                values[i] = float(product.tape.constants[a])
             elif code == INPUT:
                 vector, k = product.places[i]
-                known[i] = t if k is None else sources[vector][k]
+                values[i] = t if k is None else sources[vector][k]
             else:
-                known[i] = table[code](*(known[k] for k in (a, b) if k >= 0))
-        outputs = [known[x.index] if type(x) is Traced else float(x) for x in product.outputs]
+                values[i] = table[code](*(values[k] for k in (a, b) if k >= 0))
+        outputs = [values[x.index] if type(x) is Traced else float(x) for x in product.outputs]
         column = casadi.vertcat(*map(casadi.SX, outputs)) if outputs else casadi.SX(0, 1)
         rows = product.shape[0] if product.shape else 1
         wide = math.prod(product.shape[1:])

@@ -134,27 +134,27 @@ def _python_body(name: str, product: Recorded) -> list[str]:
         f'    s{k} = np.asarray(_ROWS_{k})[np.searchsorted(np.asarray(_BREAKS_{k}), t, side="right")]'
         for k in range(len(product.tables))
     ]
-    known: dict[int, str] = {}
+    values: dict[int, str] = {}
     for i, code, a, b in product.steps():
         if code == CONST:
-            known[i] = repr(float(product.tape.constants[a]))
+            values[i] = repr(float(product.tape.constants[a]))
             continue
         if code == INPUT:
             vector, k = product.places[i]
-            known[i] = "t" if k is None else f"{vector}[..., {k}]"
+            values[i] = "t" if k is None else f"{vector}[..., {k}]"
             continue
         if code in OPERATORS:
-            text = f"{known[a]} {OPERATORS[code]} {known[b]}"
+            text = f"{values[a]} {OPERATORS[code]} {values[b]}"
         elif code == NEG:
-            text = f"-{known[a]}"
+            text = f"-{values[a]}"
         else:
-            text = f"np.{_PYTHON_FUNCTIONS[code]}({', '.join(known[k] for k in (a, b) if k >= 0)})"
-        known[i] = f"v{i}"
+            text = f"np.{_PYTHON_FUNCTIONS[code]}({', '.join(values[k] for k in (a, b) if k >= 0)})"
+        values[i] = f"v{i}"
         lines.append(f"    v{i} = {text}")
     # every output has the leading axes of all arguments, even if it depends on none of them
     size = [f"np.zeros({vector}.shape[:-1])" for vector in (*vectors, "p")]
     lines.append(f"    zero = {' + '.join(size)} + np.zeros(t.shape)")
-    outputs = [known[x.index] if type(x) is Traced else f"np.asarray({float(x)!r})" for x in product.outputs]
+    outputs = [values[x.index] if type(x) is Traced else f"np.asarray({float(x)!r})" for x in product.outputs]
     lines.append(f"    outputs = [{', '.join(outputs)}]")
     lines.append(f"    return _joined([x + zero for x in outputs], zero, {product.shape!r})")
     return lines

@@ -83,6 +83,7 @@ def own_parameters(model: Model) -> tuple[Any, ...]:
 
 
 def write_files(folder: Any, files: Mapping[str, str]) -> list[Path]:
+    """Write texts to files of a folder, and return their paths."""
     if not isinstance(folder, str | os.PathLike):
         raise ModelError(f"Expected the path of a folder to write to, got {folder!r}.")
     place = Path(folder)
@@ -135,7 +136,7 @@ class Written(Mapping[str, Any]):
         if name not in self._functions:
             raise KeyError(
                 f"{name!r} is not among the functions written: {', '.join(self)}. Name it in the call that "
-                "writes them; if it can not be written, that says why"
+                "writes them; if it cannot be written, that call says why"
             )
         return self._functions[name]
 

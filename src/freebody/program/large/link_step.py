@@ -32,6 +32,7 @@ From accelerations to forces, the joint's accelerations stand in place of τ, an
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -41,10 +42,24 @@ from ...dynamics.joint_freedom import Axis, carried_part
 from ...dynamics.linear import Factorization
 from ...dynamics.state import ball_joint, free_joint, one_dof_joint
 from ...model.model import GROUND, Link, Model
-from ...scalar.algebra import HALF, IDENTITY, ZERO, add, apply, apply_transpose, cross, multiply, scale
+from ...scalar.algebra import (
+    HALF,
+    IDENTITY,
+    ZERO,
+    Expression,
+    Matrix,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    apply_transpose,
+    cross,
+    multiply,
+    scale,
+)
 from ...scalar.derivative import beside
 from ...scalar.trace import Tape, Traced
-from ...space.quaternion import quaternion_rate
+from ...space.quaternion import Quaternion, quaternion_rate
 from ...space.spatial import (
     Blocks,
     Spatial,
@@ -132,7 +147,7 @@ def kind_of(link: Link, free: bool) -> Kind:
     return Kind(link.kind, axis, link.driven, link.rotation == IDENTITY, massless, free)
 
 
-def constants_of(model: Model, i: int) -> list[Any]:
+def constants_of(model: Model, i: int) -> list[Expression]:
     """Expressions of a link's constants, in the order of :data:`CONSTANTS`."""
     link = model.links[i]
     origin = ZERO if link.body is None else model.bodies[link.body].origin
@@ -171,11 +186,11 @@ class Step:
 
 
 @lru_cache(maxsize=64)
-def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, moved: bool = False) -> Step:
+def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, derivatives: bool = False) -> Step:
     """Compile the steps of a kind, for one state or for several side by side.
 
-    With ``shared``, the constants are the same in all lanes. With ``moved``, every number has its derivative along a
-    direction behind it.
+    With ``shared``, the constants are the same in all lanes. With ``derivatives``, each number is followed by its
+    derivative along a direction.
     """
     tape = Tape()
     constants = [tape.input(f"c{k}") for k in range(CONSTANTS)]
@@ -192,7 +207,7 @@ def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, moved: bool =
     ]
     state = [x for array in read.values() for x in array]
     sizes = tuple(ARRAYS.values())
-    if moved:
+    if derivatives:
         functions, state = beside(tape, functions, state)
         places = [[(array, 2 * place + k) for array, place in pairs for k in (0, 1)] for pairs in places]
         sizes = tuple(2 * n for n in sizes)
@@ -205,11 +220,13 @@ def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, moved: bool =
     return Step(compiled, kind.turn + turn)
 
 
-Written = list[tuple[str, int, list[Any]]]
+Written = list[tuple[str, int, list[Scalar]]]
 """Results of a step: array, first place, values."""
 
 
-def _recorded(tape: Tape, read: dict[str, list[Any]], constants: list[Any], kind: Kind) -> dict[str, Written]:
+def _recorded(
+    tape: Tape, read: dict[str, list[Traced]], constants: list[Traced], kind: Kind
+) -> dict[str, Written]:
     """Record all steps of a kind."""
     record, joint, tips = read["record"], read["joint"], read["tips"]
     E = IDENTITY if kind.straight else _matrix(constants[0:9])
@@ -218,28 +235,31 @@ def _recorded(tape: Tape, read: dict[str, list[Any]], constants: list[Any], kind
     if not kind.massless:
         inertia = rigid_inertia(constants[16], _vector(constants[17:20]), _matrix(constants[20:29]))
     S: Spatial | None = None
-    tau: list[Any] = []
+    tau: list[Traced] = []
     count = kind.freedom
+    position, pitch = _vector(constants[9:12]), constants[15]
     if kind.kind == "weld":
-        R, r, vJ = E, _vector(constants[9:12]), (ZERO, ZERO)
+        R, r, vJ = E, position, (ZERO, ZERO)
     elif kind.kind == "ball":
-        R, r, vJ = ball_joint(E, _vector(constants[9:12]), joint[0:4], joint[4:7])
+        R, r, vJ = ball_joint(E, position, joint[0:4], joint[4:7])
         tau = joint[7:10]
     elif kind.kind == "free":
-        R, r, vJ = free_joint(E, _vector(constants[9:12]), joint[0:7], joint[7:13])
+        R, r, vJ = free_joint(E, position, joint[0:7], joint[7:13])
         tau = joint[13:19]
     else:
-        pitch = constants[15]
-        R, r, vJ = one_dof_joint(kind.kind, E, _vector(constants[9:12]), n, pitch, joint[0], joint[1], tape)
+        R, r, vJ = one_dof_joint(kind.kind, E, position, n, pitch, joint[0], joint[1], tape)
         S = {"slider": (ZERO, n), "hinge": (n, ZERO)}.get(kind.kind, (n, scale(pitch, n)))
         tau = joint[2:3]
     # outward
     V_i = plus(motion_to_child(R, r, _spatial(read["parent"][V:])), vJ)
-    coordinate_rates: list[Any] = []
+    coordinate_rates: list[Scalar] = []
     if kind.kind == "free":
-        coordinate_rates = [*apply_transpose(E, apply(R, vJ[1])), *quaternion_rate(tuple(joint[3:7]), vJ[0])]
+        coordinate_rates = [
+            *apply_transpose(E, apply(R, vJ[1])),
+            *quaternion_rate(_quaternion(joint[3:7]), vJ[0]),
+        ]
     elif kind.kind == "ball":
-        coordinate_rates = [*quaternion_rate(tuple(joint[0:4]), vJ[0])]
+        coordinate_rates = [*quaternion_rate(_quaternion(joint[0:4]), vJ[0])]
     turn, turn_read = _stored(tape, [*_flat(R), *r], joint, record[kind.turn :])
     outward: Written = [
         ("record", V, [*_six(V_i)]),
@@ -256,7 +276,7 @@ def _recorded(tape: Tape, read: dict[str, list[Any]], constants: list[Any], kind
     I_A, p_A = blocks_sum(_blocks(tips[6:]), blocks(inertia)), plus(_spatial(tips), p)
     motion = [] if kind.driven or kind.kind == "weld" else free_motions(_any_link(kind), S)
     pivots: Any = None
-    stored: list[Any] = []
+    stored: list[Scalar] = []
     if motion:
         U, m = pivot(motion, tau, I_A, p_A)
         D = Factorization([[power(S_k, W) for W in U] for S_k in motion])
@@ -272,7 +292,7 @@ def _recorded(tape: Tape, read: dict[str, list[Any]], constants: list[Any], kind
     # final:  y'' = D⁻¹ m - D⁻¹ Uᵀ A'
     moved_on = motion_to_child(R_, r_, _spatial(read["above"]))
     a = plus(moved_on, c)
-    rates: list[Any] = []
+    rates: list[Scalar] = []
     for k in range(len(motion)):
         row = _spatial(record[kind.solved + 6 * k :])
         rates.append(record[kind.solved + 6 * count + k] - power(a, row))
@@ -308,7 +328,7 @@ def _recorded(tape: Tape, read: dict[str, list[Any]], constants: list[Any], kind
     w, v = apply(R_N, V_[0]), apply(R_N, add(V_[1], cross(V_[0], shift)))
     about, linear = (apply(R_N, x) for x in momentum_of(inertia, V_))
     F_A = plus(blocks_times(I_A, A_), p_A)
-    axes = [Axis(0, kind.kind, n, constants[15], True)] if kind.joint_of_one and kind.free else []
+    axes = [Axis(0, kind.kind, n, pitch, True)] if kind.joint_of_one and kind.free else []
     moment, force_across = carried_part({kind.kind}, axes, F_A)
     return {
         "outward": outward,
@@ -329,8 +349,8 @@ def _recorded(tape: Tape, read: dict[str, list[Any]], constants: list[Any], kind
 
 
 def _stored(
-    tape: Tape, values: list[Any], joint: list[Any], places: list[Any]
-) -> tuple[list[Any], list[Any]]:
+    tape: Tape, values: list[Scalar], joint: list[Traced], places: list[Traced]
+) -> tuple[list[Scalar], list[Scalar]]:
     """Return the numbers to store for later steps, and the values as read from these places.
 
     Each number is stored once, and none that depends on parameters alone.
@@ -359,39 +379,43 @@ def _any_link(kind: Kind) -> Link:
     )
 
 
-def _vector(x: Any) -> Any:
+def _quaternion(x: Sequence[Scalar]) -> Quaternion:
+    return (x[0], x[1], x[2], x[3])
+
+
+def _vector(x: Sequence[Scalar]) -> Vector:
     return (x[0], x[1], x[2])
 
 
-def _matrix(x: Any) -> Any:
-    return (tuple(x[0:3]), tuple(x[3:6]), tuple(x[6:9]))
+def _matrix(x: Sequence[Scalar]) -> Matrix:
+    return (_vector(x[0:3]), _vector(x[3:6]), _vector(x[6:9]))
 
 
-def _spatial(x: Any) -> Spatial:
+def _spatial(x: Sequence[Scalar]) -> Spatial:
     return (_vector(x), _vector(x[3:6]))
 
 
-def _six(a: Spatial) -> tuple[Any, ...]:
+def _six(a: Spatial) -> tuple[Scalar, ...]:
     return (*a[0], *a[1])
 
 
-def _flat(R: Any) -> list[Any]:
+def _flat(R: Matrix) -> list[Scalar]:
     return [x for row in R for x in row]
 
 
-def _blocks_list(a: Blocks) -> list[Any]:
+def _blocks_list(a: Blocks) -> list[Scalar]:
     """The 21 numbers of blocks: J and M are symmetric, with six entries each."""
     J, H, M = a
     return [*_upper(J), *_flat(H), *_upper(M)]
 
 
-def _upper(J: Any) -> list[Any]:
+def _upper(J: Matrix) -> list[Scalar]:
     return [J[0][0], J[0][1], J[0][2], J[1][1], J[1][2], J[2][2]]
 
 
-def _symmetric(x: Any) -> Any:
+def _symmetric(x: Sequence[Scalar]) -> Matrix:
     return ((x[0], x[1], x[2]), (x[1], x[3], x[4]), (x[2], x[4], x[5]))
 
 
-def _blocks(x: Any) -> Blocks:
+def _blocks(x: Sequence[Scalar]) -> Blocks:
     return (_symmetric(x), _matrix(x[6:15]), _symmetric(x[15:21]))

@@ -105,6 +105,7 @@ class Parts:
         self._compile_steps()
         self._compile_straight(point)
         self.hoisted = self.straight_offset + self.straight.hoisted
+        del self._inputs  # and with them the tape
 
     def _compile_steps(self) -> None:
         """Compile the steps of every kind of link, and place their constants in c."""

@@ -158,7 +158,9 @@ def test_refusals() -> None:
     s, start = pendulum(), {"theta": [0.1, 0.2]}
     with pytest.raises(SimulationError, match="signals and controllers have no way back"):
         fb.simulate(s, -1, initial=start)
-    with pytest.raises(SimulationError, match="'wind' is given from 0 to 3 s, but its value is needed at t = 4 s"):
+    with pytest.raises(
+        SimulationError, match="'wind' is given from 0 to 3 s, but its value is needed at t = 4 s"
+    ):
         fb.simulate(s, 4, initial=start)
     other = fb.signal([0, 5], [0, 1], name="other")
     with pytest.raises(SimulationError, match="Signal 'other' occurs in no load"):

@@ -1,0 +1,94 @@
+"""Parts of a model: coordinates, speeds, links, and the places of bodies and joints among the links."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..scalar.algebra import Expression, Matrix, Vector
+from ..space.mass import MassProperties
+
+GROUND = -1
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """An entry of q: its name, its SymPy atom and its kind.
+
+    A scalar coordinate has its own speed; the coordinates of a quaternion or of the position of a free joint do not.
+    """
+
+    name: str
+    symbol: Any
+    kind: str  # "scalar", "position" or "quaternion"
+
+
+@dataclass(frozen=True)
+class Speed:
+    """An entry of u: its name, its SymPy atom and the atom of its time derivative."""
+
+    name: str
+    symbol: Any
+    acceleration: Any
+
+
+@dataclass(frozen=True)
+class Link:
+    """A primitive motion and the link that it moves.
+
+    The link's frame has its origin at the joint's point and the axes of its body (the axes of the joint
+    for the massless links inside a joint). In the frame of the parent link, the joint's
+    frame has the origin ``position`` and the constant rotation ``rotation`` (parent from joint).
+    """
+
+    joint: str
+    body: str | None
+    kind: str  # hinge, slider, screw, ball, free, weld
+    parent: int
+    rotation: Matrix
+    position: Vector
+    axis: Vector
+    pitch: Expression
+    displacement: Expression  # y(q, t) of a primitive with one degree of freedom
+    partials: tuple[tuple[int, Expression], ...]  # (index of the speed, dy/dq) where dy/dq is not zero
+    drift: Expression  # dy/dt at constant q
+    bias: Expression  # second derivative of y without the terms with accelerations
+    q: int  # first coordinate of a ball or free joint, else -1
+    u: int  # first speed of a ball or free joint, else -1
+    mass: Expression
+    center: Vector
+    inertia: Matrix  # about the mass centre
+
+    @property
+    def one_dof(self) -> bool:
+        """True if the motion has a displacement."""
+        return self.kind in ("hinge", "slider", "screw")
+
+    @property
+    def driven(self) -> bool:
+        """True if the motion is a given function of time."""
+        return self.one_dof and not self.partials
+
+
+@dataclass(frozen=True)
+class Place:
+    """Place of a body's frame: its link, and its origin from the origin of the link."""
+
+    link: int
+    origin: Vector
+    mass: Expression
+    center: Vector  # from the body's origin
+    inertia: Matrix
+    properties: MassProperties | None = None
+
+
+@dataclass(frozen=True)
+class JointPlace:
+    """The links of a joint, first to last, and the bodies it joins."""
+
+    type: str
+    links: tuple[int, ...]
+    parent: str
+    child: str
+    at: Vector
+    to: Vector
