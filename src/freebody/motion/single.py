@@ -42,7 +42,8 @@ from .start.arguments import (
 from .start.initial import initial_state, number
 from .start.loop_closure import closed_start
 from .trajectory.event import EventSpec, Happening, expressions_of, specs_of, watching
-from .trajectory.phases import PhasedTrajectory, Phases
+from .trajectory.phased_trajectory import PhasedTrajectory
+from .trajectory.phases import Phases
 from .trajectory.progress import Progress
 from .trajectory.trajectory import Trajectory
 

@@ -15,7 +15,8 @@ from freebody.describe.description import parameters_of
 from freebody.errors import SimulationError
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.trajectory.event import Event, EventSpec
-from freebody.motion.trajectory.trajectory import Trajectory, quaternions
+from freebody.motion.trajectory.quantities import quaternions
+from freebody.motion.trajectory.trajectory import Trajectory
 
 
 def oscillator(damping=0):

@@ -9,7 +9,7 @@ friction = "mu"
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
@@ -21,9 +21,7 @@ from ...errors import nearest
 from ...scalar.algebra import ZERO
 from ..text import expression_text
 from .table import Table
-
-if TYPE_CHECKING:
-    from .write import Writer
+from .value_texts import ValueTexts
 
 SHAPES = {
     "point": ("point",),
@@ -139,7 +137,7 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
 # --- write -------------------------------------------------------------------------------------
 
 
-def contact_keys(writer: Writer, pair: ContactPair) -> dict[str, str]:
+def contact_keys(writer: ValueTexts, pair: ContactPair) -> dict[str, str]:
     """Return the keys of one contact and their texts."""
     keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
     if pair.friction != 0:
@@ -153,7 +151,7 @@ def contact_keys(writer: Writer, pair: ContactPair) -> dict[str, str]:
     return keys
 
 
-def _shape_text(writer: Writer, shape: Any) -> str:
+def _shape_text(writer: ValueTexts, shape: Any) -> str:
     """Return a shape as an inline table."""
     kind = kind_of(shape)
     keys: dict[str, str] = {}
@@ -168,7 +166,7 @@ def _shape_text(writer: Writer, shape: Any) -> str:
     return "{ " + ", ".join(f"{key} = {text}" for key, text in keys.items()) + " }"
 
 
-def _value(writer: Writer, kind: str, shape: Any, name: str) -> str | None:
+def _value(writer: ValueTexts, kind: str, shape: Any, name: str) -> str | None:
     """Return the text of one key, or None to leave it out."""
     if name == "point":
         return writer.row(shape.components)

@@ -13,7 +13,7 @@ import inspect
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...describe.axes import UNIT
 from ...errors import FreebodyError, nearest
@@ -22,9 +22,7 @@ from ...space import solids
 from ...space.mass import MassProperties
 from ...space.shape import Shape
 from .table import Table
-
-if TYPE_CHECKING:
-    from .write import Writer
+from .value_texts import ValueTexts
 
 
 def read_looks(
@@ -68,7 +66,9 @@ def _part(table: Table, data: Any, kinds: tuple[str, ...], arguments: Callable[.
     return replace(solid.shape.rotated(axes).moved(at), hole=hole)
 
 
-def looks_keys(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], solid: bool) -> dict[str, str]:
+def looks_keys(
+    writer: ValueTexts, shape: Shape | None, kinds: tuple[str, ...], solid: bool
+) -> dict[str, str]:
     """Return the keys ``shape`` and ``color``; without a shape if the body's keys name its ``solid``.
 
     Meshes and solids of revolution have no keys either: such a body is then drawn by its joints and inertia.
@@ -96,7 +96,7 @@ def dimensions(shape: Shape, make: Callable[..., Any]) -> dict[str, Any]:
     return {key: value for key, value in arguments.items() if key in parameters}
 
 
-def _part_text(writer: Writer, shape: Shape, kinds: tuple[str, ...]) -> str | None:
+def _part_text(writer: ValueTexts, shape: Shape, kinds: tuple[str, ...]) -> str | None:
     """Return one part as an inline table, or None if no solid gives exactly this part."""
     if shape.kind not in kinds:
         return None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -14,21 +12,20 @@ from ...describe.constraints import constraint as constraints
 from ...describe.contact_shapes import Tether
 from ...describe.contacts.contact import ContactPair
 from ...describe.description import about_of, coordinates_of, names_of, parameters_of, positive_in, vector
-from ...describe.frame import Frame, Point
+from ...describe.frame import Frame
 from ...describe.joints.joint import Joint
 from ...describe.loads import load as loads
 from ...describe.names import is_identifier
 from ...describe.system import System
 from ...errors import FormatError, FreebodyError
-from ...scalar.algebra import IDENTITY, ZERO, Matrix, Scalar
+from ...scalar.algebra import IDENTITY, ZERO
 from ...space import solids
 from ...space.mass import MassProperties
-from ..text import expression_text, toml_number
+from ..text import expression_text
 from .contacts import contact_keys
 from .looks import dimensions, looks_keys
 from .read import JOINTS, SOLIDS, case_from_text
-
-_BARE = re.compile(r"[A-Za-z0-9_-]+\Z")
+from .value_texts import ValueTexts, block, quoted
 
 
 def toml_text(
@@ -63,7 +60,7 @@ def toml_text(
     return writer.document(initial, near, until, tolerance, assumed=assumed) if assumed else text
 
 
-class Writer:
+class Writer(ValueTexts):
     """Text of the parts of a system."""
 
     def __init__(self, system: System) -> None:
@@ -75,35 +72,7 @@ class Writer:
                 f"A model file cannot hold controllers and signals, but '{system.name}' has {', '.join(names)}. Keep "
                 "the description in Python."
             )
-        self.system = system
-        self.texts = names_of(system).texts
-
-    # --- values ---
-
-    def value(self, value: Scalar) -> str:
-        """Return a scalar as TOML: a number if that is exact, text otherwise."""
-        number = toml_number(value)
-        return repr(number) if number is not None else quoted(expression_text(value, self.texts))
-
-    def row(self, values: Iterable[Scalar]) -> str:
-        """Return a list of scalars."""
-        return f"[{', '.join(map(self.value, values))}]"
-
-    def argument(self, value: Any) -> str:
-        """Return an argument of a solid: a scalar, a list of scalars or the name of an axis."""
-        if isinstance(value, tuple):
-            return self.row(value)
-        return quoted(value) if isinstance(value, str) else self.value(value)
-
-    def matrix(self, rows: Matrix) -> str:
-        """Return a list of rows."""
-        return f"[{', '.join(map(self.row, rows))}]"
-
-    def point(self, point: Point) -> str:
-        """Return a point as an inline table, or the name of the body for its origin."""
-        if point.components == ZERO:
-            return quoted(point.body.name)
-        return f"{{ body = {quoted(point.body.name)}, point = {self.row(point.components)} }}"
+        super().__init__(system)
 
     # --- the document ---
 
@@ -383,19 +352,3 @@ class Writer:
         """Return the keys of a spring's law."""
         keys = {"stiffness": self.value(load.stiffness)}
         return keys | {"rest": self.value(load.rest)} if load.rest != 0 else keys
-
-
-def quoted(text: str) -> str:
-    """Return a TOML basic string; JSON's escapes are a subset of TOML's."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def key(name: str) -> str:
-    """Return a TOML key, bare if possible."""
-    return name if _BARE.match(name) else quoted(name)
-
-
-def block(path: tuple[str, ...] | None, keys: Mapping[str, str]) -> str:
-    """Return one table."""
-    lines = [] if path is None else [f"[{'.'.join(map(key, path))}]"]
-    return "\n".join([*lines, *(f"{key(name)} = {value}" for name, value in keys.items())]) + "\n"

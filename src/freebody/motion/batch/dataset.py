@@ -13,7 +13,7 @@ from ...version import VERSION
 from ..lanes import lanes_layout as at
 from ..ode import layout
 from ..trajectory.outputs import CONTACT_MODES, TIMELINE, OfContact
-from ..trajectory.trajectory import unit_of_name
+from ..trajectory.units import unit_of_name
 from .job import Job
 from .results import REASON, STATUS, WAITING, Results
 

@@ -13,8 +13,8 @@ import numpy as np
 from ...errors import SimulationError, nearest
 from ..kernels.kernels import Program
 from ..ode.dense_output import Array, observe
-from ..trajectory.phases import PhasedTrajectory
-from ..trajectory.trajectory import Energy, Reaction, _ByName
+from ..trajectory.phased_trajectory import PhasedTrajectory
+from ..trajectory.quantities import ByName, Energy, Reaction
 from .run import Change
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ class ContactTrajectory(PhasedTrajectory):
                 modes,
                 lambdas,
             )
-        return _ByName("contact", result)
+        return ByName("contact", result)
 
     def _value(self, expression: Any) -> float:
         from ..start.initial import number
@@ -216,7 +216,7 @@ class ContactTrajectory(PhasedTrajectory):
     def reactions(self) -> dict[str, Reaction]:
         """What every joint transmits to its child; see :attr:`Trajectory.reactions`."""
         (found,) = self._by_segment(lambda phase: phase.reactions(), ("reactions",))
-        return _ByName(
+        return ByName(
             "joint",
             {
                 name: Reaction(found[:, 6 * i : 6 * i + 3], found[:, 6 * i + 3 : 6 * i + 6], on, about)

@@ -29,7 +29,8 @@ from ..contact.trajectory import ContactTrajectory
 from ..legs.sensitivity import SensitiveTrajectory
 from ..ode.dense_output import Path
 from ..timestepping.stepped_trajectory import SteppedTrajectory, Steps
-from ..trajectory.phases import PhasedTrajectory, Segment, segments_of
+from ..trajectory.phased_trajectory import PhasedTrajectory
+from ..trajectory.phases import Segment, segments_of
 from ..trajectory.trajectory import Trajectory
 from .replacing import replacing
 

@@ -24,7 +24,7 @@ from ..ode.crossing import ROUNDED
 from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
 from ..ode.integration import Halt
 from ..start.loop_closure import nearly_dependent
-from ..trajectory.phases import Happening
+from ..trajectory.event import Happening
 
 LIMIT = 0.2
 """Value of s below which a singular position is sought."""

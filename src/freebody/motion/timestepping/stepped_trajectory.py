@@ -28,8 +28,9 @@ from ..ode.dense_output import Array, Path
 from ..start.initial import number
 from ..trajectory.event import Event, Happening
 from ..trajectory.one_sided_limits import Values
-from ..trajectory.phases import EventList
-from ..trajectory.trajectory import Energy, Reaction, Trajectory, _ByName
+from ..trajectory.phased_trajectory import EventList
+from ..trajectory.quantities import ByName, Energy, Reaction
+from ..trajectory.trajectory import Trajectory
 from .stepped_kernels import gaps, mean_reactions, step_motion, stepping
 
 MODES = ("open", "stick", "slip", "slip+", "slip-")
@@ -194,7 +195,7 @@ class SteppedTrajectory(Trajectory):
     def reactions(self) -> dict[str, Reaction]:
         """What every joint transmits to its child, a mean over a step; see :attr:`Trajectory.reactions`."""
         found = self.mean_reactions(self.t)
-        return _ByName(
+        return ByName(
             "joint",
             {
                 name: Reaction(found[:, 6 * i : 6 * i + 3], found[:, 6 * i + 3 : 6 * i + 6], on, about)
@@ -207,7 +208,7 @@ class SteppedTrajectory(Trajectory):
         """Constraint forces by name, means over a step; see :attr:`Trajectory.multipliers`."""
         found = self._mean(self.impulses.constraints, self.t)
         names = [row.name for row in rows(self.kernels.model)]
-        return _ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
+        return ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
 
     def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
         """Of the mean forces of each step, from its begin to its end."""
@@ -339,7 +340,7 @@ class SteppedTrajectory(Trajectory):
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
                 np.where(mode == "open", np.nan, margin), mode, lam,
             )  # fmt: skip
-        return _ByName("contact", result)
+        return ByName("contact", result)
 
     @cached_property
     def modes(self) -> Timeline:

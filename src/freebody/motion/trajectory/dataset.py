@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...version import VERSION
-from .trajectory import Trajectory, unit_of
+from .computed_motion import ComputedMotion
+from .units import unit_of
 
 if TYPE_CHECKING:
     import xarray
@@ -21,7 +22,7 @@ _ENERGIES = {
 }
 
 
-def dataset(trajectory: Trajectory) -> xarray.Dataset:
+def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
     """Return coordinates, speeds, poses, energies and reactions over ``time``, and events over ``event``.
 
     The pose of body b is ``b.position`` (time, axis) and ``b.quaternion`` (time, component); the reaction of joint j is

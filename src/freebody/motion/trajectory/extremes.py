@@ -16,9 +16,9 @@ import numpy as np
 
 from ...scalar.algebra import Expression
 from ..ode.dense_output import Array
+from .computed_motion import ComputedMotion
 from .outputs import CONTACT_MODES, ENERGIES, OfContact
 from .phases import Phases
-from .trajectory import Trajectory
 
 _PARTS = 8  # parts of a step at whose ends extremes are sought
 _HALVINGS = 8
@@ -26,7 +26,7 @@ _BRACKETS = 4  # brackets that are refined, for one quantity in one block
 _BLOCK = 1000  # steps that are searched together
 
 
-def values(motion: Trajectory, quantities: tuple[Expression | OfContact, ...]) -> Array:
+def values(motion: ComputedMotion, quantities: tuple[Expression | OfContact, ...]) -> Array:
     """Return quantities (expressions, energies, quantities of contacts) at the output times, one column each."""
     result = np.empty((len(motion.t), len(quantities)))
     expressions = [x for x in quantities if not isinstance(x, str | OfContact)]
@@ -42,7 +42,7 @@ def values(motion: Trajectory, quantities: tuple[Expression | OfContact, ...]) -
     return result
 
 
-def _energy(motion: Trajectory, name: str) -> Any:
+def _energy(motion: ComputedMotion, name: str) -> Any:
     """Return one of `ENERGIES` at the output times."""
     assert name in ENERGIES
     if name != "work_rate":
@@ -67,7 +67,7 @@ def _of_contact(motion: Any, quantity: OfContact) -> Any:
     return result if result.ndim == 1 else result[:, quantity.component]
 
 
-def extremes(motion: Trajectory, quantities: tuple[Expression | OfContact, ...]) -> Array:
+def extremes(motion: ComputedMotion, quantities: tuple[Expression | OfContact, ...]) -> Array:
     """Return greatest, smallest, first and last value of each quantity over a motion, shape (quantities, 4)."""
     ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), quantities)
     best = np.full((2, len(quantities)), -np.inf)  # greatest values of the quantities, and of their negatives
@@ -142,7 +142,7 @@ def _legs(whole: Any) -> Iterator[tuple[Any, Array, bool]]:
             yield leg, np.append(inner.ravel(), starts[-1]), True
 
 
-def _at(motion: Trajectory, times: Array, leg: Any = None) -> Trajectory:
+def _at(motion: ComputedMotion, times: Array, leg: Any = None) -> ComputedMotion:
     """Return the same motion, or one leg of it, with other output times."""
     other = copy.copy(motion)
     for kind in type(motion).__mro__:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +13,13 @@ from ...model.model import Link
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY, PALE
 from ..paper.sheet import Arrow, Line, Style, box_of
+from .machine_drawing import MachineDrawing
 from .measures import Measured, angle_of, dimensions_of
-
-if TYPE_CHECKING:
-    from .draw import Machine
 
 Array = NDArray[np.float64]
 
 
-def mark_coordinates(m: Machine) -> None:
+def mark_coordinates(m: MachineDrawing) -> None:
     """Draw displacements and angles of the joints, and the axes of bodies that turn freely."""
     for name, joint in m.model.joints.items():
         for number in joint.links:
@@ -42,7 +40,7 @@ def mark_coordinates(m: Machine) -> None:
             _add_measures(m, best)
 
 
-def _add_measures(m: Machine, measures: list[Measured]) -> None:
+def _add_measures(m: MachineDrawing, measures: list[Measured]) -> None:
     for group, tex, anchor in measures:
         m.root.add(group)
         for item in group.items:
@@ -50,7 +48,7 @@ def _add_measures(m: Machine, measures: list[Measured]) -> None:
         m.labels.append((tex, [anchor], 10.5, GREY))
 
 
-def _slide(m: Machine, name: str, number: int, link: Link) -> None:
+def _slide(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     """Draw a displacement: an arrow from the point of the joint on the parent, beside the path."""
     tex = latex(m.e.state(link.displacement), m.e.ring)
     if not m.e.ring.atoms_of(m.e.ring.coerce(m.e.state(link.displacement))):
@@ -86,7 +84,7 @@ def _slide(m: Machine, name: str, number: int, link: Link) -> None:
     m.labels.append((f"${tex}$", [((start + end) / 2 + shift, out)], 10.5, GREY))
 
 
-def _turn(m: Machine, name: str, number: int, link: Link) -> None:
+def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     """Draw an angle in space: an arc about its axis, from a direction before the turn to that direction after it."""
     value = float(m.now.state(link.displacement))
     exact = m.e.state(link.displacement)
@@ -127,7 +125,7 @@ def _turn(m: Machine, name: str, number: int, link: Link) -> None:
     m.labels.append((f"${latex(exact, m.e.ring)}$", [(middle, out)], 10.5, GREY))
 
 
-def _body_axes(m: Machine, body: str) -> None:
+def _body_axes(m: MachineDrawing, body: str) -> None:
     """Draw the axes of a body that turns freely, as 1, 2, 3."""
     R, p = m.now.posture(body)
     at = m.page(p)
@@ -141,7 +139,7 @@ def _body_axes(m: Machine, body: str) -> None:
     m.add(items, class_="body-axes", data_body=body)
 
 
-def mark_dimensions(m: Machine) -> None:
+def mark_dimensions(m: MachineDrawing) -> None:
     """Draw the dimensions of the bodies; in a machine of more than three bodies, each expression once."""
     done: set[str] = set()
     for name in m.model.bodies:
@@ -153,7 +151,7 @@ def mark_dimensions(m: Machine) -> None:
             _add_measures(m, [(group, tex, anchor)])
 
 
-def ground_axes(m: Machine) -> None:
+def ground_axes(m: MachineDrawing) -> None:
     """Draw the directions of the ground axes, below to the left."""
     x0, y0, _, _ = box_of(m.root)
     origin = np.array([x0 + 14.0, y0 - 40.0])

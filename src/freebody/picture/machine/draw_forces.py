@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,7 @@ from ..paper import symbols
 from ..paper.palette import INK, VERMILLION
 from ..paper.sheet import Arrow, Style, arc, box_of
 from .force_arrows import Mark, Marks
-
-if TYPE_CHECKING:
-    from .draw import Machine
+from .machine_drawing import MachineDrawing
 
 Array = NDArray[np.float64]
 
@@ -25,7 +23,7 @@ FORCE = 42.0
 """Length of the arrow of a load [pt]."""
 
 
-def springs(m: Machine) -> None:
+def springs(m: MachineDrawing) -> None:
     """Draw springs and dampers, between points and on joints, with the walls that hold them."""
     for name, load in m.model.loads.items():
         if isinstance(load, Spring | Damper):
@@ -41,7 +39,7 @@ def springs(m: Machine) -> None:
             _joint_spring(m, name, load)
 
 
-def _spring_label(m: Machine, value: Expression, at: Array, along: Array) -> None:
+def _spring_label(m: MachineDrawing, value: Expression, at: Array, along: Array) -> None:
     length = float(np.linalg.norm(along))
     side = np.array([-along[1], along[0]]) / length if length > 0 else np.array([0.0, 1.0])
     if side[1] < 0:
@@ -50,7 +48,7 @@ def _spring_label(m: Machine, value: Expression, at: Array, along: Array) -> Non
     m.labels.append((tex, [(at + 6.0 * side, side), (at - 6.0 * side, -side)], 11.0, INK))
 
 
-def _joint_spring(m: Machine, name: str, load: JointSpring | JointDamper) -> None:
+def _joint_spring(m: MachineDrawing, name: str, load: JointSpring | JointDamper) -> None:
     joint = m.joints[load.joint.name]
     at = m.page(joint[3])
     value = load.stiffness if isinstance(load, JointSpring) else load.damping
@@ -86,14 +84,14 @@ def _like(load: JointSpring | JointDamper, other: Any) -> bool:
     )
 
 
-def _wall(m: Machine, at: Array, toward: Array) -> None:
+def _wall(m: MachineDrawing, at: Array, toward: Array) -> None:
     """Draw a piece of hatched wall whose free side faces a direction."""
     d = toward / np.linalg.norm(toward)
     across = np.array([-d[1], d[0]])
     m.add(symbols.hatched(at - 14.0 * across, at + 14.0 * across, -1.0), class_="wall")
 
 
-def loads(m: Machine) -> None:
+def loads(m: MachineDrawing) -> None:
     """Draw the arrows of applied forces and couples, and label each with its name or value."""
     applied = {
         name: load for name, load in m.model.loads.items() if isinstance(load, Force | Torque | JointForce)
@@ -123,7 +121,7 @@ def loads(m: Machine) -> None:
         m.labels.append((f"${label}$", anchors, 11.0, VERMILLION))
 
 
-def _load(m: Machine, mark: Mark, style: Style) -> tuple[Array, Array]:
+def _load(m: MachineDrawing, mark: Mark, style: Style) -> tuple[Array, Array]:
     """Draw the arrow of a load; return the anchor of its label: (point, direction from it)."""
     at = m.page(mark.point)
     if mark.couple and m.view.planar:
@@ -148,7 +146,7 @@ def _load(m: Machine, mark: Mark, style: Style) -> tuple[Array, Array]:
     return far, out / max(float(np.linalg.norm(out)), 1e-9)
 
 
-def gravity(m: Machine) -> None:
+def gravity(m: MachineDrawing) -> None:
     """Draw the direction of gravity, above to the right."""
     g = m.view.gravity
     if g is None or not g.any():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,24 +12,18 @@ from ...describe.constraints.constraint import Gear, Rolling
 from ...describe.contact_shapes import kind_of
 from ...dynamics.constraints import _arm
 from ...dynamics.contact import touches
-from ...scalar.algebra import Vector
 from ...symbolic.printing.latex import latex_name
 from ..paper import symbols
 from ..paper.palette import GREEN, GREY, INK
 from ..paper.sheet import Circle, Line, Style, arc
 from .configuration import NEAR
+from .machine_drawing import ROUND, MachineDrawing, fixed
 from .shapes import ropes_of
-
-if TYPE_CHECKING:
-    from .draw import Machine
 
 Array = NDArray[np.float64]
 
-ROUND = ("circle", "cylinder", "sphere")
-"""Kinds of surfaces whose section with the plane of the machine is a circle."""
 
-
-def rolling_planes(m: Machine) -> None:
+def rolling_planes(m: MachineDrawing) -> None:
     """Draw the ground on which wheels roll."""
     wheels = [rolling for rolling in m.model.constraints.values() if isinstance(rolling, Rolling)]
     if not wheels:
@@ -54,19 +48,7 @@ def rolling_planes(m: Machine) -> None:
         m.add([Circle(m.page(foot), 2.0, Style(INK, 0.8, (), INK))], class_="contact")
 
 
-def round_walls(m: Machine) -> list[Array]:
-    """Four points of each round wall of the ground, in ground axes [m]."""
-    shapes = [shape for contact in m.model.contacts for shape in (contact.feature, contact.surface)]
-    return [
-        _fixed(m, shape.at) + sign * float(m.now.state(shape.radius)) * across
-        for shape in shapes
-        if m.view.planar and shape.body.is_ground and kind_of(shape) in ROUND
-        for across in m.view.matrix
-        for sign in (-1.0, 1.0)
-    ]
-
-
-def surfaces(m: Machine) -> None:
+def surfaces(m: MachineDrawing) -> None:
     """Draw the surfaces of the ground that bodies may touch: planes, sides, round walls and edges."""
     drawn: list[Any] = []
     for contact in getattr(m.model, "contacts", ()):
@@ -76,17 +58,17 @@ def surfaces(m: Machine) -> None:
             drawn.append(shape)
             kind = kind_of(shape)
             if kind == "plane":
-                _ground(m, _fixed(m, shape.at), _fixed(m, shape.normal))
+                _ground(m, fixed(m, shape.at), fixed(m, shape.normal))
             elif kind == "segment" and m.view.planar:
-                start, end = (m.page(_fixed(m, point)) for point in (shape.start, shape.end))
-                _edge(m, start, end, m.view(_fixed(m, shape.normal)))
+                start, end = (m.page(fixed(m, point)) for point in (shape.start, shape.end))
+                _edge(m, start, end, m.view(fixed(m, shape.normal)))
             elif kind in ROUND and m.view.planar:
                 _wall_round(m, shape)
             elif kind == "point" and m.view.planar:  # an edge of the ground, seen along it
-                m.add(symbols.pin_on_ground(m.page(_fixed(m, shape.components)), m.down), class_="plane")
+                m.add(symbols.pin_on_ground(m.page(fixed(m, shape.components)), m.down), class_="plane")
 
 
-def feet(m: Machine) -> None:
+def feet(m: MachineDrawing) -> None:
     """Draw the points at which bodies touch."""
     if not m.model.contacts:
         return
@@ -97,19 +79,14 @@ def feet(m: Machine) -> None:
             m.add([Circle(at, 2.2, Style(INK, 0.8, (), INK))], class_="contact", data_contact=contact.name)
 
 
-def _fixed(m: Machine, components: Vector) -> Array:
-    """Values of three expressions of parameters."""
-    return np.array([float(m.now.state(x)) for x in components])
-
-
-def _edge(m: Machine, start: Array, end: Array, up: Array) -> None:
+def _edge(m: MachineDrawing, start: Array, end: Array, up: Array) -> None:
     """Draw an edge of the ground, hatched on the side that ``up`` points away from."""
     along = end - start
     side = 1.0 if float(np.array([along[1], -along[0]]) @ up) < 0 else -1.0
     m.add(symbols.hatched(start, end, side), class_="plane")
 
 
-def _ground(m: Machine, point: Array, normal: Array) -> None:
+def _ground(m: MachineDrawing, point: Array, normal: Array) -> None:
     """Draw a plane of the ground, under the whole machine."""
     machine = [m.page(p) for p in m.extent()]
     if m.view.planar:
@@ -132,9 +109,9 @@ def _ground(m: Machine, point: Array, normal: Array) -> None:
     m.add([Line(corners, Style(GREY, 0.8, (), "#f4f4f4"), True)], class_="plane")
 
 
-def _wall_round(m: Machine, shape: Any) -> None:
+def _wall_round(m: MachineDrawing, shape: Any) -> None:
     """A round wall, hatched where the ground is."""
-    center = m.page(_fixed(m, shape.at))
+    center = m.page(fixed(m, shape.at))
     r = m.scale * float(m.now.state(shape.radius))
     items: list[Any] = [Line(arc(center, r, 0.0, 2 * math.pi), Style(INK, 1.3))]
     sign = 1.0 if shape.inside else -1.0
@@ -146,7 +123,7 @@ def _wall_round(m: Machine, shape: Any) -> None:
     m.add(items, class_="plane")
 
 
-def guides(m: Machine) -> None:
+def guides(m: MachineDrawing) -> None:
     """Draw the ground beside the bodies that slide on it, in a planar machine."""
     if not m.view.planar:
         return
@@ -168,7 +145,7 @@ def guides(m: Machine) -> None:
         m.add(items, class_="joint slider", data_joint=name)
 
 
-def ropes(m: Machine) -> None:
+def ropes(m: MachineDrawing) -> None:
     """Draw ropes, and the pulleys and the ceiling that they hang on."""
     for name, points in ropes_of(m.model).items():
         pages = [m.page(m.now.point(point)) for point in points]
@@ -206,7 +183,7 @@ def ropes(m: Machine) -> None:
         m.labels.append((f"${latex_name(name)}$", [(middle, np.array([1.0, 0.0]))], 10.0, GREEN))
 
 
-def gears(m: Machine) -> None:
+def gears(m: MachineDrawing) -> None:
     """Draw the meshing teeth of gear wheels whose bodies have a round solid."""
     for name, gear in m.model.constraints.items():
         if not isinstance(gear, Gear) or not m.view.planar:

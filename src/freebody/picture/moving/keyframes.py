@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ...dynamics import State, poses
 from ...dynamics.kinematics import angular_velocity
 from ...motion.ode.dense_output import observe
-from ...motion.trajectory.trajectory import quaternions
+from ...motion.trajectory.quantities import quaternions
 from ...space.quaternion import Quaternion, quaternion_conjugate, quaternion_product
 from .contacts import Contacts, Touched
 from .forces import Arrow, applied, arrows

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...motion.trajectory.trajectory import unit_of
+from ...motion.trajectory.units import unit_of
 from .keyframes import Keyframes
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...describe.contact_shapes import kind_of
 from ...dynamics.state import State
-from ...motion.trajectory.trajectory import quaternions
+from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import floats
 from ...scalar.expression import evaluate
 from ..machine.shapes import ROD, Primitive, axes_along, rod

@@ -20,7 +20,7 @@ from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ...model.closure import Closure
 from ...model.model import Model
-from ...motion.trajectory.trajectory import quaternions
+from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import Vector
 from ...space.quaternion import matrix_from_quaternion
 from ..machine.shapes import ROD, Primitive, axes_along, machine_size, rod, ropes_of, shapes

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SimulationError, nearest
-from ...motion.trajectory.trajectory import unit_of
+from ...motion.trajectory.units import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...dynamics.energy import kinetic_energy, potential_energy
 from ...scalar.algebra import Scalar
 from ..printing.display import Formulas
+from .canonical_model import CanonicalModel
 from .questions import named
-
-if TYPE_CHECKING:
-    from .derivation import Derivation
 
 
 class Energy(Formulas):
     """Kinetic and potential energy [J]."""
 
-    def __init__(self, e: Derivation) -> None:
+    def __init__(self, e: CanonicalModel) -> None:
         self._e = e
 
     @cached_property

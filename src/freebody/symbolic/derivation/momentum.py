@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...describe.body import Body
 from ...describe.frame import Point
@@ -13,16 +13,14 @@ from ...errors import ModelError
 from ...scalar.algebra import ZERO, Vector
 from ..printing.lines import EQUALS, Lines
 from .bodies import own_body
+from .canonical_model import CanonicalModel
 from .questions import named
-
-if TYPE_CHECKING:
-    from .derivation import Derivation
 
 
 class MomentumOf(Lines):
     """Linear and angular momentum of all bodies together."""
 
-    def __init__(self, e: Derivation) -> None:
+    def __init__(self, e: CanonicalModel) -> None:
         self._e = e
 
     def _lines(self) -> list[list[Any]]:

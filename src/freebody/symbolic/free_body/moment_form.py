@@ -42,7 +42,7 @@ from ...scalar.algebra import (
 from ..derivation.bodies import NamedBody, PointOf, own_body
 from ..printing.display import latex, text
 from ..printing.show import EQUALS, elements, inner
-from .free_body import FreeBody, free_body
+from .balance import BodyBalance, body_balance
 from .planar import plane_in
 from .reaction import LETTERS
 
@@ -58,7 +58,7 @@ class MomentForm:
         True if the point is fixed in the body.
     """
 
-    def __init__(self, body: FreeBody, about: Any) -> None:
+    def __init__(self, body: BodyBalance, about: Any) -> None:
         self._free = body
         self._e = body._e
         self.body = body.body
@@ -132,7 +132,7 @@ class MomentForm:
     @cached_property
     def proven(self) -> bool:
         """True if the terms add up to dH_C/dt + ρ × m a_C: their difference is canonically zero."""
-        about_c = free_body(self._e, self.body)
+        about_c = body_balance(self._e, self.body)
         e = self._e
         rho = subtract(self._free._centre, self._position)
         ma = scale(e.state(self._free._place.mass), e.center_acceleration(self.body))
@@ -207,7 +207,7 @@ class MomentForm:
         return self.text()
 
 
-def _joint_point(free: FreeBody, name: str) -> PointOf:
+def _joint_point(free: BodyBalance, name: str) -> PointOf:
     """Point of a joint on its parent if that is the free body, else on its child."""
     model = free._e.model
     if name not in model.joints:

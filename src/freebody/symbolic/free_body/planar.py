@@ -26,7 +26,7 @@ from ..printing.display import equation_latex, equation_text, text
 from ..printing.show import latex_words
 from ..printing.systems import Row, collect, eliminate
 from .action import TITLES
-from .free_body import FreeBody, free_body
+from .balance import BodyBalance, body_balance
 from .reaction import LETTERS, unknowns
 
 
@@ -117,7 +117,7 @@ def _plane_with_normal(e: Derivation, k: int) -> Plane | str:
         places[g.index] = (name, 1)
     rows = []
     for body in e.model.bodies:
-        free = free_body(e, body)
+        free = body_balance(e, body)
         for i, (title, (left, right)) in enumerate(zip(TITLES, free.balances, strict=True)):
             terms = collect(left - right, places, e.ring)
             within = (i != k) if i < 3 else (i - 3 == k)
@@ -139,7 +139,7 @@ def _is_across(force: Vector, moment: Vector, n: Vector) -> bool:
     return dot(moment, n) == 0
 
 
-def plane_in(body: FreeBody) -> tuple[Plane, int] | str:
+def plane_in(body: BodyBalance) -> tuple[Plane, int] | str:
     """Return the plane and the index of its normal among the axes of a free body, or the reason why there is none."""
     plane = plane_of(body._e)
     if isinstance(plane, str):
@@ -151,7 +151,7 @@ def plane_in(body: FreeBody) -> tuple[Plane, int] | str:
     return plane, nonzero[0]
 
 
-def planar_balances(body: FreeBody) -> tuple[tuple[str, Scalar, Scalar], ...]:
+def planar_balances(body: BodyBalance) -> tuple[tuple[str, Scalar, Scalar], ...]:
     """(title, left, right) of two force equations and one moment equation, canonical.
 
     Raises
@@ -176,19 +176,19 @@ def planar_balances(body: FreeBody) -> tuple[tuple[str, Scalar, Scalar], ...]:
     return tuple(result)
 
 
-def _without(body: FreeBody, x: Scalar, zero: set[int]) -> Scalar:
+def _without(body: BodyBalance, x: Scalar, zero: set[int]) -> Scalar:
     """Return x without the reactions that are zero; about a point off the plane, x may contain them."""
     terms = collect(x, {index: (index, 1) for index in zero}, body._e.ring)
     return terms[()].whole() if () in terms else 0
 
 
-def planar_equations(body: FreeBody) -> tuple[Any, ...]:
+def planar_equations(body: BodyBalance) -> tuple[Any, ...]:
     """Return two force equations and one moment equation; see :attr:`FreeBody.planar_equations`."""
     show = body._e.displayed
     return tuple(sympy.Eq(show(a), show(b), evaluate=False) for _, a, b in planar_balances(body))
 
 
-def planar_text(body: FreeBody) -> str:
+def planar_text(body: BodyBalance) -> str:
     """The forces in the plane by name, the three equations, and the reactions that are zero, as plain text."""
     in_axes = plane_in(body)
     assert not isinstance(in_axes, str)
@@ -225,7 +225,7 @@ def planar_text(body: FreeBody) -> str:
     return "\n".join([*lines, *body.remarks()])
 
 
-def planar_latex(body: FreeBody) -> str:
+def planar_latex(body: BodyBalance) -> str:
     """The three equations as a LaTeX ``aligned`` block."""
     ring = body._e.ring
     pairs = [*((a, b) for _, a, b in planar_balances(body)), *body.laws]

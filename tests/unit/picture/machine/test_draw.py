@@ -18,7 +18,8 @@ from freebody.dynamics.state import float_state
 from freebody.errors import ModelError
 from freebody.gallery import entries
 from freebody.picture.machine.configuration import configuration
-from freebody.picture.machine.draw import WIDE, draw
+from freebody.picture.machine.draw import draw
+from freebody.picture.machine.machine_drawing import WIDE
 from freebody.picture.machine.outlines import hull
 from freebody.picture.machine.shapes import attachments, colors, shapes
 from freebody.picture.paper.labels import outline, size_of

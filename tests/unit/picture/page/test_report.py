@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 import freebody as fb
 from freebody.gallery import entries
-from freebody.motion.trajectory.trajectory import quaternions
+from freebody.motion.trajectory.quantities import quaternions
 from freebody.picture.machine.shapes import holds, shapes
 from freebody.picture.moving.keyframes import interpolated, keyframes
 from freebody.picture.page.animation import animation

@@ -1,0 +1,184 @@
+"""The drawing of a machine in progress: its view and scale, and the items drawn so far."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...describe.contact_shapes import kind_of
+from ...dynamics.kinematics import link_postures
+from ...model.closure import Closure
+from ...model.model import Link
+from ...scalar.algebra import Vector
+from ...symbolic.equations import Equations
+from ..paper.placing import Placer
+from ..paper.sheet import Arrow, Circle, Group, arc
+from ..paper.view import View
+from .configuration import Configuration
+from .outlines import outlines, polygon
+from .shapes import attachments, fill_of
+from .solid_pieces import pieces_of
+
+Array = NDArray[np.float64]
+
+WIDE = 250.0
+"""Length of the machine on paper [pt]."""
+
+ROUND = ("circle", "cylinder", "sphere")
+"""Kinds of surfaces whose section with the plane of the machine is a circle."""
+
+
+class MachineDrawing:
+    """Drawing of one machine in one configuration, to which items are added.
+
+    Attributes
+    ----------
+    e, now, view
+        Equations, configuration, view.
+    scale : float
+        Points per unit of length [pt/m].
+    labels : list
+        Labels, placed after all lines are drawn: text, anchors, size, colour.
+    arcs : list
+        Points about which angles are drawn, on paper.
+    """
+
+    wide = WIDE
+
+    def __init__(self, e: Equations, now: Configuration, view: View) -> None:
+        self.e, self.now, self.view = e, now, view
+        self.model = e.model
+        self.pieces = pieces_of(now, view.planar)
+        self.placer = Placer()
+        self.root = Group()
+        self.labels: list[tuple[str, list[tuple[Array, Array | None]], float, str]] = []
+        self.arcs: list[Array] = []
+        longest = float(np.ptp(view(np.array(self.extent())), axis=0).max())
+        self.scale = WIDE / longest if longest > 0 else 1.0
+        self.down = np.array([0.0, -1.0])
+        self.joints: dict[str, tuple[str, str, str, Array]] = self._joints()
+        self.drawn = self._back_to_front()
+
+    def page(self, point: Array) -> Array:
+        """Map a point in ground axes to paper [pt]."""
+        return self.scale * self.view(point)
+
+    # -- extent and order -----------------------------------------------------------------------------
+
+    def extent(self) -> list[Array]:
+        """Points whose box contains the machine, in ground axes [m]."""
+        points = []
+        for name in self.model.bodies:
+            R, p = self.now.posture(name)
+            points += [p + R @ q for q in attachments(self.model, self.now.state, name).values()]
+            points.append(self.now.place(name, self.model.bodies[name].center))
+            for piece in self.pieces[name]:
+                points += [p + R @ q for q in piece.points()]
+        for joint in self.model.joints.values():
+            if joint.parent == "ground" and joint.type not in ("free", "planar"):
+                points.append(self.now.place("ground", joint.at))
+        return points + round_walls(self)
+
+    def _back_to_front(self) -> list[str]:
+        """Names of the bodies in drawing order: in space the far ones first, at equal depth the large ones first.
+
+        In space a body without mass or extent, between two primitive motions of a joint, is not drawn.
+        """
+
+        def order(name: str) -> tuple[float, float]:
+            place = self.model.bodies[name]
+            depth = 0.0 if self.view.planar else float(self.view.toward @ self.now.place(name, place.center))
+            points = np.array([q for piece in self.pieces[name] for q in piece.points()])
+            return round(depth * self.scale, 3), -float(np.ptp(points, axis=0).max())
+
+        carriers = {
+            name
+            for name in self.model.bodies
+            if not self.view.planar
+            and all(piece.kind == "particle" and not piece.solid for piece in self.pieces[name])
+        }
+        return sorted((name for name in self.model.bodies if name not in carriers), key=order)
+
+    def _joints(self) -> dict[str, tuple[str, str, str, Array]]:
+        """Type, parent, child and position of every joint, those that close loops included."""
+        joints = {
+            name: (joint.type, joint.parent, joint.child, self.now.place(joint.child, joint.to))
+            for name, joint in self.model.joints.items()
+            if joint.type != "free"
+        }
+        for name, closure in self.model.constraints.items():
+            if isinstance(closure, Closure):
+                parent, child = closure.parent.name, closure.child.name
+                joints[name] = (closure.type, parent, child, self.now.place(child, closure.to))
+        return joints
+
+    def _slides(self, body: str) -> bool:
+        return any(kind == "slider" and child == body for kind, _, child, _ in self.joints.values())
+
+    def axis(self, name: str, index: int = 0) -> Array | None:
+        """Direction on paper of an axis of a joint; None if it points at the reader."""
+        joint = self.model.joints.get(name)
+        if joint is None:
+            return None
+        d = self.view(self.axis_in_space(self.model.links[joint.links[index]], joint.links[index]))
+        length = float(np.linalg.norm(d))
+        return d / length if length > 0.05 else None
+
+    def axis_in_space(self, link: Link, number: int) -> Array:
+        """Axis of a link, in ground axes; ``number`` is the number of the link."""
+        R = np.array(link_postures(self.model, self.now.state)[number].rotation, dtype=float)
+        return R @ np.array([float(self.now.state(x)) for x in link.axis])
+
+    def reach(self, body: str, at: Array, d: Array) -> float:
+        """Distance by which a body reaches from a point in a direction [pt]."""
+        return max((float(((area - at) @ d).max()) for area in self.areas_of(body)), default=0.0)
+
+    def areas_of(self, name: str) -> list[Array]:
+        """Polygons that a body covers on paper."""
+        R, p = self.now.posture(name)
+        areas = []
+        for piece in self.pieces[name]:
+            for item in outlines(piece, R, p, self.view, self.scale, "#ffffff", self._slides(name)):
+                area = polygon(item)
+                if area is not None:
+                    areas.append(area)
+        return areas
+
+    # -- items ----------------------------------------------------------------------------------------
+
+    def fill(self, name: str) -> str:
+        """Fill colour of a body."""
+        return fill_of(self.model, name)
+
+    def add(self, items: list[Any], **attributes: str) -> None:
+        """Draw a symbol, as a group with attributes (``class_`` for ``class``, ``data_joint`` for ``data-joint``)."""
+        named = {key.replace("_", "-").removesuffix("-"): value for key, value in attributes.items()}
+        self.root.add(Group(items, named))
+        for item in items:
+            if isinstance(item, Circle):
+                self.placer.line(arc(item.center, item.radius, 0.0, 2 * math.pi))
+            elif isinstance(item, Arrow):
+                self.placer.arrow(item)
+            else:
+                area = polygon(item)
+                self.placer.line(item.points if area is None else np.vstack([area, area[:1]]))
+
+
+def round_walls(m: MachineDrawing) -> list[Array]:
+    """Four points of each round wall of the ground, in ground axes [m]."""
+    shapes = [shape for contact in m.model.contacts for shape in (contact.feature, contact.surface)]
+    return [
+        fixed(m, shape.at) + sign * float(m.now.state(shape.radius)) * across
+        for shape in shapes
+        if m.view.planar and shape.body.is_ground and kind_of(shape) in ROUND
+        for across in m.view.matrix
+        for sign in (-1.0, 1.0)
+    ]
+
+
+def fixed(m: MachineDrawing, components: Vector) -> Array:
+    """Values of three expressions of parameters."""
+    return np.array([float(m.now.state(x)) for x in components])

@@ -1,0 +1,277 @@
+"""Forces and moments on one body by name, and the balance that they form with its motion: F = m a_C and M = dH/dt.
+
+    Σ F = m a_C,        Σ M_P = dH_C/dt + r_PC × m a_C
+
+The second holds about any point P, moving or not. Source: chapter 6, eqs (6.3), (6.24), (6.25).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+from ...describe.body import Body
+from ...describe.constraints.constraint import Gear
+from ...describe.frame import Point
+from ...describe.loads.load import (
+    Damper,
+    Force,
+    GeneralizedForce,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
+from ...dynamics.constraints import Row, rows, torques
+from ...dynamics.coordinates import forces_on_free_displacements
+from ...dynamics.joint_freedom import unit_load_wrench
+from ...dynamics.kinematics import point_position, rotation, velocities
+from ...dynamics.loading import couples, joint_force, point_forces, speed_of, weight
+from ...errors import ModelError, nearest
+from ...model.contact import Touching
+from ...scalar.algebra import (
+    IDENTITY,
+    ZERO,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    apply_transpose,
+    cross,
+    scale,
+    subtract,
+)
+from ..derivation.bodies import own_body
+from ..derivation.derivation import Derivation
+from ..derivation.questions import named
+from ..printing.display import equation_text
+from .action import Action
+from .contact_forces import contact_actions
+from .gears import radial_forces, radial_laws, radial_symbols, undetermined_by_gears
+from .reaction import unknowns
+
+
+@named("the free body")
+def body_balance(e: Derivation, body: str) -> BodyBalance:
+    """Return the balance of a body of the model about its mass centre, in ground axes."""
+    return BodyBalance(e, body)
+
+
+class BodyBalance:
+    """Forces and moments on one body, and its motion, in canonical polynomials.
+
+    :class:`~freebody.symbolic.free_body.free_body.FreeBody` adds what users ask for.
+    """
+
+    def __init__(self, e: Derivation, body: str, about: Any = None, frame: Any = None) -> None:
+        self._e = e
+        self.body = body
+        model, state = e.model, e.state
+        self._place = model.bodies[body]
+        link = self._place.link
+        self._R = rotation(model, state, link)
+        posture = e.postures[body]
+        r_OC = apply(posture.rotation, state.vector(self._place.center))
+        self._centre = add(posture.position, r_OC)
+        self._about = self._centre if about is None else self._point(about)
+        self.about = "its mass centre C" if about is None else str(about)
+        self.frame = "ground"
+        self._axes = IDENTITY
+        if frame is not None:
+            name = frame if isinstance(frame, str) else own_body(model, frame, "a frame").name
+            if name != "ground":
+                if name not in model.bodies:
+                    raise ModelError(f"Unknown frame '{name}'; {nearest(name, [*model.bodies, 'ground'])}")
+                self.frame = name
+                self._axes = rotation(model, state, model.bodies[name].link)
+
+    def _point(self, about: Any) -> Vector:
+        if isinstance(about, Body):
+            about = about.origin
+        if not isinstance(about, Point):
+            raise ModelError(
+                f"Expected a point, such as bar.point(0, 1, 0), to take moments about, got {about!r}."
+            )
+        own_body(self._e.model, about.body, "a point to take moments about")
+        return point_position(self._e.model, self._e.state, about)
+
+    @cached_property
+    @named("the free body")
+    def actions(self) -> tuple[Action, ...]:
+        """Every force and couple on the body, by name."""
+        e, model, state = self._e, self._e.model, self._e.state
+        result = []
+        if self._place.mass != 0 and any(g != 0 for g in model.gravity):
+            name = "gravity" if "weight" in model.loads else "weight"
+            result.append(
+                Action(name, "weight", weight(model, state, self._place.mass), ZERO, self._centre, "gravity")
+            )
+        for load in model.loads.values():
+            result.extend(self._load_actions(load))
+        for name, joint in model.joints.items():
+            sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
+            if sign == 0:
+                continue
+            at = e.joint_points[name]
+            for c in unknowns(model, state, name):
+                value = e.ring.generator(c.symbol, "reaction")
+                force, moment = scale(sign * value, c.force), scale(sign * value, c.moment)
+                other = joint.parent if sign == 1 else joint.child
+                result.append(Action(c.name, "reaction", force, moment, at, f"joint '{name}', {other}"))
+        for row, symbol, pair in zip(rows(model), e.multipliers, e.constraint_wrenches, strict=True):
+            result.extend(self._constraint_actions(row, symbol, pair))
+        for gear, symbol in radial_symbols(e).items():
+            for spot, force, _ in radial_forces(e, gear):
+                if spot.body.name == self.body:
+                    result.append(Action(symbol.name, "reaction", force, ZERO, spot.position, gear))
+        return tuple(result)
+
+    @cached_property
+    def laws(self) -> tuple[tuple[Scalar, Scalar], ...]:
+        """(left, right) of the further laws between the forces, canonical, such as F_r = tan α |F_t| of teeth."""
+        return tuple(radial_laws(self._e, {a.by for a in self.actions}))
+
+    def remarks(self) -> list[str]:
+        """Lines of text: the laws, and the forces that no equation determines."""
+        laws = [equation_text(left, right, self._e.ring) for left, right in self.laws]
+        return [f"  {line}" for line in (*laws, *undetermined_by_gears(self._e, body=self.body))]
+
+    def _constraint_actions(self, row: Row, symbol: Any, pair: Any) -> list[Action]:
+        """Forces of one condition on this body: of a loop-closing joint, contact or rope, or along the joints."""
+        e, model, state = self._e, self._e.model, self._e.state
+        value = e.ring.generator(symbol, "reaction")
+        owner = model.constraints[row.owner]
+        if isinstance(owner, Touching):
+            return contact_actions(e, self.body, owner, row, value)
+        result = []
+        for place, force, moment in pair:
+            body, point = place if isinstance(place, tuple) else (place.body, place)
+            if body.name == self.body:
+                at = point_position(model, state, point)
+                result.append(
+                    Action(row.name, "reaction", scale(value, force), scale(value, moment), at, row.owner)
+                )
+        if isinstance(owner, Gear):
+            for joint, link, factor in torques(model, state, owner):
+                result += self._along_joint(row.name, joint, link, factor * value, "reaction")
+        elif not pair:
+            matrix = e.conditions.matrix[rows(model).index(row)]
+            for j, entry in enumerate(matrix):
+                if entry != 0:
+                    result += self._generalized_actions(row.name, j, entry * value, "reaction")
+        if len(result) > 1:
+            # one unknown makes one action: its forces and couples on this body are added
+            force, moment = ZERO, ZERO
+            for part in result:
+                arm = subtract(part.at, result[0].at)
+                force, moment = add(force, part.force), add(moment, add(part.moment, cross(arm, part.force)))
+            result = [replace(result[0], force=force, moment=moment)]
+        return result
+
+    def _load_actions(self, load: Any) -> list[Action]:
+        model, state = self._e.model, self._e.state
+        if isinstance(load, Force | Spring | Damper):
+            kind = {Force: "load", Spring: "spring", Damper: "damper"}[type(load)]
+            return [
+                Action(load.name, kind, force, ZERO, point_position(model, state, point), "")
+                for point, force in point_forces(model, state, load)
+                if point.body.name == self.body
+            ]
+        if isinstance(load, Torque):
+            return [
+                Action(load.name, "load", ZERO, moment, self._centre, "")
+                for body, moment in couples(model, state, load)
+                if body.name == self.body
+            ]
+        if isinstance(load, GeneralizedForce):
+            value = state(load.value)
+            return self._generalized_actions(load.name, speed_of(model, load), value, "load")
+        assert isinstance(load, JointSpring | JointDamper | JointForce)
+        kind = {JointSpring: "spring", JointDamper: "damper", JointForce: "motor"}[type(load)]
+        link = model.joints[load.joint.name].links[load.index]
+        return self._along_joint(load.name, load.joint.name, link, joint_force(model, state, load), kind)
+
+    def _generalized_actions(self, load: str, speed: int, value: Scalar, kind: str) -> list[Action]:
+        """A generalized force as forces and couples along the free displacements, which have the same power."""
+        model, state = self._e.model, self._e.state
+        tau = forces_on_free_displacements(model, state, speed, value)
+        parts = []
+        for name, joint in model.joints.items():
+            for i in joint.links:
+                if tau.get(i, 0) != 0:
+                    parts += self._along_joint(load, name, i, tau[i], kind)
+        if len(parts) < 2:
+            return parts
+        if any(part.force != ZERO for part in parts):
+            return [replace(part, name=f"{load}_{i}") for i, part in enumerate(parts, start=1)]
+        total: Vector = ZERO
+        for part in parts:
+            total = add(total, part.moment)
+        return [replace(parts[0], moment=total, by="")] if total != ZERO else []
+
+    def _along_joint(self, load: str, name: str, link: int, value: Scalar, kind: str) -> list[Action]:
+        """A load along a displacement of a joint: on its child, or with opposite sign on its parent."""
+        model, state = self._e.model, self._e.state
+        joint = model.joints[name]
+        sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
+        if sign == 0:
+            return []
+        # the massless links inside the joint transmit the whole load
+        moment, force = unit_load_wrench(model, state, joint, link)
+        R = rotation(model, state, joint.links[-1])
+        force, moment = (scale(sign * value, apply(R, v)) for v in (force, moment))
+        return [Action(load, kind, force, moment, self._e.joint_points[name], f"joint '{name}'")]
+
+    @cached_property
+    @named("the free body")
+    def mass_acceleration(self) -> Vector:
+        """m a_C in the axes of the components [N], canonical."""
+        a = self._e.center_acceleration(self.body)
+        return self._in_axes(scale(self._e.state(self._place.mass), a))
+
+    @cached_property
+    @named("the free body")
+    def momentum_rate(self) -> Vector:
+        """dH_C/dt + r_PC × m a_C about the point P of the moments [N m], canonical."""
+        e, model, state = self._e, self._e.model, self._e.state
+        link = self._place.link
+        w, _ = velocities(model, state)[link]
+        wdot, _ = e.accelerations[link]
+        inertia = state.matrix(self._place.inertia)
+        rate = add(apply(inertia, wdot), cross(w, apply(inertia, w)))
+        arm = subtract(self._centre, self._about)
+        ma = scale(state(self._place.mass), e.center_acceleration(self.body))
+        return self._in_axes(add(apply(self._R, rate), cross(arm, ma)))
+
+    def _in_axes(self, v_N: Vector) -> Vector:
+        """Return the components of a vector in the axes of the equations, from those in ground axes."""
+        return apply_transpose(self._axes, v_N)
+
+    @cached_property
+    @named("the free body")
+    def force_sum(self) -> Vector:
+        """Σ F in the axes of the components [N], canonical."""
+        total: Vector = ZERO
+        for action in self.actions:
+            total = add(total, action.force)
+        return self._in_axes(total)
+
+    @cached_property
+    @named("the free body")
+    def moment_sum(self) -> Vector:
+        """Σ M about the point P of the moments [N m], canonical."""
+        total: Vector = ZERO
+        for action in self.actions:
+            arm = subtract(action.at, self._about)
+            total = add(total, add(action.moment, cross(arm, action.force)))
+        return self._in_axes(total)
+
+    @cached_property
+    @named("the free body")
+    def balances(self) -> tuple[tuple[Scalar, Scalar], ...]:
+        """(left, right) of the three force and three moment equations, canonical."""
+        force = zip(self.force_sum, self.mass_acceleration, strict=True)
+        moment = zip(self.moment_sum, self.momentum_rate, strict=True)
+        return (*force, *moment)
