@@ -1,10 +1,10 @@
-"""Every numbered equation of the chapter, (6.1)-(6.125), and every lettered one of its examples, with a verdict.
+"""Every numbered equation of the chapter, (6.1)-(6.125), and every lettered equation of its examples, with a verdict.
 
     >>> from freebody.chapter import statements
     >>> statements()["6.30"].finding.verdict
     'holds'
 
-Nothing is written down but the prints: what is right is derived by the library each time it is asked for.
+Only the printed equations are stored; the library derives the correct result and the verdict on every call.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["Finding", "Statement", "find", "statements"]
 
 
 def statements() -> dict[str, Statement]:
-    """All statements by number, those of the examples after the numbered ones of their section."""
+    """Return all statements by number; the examples follow the numbered equations of their section."""
     from . import examples, fixed_axis, gyroscope, momentum, motion, planar, precession, systems, torque_free
 
     found: dict[str, Statement] = {}
@@ -28,12 +28,12 @@ def statements() -> dict[str, Statement]:
 
 
 def find(asked: str) -> list[Statement]:
-    """The statements that a number stands for: ``6.66``, ``6.34`` (both its parts), ``ex-6-1 (d)``, ``ex-6-1``.
+    """Return the statements of a number: ``6.66``, ``6.34`` (both its parts), ``ex-6-1 (d)``, ``ex-6-1``.
 
     Raises
     ------
     ModelError
-        A number that the chapter does not have, with the nearest that it has.
+        The chapter has no such number; the message names the nearest one.
     """
     known = statements()
     wanted = _plain(asked)

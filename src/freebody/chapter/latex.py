@@ -1,4 +1,4 @@
-"""The prints of the chapter as LaTeX."""
+"""The printed equations of the chapter as LaTeX."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .notation import GREEK, Node, signed
 
 
 def latex(node: Node, vectors: frozenset[str] = frozenset()) -> str:
-    """A print as LaTeX; the names of vectors are bold.
+    """Return a print as LaTeX; the names of vectors are bold.
 
     >>> from freebody.chapter.notation import read
     >>> print(latex(read("R = 1/2 m L^2 cos θ").members[1]))
@@ -38,7 +38,7 @@ def latex(node: Node, vectors: frozenset[str] = frozenset()) -> str:
 
 
 def _product_latex(node: Node, parts: list[str]) -> str:
-    """Factors; a stroke makes a fraction of what stands before it since the last one, and of the factor behind it."""
+    """LaTeX of a product; a slash makes a fraction of the factors since the last slash and the factor after it."""
     bare = [_unbracketed(x, text) for x, text in zip(node.parts, parts, strict=True)]
     done: list[str] = []
     above = [0]
@@ -53,7 +53,7 @@ def _product_latex(node: Node, parts: list[str]) -> str:
 
 
 def _unbracketed(node: Node, text: str) -> str:
-    """What stands in brackets, without them: a fraction's bar holds it together."""
+    """LaTeX of a group without its brackets: the bar of a fraction groups it."""
     return text.removeprefix(r"\left(").removesuffix(r"\right)") if node.kind == "group" else text
 
 

@@ -34,7 +34,7 @@ KINDS = ("loop", "cusp", "wave")
 
 
 def build() -> fb.System:
-    """A gyroscope that spins slowly enough for its nutation to be seen."""
+    """Return a gyroscope that spins slowly enough for a visible nutation."""
     s = top("precession_paths", Omega_zeta=150.0, gamma="30deg", loop=1.8, wave=0.4)
     explain(
         s,
@@ -46,9 +46,9 @@ def build() -> fb.System:
 
 
 def cusp_change(case: Case, stop_rate: Any, r: Any) -> Any:
-    """The change w in the direction gamma after which the path has cusps; psi' stands for the slow rate.
+    """Return the change w in the direction gamma after which the path has cusps; psi' is the slow rate.
 
-    The symbol ``r`` takes the place of ``stop_rate``, which falls with the spin.
+    The symbol ``r`` replaces ``stop_rate``, which falls with the spin.
     """
     w, rate, gamma, theta = (
         sympy.Dummy("w"), case.atoms["psi'"], case.atoms["gamma"], case.atoms["theta_0"]
@@ -62,7 +62,7 @@ def cusp_change(case: Case, stop_rate: Any, r: Any) -> Any:
     }
     _, left = left_at_stop(case, begun)
     c, b, a = (sympy.Poly(sympy.expand(left), w).coeff_monomial(w**k) for k in range(3))
-    # without a change nothing is left at the stop: c < 0 < a, and one root is positive
+    # without a change no energy remains at the stop: c < 0 < a, and one root is positive
     spin = case.atoms["Omega_zeta"]
     c, b = (sympy.cancel(x / a).xreplace({spin: sympy.cancel(stop_rate * spin) / r}) for x in (c, b))
     return sympy.sqrt((b / 2) ** 2 - c) - b / 2
@@ -70,7 +70,7 @@ def cusp_change(case: Case, stop_rate: Any, r: Any) -> Any:
 
 @dataclass(frozen=True)
 class Path:
-    """One motion: the change w [rad/s], the trajectory, what it is called by the integrals, and its two limits."""
+    """A motion: the change w [rad/s], the trajectory, its class by the integrals, and its two limits."""
 
     change: float
     motion: fb.Trajectory
@@ -80,7 +80,7 @@ class Path:
 
 
 def paths(case: Case, slow: Any, cusp: float) -> dict[str, Path]:
-    """The three motions."""
+    """Return the three motions by name."""
     found = {}
     gamma, theta = case.atoms["gamma"], case.atoms["theta_0"]
     for name, factor in zip(KINDS, (case["loop"], 1.0, case["wave"]), strict=True):
@@ -100,6 +100,7 @@ def paths(case: Case, slow: Any, cusp: float) -> dict[str, Path]:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     for name in ("loop", "wave"):
         case.refuse_unless(name, case[name] > 0, f"a factor {name} of the change greater than 0")
     slow = slow_precession(case)
@@ -148,7 +149,7 @@ def solve(case: Case) -> Solved:
 
 
 def checks(case: Case, found: dict[str, Path]) -> tuple[Check, ...]:
-    """The cusp is one; the sign of psi' at the upper limit is that of the class."""
+    """Check the cusp, and the sign of psi' at the upper limit against the class of each path."""
     bound = 1000 * case.tolerance
     cusp = found["cusp"]
     turning = [path.upper["psi'"] / cusp.lower["psi'"] for path in found.values()]
@@ -161,7 +162,7 @@ def checks(case: Case, found: dict[str, Path]) -> tuple[Check, ...]:
 
 
 def plots(case: Case, slow: Any, found: dict[str, Path]) -> Plots:
-    """Each path on the unit sphere, and all of them on a map beside the linear theory."""
+    """Return plots of each path on the unit sphere, and of all paths on a map with the linear theory."""
     from ...picture.plots.plots import energy_residual, saved
     from ...picture.plots.sphere import axis_path
 
@@ -182,7 +183,7 @@ def plots(case: Case, slow: Any, found: dict[str, Path]) -> Plots:
 
 
 def chart(case: Case, slow: Any, found: dict[str, Path]) -> Any:
-    """The three paths beside those of the linear theory, arcs along and across the circle of latitude at theta_0."""
+    """Draw the three paths and the linear theory as arcs along and across the circle of latitude at theta_0."""
     from ...picture.plots.plots import COLORS, figure
 
     theory, theta_0 = linear_theory(), case["theta_0"]

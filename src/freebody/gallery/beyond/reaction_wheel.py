@@ -17,7 +17,7 @@ from ..tools.pictures import lines
 
 
 def build() -> fb.System:
-    """In a frame that goes with the mass centre; nothing turns about the other axes."""
+    """Return the system in a frame that moves with the mass centre; nothing turns about the other axes."""
     s = fb.System("reaction_wheel")
     I_B, I_W, T, tau = s.parameters(I_B=80.0, I_W=0.05, T=0.2, tau=60.0)
     s.assume(I_B > 0, I_W > 0, tau > 0)
@@ -40,6 +40,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     for name in ("I_B", "I_W", "tau"):

@@ -1,6 +1,6 @@
 """Box on two feet, pulled at its upper rear corner while it slides (chapter, Example 6.1).
 
-x is to the right, the way it slides; A is the rear foot, B the front foot; theta turns counter-clockwise.
+x is to the right, in the direction of sliding; A is the rear foot, B the front foot; theta is counter-clockwise.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SLIDING = {"A": "slip+", "B": "slip+"}
 
 
 def build() -> fb.System:
-    """x, y are those of the centre, from the place where both feet stand on the floor."""
+    """Return the system; x, y are displacements of the centre from the position with both feet on the floor."""
     s = fb.System("sliding_body")
     m, L, H, D, mu, F = s.parameters(m=50.0, L=1.2, H=0.8, D=0.15, mu=0.25, F=200.0)
     beta, g = s.parameters(beta="20deg", g=9.81)
@@ -48,6 +48,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     e = case.equations

@@ -1,6 +1,6 @@
 """Disk on a rough floor, pulled by a force whose line is above its centre (chapter, Example 6.3).
 
-x is to the right, phi turns counter-clockwise; the friction force H on the disk counts positive to the left.
+x is to the right, phi is counter-clockwise; the friction force H on the disk is positive to the left.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ...tools.entry import Entry
 
 
 def build() -> fb.System:
-    """The force keeps its line at the height h, wherever the disk has turned to: a force at C and a couple."""
+    """Return the system; a force at C and a couple keep the line of the force at the height h as the disk turns."""
     s = fb.System("pulled_disk")
     m, R, h, mu = s.parameters(m=10.0, R=0.3, h=0.4, mu=0.2)
     F, _, g = s.parameters(F=30.0, F_2=250.0, g=9.81)
@@ -44,14 +44,15 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     rolling = case.touching(floor="stick")
     held = rolling.equations.solve(["x''", "phi''", "T_floor", "N_floor"])
-    # T at rest at the contact is proportional to F; its sense is that in which the disk would slip otherwise
+    # T without slip is proportional to F; it opposes the slip that would otherwise occur
     share = rolling.number(held["T_floor"], {"F": 1})
     limit: Any = None
-    if abs(share) > 1e-14:  # less is the round-off of a line through the centre of percussion
+    if abs(share) > 1e-14:  # smaller values are round-off of a line through the centre of percussion
         end = "-" if share < 0 else ""
         limit = rolling.equations.solve("F", where=f"T_floor = {end}mu*N_floor")["F"]
     largest = sympy.oo if limit is None else rolling.number(limit)

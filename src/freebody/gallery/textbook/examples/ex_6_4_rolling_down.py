@@ -1,6 +1,6 @@
 """Disk that rolls from rest down a slope (chapter, Example 6.4).
 
-The slope falls to the right by beta; phi turns counter-clockwise, so rolling down turns it negative.
+The slope falls to the right by beta; phi is counter-clockwise, so it is negative after rolling down.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ REST = {"s": 0, "n": 0, "phi": 0, "s'": 0, "n'": 0, "phi'": 0}
 
 
 def build() -> fb.System:
-    """s is along the slope, n at right angles to it: the axes of the joint are turned by -beta."""
+    """Return the system; s is along the slope, n normal to it: the axes of the joint are rotated by -beta."""
     s = fb.System("rolling_down")
     m, R, _, beta, mu, g = s.parameters(m=5.0, R=0.25, H=2.0, beta="30deg", mu=0.5, g=9.81)
     s.gravity = (0, -g, 0)
@@ -42,6 +42,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     e = case.equations

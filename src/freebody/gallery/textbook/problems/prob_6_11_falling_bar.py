@@ -1,7 +1,7 @@
 """Bar that falls over on a rough floor and slips (chapter, Problem 6.11).
 
-theta is the angle from the vertical, counter-clockwise, so that the bar falls to the left; friction then first holds
-its lower end by a force to the left, and the end slips to the right, backwards, where that force reaches mu N.
+theta is the angle from the vertical, counter-clockwise, so that the bar falls to the left. At first friction holds
+its lower end by a force to the left; the end slips to the right, backwards, when that force reaches mu N.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from ...tools.entry import Entry
 CENTRED = {"x": 0, "y": 0, "x'": 0, "y'": 0}
 UPRIGHT = {**CENTRED, "theta": 0, "theta'": 0}
 BEGIN = 0.02
-"""Angle at which the run begins [rad], with the speed of the fall from rest at the vertical."""
+"""Initial angle of the run [rad], with the speed of a fall from rest at the vertical."""
 WAYS = {"slip +": "backwards, away from the side to which it falls", "slip -": "forwards, the other way"}
 
 
 def build() -> fb.System:
-    """x, y are those of the lower end."""
+    """Return the system; x, y belong to the lower end."""
     s = fb.System("falling_bar")
     m, L, _, mu, g = s.parameters(m=2.0, L=1.5, angle="60deg", mu_floor=0.3, g=9.81)
     s.gravity = (0, -g, 0)
@@ -49,13 +49,14 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.contact_plots import contact_forces
     from ....picture.plots.plots import energy_residual, history, saved
 
     e, rate = case.equations, case.atoms["theta'"]
     square = case.square_of_speed("theta'", UPRIGHT, CENTRED)
     found = e.solve(["theta''", "N_floor", "T_floor"], where=CENTRED)
-    # to the left, the side to which it falls
+    # to the left, the side of the fall
     N = sympy.cancel(found["N_floor"].subs(rate**2, square))
     H = sympy.cancel(-found["T_floor"].subs(rate**2, square))
     steepest, largest = most(case, H / N)
@@ -130,9 +131,9 @@ def solve(case: Case) -> Solved:
 
 
 def most(case: Case, share: Any) -> tuple[Any, Any]:
-    """(angle, value) at which a share H/N is largest on the way from the vertical to where H is zero.
+    """Return (angle, value) of the largest ratio H/N between the vertical and the angle at which H is zero.
 
-    As an algebraic function of cos(theta), c, it is sqrt(1 - c^2) times a rational one: its square is rational.
+    As a function of c = cos(theta), it is sqrt(1 - c^2) times a rational function: its square is rational.
     """
     theta = case.atoms["theta"]
     c, n = sympy.symbols("c n", real=True)
@@ -153,10 +154,10 @@ def most(case: Case, share: Any) -> tuple[Any, Any]:
 
 
 def ranges(case: Case, share: Any, N: Any, steepest: Any, largest: Any) -> dict[str, tuple[float, float]]:
-    """Angles from the vertical, from and to, at which the bar can begin to slip each way.
+    """Return the range of angles from the vertical at which the bar can begin to slip, for each direction.
 
-    Backwards the share H/N grows up to ``steepest``. Friction that holds there holds until H points the other way and
-    -H/N is as large; the normal force ends where its square root, which is rational in cos(theta), is zero.
+    Backwards the ratio H/N grows up to ``steepest``. Friction that holds there holds until H is reversed and -H/N is
+    as large. The normal force vanishes where its square root, which is rational in cos(theta), is zero.
     """
     limit, most_ = case.number(steepest), case.number(largest)
     lifted = brentq(
@@ -167,7 +168,7 @@ def ranges(case: Case, share: Any, N: Any, steepest: Any, largest: Any) -> dict[
 
 
 def slope(case: Case, share: Any) -> float:
-    """How fast the share of friction grows with the angle where it slips, at most 1: a small one spreads the angle."""
+    """Return the slope of H/N over the angle at the slip, at most 1: a small slope amplifies errors of the angle."""
     theta = case.atoms["theta"]
     return min(1.0, abs(case.number(sympy.diff(share, theta), {"theta": "pi/2 - angle"})))
 

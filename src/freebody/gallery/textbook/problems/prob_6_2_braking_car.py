@@ -1,6 +1,6 @@
 """Car that slides on four locked wheels (chapter, Problem 6.2).
 
-x is to the right, the way the car goes; "front" and "rear" are the contacts of the axles, two wheels each.
+x is to the right, the direction of travel; "front" and "rear" are the contacts of the axles, two wheels each.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ LEVEL = {"theta": 0, "theta'": 0}
 
 
 def build() -> fb.System:
-    """x, y are those of the mass centre, from its place at rest on the road."""
+    """Return the system; x, y are displacements of the mass centre from its position at rest on the road."""
     s = fb.System("braking_car")
     m, lf, lr, h = s.parameters(m=1500.0, lf=1.2, lr=1.6, h=0.5)
     _, mu, _, g = s.parameters(a=6.0, mu_road=0.4, v=20.0, g=9.81)
@@ -43,6 +43,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     case.refuse_unless("v", case["v"] > 0, "a speed greater than 0")

@@ -1,8 +1,8 @@
 """Car under a cable, hung from two wheels of which one is driven (chapter, Problem 6.3).
 
-x is forward, to the right. The wheels have no mass, so a wheel that rolls freely feels no force along the cable, and
-the rim of the driven wheel, at its limit, slips backwards over the cable: there friction is mu N, forward. In the run
-the rim is a point of the car, which therefore goes backwards while this force accelerates it forward.
+x is forward, to the right. The wheels have no mass, so no force along the cable acts on a wheel that rolls freely. The
+rim of the driven wheel, at its limit, slips backwards over the cable: there the friction is mu N, forward. In the run
+the rim is a point of the car, which therefore moves backwards while this force accelerates it forward.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ WHEELS = ("front", "rear")
 
 
 def build(driven: str = "front") -> fb.System:
-    """The cable is the x axis, the wheels run on top of it; x, y are those of the mass centre."""
+    """Return the system; the cable is the x axis with the wheels on top of it, and x, y belong to the mass centre."""
     s = fb.System("monorail")
     m, span, h, mu, g = s.parameters(m=2000.0, l=4.0, h=1.5, mu=0.5, g=9.81)
     s.gravity = (0, -g, 0)
@@ -45,10 +45,12 @@ def build(driven: str = "front") -> fb.System:
 
 
 def modes(driven: str) -> dict[str, str]:
+    """Return the contact modes with one wheel driven."""
     return {name: "slip-" if name == driven else "slip" for name in WHEELS}
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     found, cases, friction = {}, {}, {}
@@ -59,7 +61,7 @@ def solve(case: Case) -> Solved:
         limit = dict(one.equations.solve(asked, where=LEVEL))
         friction[driven] = case["mu"]
         if one.number(limit["x''"]) <= 0 or one.number(limit[f"N_{other}"]) < 0:
-            # there is more friction than can be used: the other wheel lifts off first
+            # the friction cannot be used fully: the other wheel lifts off first
             lifting = one.equations.solve(["x''", f"N_{driven}", "mu"], where={**LEVEL, f"N_{other}": 0})
             limit = {**lifting, f"N_{other}": sympy.Integer(0)}
             friction[driven] = one.number(lifting["mu"])
@@ -83,7 +85,7 @@ def solve(case: Case) -> Solved:
         )
     checks = []
     for driven, one in cases.items():
-        # where a wheel is about to lift off, a little less
+        # slightly less if a wheel is about to lift off
         used = friction[driven] if friction[driven] == case["mu"] else friction[driven] * (1 - 1e-9)
         begun = {"x'": -2 * best[driven] * case.until}
         now = one.having(mu=used).simulate_to([0, case.until], initial=begun)

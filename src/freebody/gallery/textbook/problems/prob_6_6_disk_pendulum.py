@@ -1,6 +1,6 @@
 """Disk fixed to the end of a massless rod, let go from the horizontal (chapter, Problem 6.6).
 
-theta is the angle of the rod from the downward vertical, counter-clockwise +. The disk can not turn relative to the
+theta is the angle of the rod from the downward vertical, counter-clockwise +. The disk cannot turn relative to the
 rod: rod and disk are one body.
 """
 
@@ -18,7 +18,7 @@ RELEASE = {"theta": "theta_0", "theta'": 0}
 
 
 def build() -> fb.System:
-    """The rod is along y of the body, from the centre of the disk up to the hinge O."""
+    """Return the system; the rod is along y of the body, from the centre of the disk up to the hinge O."""
     s = fb.System("disk_pendulum")
     m, L, R, g = s.parameters(m=2.0, L=1.0, R=0.2, g=9.81)
     s.parameters(theta_0="90deg", theta_1="30deg")
@@ -39,6 +39,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, reaction, saved
 
     case.refuse_unless("theta_0", 0 < case["theta_0"] < sympy.pi, "a release between 0 and 180 degrees")

@@ -21,7 +21,7 @@ RELEASE = {**CENTRED, "theta": "theta_0", "theta'": 0}
 
 
 def build() -> fb.System:
-    """x, y are those of the point of the bar's plane that lies on the axis of the cylinder and stays there."""
+    """Return the system; x, y belong to the point of the bar's plane that stays on the axis of the cylinder."""
     s = fb.System("bar_in_cylinder")
     m, R, g = s.parameters(m=2.0, R=1.0, g=9.81)
     s.parameters(theta_0="60deg", theta_1="20deg")
@@ -47,6 +47,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.contact_plots import contact_forces
     from ....picture.plots.plots import energy_residual, history, saved
 

@@ -1,7 +1,7 @@
 """Bar on a ledge whose string is cut (chapter, Problem 6.9).
 
-The corner O is the origin, the bar lies along x; phi is its turn, counter-clockwise, so that it falls by theta = -phi
-below the horizontal on the right. The friction of the corner holds it up to where it begins to slip.
+The corner O is the origin, the bar lies along x; phi is its rotation, counter-clockwise, so that it falls by
+theta = -phi below the horizontal on the right. The friction of the corner holds it until it begins to slip.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ LEVEL = {**CENTRED, "phi": 0, "phi'": 0}
 
 
 def build() -> fb.System:
-    """x, y are those of the point of the bar that is at O in the beginning."""
+    """Return the system; x, y belong to the point of the bar that is initially at O."""
     s = fb.System("bar_on_ledge")
     m, L, b, mu, g = s.parameters(m=2.0, L=1.2, b=0.3, mu=0.4, g=9.81)
     s.gravity = (0, -g, 0)
@@ -42,6 +42,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.contact_plots import contact_forces
     from ....picture.plots.plots import energy_residual, history, saved
 
@@ -53,7 +54,7 @@ def solve(case: Case) -> Solved:
     found = e.solve(["phi''", "N_O", "T_O"], where=CENTRED)
     square = case.square_of_speed("phi'", LEVEL, CENTRED)
     balance = sympy.expand(found["T_O"] + case.atoms["mu"] * found["N_O"]).subs(rate**2, square)
-    # it falls clockwise, and T counts down along the bar: the corner holds it with T = -mu N
+    # it falls clockwise, and T is positive down along the bar: the corner holds it with T = -mu N
     falls = -angle_where(balance, case.atoms["phi"])
     at = {**CENTRED, "phi": -falls}
     N, T = (found[name].subs(rate**2, square) for name in ("N_O", "T_O"))
