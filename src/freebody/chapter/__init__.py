@@ -21,10 +21,10 @@ def statements() -> dict[str, Statement]:
     """Return all statements by number; the examples follow the numbered equations of their section."""
     from . import examples, fixed_axis, gyroscope, momentum, motion, planar, precession, systems, torque_free
 
-    found: dict[str, Statement] = {}
+    result: dict[str, Statement] = {}
     for room in (momentum, motion, planar, examples, fixed_axis, systems, torque_free, gyroscope, precession):
-        found.update({statement.number: statement for statement in room.STATEMENTS})
-    return found
+        result.update({statement.number: statement for statement in room.STATEMENTS})
+    return result
 
 
 def find(asked: str) -> list[Statement]:
@@ -35,14 +35,14 @@ def find(asked: str) -> list[Statement]:
     ModelError
         The chapter has no such number; the message names the nearest one.
     """
-    known = statements()
-    wanted = _plain(asked)
-    exact = [s for number, s in known.items() if _plain(number) == wanted]
-    parts = [s for number, s in known.items() if re.fullmatch(re.escape(wanted) + "[a-z]", _plain(number))]
+    available = statements()
+    plain = _plain(asked)
+    exact = [s for number, s in available.items() if _plain(number) == plain]
+    parts = [s for number, s in available.items() if re.fullmatch(re.escape(plain) + "[a-z]", _plain(number))]
     if not exact and not parts:
         raise ModelError(
             f"Expected the number of an equation of the chapter, 6.1 to 6.125, or of an example such as "
-            f"'ex-6-1 (d)', got '{asked}'; {nearest(asked, known, 'freebody chapter')}"
+            f"'ex-6-1 (d)', got '{asked}'; {nearest(asked, available, 'freebody chapter')}"
         )
     return exact or parts
 

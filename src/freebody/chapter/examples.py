@@ -61,8 +61,8 @@ def _tipping() -> Meaning:
     meaning, rows, a = sliding()
     _, vertical, moment = (put(row, [(a["N_A"], 0)]) for row in rows)
     (pair,) = machines.solved([vertical], [a["N_B"]])
-    ((_, found),) = machines.solved([sympy.expand(put(moment, [pair]))], [a["F"]])
-    return Meaning({**meaning.names, "F": found})
+    ((_, solution),) = machines.solved([sympy.expand(put(moment, [pair]))], [a["F"]])
+    return Meaning({**meaning.names, "F": solution})
 
 
 # --- Example 6.2 ---------------------------------------------------------------------------------------------------
@@ -167,8 +167,8 @@ def solved(slip: bool) -> Meaning:
     meaning, rows = pulled()
     n = meaning.names
     extra = n["H"] - SENSE * n["μ"] * n["V"] if slip else _no_slip()
-    found = machines.solved([*rows, extra], [n["a_Cx"], n["α"], n["H"], n["V"]])
-    return Meaning({**n, **resolved("a_Cx α H V", [sympy.cancel(x) for _, x in found])})
+    solution = machines.solved([*rows, extra], [n["a_Cx"], n["α"], n["H"], n["V"]])
+    return Meaning({**n, **resolved("a_Cx α H V", [sympy.cancel(x) for _, x in solution])})
 
 
 def _limit() -> Meaning:

@@ -73,12 +73,12 @@ def disk() -> Meaning:
     machine = machines.tilted_disk()
     a = machine.atoms
     steady = ((a["theta"].diff(t, 2), 0), (a["theta'"], a["omega"]))
-    found = fb.bearing_reactions(machine.equations, "shaft", at={"A": "L/2", "B": "-L/2"}).ground
+    reactions = fb.bearing_reactions(machine.equations, "shaft", at={"A": "L/2", "B": "-L/2"}).ground
     products = mass_properties(machine.body("disk")).products
     force, ground = machine.balances("disk")
     _, own = machine.balances("disk", frame="disk")
     values: dict[str, Any] = {
-        **{f"R_{name}{c}": found[name][i] for name in "AB" for i, c in enumerate("XY")},
+        **{f"R_{name}{c}": reactions[name][i] for name in "AB" for i, c in enumerate("XY")},
         **resolved("F_X F_Y", force[:2]), **resolved("M_0X M_0Y", ground[:2]), **resolved("M_0x M_0y M_0z", own),
         "I_xz": products.xz, "I_yz": products.yz, "W": a["m"] * a["g"],
     }  # fmt: skip

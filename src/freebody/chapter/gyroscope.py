@@ -44,7 +44,7 @@ def top() -> Meaning:
     units = machine.units("axes")
     weight = machine.free_body("rotor", about=origin).moments["weight"]
     along = machine.free_body("rotor", about=origin, frame=machine.body("axes")).moments["weight"]
-    _, asked = machine.balances("rotor", about=origin, frame=machine.body("axes"))
+    _, required = machine.balances("rotor", about=origin, frame=machine.body("axes"))
     frame = [units[(i + 1) % 3].diff(t).dot(units[(i + 2) % 3]) for i in range(3)]
     body = machine.omega("rotor")
     spin = [body.dot(u) for u in units]
@@ -53,7 +53,7 @@ def top() -> Meaning:
     names = {
         **machine.names, **vectors, **resolved("i j k", units), **resolved("ω_ξ ω_η ω_ζ", frame),
         **resolved("Ω_ξ Ω_η Ω_ζ", spin), **resolved("H_ξ H_η H_ζ", angular_momentum(inertia, spin)),
-        **resolved("M_ξ M_η M_ζ", along), **resolved("A_ξ A_η A_ζ", asked), "I_η": a["I_xi"],
+        **resolved("M_ξ M_η M_ζ", along), **resolved("A_ξ A_η A_ζ", required), "I_η": a["I_xi"],
     }  # fmt: skip
     return Meaning(
         {name: own(x) for name, x in names.items()}, along=[(k, own(v)) for k, v in machine.along()]

@@ -65,9 +65,9 @@ def _name_latex(name: str, bold: bool) -> str:
     if rate:
         inner = _name_latex(rate[2] + (rate[3] or ""), True)
         return rf"\frac{{\mathrm{{d}}{rate[1]}{inner}}}{{\mathrm{{d}}t}}"
-    found = re.fullmatch(r"(\w+?)('*)(?:_(\w+(?:'\w)?|C/A))?('*)(\([0t]\))?", name)
-    assert found is not None, name
-    stem, own, index, primes, at = (x or "" for x in found.groups())
+    match = re.fullmatch(r"(\w+?)('*)(?:_(\w+(?:'\w)?|C/A))?('*)(\([0t]\))?", name)
+    assert match is not None, name
+    stem, own, index, primes, at = (x or "" for x in match.groups())
     spelt = lambda x: "".join(_LETTERS.get(c, c) for c in x).strip()  # noqa: E731
     head = rf"\boldsymbol{{{spelt(stem)}}}" if bold else spelt(stem)
     return head + own + (f"_{{{spelt(index)}}}" if index else "") + primes + at

@@ -109,8 +109,8 @@ def solved(rows: Any, unknowns: Any) -> list[tuple[Any, Any]]:
     rest = sympy.Matrix(
         [sympy.sympify(row).xreplace({x: sympy.Integer(0) for x in unknowns}) for row in rows]
     )
-    found = -(matrix.adjugate() * rest) / matrix.det()
-    return list(zip(unknowns, found, strict=True))
+    solution = -(matrix.adjugate() * rest) / matrix.det()
+    return list(zip(unknowns, solution, strict=True))
 
 
 def turn(system: fb.System, parent: Any, body: Any, to: Any = (0, 0, 0)) -> None:

@@ -121,13 +121,13 @@ class _Reader:
         self.tokens: list[tuple[str, str, int]] = []
         at = 0
         while text[at:].strip():
-            found = _TOKEN.match(text, at)
-            if found is None:
+            matched = _TOKEN.match(text, at)
+            if matched is None:
                 raise ModelError(
                     f"Expected a sign of the chapter's notation in '{text}', got '{text[at:].strip()[0]}'."
                 )
-            self.tokens.append((str(found.lastgroup), found[found.lastgroup or 0], found.start()))
-            at = found.end()
+            self.tokens.append((str(matched.lastgroup), matched[matched.lastgroup or 0], matched.start()))
+            at = matched.end()
         self.at = 0
 
     @property

@@ -80,8 +80,8 @@ def _first_order() -> Meaning:
 
 def _zeroth() -> Meaning:
     """The terms of order zero: the second equation has none."""
-    found = [(zero, ZERO) for zero, _ in orders() if not is_zero(zero)]
-    return Meaning(_names(), rows=dict(enumerate(found)))
+    results = [(zero, ZERO) for zero, _ in orders() if not is_zero(zero)]
+    return Meaning(_names(), rows=dict(enumerate(results)))
 
 
 def _condition() -> Meaning:
@@ -113,7 +113,7 @@ def _simple() -> Meaning:
 def named_rows() -> list[Any]:
     """Return the first-order equations divided by I_ξ, with σ and ω_η0 for the expressions proven equal to them."""
     value, across = coefficients()
-    found = []
+    results = []
     for row in linear():
         total = ZERO
         for term in (theta_1.diff(t, 2), theta_1.diff(t), theta_1, psi_1.diff(t, 2), psi_1.diff(t)):
@@ -122,8 +122,8 @@ def named_rows() -> list[Any]:
             total += (
                 next((name for x, name in shapes.items() if is_zero(factor - x)), sympy.cancel(factor)) * term
             )
-        found.append(total)
-    return found
+        results.append(total)
+    return results
 
 
 def laplace(row: Any, images: tuple[Any, Any], start: dict[str, Any]) -> Any:
@@ -145,16 +145,16 @@ STRUCK = {"θ_1(0)": ZERO, "θ_1'(0)": w_xi, "ψ_1(0)": ZERO, "ψ_1'(0)": w_eta 
 def transformed(start: dict[str, Any]) -> tuple[Any, Any]:
     """Return Θ_1(s), Ψ_1(s): the library's transformed equations solved by Cramer's rule."""
     images = sympy.symbols("Theta_1 Psi_1")
-    found = machines.solved([laplace(row, images, start) for row in named_rows()], images)
-    return sympy.cancel(found[0][1]), sympy.cancel(found[1][1])
+    results = machines.solved([laplace(row, images, start) for row in named_rows()], images)
+    return sympy.cancel(results[0][1]), sympy.cancel(results[1][1])
 
 
 def frequency() -> Any:
     """Return Ω², the square of the nonzero frequency, from the determinant of the transformed equations."""
     images = sympy.symbols("Theta_1 Psi_1")
     still = {name: ZERO for name in ANY_START}
-    found = [laplace(row, images, still) for row in named_rows()]
-    determinant = sympy.Matrix([[sympy.diff(row, x) for x in images] for row in found]).det()
+    results = [laplace(row, images, still) for row in named_rows()]
+    determinant = sympy.Matrix([[sympy.diff(row, x) for x in images] for row in results]).det()
     return sympy.expand(sympy.cancel(determinant / (S * lap**2)) - lap**2)
 
 
@@ -197,8 +197,8 @@ def inverse(image: Any, square: Any) -> Any:
 @cache
 def response() -> tuple[Any, Any]:
     """Return θ_1(t), ψ_1(t) after a blow, in σ and Ω."""
-    known = {w_eta0**2: W**2 - sigma**2}
-    first, second = (inverse(sympy.cancel(x).subs(known), W**2) for x in transformed(STRUCK))
+    substitution = {w_eta0**2: W**2 - sigma**2}
+    first, second = (inverse(sympy.cancel(x).subs(substitution), W**2) for x in transformed(STRUCK))
     return sympy.expand(first), sympy.expand(second)
 
 
@@ -282,12 +282,12 @@ def _deviation() -> Meaning:
     M, B, K = (sympy.Matrix(x).xreplace(names) for x in (model.M, model.damping + model.gyroscopic, model.K))
     unknown = sympy.Matrix(images)
     equations = (M * lap**2 + B * lap + K) * unknown - M * start
-    found = dict(
+    results = dict(
         zip(model.coordinates, (x for _, x in machines.solved(list(equations), images)), strict=True)
     )
     square, steady = frequency().subs(dict(at_spin()[1:])), dict(steady_spin())
     square = square.subs(steady)
-    motion = [inverse(sympy.cancel(found[name]), square) for name in ("theta", "psi")]
+    motion = [inverse(sympy.cancel(results[name]), square) for name in ("theta", "psi")]
     mine = [
         inverse(sympy.cancel(x.subs(dict(at_spin()[1:])).subs(steady)), square) for x in transformed(STRUCK)
     ]

@@ -30,21 +30,21 @@ class Small:
     symbol: Any
     size: Any
     pairs: Sequence[tuple[Any, Any]]
-    _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+    _values: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def number(self, value: Any, size: Any) -> Any:
         """Return the magnitude of a value at a size of the small quantity."""
-        known = self._numbers(size)
-        return sympy.sqrt(sum(abs(sympy.N(x.xreplace(known), DIGITS)) ** 2 for x in components(value)))
+        values = self._numbers(size)
+        return sympy.sqrt(sum(abs(sympy.N(x.xreplace(values), DIGITS)) ** 2 for x in components(value)))
 
     def _numbers(self, size: Any) -> dict[Any, Any]:
         """Return every symbol as a number: the last pair first, since the earlier ones depend on it."""
-        if size not in self._known:
-            known = {self.symbol: sympy.N(size, DIGITS)}
+        if size not in self._values:
+            values = {self.symbol: sympy.N(size, DIGITS)}
             for old, new in reversed(self.pairs):
-                known[old] = sympy.N(sympy.sympify(new).xreplace(known), DIGITS)
-            self._known[size] = known
-        return self._known[size]
+                values[old] = sympy.N(sympy.sympify(new).xreplace(values), DIGITS)
+            self._values[size] = values
+        return self._values[size]
 
     def order(self, value: Any) -> float:
         """Return the order of a value in the small quantity: the logarithmic slope between two small sizes."""

@@ -132,8 +132,8 @@ class Statement:
 
     def judge(self, place: int, relation: Relation) -> Finding:
         """Return the verdict on a relation of the print at an index, with this statement's meanings."""
-        found = [self._judged(m, place, relation) for m in self.meanings]
-        return min(found, key=lambda f: VERDICTS.index(f.verdict))
+        findings = [self._judged(m, place, relation) for m in self.meanings]
+        return min(findings, key=lambda f: VERDICTS.index(f.verdict))
 
     def _judged(self, meaning: Meaning, place: int, relation: Relation) -> Finding:
         if relation.sign in "<>":
@@ -158,31 +158,36 @@ class Statement:
         gap = left - right if relation.sign == ">" else right - left
         derived = (meaning.positive, ">", sympy.Integer(0))
         words, pairs = self.condition or ("", tuple)
-        for verdict, detail, known in (("holds", "", ()), ("holds under a condition", words, pairs())):
+        for verdict, detail, substitutions in (
+            ("holds", "", ()),
+            ("holds under a condition", words, pairs()),
+        ):
             # a positive multiple of a positive expression
-            if sympy.factor(sympy.cancel(put(gap, known) / put(meaning.positive, known))).is_positive:
+            if sympy.factor(
+                sympy.cancel(put(gap, substitutions) / put(meaning.positive, substitutions))
+            ).is_positive:
                 return Finding(verdict, detail, (left - right,), derived)
         return Finding("misprint", "", (left - right,), derived)
 
     @cached_property
     def finding(self) -> Finding:
         """Return the verdict on the whole statement: the worst of its relations."""
-        found = self.findings
-        verdict = min((f.verdict for f in found), key=VERDICTS.index)
+        findings = self.findings
+        verdict = min((f.verdict for f in findings), key=VERDICTS.index)
         if verdict == "misprint":
-            detail = _count([i for i, f in enumerate(found) if f.verdict == verdict], len(found))
+            detail = _count([i for i, f in enumerate(findings) if f.verdict == verdict], len(findings))
         else:
-            detail = "; ".join(dict.fromkeys(f.detail for f in found if f.verdict == verdict))
+            detail = "; ".join(dict.fromkeys(f.detail for f in findings if f.verdict == verdict))
         return Finding(verdict, detail)
 
     @property
     def verdict(self) -> str:
         """Return the verdict with its detail in one line."""
-        found = self.finding
-        if not found.detail:
-            return found.verdict
+        finding = self.finding
+        if not finding.detail:
+            return finding.verdict
         joint = {"holds under a condition": "holds if ", "misprint": "misprint in "}
-        return joint.get(found.verdict, f"{found.verdict}: ") + found.detail
+        return joint.get(finding.verdict, f"{finding.verdict}: ") + finding.detail
 
     @property
     def right(self) -> list[tuple[Any, str, Any]]:
@@ -194,20 +199,20 @@ class Statement:
         rows = [f"({self.number})  {self.about}", "", "  as printed:", *(f"    {row}" for row in self.rows)]
         rows += ["", f"  by the library: {self.call}"]
         rows += [
-            f"    {r}: {self._said(found)}"
-            for (_, r), found in zip(self.relations, self.findings, strict=True)
+            f"    {r}: {self._outcome(finding)}"
+            for (_, r), finding in zip(self.relations, self.findings, strict=True)
         ]
         if self.right:
             rows += ["", "  right:", *(f"    {self._plain(form)}" for form in self.right)]
         rows += ["", f"  verdict: {self.verdict}"]
         return "\n".join(rows)
 
-    def _said(self, found: Finding) -> str:
-        if found.verdict == "misprint":
-            return f"left minus right is {_written(found.residual, self.meanings[0].units)}"
-        if found.verdict == "holds under a condition":
-            return f"holds if {found.detail}"
-        return found.detail.rpartition(": ")[2] or found.verdict
+    def _outcome(self, finding: Finding) -> str:
+        if finding.verdict == "misprint":
+            return f"left minus right is {_written(finding.residual, self.meanings[0].units)}"
+        if finding.verdict == "holds under a condition":
+            return f"holds if {finding.detail}"
+        return finding.detail.rpartition(": ")[2] or finding.verdict
 
     def _plain(self, form: tuple[Any, str, Any]) -> str:
         units = self.meanings[0].units
@@ -250,13 +255,13 @@ class Statement:
             "relations": [
                 {
                     "relation": str(relation),
-                    "verdict": found.verdict,
-                    "residual": _written(found.residual, units),
-                    "derived": self._plain(found.derived)
-                    if found.verdict == "misprint" and found.derived
+                    "verdict": finding.verdict,
+                    "residual": _written(finding.residual, units),
+                    "derived": self._plain(finding.derived)
+                    if finding.verdict == "misprint" and finding.derived
                     else None,
                 }
-                for (_, relation), found in zip(self.relations, self.findings, strict=True)
+                for (_, relation), finding in zip(self.relations, self.findings, strict=True)
             ],
         }
 
@@ -277,8 +282,8 @@ def _difference(
         gap = sympy.sympify(row[0] - row[1])
         return (left - right - _scale(left - right, gap) * gap,), (row[0], "=", row[1])
     gap = left - right if right != 0 else left
-    known = [put(x, meaning.along) for x in components(left)]
-    derived = (relation.left, "=", sympy.Matrix(known) if len(known) == 3 else known[0])
+    values = [put(x, meaning.along) for x in components(left)]
+    derived = (relation.left, "=", sympy.Matrix(values) if len(values) == 3 else values[0])
     return tuple(put(put(x, meaning.along), meaning.steady) for x in components(gap)), derived
 
 

@@ -24,18 +24,19 @@ def links() -> tuple[Meaning, ...]:
     """Each body of the double pendulum along its motion: the sums of its loads and the library's reactions."""
     machine = machines.Machine(double_pendulum())
     e = machine.equations
-    known = reactions(e)
-    found = []
+    reaction_values = reactions(e)
+    meanings = []
     for angle, (name, place) in zip(e.coordinates, e.model.bodies.items(), strict=True):
         free = e.free_body(name)
         inertia = [[e.sympy(e.state(x)) for x in row] for row in place.inertia]
         names = {
-            "F_i": _total(free.forces, known), "M_Ci": _total(free.moments, known), "m_i": e.sympy(e.state(place.mass)),
+            "F_i": _total(free.forces, reaction_values), "M_Ci": _total(free.moments, reaction_values),
+            "m_i": e.sympy(e.state(place.mass)),
             "a_Ci": machine.column(e.center_acceleration(name)), "θ_i": angle,
             "dH_Ci/dt": angular_momentum(inertia, machine.omega(name)).diff(t), "I_Ci": inertia[2][2],
         }  # fmt: skip
-        found.append(Meaning(names, along=machine.along()))
-    return tuple(found)
+        meanings.append(Meaning(names, along=machine.along()))
+    return tuple(meanings)
 
 
 def reactions(e: Any) -> dict[str, Any]:
@@ -47,10 +48,12 @@ def reactions(e: Any) -> dict[str, Any]:
     }
 
 
-def _total(parts: Mapping[str, Any], known: dict[str, Any]) -> Any:
+def _total(parts: Mapping[str, Any], reaction_values: dict[str, Any]) -> Any:
     """Return the sum of the actions on a body, with the values of the reactions."""
     total = sum((sympy.Matrix(v) for v in parts.values()), sympy.zeros(3, 1))
-    return total.xreplace({x: known[str(x)] for x in total.free_symbols if str(x) in known})
+    return total.xreplace(
+        {x: reaction_values[str(x)] for x in total.free_symbols if str(x) in reaction_values}
+    )
 
 
 def _planar() -> list[Meaning]:

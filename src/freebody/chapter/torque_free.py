@@ -108,8 +108,8 @@ def _solution() -> Meaning:
     matrix = sympy.Matrix(2, 2, lambda i, j: sympy.diff(sympy.expand(rates[i][1]), w[j]))
     # every entry is 0 or ± Ω
     named = matrix.applyfunc(lambda x: sympy.cancel(x / n["Ω"]) * rate)
-    found = (named * t).exp() * sympy.Matrix(start)
-    parts = [sympy.expand(x, complex=True) for x in found]
+    solution = (named * t).exp() * sympy.Matrix(start)
+    parts = [sympy.expand(x, complex=True) for x in solution]
     return Meaning({"ω_12(t)": parts[0] + sympy.I * parts[1], "ω_12(0)": start[0] + sympy.I * start[1], "Ω": rate,
     "t": t,
                     "i": sympy.I})  # fmt: skip

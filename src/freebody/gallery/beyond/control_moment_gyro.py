@@ -57,8 +57,8 @@ def solve(case: Case) -> Solved:
     rate = sympy.solve(H, speed)[0]
     then = case.atoms["delta_1"] / case.atoms["nu"]
     first = e.solve("theta''", where={"theta'": 0})["theta''"].subs(t, 0)
-    found = e.solve(["theta''", "gimbal_Mx"], where={"theta": 0})
-    moment = case.put(found["gimbal_Mx"], {"theta'": rate}).subs(t, then)
+    solution = e.solve(["theta''", "gimbal_Mx"], where={"theta": 0})
+    moment = case.put(solution["gimbal_Mx"], {"theta'": rate}).subs(t, then)
     at = case.simulate_to([case["delta_1"] / case["nu"]])
     answers: Answers = {
         "alpha_0": case.formula(

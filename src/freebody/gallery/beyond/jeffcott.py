@@ -59,8 +59,8 @@ def whirl(case: Case) -> tuple[Any, Any, dict[str, Any]]:
     for equation in case.equations.motion:
         left = sympy.expand(case.put(equation.lhs - equation.rhs, state))
         conditions += [left.coeff(f(omega * t)) for f in (sympy.cos, sympy.sin)]
-    (found,) = sympy.solve(conditions, [A, B], dict=True)
-    return found[A], found[B], {name: value.subs(found) for name, value in state.items()}
+    (solution,) = sympy.solve(conditions, [A, B], dict=True)
+    return solution[A], solution[B], {name: value.subs(solution) for name, value in state.items()}
 
 
 def solve(case: Case) -> Solved:

@@ -46,9 +46,9 @@ def solve(case: Case) -> Solved:
     for name in ("I_B", "I_W", "tau"):
         case.refuse_unless(name, case[name] > 0, "moments of inertia and a time above 0")
     t, tau = case.system.t, case.atoms["tau"]
-    found = case.equations.solve(["theta''", "phi''"])
+    solution = case.equations.solve(["theta''", "phi''"])
     u, v = sympy.symbols("u v", positive=True)
-    rate = {name: sympy.integrate(found[f"{name}''"].subs(t, u), (u, 0, v)) for name in ("theta", "phi")}
+    rate = {name: sympy.integrate(solution[f"{name}''"].subs(t, u), (u, 0, v)) for name in ("theta", "phi")}
     turned = sympy.integrate(rate["theta"], (v, 0, tau))
     half = {name: rate[name].subs(v, tau / 2) for name in rate}
     how = "fb.equations(s).solve([\"theta''\", \"phi''\"]), integrated"

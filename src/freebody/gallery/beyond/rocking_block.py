@@ -61,7 +61,7 @@ def solve(case: Case) -> Solved:
     case.refuse_unless(
         "b", case["b"] ** 2 < 2 * case["h"] ** 2, "a block that rocks, of a width less than sqrt(2) h"
     )
-    found = e.solve("theta''", where=RELEASE)["theta''"]
+    solution = e.solve("theta''", where=RELEASE)["theta''"]
     square = case.square_of_speed("theta'", RELEASE, FLAT)
     first = sympy.sqrt(square)
     # the base comes down turning about the right corner; the angular momentum about the left corner is conserved
@@ -83,7 +83,7 @@ def solve(case: Case) -> Solved:
     )
     answers: Answers = {
         "theta_fall": case.formula("angle beyond which it falls over", steepest, "rad", "mass centre over the corner"),
-        "alpha": case.formula("angular acceleration just after the release", found, "rad/s²", how + ".solve"),
+        "alpha": case.formula("angular acceleration just after the release", solution, "rad/s²", how + ".solve"),
         "omega_1": case.formula("angular velocity just before the first impact", first, "rad/s", "energy integral"),
         "ratio": case.formula(
             "angular velocity after an impact over that before", ratio, "1", "momentum about the corner that hits"
@@ -137,5 +137,5 @@ ROCKING_BLOCK = Entry(
     positive=("g",),
     start={"theta": "-theta_0"},
     modes={"foot_2": "stick"},
-    held={**LEFT, "x''": 0, "y''": 0},
+    fixed_values={**LEFT, "x''": 0, "y''": 0},
 )

@@ -59,7 +59,7 @@ def solve(case: Case) -> Solved:
     case.refuse_unless("Omega", case["Omega"] != 0, "a table that turns")
     e, atoms = case.equations, case.atoms
     unknowns = ["x''", "y''", "turn_wx'", "turn_wy'", "turn_wz'", "N_top", "T1_top", "T2_top"]
-    found = e.solve(unknowns, where=ALIGNED)
+    solution = e.solve(unknowns, where=ALIGNED)
     # rolling determines the spin from the velocity of the centre
     turned = atoms["Omega"] * case.system.t
     now = {sympy.cos(turned): 1, sympy.sin(turned): 0}  # at t = 0; the table is symmetric about its axis
@@ -67,7 +67,7 @@ def solve(case: Case) -> Solved:
     spins = [atoms["turn_wx"], atoms["turn_wy"]]
     (spin,) = sympy.linsolve(rolls, spins)
     put = dict(zip(spins, spin, strict=True))
-    ax, ay = (sympy.expand(found[name].xreplace(put)) for name in ("x''", "y''"))
+    ax, ay = (sympy.expand(solution[name].xreplace(put)) for name in ("x''", "y''"))
     vx, vy = atoms["x'"], atoms["y'"]
     rate = -ax.coeff(vy, 1)
     how = 'fb.equations(s, modes={"top": "stick"}).solve, with the condition of rolling'
@@ -88,7 +88,7 @@ def solve(case: Case) -> Solved:
         "w_x": case.formula(
             "spin about x with which it is put down, rolling", case.put(spin[0], begin), "rad/s", "condition of rolling"
         ),
-        "N": case.formula("normal force", found["N_top"], "N", how),
+        "N": case.formula("normal force", solution["N_top"], "N", how),
         "mu_needed": case.formula("friction that the circle takes", needed, "1", how),
         "v_max": case.formula(
             "largest velocity at which it rolls", atoms["mu"] * atoms["g"] / sympy.Abs(rate), "m/s", how
@@ -153,5 +153,5 @@ TURNTABLE = Entry(
     start={"x": "x_0", "y'": "v_0"},
     bodies=("ball",),
     modes={"top": "stick"},
-    held={**ALIGNED, "turn_x": 0, "turn_y": 0, "turn_z": 0},
+    fixed_values={**ALIGNED, "turn_x": 0, "turn_y": 0, "turn_z": 0},
 )

@@ -69,8 +69,8 @@ def build() -> fb.System:
 def linear(machine: Any, v: float, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return M, C and K of lean and steer about straight running at the speed ``v``, each (2, 2)."""
     at = {"air_vx": v, "rear'": -v / values["r_R"], "front'": -v / values["r_F"]}
-    found = fb.linearize(machine, about=at, values=values, independent=LEAN_AND_STEER)
-    M, C, K = (np.array(x, dtype=float)[:2, :2] for x in (found.M, found.C, found.K))
+    solution = fb.linearize(machine, about=at, values=values, independent=LEAN_AND_STEER)
+    M, C, K = (np.array(x, dtype=float)[:2, :2] for x in (solution.M, solution.C, solution.K))
     return M, C, K
 
 
@@ -95,8 +95,8 @@ def eigenvalues(parts: dict[str, np.ndarray], v: float, g: float) -> np.ndarray:
     """Return the four eigenvalues of lean and steer at a speed [1/s]: pairs first, then descending real ones."""
     K = g * parts["K0"] + v**2 * parts["K2"]
     right = np.linalg.solve(parts["M"], np.hstack([-K, -v * parts["C1"]]))
-    found = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((2, 2)), np.eye(2)]), right])).astype(complex)
-    return found[np.lexsort((-found.imag, -found.real, found.imag == 0))]
+    solution = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((2, 2)), np.eye(2)]), right])).astype(complex)
+    return solution[np.lexsort((-solution.imag, -solution.real, solution.imag == 0))]
 
 
 def stable_speeds(parts: dict[str, np.ndarray], g: float) -> tuple[float, float] | str:

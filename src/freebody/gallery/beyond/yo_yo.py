@@ -61,13 +61,13 @@ def unwinding(case: Case) -> tuple[Any, Any]:
         for one in (case.equations.integrals[name] for name in ("energy", "momentum of theta"))
     ]
     rates = [case.atoms[name] for name in ("theta'", "phi'")]
-    found = [
+    solution = [
         tuple(sympy.factor(x) for x in pair)
         for pair in sympy.solve(conditions, rates)
         if sympy.simplify(pair[1]) != 0
     ]
     # the other root rewinds the cords: phi' < 0
-    (pair,) = [pair for pair in found if case.number(pair[1], {"phi": 1}) > 0]
+    (pair,) = [pair for pair in solution if case.number(pair[1], {"phi": 1}) > 0]
     return pair
 
 

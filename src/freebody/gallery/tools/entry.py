@@ -68,8 +68,8 @@ class Outcome:
             )
 
         found = {name: one(name) for name in shown if name != "ground"}
-        if self.entry.held:
-            found = {name: body.at(self.entry.held) for name, body in found.items()}
+        if self.entry.fixed_values:
+            found = {name: body.at(self.entry.fixed_values) for name, body in found.items()}
         return found
 
 
@@ -103,7 +103,7 @@ class Entry:
         The bodies whose free-body equations are shown with the answers; by default all.
     modes : mapping, optional
         For machines with contacts: the contact modes of its equations, see :func:`freebody.equations`.
-    held : mapping
+    fixed_values : mapping
         Values of coordinates, speeds and accelerations that these modes hold fixed; the free bodies are shown with
         them.
     """
@@ -120,7 +120,7 @@ class Entry:
     positive: tuple[str, ...] = ()
     bodies: tuple[str, ...] | None = None
     modes: Mapping[str, Any] | None = None
-    held: Mapping[str, Any] = field(default_factory=dict)
+    fixed_values: Mapping[str, Any] = field(default_factory=dict)
 
     def run(
         self, values: Mapping[str, Any] | None = None, until: Any = None, tolerance: float | None = None

@@ -52,13 +52,13 @@ def solve(case: Case) -> Solved:
     from ....picture.plots.plots import energy_residual, history, saved
 
     e = case.equations
-    asked = ["x''", "N_A", "N_B"]
-    found = e.solve(asked, where=LEVEL)
+    unknowns = ["x''", "N_A", "N_B"]
+    solution = e.solve(unknowns, where=LEVEL)
     tipping = e.solve(["F", "x''", "N_B"], where={**LEVEL, "N_A": 0})
-    stands = case.number(found["N_A"]) >= 0
+    stands = case.number(solution["N_A"]) >= 0
     shown, how = case, 'fb.equations(s, modes={"A": "slip+", "B": "slip+"}).solve'
     state = "both feet slide on the floor"
-    forces = {name: found[name] for name in asked}
+    forces = {name: solution[name] for name in unknowns}
     if not stands:  # it tips about B
         shown, how = case.touching(B="slip+"), 'fb.equations(s, modes={"B": "slip+"}).solve'
         state = "tips: foot A leaves the floor"

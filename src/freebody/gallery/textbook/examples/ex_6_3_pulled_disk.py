@@ -48,9 +48,9 @@ def solve(case: Case) -> Solved:
     from ....picture.plots.plots import energy_residual, history, saved
 
     rolling = case.touching(floor="stick")
-    held = rolling.equations.solve(["x''", "phi''", "T_floor", "N_floor"])
+    sticking = rolling.equations.solve(["x''", "phi''", "T_floor", "N_floor"])
     # T without slip is proportional to F; it opposes the slip that would otherwise occur
-    share = rolling.number(held["T_floor"], {"F": 1})
+    share = rolling.number(sticking["T_floor"], {"F": 1})
     limit: Any = None
     if abs(share) > 1e-14:  # smaller values are round-off of a line through the centre of percussion
         end = "-" if share < 0 else ""
@@ -66,7 +66,7 @@ def solve(case: Case) -> Solved:
         now = rolling
         if not rolls:
             now = case.touching(floor="slip+" if share * F < 0 else "slip-")
-        found = held if rolls else now.equations.solve(["x''", "phi''", "T_floor", "N_floor"])
+        solution = sticking if rolls else now.equations.solve(["x''", "phi''", "T_floor", "N_floor"])
         mode = f'fb.equations(s, modes={{"floor": "{"stick" if rolls else "slip"}"}}).solve'
         at = {"F": name}
         answers[f"state{tail}"] = Answer(
@@ -78,7 +78,7 @@ def solve(case: Case) -> Solved:
                   "H": ("T_floor", -1, "friction force on the disk, to the left +", "N")}  # fmt: skip
         for key, (unknown, sign, words, unit) in forces.items():
             answers[key + tail] = now.formula(
-                f"({item}) {words}", now.put(sign * found[unknown], at), unit, mode
+                f"({item}) {words}", now.put(sign * solution[unknown], at), unit, mode
             )
         motion = case.having(F=F).motion()
         end_of_run, t = motion.at(case.until), case.until

@@ -45,8 +45,8 @@ def slow_precession(case: Case) -> Any:
         The spin is too small for a steady precession.
     """
     between(case)
-    _, slow, there = steady_root(case, "theta_0")
-    if not there:
+    _, slow, exists = steady_root(case, "theta_0")
+    if not exists:
         raise fb.errors.ModelError(
             f"Expected a spin with a steady precession at theta_0 = {case['theta_0']:g} rad, got Omega_zeta = "
             f"{case['Omega_zeta']:g} rad/s: it is too small. Spin faster, or lower the shaft."
@@ -86,11 +86,11 @@ def linear_theory() -> LinearTheory:
     model = fb.linearize(e, {"theta": "theta_0", "psi'": rate, "phi'": spin})
     # the total spin along the shaft is constant
     changes = {"theta'": theta_rate, "psi'": psi_rate, "phi'": -psi_rate * sympy.cos(atoms["theta_0"])}
-    found: Any = model.response(changes)
-    (t,) = {x for x in found["theta"].free_symbols if x.name == "t"}
+    results: Any = model.response(changes)
+    (t,) = {x for x in results["theta"].free_symbols if x.name == "t"}
     (frequency,) = model.natural_frequencies()
     omega_n = sympy.Symbol("omega_n", real=True)
-    theta, psi = (arranged(e.ring, found[name], frequency, omega_n, t) for name in ("theta", "psi"))
+    theta, psi = (arranged(e.ring, results[name], frequency, omega_n, t) for name in ("theta", "psi"))
     return LinearTheory(
         rate, theta_rate, psi_rate, t, frequency, omega_n, atoms["theta_0"] + theta, rate * t + psi
     )
@@ -176,36 +176,36 @@ def errors(case: Case, slow: Any, w_xi: float, w_eta: float) -> dict[str, np.nda
     t = np.linspace(0, 3 * period, 301)
     size = float(np.hypot(w_xi, w_eta))
     direction = (w_xi / size, w_eta / size) if size else (1.0, 0.0)
-    found: dict[str, list[float]] = {"theta": [], "psi sin(theta_0)": []}
+    results: dict[str, list[float]] = {"theta": [], "psi sin(theta_0)": []}
     for part in PARTS:
         w = [part * abs(rate) * sine * x for x in direction]
         changes = {"theta_rate": w[0], "psi_rate": w[1] / sine}
         begun = start(case, slow, *changes.values())
         exact = case.simulate_to(t, initial=begun, tolerance=min(case.tolerance, 1e-12))
-        for name, scale, errs in zip(("theta", "psi"), (1.0, sine), found.values(), strict=True):
+        for name, scale, errs in zip(("theta", "psi"), (1.0, sine), results.values(), strict=True):
             x = theory.at(theory.at(getattr(theory, name), omega_n=theory.frequency, **changes), rate=slow)
             linear = sympy.lambdify(theory.t, case.put(x, case.values), "numpy")(t)
             errs.append(scale * float(np.sqrt(np.mean((linear - exact[name]) ** 2))))
-    return {name: np.array(errs) for name, errs in found.items()}
+    return {name: np.array(errs) for name, errs in results.items()}
 
 
-def orders(found: dict[str, np.ndarray]) -> dict[str, float]:
+def orders(results: dict[str, np.ndarray]) -> dict[str, float]:
     """Return the order of each error, from three sizes: the next order of the error is cancelled.
 
     log2(e(w)/e(w/2)) = 2 + c w + O(w²), so twice the value of the smaller pair minus that of the larger is 2 + O(w²).
     """
-    slopes = {name: -np.diff(np.log2(errs[4:7])) for name, errs in found.items()}
+    slopes = {name: -np.diff(np.log2(errs[4:7])) for name, errs in results.items()}
     return {name: float(2 * slope[1] - slope[0]) for name, slope in slopes.items()}
 
 
-def growth(found: dict[str, np.ndarray]) -> Any:
+def growth(results: dict[str, np.ndarray]) -> Any:
     """Draw the errors over the size of the change on logarithmic scales, with a quadratic for comparison."""
     from ....picture.plots.plots import COLORS, INK, figure
 
     ax = figure(8, 5).subplots()
-    for (name, errs), color in zip(found.items(), COLORS, strict=False):
+    for (name, errs), color in zip(results.items(), COLORS, strict=False):
         ax.loglog(PARTS, errs, "o-", color=color, linewidth=1.6, label=name)
-    square = found["theta"][-1] * (PARTS / PARTS[-1]) ** 2 / 2
+    square = results["theta"][-1] * (PARTS / PARTS[-1]) ** 2 / 2
     ax.loglog(PARTS, square, "--", color=INK, linewidth=1.2, label="second order")
     ax.set_xlabel("change of the angular velocity, over psi' sin(theta_0)")
     ax.set_ylabel("rms error over three nutations [rad]")
@@ -247,8 +247,8 @@ def solve(case: Case) -> Solved:
     slow = slow_precession(case)
     w_xi, w_eta = case.atoms["w_xi"], case.atoms["w_eta"]
     changes = (w_xi, w_eta / sympy.sin(case.atoms["theta_0"]))
-    found, theory = theory_and_truth(case, slow, *changes)
-    answers: Answers = {"omega_n": frequency(case, slow), **found}
+    results, theory = theory_and_truth(case, slow, *changes)
+    answers: Answers = {"omega_n": frequency(case, slow), **results}
     begun = start(case, slow, *changes)
     answers["path"] = Answer(
         "path of the axis on the unit sphere, exact",

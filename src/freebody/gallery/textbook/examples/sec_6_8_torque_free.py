@@ -83,9 +83,11 @@ def answer(
     # axis 3 moves with the velocity w x axis; the rate of its swept angle about H is the precession
     across = H.cross(axis)
     precession = H.dot(axis.cross(w.cross(axis))) * sympy.sqrt(H.dot(H)) / across.dot(across)
-    there = case.having(**{name: case.number(case.system.expression(value)) for name, value in body.items()})
-    start = {f"C_w{axis}": there.number(x) for axis, x in zip("xyz", begun, strict=True)}
-    at = there.simulate_to([case["t_1"]], initial=start)
+    variant = case.having(
+        **{name: case.number(case.system.expression(value)) for name, value in body.items()}
+    )
+    start = {f"C_w{axis}": variant.number(x) for axis, x in zip("xyz", begun, strict=True)}
+    at = variant.simulate_to([case["t_1"]], initial=start)
     seen = at.poses["body"].rotation[0]
     turned = tuple(float(at[f"C_w{axis}"][0]) for axis in "xyz")
 
@@ -136,7 +138,7 @@ def solve(case: Case) -> Solved:
         "(c) period of the wobble of the earth",
         case.put(1 / rate_in_body(case, "earth_spin"), EARTH), "days", "equation of motion of w_1",
     )  # fmt: skip
-    flat, thin = (one.motion(initial=START) for one in (case, slender))
+    flat, thin = (example.motion(initial=START) for example in (case, slender))
     momentum = case.equations.momentum.angular()
 
     def cone(motion: fb.Trajectory, title: str) -> Any:
@@ -148,10 +150,10 @@ def solve(case: Case) -> Solved:
     def omega(motion: fb.Trajectory, title: str) -> Any:
         return history(motion, ["C_wx", "C_wy", "C_wz"], title=title)
 
-    def rolling(ending: str, one: Case, title: str) -> Any:
+    def rolling(ending: str, example: Case, title: str) -> Any:
         # one full turn of both cones
         slowest = min(abs(answers[f"{name}{ending}"].value) for name in ("Omega", "precession"))
-        once = one.simulate(
+        once = example.simulate(
             min(2 * np.pi / slowest, case.until) if slowest else case.until, initial=START, samples=721
         )
         return cones(once, "body", title=title)

@@ -66,13 +66,15 @@ def solve(case: Case) -> Solved:
     )
     e = case.equations
     theta = case.atoms["theta"]
-    found = e.solve(["theta''", "phi''", "N_wall", "T_wall"], where=ROLLING)
-    spin = sympy.cancel(found["phi''"] / found["theta''"])  # rolling: phi' = spin theta'
+    solution = e.solve(["theta''", "phi''", "N_wall", "T_wall"], where=ROLLING)
+    spin = sympy.cancel(solution["phi''"] / solution["theta''"])  # rolling: phi' = spin theta'
     by_forces, by_moments = derivations(case, spin)
     # the required friction is largest at the release: T/N = sin/(3 cos + 4 (cos - cos theta_0)) grows with the angle
-    held = {**RELEASE, "theta": theta}
-    steepest = angle_where(case.put(found["T_wall"] - case.atoms["mu"] * found["N_wall"], held), theta)
-    needed = case.put(found["T_wall"] / found["N_wall"], RELEASE)
+    released = {**RELEASE, "theta": theta}
+    steepest = angle_where(
+        case.put(solution["T_wall"] - case.atoms["mu"] * solution["N_wall"], released), theta
+    )
+    needed = case.put(solution["T_wall"] / solution["N_wall"], RELEASE)
     # the questions are about rolling: their simulations have slightly more friction than it requires
     rolling = case.having(mu=max(case["mu"], 1.01 * case.number(needed)))
     rolls = case["mu"] >= case.number(needed)
@@ -82,7 +84,7 @@ def solve(case: Case) -> Solved:
     equation = case.formula(
         "equation of motion in theta", by_forces, "", how + ".eliminate()", at={**now, "theta''": 0}
     )
-    stiffness = -sympy.diff(found["theta''"], theta)
+    stiffness = -sympy.diff(solution["theta''"], theta)
     answers: Answers = {
         "equation": replace(equation, value=f"{equation.text} = 0"),
         "omega_n": case.formula(
@@ -90,11 +92,12 @@ def solve(case: Case) -> Solved:
             "equation of motion, linear about theta = 0",
         ),
         "theta'": case.formula("theta' when theta_1 is first reached", rate, "rad/s", "energy integral, rolling"),
-        "theta''": case.formula("theta'' then", case.put(found["theta''"], now), "rad/s²", how + ".solve"),
-        "N": case.formula("normal force then", case.put(found["N_wall"], now), "N", how + ".solve"),
+        "theta''": case.formula("theta'' then", case.put(solution["theta''"], now), "rad/s²", how + ".solve"),
+        "N": case.formula("normal force then", case.put(solution["N_wall"], now), "N", how + ".solve"),
         "f": case.formula(
             "size of the friction force then",
-            case.put(found["T_wall"], now) * (1 if case.number(found["T_wall"], now) >= 0 else -1), "N", how + ".solve",
+            case.put(solution["T_wall"], now) * (1 if case.number(solution["T_wall"], now) >= 0 else -1), "N",
+            how + ".solve",
         ),
     }  # fmt: skip
     begin = {"theta": "theta_0"}
@@ -192,5 +195,5 @@ DISK_IN_CYLINDER = Entry(
     start={"theta": "theta_0"},
     bodies=("disk",),
     modes={"wall": "stick"},
-    held={**ROLLING, "pin_x": 0, "pin_y": 0},
+    fixed_values={**ROLLING, "pin_x": 0, "pin_y": 0},
 )

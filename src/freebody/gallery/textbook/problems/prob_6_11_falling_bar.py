@@ -55,10 +55,10 @@ def solve(case: Case) -> Solved:
 
     e, rate = case.equations, case.atoms["theta'"]
     square = case.square_of_speed("theta'", UPRIGHT, CENTRED)
-    found = e.solve(["theta''", "N_floor", "T_floor"], where=CENTRED)
+    solution = e.solve(["theta''", "N_floor", "T_floor"], where=CENTRED)
     # to the left, the side of the fall
-    N = sympy.cancel(found["N_floor"].subs(rate**2, square))
-    H = sympy.cancel(-found["T_floor"].subs(rate**2, square))
+    N = sympy.cancel(solution["N_floor"].subs(rate**2, square))
+    H = sympy.cancel(-solution["T_floor"].subs(rate**2, square))
     steepest, largest = most(case, H / N)
     slips = ranges(case, H / N, N, steepest, largest)
     backwards, forwards = ([math.pi / 2 - x for x in slips[way]] for way in ("slip +", "slip -"))
@@ -103,11 +103,11 @@ def solve(case: Case) -> Solved:
         how=where,
     )
     answers["way"] = Answer("which way its lower end then slips", words, "", how=where)
-    seen = case.having(mu_floor=answers["mu"].value)
-    motion, event = seen.simulate_to_mode("floor", "slip", initial=begin)
+    observed = case.having(mu_floor=answers["mu"].value)
+    motion, event = observed.simulate_to_mode("floor", "slip", initial=begin)
     bound = 1000 * case.tolerance
     now = {**CENTRED, "theta": other.state["theta"], "theta'": other.state["theta'"]}
-    pull, push = (case.number(found[name], now) for name in ("T_floor", "N_floor"))
+    pull, push = (case.number(solution[name], now) for name in ("T_floor", "N_floor"))
     checks = [
         same("angle of the slip in the simulation with mu", math.pi / 2 - event.state["theta"], case["angle"],
              bound / slope(case, H / N)),
@@ -121,7 +121,7 @@ def solve(case: Case) -> Solved:
              case.having(mu_floor=answers["mu_limit"].value * (1 + 1e-6)).simulate_to_mode(
                  "floor", "slip", initial=begin)[1])), 0, 0.5),
     ]  # fmt: skip
-    trajectory = seen.motion(initial=begin)
+    trajectory = observed.motion(initial=begin)
     plots: Plots = {
         "angle.png": saved(lambda: history(trajectory, ["theta", "x"], title="Falling bar")),
         "forces.png": saved(lambda: contact_forces(trajectory)),
@@ -188,5 +188,5 @@ FALLING_BAR = Entry(
     positive=("g",),
     start={"theta": BEGIN},
     modes={"floor": "stick"},
-    held={**CENTRED, "x''": 0, "y''": 0},
+    fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )

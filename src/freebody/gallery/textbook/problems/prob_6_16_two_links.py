@@ -78,16 +78,16 @@ def parts() -> fb.System:
 
 def equilibrium(case: Case) -> tuple[float, float]:
     """Return x and theta at rest, 0 <= theta < 90 degrees: the only equilibrium to the right of O."""
-    found = [
+    solutions = [
         state
         for state in fb.steady_motions(case.equations, values=case.values).states
         if 0 <= float(state.state["theta"]) < np.pi / 2
     ]
-    if len(found) != 1:
+    if len(solutions) != 1:
         raise fb.errors.ModelError(
-            f"Expected one static equilibrium with theta from 0 to 90 degrees, got {len(found)}."
+            f"Expected one static equilibrium with theta from 0 to 90 degrees, got {len(solutions)}."
         )
-    return float(found[0].state["x"]), float(found[0].state["theta"])
+    return float(solutions[0].state["x"]), float(solutions[0].state["theta"])
 
 
 def solve(case: Case) -> Solved:

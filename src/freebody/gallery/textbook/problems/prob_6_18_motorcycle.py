@@ -1,12 +1,12 @@
 """Motorcycle in a steady curve to the left: torque on its wheels, and lean (chapter, Problem 6.18).
 
-The machine goes along y at the distance R from the axis of the curve, which is vertical; x points away from it,
-and theta is the lean towards it. The wheels roll forwards at -v/r about the axle x. Momenta of wheels that only
-turn about x count wherever they are, so both are one rotor at the mass centre C, with the whole mass. The
-ground pushes at the distance h from C in the plane of the machine: the weight up, and the force of the curve
-inwards; a check shows that nothing else is needed to carry C round.
+The motorcycle moves along y at the distance R from the vertical axis of the curve; x points away from the axis,
+and theta is the lean towards it. The wheels roll forwards at -v/r about the axle x. The angular momentum of wheels
+that only turn about x does not depend on their place, so both are one rotor at the mass centre C, with the whole
+mass. The ground force acts at the distance h from C in the plane of the motorcycle: the weight up, and the
+centripetal force inwards; a check shows that no other force is needed to carry C round.
 
-Counted is the spin of the wheels alone, as the problem asks: what is left out is smaller by r/R, which is checked too.
+Only the spin of the wheels is included, as the problem requires; the rest is smaller by r/R, which is also checked.
 """
 
 from __future__ import annotations
@@ -73,11 +73,11 @@ def lean(case: Case, wheels: bool) -> Any:
     whole = sympy.expand(case.put(motion.lhs - motion.rhs, {**CURVE, "p'": rate}))
     without = case.put(whole.coeff(rate, 0), {"I": 0})
     spun = whole.coeff(rate, 1) * case.system.expression("-v/r") if wheels else 0
-    left = sympy.expand(without + spun)
+    residual = sympy.expand(without + spun)
     theta = atoms["theta"]
     # a sin + b cos = 0
-    a, b = left.coeff(sympy.sin(theta), 1), left.coeff(sympy.cos(theta), 1)
-    assert sympy.expand(left - a * sympy.sin(theta) - b * sympy.cos(theta)) == 0
+    a, b = residual.coeff(sympy.sin(theta), 1), residual.coeff(sympy.cos(theta), 1)
+    assert sympy.expand(residual - a * sympy.sin(theta) - b * sympy.cos(theta)) == 0
     return sympy.atan(sympy.cancel(-b / a))
 
 
@@ -141,10 +141,10 @@ def solve(case: Case) -> Solved:
 def full_lean(case: Case, guess: float) -> float:
     """Return the equilibrium lean with all momenta, near a guess, by Newton's method on the equation of motion."""
     theta = case.atoms["theta"]
-    left = case.put(balance(case), case.values)
-    slope = sympy.diff(left, theta)
+    residual = case.put(balance(case), case.values)
+    slope = sympy.diff(residual, theta)
     for _ in range(20):
-        step = float(left.subs(theta, guess)) / float(slope.subs(theta, guess))
+        step = float(residual.subs(theta, guess)) / float(slope.subs(theta, guess))
         guess -= step
         if abs(step) < 1e-15:
             break

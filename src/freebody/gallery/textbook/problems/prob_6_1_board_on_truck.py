@@ -89,10 +89,10 @@ def solve(case: Case) -> Solved:
     for part, stands in ((1 - 1e-9, True), (1 + 1e-9, False)):
         if thresholds[first] > 0:
             near = case.having(a=thresholds[first] * part).simulate_to([0]).contacts
-            found = WAYS[str(near["floor"].mode[0]), str(near["wall"].mode[0])]
+            outcome = WAYS[str(near["floor"].mode[0]), str(near["wall"].mode[0])]
             expected = "stands" if stands else {"a_slide": "slides", "a_tip": "tips"}[first]
             checks.append(same(f"the simulation at {first} {'less' if stands else 'plus'} 1e-9 of it: not '{expected}'",
-                               float(not found.startswith(expected)), 0, 0.5))  # fmt: skip
+                               float(not outcome.startswith(expected)), 0, 0.5))  # fmt: skip
     short = 1e-4
     soon = case.simulate_to([short])
     checks.append(

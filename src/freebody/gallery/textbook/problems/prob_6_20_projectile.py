@@ -70,11 +70,11 @@ def solve(case: Case) -> Solved:
         "omega_fast": rates["psi'_fast"],
         "omega_slow": rates["psi'_slow"],
     }
-    fast, slow, there = steady_root(case, "alpha", "Omega")
+    fast, slow, exists = steady_root(case, "alpha", "Omega")
     cosine = math.cos(case["alpha"])
     starts = [
         {"theta": case["alpha"], "psi'": rate, "phi'": case["Omega"] - rate * cosine}
-        for rate in ([case.number(slow), case.number(fast)] if there else [0.0])
+        for rate in ([case.number(slow), case.number(fast)] if exists else [0.0])
     ]
     if not case["alpha"]:
         return Solved(straight(case), answers, {}, ())
@@ -85,7 +85,7 @@ def solve(case: Case) -> Solved:
         for kind, motion in zip(
             ("slow", "fast"), (case.simulate(0.05, initial=one) for one in starts), strict=False
         )
-        if there
+        if exists
     )
     trajectory = case.motion(initial={**starts[0], "theta'": case["Omega"] / 1000})
     plots: Plots = {

@@ -54,8 +54,8 @@ def solve(case: Case) -> Solved:
             change["psi'"] * sine, "rad/s", how,
         ),
     }  # fmt: skip
-    found, theory = theory_and_truth(case, slow, change["theta'"], change["psi'"])
-    answers |= found
+    linear_answers, theory = theory_and_truth(case, slow, change["theta'"], change["psi'"])
+    answers |= linear_answers
     trajectory = case.motion(initial=start(case, slow, change["theta'"], change["psi'"]))
     return Solved(trajectory, answers, plots(case, trajectory, theory), (steadiness(case, slow),))
 

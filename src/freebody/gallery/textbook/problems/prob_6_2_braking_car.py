@@ -49,11 +49,11 @@ def solve(case: Case) -> Solved:
     case.refuse_unless("v", case["v"] > 0, "a speed greater than 0")
     case.refuse_unless("a", case["a"] > 0, "a deceleration greater than 0")
     e = case.equations
-    found = e.solve(["mu_road", "N_front", "N_rear"], where={**LEVEL, "x''": "-a"})
-    mu = found["mu_road"]
+    solution = e.solve(["mu_road", "N_front", "N_rear"], where={**LEVEL, "x''": "-a"})
+    mu = solution["mu_road"]
     road = e.solve("x''", where=LEVEL)["x''"]
     how = 'fb.equations(s, modes={"front": "slip+", "rear": "slip+"}).solve(..., where={"x\'\'": "-a"})'
-    axles = {name: found[f"N_{name}"] for name in ("front", "rear")}
+    axles = {name: solution[f"N_{name}"] for name in ("front", "rear")}
     answers: Answers = {"mu": case.formula("friction coefficient", mu, "1", how)}
     for name, N in axles.items():
         answers[f"N_{name}"] = case.formula(f"normal force on the {name} axle", N, "N", how)
@@ -74,13 +74,13 @@ def solve(case: Case) -> Solved:
                 f"Expected a deceleration at which all wheels stay on the road, got a = {case['a']:g} m/s², "
                 f"where the {name} axle lifts off."
             )
-    given = case.having(mu_road=answers["mu"].value)
-    trajectory = given.motion(initial=START)
+    braking = case.having(mu_road=answers["mu"].value)
+    trajectory = braking.motion(initial=START)
     t = 0.5 * min(case.until, case["v"] / case["a"])
-    contacts = given.simulate_to([t], initial=START).contacts
+    contacts = braking.simulate_to([t], initial=START).contacts
     bound = 1000 * case.tolerance
     halt = [fb.event("x'", name="stop", terminal=True)]
-    stop = given.simulate_past("stop", 1, initial=START, events=halt)
+    stop = braking.simulate_past("stop", 1, initial=START, events=halt)
     other = case.simulate_past("stop", 1, initial=START, events=halt) if case["mu_road"] > 0 else None
     checks = [
         same("N_front, N_rear against the simulation", [answers["N_front"].value, answers["N_rear"].value],

@@ -49,10 +49,10 @@ def solve(case: Case) -> Solved:
         "an angle between -theta_0 and theta_0, which the rod passes",
     )
     e = case.equations
-    here = {"theta": "theta_1"}
-    speed = -sympy.sqrt(case.square_of_speed("theta'", RELEASE, here))
-    found = e.solve(["theta''", "O_x", "O_y"], where=here)
-    force = [found[name].subs(case.atoms["theta'"], speed) for name in ("O_x", "O_y")]
+    place = {"theta": "theta_1"}
+    speed = -sympy.sqrt(case.square_of_speed("theta'", RELEASE, place))
+    solution = e.solve(["theta''", "O_x", "O_y"], where=place)
+    force = [solution[name].subs(case.atoms["theta'"], speed) for name in ("O_x", "O_y")]
     angle = case.atoms["theta_1"]
     along = -sympy.sin(angle) * force[0] + sympy.cos(angle) * force[1]
     across = sympy.cos(angle) * force[0] + sympy.sin(angle) * force[1]
@@ -64,7 +64,7 @@ def solve(case: Case) -> Solved:
             "angular velocity at theta_1 on the way down, counter-clockwise +", speed, "rad/s", "energy integral"
         ),
         "theta''": case.formula(
-            "angular acceleration there, counter-clockwise +", found["theta''"], "rad/s²", how
+            "angular acceleration there, counter-clockwise +", solution["theta''"], "rad/s²", how
         ),
         "R_x": case.formula("reaction on the rod at O there, right +", force[0], "N", how),
         "R_y": case.formula("reaction on the rod at O there, up +", force[1], "N", how),

@@ -71,7 +71,7 @@ def solve(case: Case) -> Solved:
     rate = case.atoms["theta'"]
     square = case.square_of_speed("theta'", TOP, CENTRED)
     falling = sympy.Eq(rate**2, square)
-    found = e.solve(["theta''", "N_O", "T_O"], where=CENTRED)
+    solution = e.solve(["theta''", "N_O", "T_O"], where=CENTRED)
     leaving = e.solve(["theta", "theta'^2"], where=[{**CENTRED, "N_O": 0}, falling])
     (place,) = [b for b in leaving.branches if 0 < case.number(b["theta"]) < math.pi / 2]
     away = {**CENTRED, "theta": place["theta"], "theta'": sympy.sqrt(place["theta'^2"])}
@@ -85,9 +85,9 @@ def solve(case: Case) -> Solved:
         ),
         "omega": case.formula("angular velocity then", away["theta'"], "rad/s", energy),
         "alpha": case.formula(
-            "angular acceleration just before", case.put(found["theta''"], away), "rad/s²", how
+            "angular acceleration just before", case.put(solution["theta''"], away), "rad/s²", how
         ),
-        "T": case.formula("tangential contact force then", case.put(found["T_O"], away), "N", how),
+        "T": case.formula("tangential contact force then", case.put(solution["T_O"], away), "N", how),
         "alpha_after": free.formula(
             "angular acceleration just after", flying, "rad/s²", 'fb.equations(s, modes={"O": "open"}).solve'
         ),
@@ -117,8 +117,8 @@ def solve(case: Case) -> Solved:
     push = pivot.reactions["O"].force[-1]
     bound = 1000 * case.tolerance
     # with the friction mu it leaves later by 1.4e-2/mu in cos; the accelerations in slip have a round-off of mu eps
-    held = 1 / bound
-    _, rough = case.having(mu=held).simulate_to_mode("O", "open", initial=start, tolerance=fine)
+    high_mu = 1 / bound
+    _, rough = case.having(mu=high_mu).simulate_to_mode("O", "open", initial=start, tolerance=fine)
     now = answers["theta"].value
     along = (-math.sin(now), math.cos(now))
     weight = case["m"] * case["g"]
@@ -129,7 +129,7 @@ def solve(case: Case) -> Solved:
              (push[0] * along[0] + push[1] * along[1]) / weight, 0, bound),
         same("T against the reaction of the hinge", answers["T"].value,
              push[0] * along[1] - push[1] * along[0], bound),
-        same(f"theta and omega against the simulation with the friction {held:g}", [now, answers["omega"].value],
+        same(f"theta and omega against the simulation with the friction {high_mu:g}", [now, answers["omega"].value],
              [line(case, rough.state), float(rough.state["theta'"])], bound),
         same("theta_slip against the simulation", answers["theta_slip"].value, line(case, slips.state), bound),
     )  # fmt: skip
@@ -157,5 +157,5 @@ DISK_ON_LEDGE = Entry(
     positive=("g",),
     start={"theta": BEGIN},
     modes={"O": "stick"},
-    held={**CENTRED, "x''": 0, "y''": 0},
+    fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )

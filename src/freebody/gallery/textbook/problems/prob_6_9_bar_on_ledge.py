@@ -51,26 +51,26 @@ def solve(case: Case) -> Solved:
     )
     case.refuse_unless("mu", case["mu"] > 0, "friction greater than 0")
     e, rate = case.equations, case.atoms["phi'"]
-    found = e.solve(["phi''", "N_O", "T_O"], where=CENTRED)
+    solution = e.solve(["phi''", "N_O", "T_O"], where=CENTRED)
     square = case.square_of_speed("phi'", LEVEL, CENTRED)
-    balance = sympy.expand(found["T_O"] + case.atoms["mu"] * found["N_O"]).subs(rate**2, square)
+    balance = sympy.expand(solution["T_O"] + case.atoms["mu"] * solution["N_O"]).subs(rate**2, square)
     # it falls clockwise, and T is positive down along the bar: the corner holds it with T = -mu N
     falls = -angle_where(balance, case.atoms["phi"])
     at = {**CENTRED, "phi": -falls}
-    N, T = (found[name].subs(rate**2, square) for name in ("N_O", "T_O"))
+    N, T = (solution[name].subs(rate**2, square) for name in ("N_O", "T_O"))
     how = 'fb.equations(s, modes={"O": "stick"}).solve, T_O = -mu*N_O with the energy integral'
-    here = "(the formula: at any phi)"
+    scope = "(the formula: at any phi)"
     answers: Answers = {
         "theta": case.formula("angle below the horizontal at which slip begins", falls, "rad", how),
         "omega": case.formula(
-            f"angular velocity then, clockwise + {here}",
+            f"angular velocity then, clockwise + {scope}",
             sympy.sqrt(square),
             "rad/s",
             "energy integral",
             at=at,
         ),
-        "N": case.formula(f"normal force then {here}", N, "N", how, at=at),
-        "T": case.formula(f"friction force on the bar then, up along it + {here}", -T, "N", how, at=at),
+        "N": case.formula(f"normal force then {scope}", N, "N", how, at=at),
+        "T": case.formula(f"friction force on the bar then, up along it + {scope}", -T, "N", how, at=at),
         "theta_b0": case.formula(
             "angle for b = 0, the bar supported at its end", case.put(falls, {"b": 0}), "rad", how
         ),
@@ -122,5 +122,5 @@ BAR_ON_LEDGE = Entry(
     until=0.6,
     positive=("g",),
     modes={"O": "stick"},
-    held={**CENTRED, "x''": 0, "y''": 0},
+    fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )
