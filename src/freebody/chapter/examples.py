@@ -1,4 +1,4 @@
-"""Examples 6.1-6.4: the lettered equations, from models in which the contact forces are loads with names."""
+"""Examples 6.1-6.4: the lettered equations, from models whose contact forces are named loads."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SENSE = sympy.Symbol("sense")
 
 
 def planar_rows(machine: machines.Machine, body: str, pairs: Any) -> list[tuple[Any, Any]]:
-    """(sum of the loads, what the motion asks for) of two force equations and the moment equation, in a position."""
+    """Return (sum of the loads, rate of momentum) of two force equations and the moment equation, in a position."""
     rows = machine.free_body(body).planar_equations
     return [(put(row.lhs, pairs), put(row.rhs, pairs)) for row in rows]
 
@@ -35,7 +35,7 @@ def planar_rows(machine: machines.Machine, body: str, pairs: Any) -> list[tuple[
 
 @cache
 def sliding() -> tuple[Meaning, list[Any], dict[str, Any]]:
-    """The body on two feet, every force on it a load: (meaning, rows that are zero, atoms)."""
+    """Return (meaning, rows that are zero, atoms) of the body on two feet; every force on it is a load."""
     s = fb.System("sliding body")
     m, L, H, D, mu, beta, F, g = s.parameters(m=50, L=1.2, H=0.8, D=0.15, mu=0.25, beta=0.35, F=200, g=9.81)
     N_A, N_B = s.parameters(N_A=1, N_B=1)
@@ -47,7 +47,7 @@ def sliding() -> tuple[Meaning, list[Any], dict[str, Any]]:
         s.force(f"foot_{name}", body.point(side * L / 2, -(H / 2 + D), 0), (-mu * N, N, 0))
     machine = machines.Machine(s)
     a = machine.atoms
-    # it translates along x: neither turns nor rises
+    # it translates along x: it neither turns nor rises
     rows = planar_rows(machine, "body", [(a["theta"].diff(t, 2), 0), (a["y"].diff(t, 2), 0), (a["theta"], 0)])
     sums = resolved("F_x F_y M_Cz", [left for left, _ in rows])
     zero = [left - right for left, right in rows]
@@ -57,12 +57,12 @@ def sliding() -> tuple[Meaning, list[Any], dict[str, Any]]:
 
 
 def _tipping() -> Meaning:
-    """F from the rows with N_A = 0: N_B by the vertical balance, F by that of moments."""
+    """F from the rows with N_A = 0: the vertical balance gives N_B, the balance of moments gives F."""
     meaning, rows, a = sliding()
     _, vertical, moment = (put(row, [(a["N_A"], 0)]) for row in rows)
     (pair,) = machines.solved([vertical], [a["N_B"]])
-    ((_, found),) = machines.solved([sympy.expand(put(moment, [pair]))], [a["F"]])
-    return Meaning({**meaning.names, "F": found})
+    ((_, solution),) = machines.solved([sympy.expand(put(moment, [pair]))], [a["F"]])
+    return Meaning({**meaning.names, "F": solution})
 
 
 # --- Example 6.2 ---------------------------------------------------------------------------------------------------
@@ -70,7 +70,7 @@ def _tipping() -> Meaning:
 
 @cache
 def bar() -> Meaning:
-    """The hinged bar: just after its release, and where it is vertical, by the library's equations and energy."""
+    """The hinged bar just after its release and in the vertical position, by the library's equations and energy."""
     machine = machines.Machine(hinged_bar())
     a = machine.atoms
     theta, m, L = a["theta"], a["m"], a["L"]
@@ -125,12 +125,12 @@ def _vertical() -> Meaning:
 
 @cache
 def pulled() -> tuple[Meaning, list[Any]]:
-    """The disk, every force on it a load: (meaning, rows that are zero)."""
+    """Return (meaning, rows that are zero) of the disk; every force on it is a load."""
     s = fb.System("pulled disk")
     m, R, h, mu, F, H, V, W = s.parameters(m=10, R=0.3, h=0.4, mu=0.2, F=30, H=1, V=98, W=98)
     disk = s.body("disk", fb.disk(m, R))
     s.planar("plane", s.ground, disk, coordinate="x y theta")
-    # a point of the ground's axes at height h - R above C: of the body at θ = 0
+    # a point at height h - R above C along the ground's axes: it is a point of the body at θ = 0
     s.force("F", disk.point(0, h - R, 0), (F, 0, 0))
     s.force("floor", disk.point(0, -R, 0), (-H, V, 0))
     s.force("weight", disk.origin, (0, -W, 0))
@@ -152,7 +152,7 @@ def pulled() -> tuple[Meaning, list[Any]]:
 
 
 def _no_slip() -> Any:
-    """Velocity of the lowest point of the disk, in the rates: as it rolls it stays zero, and so does its own rate."""
+    """Velocity of the lowest point of the disk, in the rates; in rolling, it and its rate stay zero."""
     machine = machines.carried_disk()
     a, names = machine.atoms, pulled()[0].names
     speed = machine.velocity(machine.point("disk", 0, -a["R"], 0))[0]
@@ -163,16 +163,16 @@ def _no_slip() -> Any:
 
 @cache
 def solved(slip: bool) -> Meaning:
-    """Accelerations, friction and the floor's push by the rows and the condition of the case: all linear."""
+    """Accelerations, friction and normal force of the floor from the rows and the condition of the case: all linear."""
     meaning, rows = pulled()
     n = meaning.names
     extra = n["H"] - SENSE * n["μ"] * n["V"] if slip else _no_slip()
-    found = machines.solved([*rows, extra], [n["a_Cx"], n["α"], n["H"], n["V"]])
-    return Meaning({**n, **resolved("a_Cx α H V", [sympy.cancel(x) for _, x in found])})
+    solution = machines.solved([*rows, extra], [n["a_Cx"], n["α"], n["H"], n["V"]])
+    return Meaning({**n, **resolved("a_Cx α H V", [sympy.cancel(x) for _, x in solution])})
 
 
 def _limit() -> Meaning:
-    """Friction is enough where |H| < μ V: μ V - H where it acts backwards, μ V + H where it acts forwards."""
+    """Friction suffices if |H| < μ V: μ V - H > 0 if it acts backwards, μ V + H > 0 if it acts forwards."""
     n = solved(False).names
     return Meaning({**n, "W": n["W"]}, positive=n["μ"] * n["V"] - SENSE * n["H"])
 
@@ -182,7 +182,7 @@ def _limit() -> Meaning:
 
 @cache
 def rolling() -> Meaning:
-    """A disk that rolls down an incline: T after a drop H in v_2 and ω_2, tied as its lowest point is at rest."""
+    """A disk that rolls down an incline: T after a drop H in v_2 and ω_2, related by rolling without slip."""
     machine = machines.carried_disk()
     a = machine.atoms
     v, w = sympy.symbols("v_2 omega_2")
@@ -196,7 +196,7 @@ def rolling() -> Meaning:
 
 
 def _drop() -> Meaning:
-    """The speed that the conserved energy gives, put in."""
+    """The same with the speed that follows from the conserved energy."""
     n, still = rolling().names, rolling().along
     g = sympy.Symbol("g", positive=True)
     T = sympy.cancel(put(n["T_2"], still) / n["v_2"] ** 2)

@@ -21,7 +21,7 @@ t = machines.t
 
 
 def _axis() -> Meaning:
-    """The body on its shaft: ω, and moments about 0, in its axes."""
+    """The body on its shaft: ω and the moments about 0 in body axes."""
     machine = machines.shaft()
     _, moment = machine.balances("rotor", frame="rotor")
     return Meaning({**machine.names, **resolved("ω_x ω_y ω_z", machine.omega("rotor")), "ω": machine.atoms["theta'"],
@@ -30,7 +30,7 @@ def _axis() -> Meaning:
 
 @cache
 def turned() -> Meaning:
-    """Two particles in axes x'y'z', and the same body in xyz, turned by the library."""
+    """Two particles in axes x'y'z', and the same body turned into xyz by the library."""
     beta = sympy.Symbol("beta", real=True)
     c, d = cos(beta), sin(beta)
     matrix = ((1, 0, 0), (0, c, d), (0, -d, c))
@@ -69,16 +69,16 @@ def _thin_disk() -> Meaning:
 
 @cache
 def disk() -> Meaning:
-    """The tilted disk as it turns at a constant rate: moments in its axes and the ground's, and bearing reactions."""
+    """The tilted disk at a constant rate: moments in its own and in ground axes, and bearing reactions."""
     machine = machines.tilted_disk()
     a = machine.atoms
     steady = ((a["theta"].diff(t, 2), 0), (a["theta'"], a["omega"]))
-    found = fb.bearing_reactions(machine.equations, "shaft", at={"A": "L/2", "B": "-L/2"}).ground
+    reactions = fb.bearing_reactions(machine.equations, "shaft", at={"A": "L/2", "B": "-L/2"}).ground
     products = mass_properties(machine.body("disk")).products
     force, ground = machine.balances("disk")
     _, own = machine.balances("disk", frame="disk")
     values: dict[str, Any] = {
-        **{f"R_{name}{c}": found[name][i] for name in "AB" for i, c in enumerate("XY")},
+        **{f"R_{name}{c}": reactions[name][i] for name in "AB" for i, c in enumerate("XY")},
         **resolved("F_X F_Y", force[:2]), **resolved("M_0X M_0Y", ground[:2]), **resolved("M_0x M_0y M_0z", own),
         "I_xz": products.xz, "I_yz": products.yz, "W": a["m"] * a["g"],
     }  # fmt: skip

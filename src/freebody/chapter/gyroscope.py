@@ -25,7 +25,7 @@ POSITIVE = {n: sympy.Symbol(n, positive=True) for n in ("m", "L", "g", "I_xi", "
 
 
 def own(x: Any) -> Any:
-    """An expression of the gyroscope in symbols that are known to be positive, so that roots can be taken of them."""
+    """Return an expression of the gyroscope in symbols declared positive, so that roots of them simplify."""
     atoms = machines.gyroscope().atoms
     named = {atoms[n]: positive for n, positive in POSITIVE.items()}
     return x.xreplace(named) if isinstance(x, sympy.MatrixBase) else sympy.sympify(x).xreplace(named)
@@ -33,17 +33,18 @@ def own(x: Any) -> Any:
 
 @cache
 def top() -> Meaning:
-    """The gyroscope by the library: vectors in the ground, components along ξηζ, and what its motion asks for there.
+    """The gyroscope by the library: vectors in ground axes, components along ξηζ, and the moment its motion requires.
 
-    ω of the axes from the rates of their unit vectors, H_ξ, H_η, H_ζ from the moments of inertia about 0 and the
-    angular velocity, M_ξ, M_η, M_ζ from the free body resolved along the axes; the vectors without them.
+    ω of the axes follows from the rates of their unit vectors, H_ξ, H_η, H_ζ from the moments of inertia about 0 and
+    the angular velocity, M_ξ, M_η, M_ζ from the free body resolved along the axes. The vectors do not use these
+    components.
     """
     machine = machines.gyroscope()
     a, origin = machine.atoms, machine.system.ground.origin
     units = machine.units("axes")
     weight = machine.free_body("rotor", about=origin).moments["weight"]
     along = machine.free_body("rotor", about=origin, frame=machine.body("axes")).moments["weight"]
-    _, asked = machine.balances("rotor", about=origin, frame=machine.body("axes"))
+    _, required = machine.balances("rotor", about=origin, frame=machine.body("axes"))
     frame = [units[(i + 1) % 3].diff(t).dot(units[(i + 2) % 3]) for i in range(3)]
     body = machine.omega("rotor")
     spin = [body.dot(u) for u in units]
@@ -52,7 +53,7 @@ def top() -> Meaning:
     names = {
         **machine.names, **vectors, **resolved("i j k", units), **resolved("ω_ξ ω_η ω_ζ", frame),
         **resolved("Ω_ξ Ω_η Ω_ζ", spin), **resolved("H_ξ H_η H_ζ", angular_momentum(inertia, spin)),
-        **resolved("M_ξ M_η M_ζ", along), **resolved("A_ξ A_η A_ζ", asked), "I_η": a["I_xi"],
+        **resolved("M_ξ M_η M_ζ", along), **resolved("A_ξ A_η A_ζ", required), "I_η": a["I_xi"],
     }  # fmt: skip
     return Meaning(
         {name: own(x) for name, x in names.items()}, along=[(k, own(v)) for k, v in machine.along()]
@@ -60,13 +61,13 @@ def top() -> Meaning:
 
 
 def rows() -> list[tuple[Any, Any]]:
-    """(rate of the angular momentum, moment of the weight) about 0 along ξ, η, ζ."""
+    """Return (rate of the angular momentum, moment of the weight) about 0 along ξ, η, ζ."""
     names = top().names
     return [(names[f"A_{c}"], names[f"M_{c}"]) for c in "ξηζ"]
 
 
 def _modified() -> Meaning:
-    """M along ξηζ is what the motion asks for; H as the library resolves it from the ground."""
+    """M along ξηζ is the moment that the motion requires; the library resolves H from ground axes."""
     names = top().names
     units = [names[c] for c in "ijk"]
     moments = {f"M_{c}": names[f"A_{c}"] for c in "ξηζ"}
@@ -74,7 +75,7 @@ def _modified() -> Meaning:
 
 
 def _moment() -> Meaning:
-    """The moment that a motion asks for, in the ground and along ξηζ; that of the weight has one component."""
+    """The moment that a motion requires, in ground axes and along ξηζ; the moment of the weight has one component."""
     machine, names = machines.gyroscope(), top().names
     _, moment = machine.balances("rotor", about=machine.system.ground.origin)
     return Meaning({**names, "M_0": own(moment), **{f"M_{c}": names[f"A_{c}"] for c in "ξηζ"}})
@@ -86,7 +87,7 @@ def _momentum() -> Meaning:
 
 
 def _explicit() -> Meaning:
-    """The modified Euler equations that the library gives for a body of revolution."""
+    """The library's modified Euler equations of a body of revolution."""
     I_xi, I_zeta = sympy.symbols("I_xi I_zeta", real=True)
     rates = [sympy.Function(f"omega_{g}")(t) for g in ("xi", "eta", "zeta")]
     return Meaning({
@@ -109,7 +110,7 @@ def precession() -> Any:
 
 
 def at_steady(x: Any) -> Any:
-    """At θ = θ_0, ψ' = ψ_0', constant, with the spin Ω_ζ."""
+    """Return an expression at constant θ = θ_0, ψ' = ψ_0' and spin Ω_ζ."""
     n = top().names
     theta, psi, phi = n["θ"], n["ψ"], n["φ"]
     second = [(q.diff(t, 2), 0) for q in (theta, psi, phi)]
@@ -124,23 +125,23 @@ def n_spin() -> Any:
 
 
 def condition() -> Any:
-    """The factor of the library's steady equation that is not sin θ_0."""
+    """Return the factor of the library's steady equation other than sin θ_0."""
     ((first, _),) = precession().branches
     return at_steady(first)
 
 
 def steady_spin() -> list[tuple[Any, Any]]:
-    """Ω_ζ from that condition, in which it is linear."""
+    """Return Ω_ζ from the steady condition, which is linear in it."""
     return machines.solved([condition()], [n_spin()])
 
 
 def rate(name: str) -> Any:
-    """ψ_0' of the fast or the slow precession by the library."""
+    """Return ψ_0' of the fast or the slow precession by the library."""
     return at_steady(precession()[name].solution["psi'"])
 
 
 def _kept() -> Meaning:
-    """θ and ψ' as the motion goes on from a steady state: their rates, and the rates of these."""
+    """θ and ψ' in the motion from a steady state: their first and second rates."""
     meaning = top()
     n = meaning.names
     theta, psi, phi = n["θ"], n["ψ"], n["φ"]
@@ -184,7 +185,7 @@ SLOW = sympy.Symbol("epsilon", positive=True)
 
 
 def numbers() -> list[tuple[Any, Any]]:
-    """The gyroscope of section 6.9 at 1 rad, an angle whose sine and cosine are not special; exact numbers."""
+    """Return exact numbers of the gyroscope of section 6.9 at 1 rad, an angle without a special sine or cosine."""
     m, R, L = sympy.Rational(6, 5), sympy.Rational(3, 50), sympy.Rational(1, 10)
     values = (m, L, sympy.Rational(981, 100), m * (R**2 / 4 + L**2), m * R**2 / 2)
     names = ("m", "L", "g", "I_xi", "I_zeta")
@@ -192,7 +193,7 @@ def numbers() -> list[tuple[Any, Any]]:
 
 
 def fast_spin() -> Small:
-    """ε by the spin that it belongs to; its ordinary size is that of 300 rad/s."""
+    """Return ε as a function of the spin; its ordinary size belongs to 300 rad/s."""
     n = _named()
     bound = 4 * n["m"] * n["g"] * n["L"] * n["I_ξ"] * cos(theta_0)
     ordinary = put(bound / (n["I_ζ"] * 300) ** 2, numbers())
@@ -202,7 +203,7 @@ def fast_spin() -> Small:
 
 
 def _roots() -> Meaning:
-    """Both rates, and the angle of the steady state."""
+    """Both rates and the angle of the steady state."""
     return Meaning(
         {**_named(), "ψ_01'": rate("fast"), "ψ_02'": rate("slow"), "ψ'": rate("slow")}, small=fast_spin()
     )
@@ -213,7 +214,7 @@ def _exact_roots() -> Meaning:
 
 
 def _steady_vectors() -> Meaning:
-    """Vectors along ξηζ in slow precession: H_0 and its rates, in the ground and in these axes, M_0 and ω."""
+    """Vectors along ξηζ in slow precession: H_0, its rates in ground axes and in these axes, M_0 and ω."""
     n = top().names
     axes = {name: vector(*axis) for name, axis in zip("ijk", machines.AXES, strict=True)}
     units = [n[c] for c in "ijk"]

@@ -1,4 +1,4 @@
-"""The prints of the chapter as LaTeX."""
+"""The printed equations of the chapter as LaTeX."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .notation import GREEK, Node, signed
 
 
 def latex(node: Node, vectors: frozenset[str] = frozenset()) -> str:
-    """A print as LaTeX; the names of vectors are bold.
+    """Return a print as LaTeX; the names of vectors are bold.
 
     >>> from freebody.chapter.notation import read
     >>> print(latex(read("R = 1/2 m L^2 cos θ").members[1]))
@@ -38,7 +38,7 @@ def latex(node: Node, vectors: frozenset[str] = frozenset()) -> str:
 
 
 def _product_latex(node: Node, parts: list[str]) -> str:
-    """Factors; a stroke makes a fraction of what stands before it since the last one, and of the factor behind it."""
+    """LaTeX of a product; a slash makes a fraction of the factors since the last slash and the factor after it."""
     bare = [_unbracketed(x, text) for x, text in zip(node.parts, parts, strict=True)]
     done: list[str] = []
     above = [0]
@@ -53,7 +53,7 @@ def _product_latex(node: Node, parts: list[str]) -> str:
 
 
 def _unbracketed(node: Node, text: str) -> str:
-    """What stands in brackets, without them: a fraction's bar holds it together."""
+    """LaTeX of a group without its brackets: the bar of a fraction groups it."""
     return text.removeprefix(r"\left(").removesuffix(r"\right)") if node.kind == "group" else text
 
 
@@ -65,9 +65,9 @@ def _name_latex(name: str, bold: bool) -> str:
     if rate:
         inner = _name_latex(rate[2] + (rate[3] or ""), True)
         return rf"\frac{{\mathrm{{d}}{rate[1]}{inner}}}{{\mathrm{{d}}t}}"
-    found = re.fullmatch(r"(\w+?)('*)(?:_(\w+(?:'\w)?|C/A))?('*)(\([0t]\))?", name)
-    assert found is not None, name
-    stem, own, index, primes, at = (x or "" for x in found.groups())
+    match = re.fullmatch(r"(\w+?)('*)(?:_(\w+(?:'\w)?|C/A))?('*)(\([0t]\))?", name)
+    assert match is not None, name
+    stem, own, index, primes, at = (x or "" for x in match.groups())
     spelt = lambda x: "".join(_LETTERS.get(c, c) for c in x).strip()  # noqa: E731
     head = rf"\boldsymbol{{{spelt(stem)}}}" if bold else spelt(stem)
     return head + own + (f"_{{{spelt(index)}}}" if index else "") + primes + at

@@ -1,6 +1,7 @@
-"""The machines that the chapter's equations are derived from, each made once, and what is asked of them.
+"""The machines from which the chapter's equations are derived, each built once, and their quantities.
 
-Turning bodies hang on three hinges, the first two between bodies without mass: every rate is then that of a coordinate.
+Rotating bodies hang on three hinges, the first two between massless bodies: every speed is then the rate of a
+coordinate.
 """
 
 from __future__ import annotations
@@ -32,25 +33,32 @@ class Machine:
         self.names = {greek(k): v for k, v in self.atoms.items()}
 
     def body(self, name: str) -> Any:
+        """Return the body of a name."""
         return self.system.bodies[name]
 
     def point(self, body: str, *place: Any) -> Any:
+        """Return the point of a body at a place in its axes."""
         return self.body(body).point(*place)
 
     def column(self, v: Any) -> Any:
+        """Return a vector of the library as a SymPy column."""
         return sympy.Matrix([self.equations.sympy(x) for x in v])
 
     def place(self, point: Any) -> Any:
+        """Position of a point in ground axes."""
         return self.column(kinematics.point_position(self.equations.model, self.equations.state, point))
 
     def velocity(self, point: Any) -> Any:
+        """Velocity of a point in ground axes."""
         return self.column(kinematics.point_velocity(self.equations.model, self.equations.state, point))
 
     def acceleration(self, point: Any) -> Any:
+        """Acceleration of a point in ground axes."""
         e = self.equations
         return self.column(kinematics.point_acceleration(e.model, e.state, point, e.udot))
 
     def omega(self, body: str) -> Any:
+        """Angular velocity of a body in ground axes."""
         return self.column(
             kinematics.angular_velocity(self.equations.model, self.equations.state, self.body(body))
         )
@@ -61,48 +69,52 @@ class Machine:
         return tuple(self.place(self.point(body, *axis)) - origin for axis in AXES)
 
     def frame(self, body: str) -> dict[str, Any]:
-        """These by name, and their rates as SymPy differentiates them."""
+        """Return the unit vectors by name, and their rates as SymPy differentiates them."""
         units = dict(zip("ijk", self.units(body), strict=True))
         return {**units, **{f"d{name}/dt": u.diff(t) for name, u in units.items()}}
 
     def free_body(self, body: str, **options: Any) -> Any:
+        """Free body of the equations, see :meth:`freebody.Equations.free_body`."""
         return self.equations.free_body(body, **options)
 
     def balances(self, body: str, **options: Any) -> tuple[Any, Any]:
-        """(force, moment) that the body's motion asks for: the right sides of its free-body equations, as columns."""
+        """Return (force, moment) that the body's motion requires: the right sides of its free-body equations."""
         rows = [sympy.sympify(row.rhs) for row in self.free_body(body, **options).equations]
         return sympy.Matrix(rows[:3]), sympy.Matrix(rows[3:])
 
     def momentum(self, about: Any = None) -> Any:
+        """Angular momentum of the system about a point."""
         return sympy.Matrix(self.equations.momentum.angular(about))
 
     @property
     def kinetic(self) -> Any:
+        """Kinetic energy."""
         return sympy.sympify(self.equations.energy.kinetic)
 
     @property
     def potential(self) -> Any:
+        """Potential energy."""
         return sympy.sympify(self.equations.energy.potential)
 
     def along(self) -> list[tuple[Any, Any]]:
-        """Accelerations by the equations of motion."""
+        """Return (acceleration, its value by the equations of motion) for every coordinate."""
         rows = [sympy.sympify(row.lhs - row.rhs) for row in self.equations.motion]
         unknowns = [q.diff(t, 2) for q in self.equations.coordinates]
         return solved(rows, unknowns)
 
 
 def solved(rows: Any, unknowns: Any) -> list[tuple[Any, Any]]:
-    """Linear rows, each zero, solved for the unknowns by Cramer's rule: nothing is simplified."""
+    """Solve linear rows, each zero, for the unknowns by Cramer's rule, without simplification."""
     matrix = sympy.Matrix([[sympy.diff(row, x) for x in unknowns] for row in rows])
     rest = sympy.Matrix(
         [sympy.sympify(row).xreplace({x: sympy.Integer(0) for x in unknowns}) for row in rows]
     )
-    found = -(matrix.adjugate() * rest) / matrix.det()
-    return list(zip(unknowns, found, strict=True))
+    solution = -(matrix.adjugate() * rest) / matrix.det()
+    return list(zip(unknowns, solution, strict=True))
 
 
 def turn(system: fb.System, parent: Any, body: Any, to: Any = (0, 0, 0)) -> None:
-    """Euler's angles ψ, θ, φ from the parent to the body, on axes without mass."""
+    """Join the body to the parent by Euler's angles ψ, θ, φ, with massless bodies between."""
     ring, inner = system.body("ring", NONE), system.body("axes", NONE)
     system.hinge("precession", parent, ring, axis="z", coordinate="psi")
     system.hinge("nutation", ring, inner, axis="x", coordinate="theta")
@@ -110,10 +122,10 @@ def turn(system: fb.System, parent: Any, body: Any, to: Any = (0, 0, 0)) -> None
 
 
 def _two(system: fb.System) -> tuple[Any, list[tuple[Any, Any]]]:
-    """Two particles at any places in the body's axes: (mass properties, (mass, place) of each).
+    """Return (mass properties, (mass, place) of each) of two particles at any places in the body's axes.
 
-    The moments of a body are sums over its elements of mass; what holds for any two particles, whatever their
-    masses, holds for each element on its own, and so for the sum.
+    The moments of a body are sums over its elements of mass. An identity that holds for any two particles of any
+    masses holds for each element alone, and so for the sum.
     """
     masses = system.parameters(m_1=1, m_2=2)
     places = [system.parameters(**{f"{c}_{i}": 1 for c in "xyz"}) for i in (1, 2)]
@@ -123,14 +135,14 @@ def _two(system: fb.System) -> tuple[Any, list[tuple[Any, Any]]]:
 
 @cache
 def _together(parts: tuple[tuple[Any, Any], ...]) -> Any:
-    """Both particles as one body; the same symbols give the same one in every system."""
+    """Return both particles as one body; the same symbols give the same result in every system."""
     (m_1, r_1), (m_2, r_2) = parts
     return fb.particle(m_1).moved(r_1) + fb.particle(m_2).moved(r_2)
 
 
 @cache
 def pivoted() -> tuple[Machine, Any, list[tuple[Any, Any]]]:
-    """The two particles as a body about the fixed point 0: (machine, mass properties, (mass, place) of each)."""
+    """Return (machine, mass properties, (mass, place) of each) of the two particles as a body pivoted at 0."""
     s = fb.System("cloud about a fixed point")
     whole, parts = _two(s)
     turn(s, s.ground, s.body("body", whole))
@@ -139,7 +151,7 @@ def pivoted() -> tuple[Machine, Any, list[tuple[Any, Any]]]:
 
 @cache
 def flying() -> tuple[Machine, Any, list[tuple[Any, Any]]]:
-    """The same as a free body that moves and turns, pushed at the first particle; (a, b, c) is any point of it."""
+    """The same as a free body, with a force on the first particle; (a, b, c) is any point of the body."""
     s = fb.System("free body")
     whole, parts = _two(s)
     s.parameters(a=1, b=2, c=3)
@@ -156,7 +168,7 @@ def flying() -> tuple[Machine, Any, list[tuple[Any, Any]]]:
 
 @cache
 def centred() -> Machine:
-    """The same turning about its mass centre, which is held."""
+    """The same body turning about its fixed mass centre."""
     s = fb.System("body about its mass centre")
     whole, _ = _two(s)
     turn(s, s.ground, s.body("body", whole), to=whole.center)
@@ -165,7 +177,7 @@ def centred() -> Machine:
 
 @cache
 def turning() -> Machine:
-    """A body with any inertia that turns about a fixed point, moments M_0 in body axes."""
+    """A body of any inertia that turns about a fixed point, with moments M_0 in body axes."""
     s = fb.System("body about a fixed point")
     body = s.body("body", any_inertia(s))
     turn(s, s.ground, body)
@@ -174,7 +186,7 @@ def turning() -> Machine:
 
 
 def any_inertia(s: fb.System) -> Any:
-    """Any moments and products of inertia about the origin."""
+    """Return mass properties with any moments and products of inertia about the origin."""
     m = s.parameters(m=1)
     xx, yy, zz, xy, xz, yz = s.parameters(I_xx=2, I_yy=3, I_zz=4, I_xy="1/10", I_xz="1/5", I_yz="3/10")
     return fb.MassProperties(m, (0, 0, 0), ((xx, -xy, -xz), (-xy, yy, -yz), (-xz, -yz, zz)))
@@ -202,6 +214,7 @@ def carried() -> Machine:
 
 
 def lamina_mass(m: Any, I_C: Any, center: Any = (0, 0, 0)) -> Any:
+    """Return the mass properties of a thin body with the moment of inertia I_C about its mass centre."""
     return fb.MassProperties(m, center, ((I_C / 2, 0, 0), (0, I_C / 2, 0), (0, 0, I_C)))
 
 
@@ -220,7 +233,7 @@ def lamina() -> Machine:
 
 @cache
 def carried_disk() -> Machine:
-    """A disk in the plane xy under gravity, its place and angle free."""
+    """A disk in the plane xy under gravity, free to move and turn."""
     s = fb.System("disk in a plane")
     m, R, g = s.parameters(m=5, R="1/4", g="981/100")
     s.gravity = (0, -g, 0)
@@ -230,7 +243,7 @@ def carried_disk() -> Machine:
 
 @cache
 def hinged() -> Machine:
-    """A body about a fixed axis z through 0, its mass centre off the axis, with a moment."""
+    """A body that turns about a fixed axis z through 0 under a moment, with its mass centre off the axis."""
     s = fb.System("hinged lamina")
     m, I_C, e, M = s.parameters(m=1, I_C=1, e=1, M=0)
     body = s.body("lamina", lamina_mass(m, I_C, (e, 0, 0)))
@@ -241,7 +254,7 @@ def hinged() -> Machine:
 
 @cache
 def shaft() -> Machine:
-    """Any body that turns about a fixed axis z through 0; the hinge stands for what holds the axis."""
+    """Any body that turns about a fixed axis z through 0; the hinge represents the bearings."""
     s = fb.System("body on a shaft")
     body = s.body("rotor", any_inertia(s))
     s.hinge("shaft", s.ground, body, coordinate="theta")
@@ -264,7 +277,7 @@ def tilted_disk() -> Machine:
 
 @cache
 def spinning() -> Machine:
-    """A body about its mass centre on a ball joint, principal axes 1, 2, 3."""
+    """A body on a ball joint at its mass centre, with principal axes 1, 2, 3."""
     s = fb.System("principal axes")
     m, I_1, I_2, I_3 = s.parameters(m=1, I_1=2, I_2=3, I_3=4)
     body = s.body("body", fb.MassProperties(m, (0, 0, 0), ((I_1, 0, 0), (0, I_2, 0), (0, 0, I_3))))
@@ -298,12 +311,12 @@ def gyroscope() -> Machine:
 
 @cache
 def gyroscope_about() -> Machine:
-    """The same with the rate p_0 and the angle angle_0 of a steady precession as parameters."""
+    """The gyroscope with the rate p_0 and the angle angle_0 of a steady precession as parameters."""
     s = _gyroscope()
     s.parameters(p_0=2, angle_0=1)
     return Machine(s)
 
 
 def centre(machine: Machine, body: str) -> Any:
-    """The mass centre as a point of the body."""
+    """Return the mass centre as a point of the body."""
     return machine.body(body).point(*mass_properties(machine.body(body)).center)

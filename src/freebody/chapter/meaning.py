@@ -1,4 +1,4 @@
-"""What the names of a print mean: what the library gives for them."""
+"""The meaning of the names in a print: the library's values for them."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from .small import Small
 
 @dataclass(frozen=True)
 class Meaning:
-    """What the library gives for the names of a print.
+    """The library's values for the names of a print.
 
     Attributes
     ----------
     names : mapping
-        A SymPy expression, or a column for a vector.
+        A SymPy expression for each name, or a column for a vector.
     elements : sequence of (mass, names), or function
-        Elements of mass to be summed for ∫ dm; or what integrates a function of its element over the body.
+        Elements of mass to be summed for ∫ dm; or a function that integrates a function of its element over the body.
     loads : sequence of names
         Forces dF with their places, to be summed for ∫ dF.
     along : pairs
-        Put into every difference: what holds along a motion, as its accelerations.
+        Substitutions for every difference: relations that hold along a motion, such as its accelerations.
     steady : pairs
-        The state at which rates of what is constant are taken, their rates too.
+        The state at which the rates of a constant, and the rates of those rates, are taken.
     rows : mapping from a print's place to (left, right)
-        Where a print is a balance that the library states itself, this: only a number may stand between the two.
+        If a print is a balance that the library also states, the library's balance: they may differ by a number only.
     positive : expression
-        Where a print is an inequality: what the library finds to be positive.
+        If a print is an inequality: the expression that the library finds to be positive.
     small : Small
-        Where a print is an approximation.
+        If a print is an approximation: its small quantity.
     units : triple
-        Names of the unit vectors that components of columns go with, for right forms.
+        Names of the unit vectors of the components of columns, for corrected forms.
     """
 
     names: Mapping[str, Any]
@@ -50,7 +50,7 @@ class Meaning:
     time: Any = sympy.Symbol("t")
 
     def integral(self, node: Node, value: Any) -> Any:
-        """∫ of a print: a sum over the elements of mass, or over the loads."""
+        """Return the value of an integral of a print: a sum over the elements of mass, or over the loads."""
         inside = lambda element: value(node.parts[0], self, element) if node.parts else sympy.Integer(1)  # noqa: E731
         if callable(self.elements) and node.value:
             return self.elements(inside)

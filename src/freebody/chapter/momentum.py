@@ -16,17 +16,17 @@ from .statement import Statement
 
 
 def vector(*components: Any) -> Any:
-    """A triple as a SymPy column."""
+    """Return a triple as a SymPy column."""
     return sympy.Matrix(components)
 
 
 def triple(name: str) -> Any:
-    """A vector of which nothing is known."""
+    """Return an arbitrary vector: a column of three symbols."""
     return sympy.Matrix([sympy.Symbol(f"{name}_{c}", real=True) for c in "xyz"])
 
 
 def resolved(names: str, components: Any) -> dict[str, Any]:
-    """Components by the names that the chapter gives them: ``"ω_x ω_y ω_z"``."""
+    """Return components by the chapter's names for them: ``"ω_x ω_y ω_z"``."""
     return dict(zip(names.split(), components, strict=True))
 
 
@@ -46,7 +46,7 @@ def _triple_product() -> Meaning:
 
 
 def _position() -> Meaning:
-    """The first particle of the turning body: its place in the ground, and along the body's axes."""
+    """The first particle of the turning body: its position in ground axes and along body axes."""
     machine, _, parts = machines.pivoted()
     own = parts[0][1]
     return Meaning({"r": machine.place(machine.point("body", *own)), **dict(zip("xyz", own, strict=True)),
@@ -54,7 +54,7 @@ def _position() -> Meaning:
 
 
 def body_rates(machine: machines.Machine, axes: str = "xyz") -> dict[str, Any]:
-    """The parameters of a machine on a ball joint, and its speeds by the names ω_x, ω_y, ω_z along the body's axes."""
+    """Return the parameters of a machine on a ball joint, and its speeds as ω_x, ω_y, ω_z along body axes."""
     parameters = {name: x for name, x in machine.names.items() if x.is_Symbol}
     return {
         **parameters,
@@ -81,7 +81,7 @@ def _by_components() -> Meaning:
 
 
 def _inertia() -> Meaning:
-    """Entries of the library's matrix, and its products; elements by their places."""
+    """Entries of the library's inertia matrix, and its products of inertia; elements of mass by their places."""
     _, whole, parts = machines.pivoted()
     J, P = whole.about((0, 0, 0)), whole.products_about((0, 0, 0))
     names = {f"I_{c}{c}": J[i][i] for i, c in enumerate("xyz")}
@@ -92,7 +92,7 @@ def _inertia() -> Meaning:
 
 @cache
 def flight() -> Meaning:
-    """The free body: places from 0, and from C along the axes of the body, where the library says that C is."""
+    """The free body: positions from 0, and from the library's mass centre C along body axes."""
     machine, whole, parts = machines.flying()
     units = machine.units("body")
     C = machine.point("body", *whole.center)
@@ -116,7 +116,7 @@ def flight() -> Meaning:
 
 @cache
 def split() -> Meaning:
-    """The same seen from any point of the body in the place of C: the parts are those of any split of r."""
+    """The same with any point of the body in place of C: the parts hold for any split of r."""
     machine, _, parts = machines.flying()
     P = machine.point("body", *(machine.atoms[c] for c in "abc"))
     r, v = machine.place(P), machine.velocity(P)
@@ -125,12 +125,12 @@ def split() -> Meaning:
 
 
 def mass_of_flight() -> Any:
-    """Mass properties of the free body as the system holds them."""
+    """Return the mass properties of the free body from the system."""
     return mass_properties(machines.flying()[0].body("body"))
 
 
 def angular_momentum(inertia: Any, omega: Any) -> Any:
-    """H along the body's axes by the library's form."""
+    """Return H along body axes by the library's form."""
     return sympy.Matrix(fb.forms.angular_momentum(inertia, tuple(omega)))
 
 

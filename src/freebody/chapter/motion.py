@@ -18,14 +18,14 @@ t = machines.t
 
 
 def _newton() -> Meaning:
-    """F is what the free-body equations ask for."""
+    """F is the force that the free-body equations require."""
     force, _ = machines.flying()[0].balances("body")
     return Meaning({**flight().names, "F": force})
 
 
 @cache
 def _turning() -> Meaning:
-    """The body about 0 in ground axes; its components by the library's free body and forms in body axes."""
+    """The body about 0 in ground axes; its components in body axes by the library's free body and forms."""
     machine = machines.turning()
     _, moment = machine.balances("body")
     _, own = machine.balances("body", frame="body")
@@ -44,21 +44,21 @@ def _turning() -> Meaning:
 
 
 def _matrix(machine: machines.Machine) -> Any:
-    """The matrix of inertia as the system holds it."""
+    """Return the inertia matrix from the system."""
     from ..gallery.tools.case import mass_properties
 
     return mass_properties(machine.body("body")).about((0, 0, 0))
 
 
 def _plain_moments() -> Meaning:
-    """Moments in body axes, in ω_x, ω_y, ω_z and their rates: the speeds of a ball joint."""
+    """Moments in body axes, written in the speeds of a ball joint, ω_x, ω_y, ω_z, and their rates."""
     machine = machines.ball()
     _, moment = machine.balances("body", frame="body")
     return Meaning({**body_rates(machine), **resolved("M_0x M_0y M_0z", moment)})
 
 
 def _about_centre() -> Meaning:
-    """The free body: M_C as its free-body equations ask for it; the rate of H_C in the ground and in its axes."""
+    """The free body: M_C from its free-body equations; the rate of H_C in ground axes and in body axes."""
     machine, whole, _ = machines.flying()
     _, moment = machine.balances("body")
     axes = [flight().names[c] for c in "ijk"]
@@ -73,7 +73,7 @@ def _about_centre() -> Meaning:
 
 
 def _principal() -> Meaning:
-    """A body by its principal moments, turned by an angle out of its principal axes and back."""
+    """A body given by its principal moments, turned by an angle out of its principal axes and back."""
     moments = sympy.symbols("I_1 I_2 I_3", positive=True)
     c, d = sympy.cos(sympy.Symbol("beta", real=True)), sympy.sin(sympy.Symbol("beta", real=True))
     turn = sympy.Matrix([[1, 0, 0], [0, c, -d], [0, d, c]])
@@ -99,7 +99,7 @@ def principal() -> Meaning:
 
 @cache
 def energy() -> Meaning:
-    """T of the free body, T_rot of the body held at its mass centre, T_tr of the body that does not turn."""
+    """T of the free body, T_rot of the body with a fixed mass centre, T_tr of the body that does not turn."""
     machine, whole, _ = machines.flying()
     still = {machine.atoms[f"{q}'"]: 0 for q in ("psi", "theta", "phi")}
     velocity = dict(zip((machine.atoms[f"{q}'"] for q in "XYZ"), flight().names["v_C"], strict=True))

@@ -1,9 +1,9 @@
-"""The prints of the chapter, read as it writes them: a tree, its value, its text and LaTeX.
+"""The printed equations of the chapter, parsed from its notation into a tree, and written back as text.
 
     M_η = I_ξ ω_η' + ω_ζ (I_ξ ω_ζ - I_ζ Ω_ζ)        H_0 = ∫ r × (ω × r) dm        ω_3 = const
 
-A product is written by juxtaposition and binds closer than ×, which binds closer than ·. A prime behind a name is a
-rate, unless a name with that prime is known. ``dr/dt`` is a rate, ``d'r/dt`` the rate in axes that turn. An integral
+A product is written by juxtaposition and binds tighter than ×, which binds tighter than ·. A prime after a name is a
+rate, unless a name with that prime is defined. ``dr/dt`` is a rate, ``d'r/dt`` the rate in rotating axes. An integral
 ends with dm, or it is over the loads dF. ``det(a, b; c, d)`` is a determinant,
 ``int(f, a, b)`` an integral over x, ``between(f, a, b)`` the difference of f at its limits.
 """
@@ -29,7 +29,7 @@ _TOKEN = re.compile(
 
 
 def greek(name: str) -> str:
-    """A name of the library in the chapter's letters.
+    """Return a name of the library in the chapter's letters.
 
     >>> greek("I_xi"), greek("theta'"), greek("psi_0'"), greek("M_0x")
     ('I_ξ', "θ'", "ψ_0'", 'M_0x')
@@ -44,20 +44,20 @@ class Node:
     kind: str
     """number, name, sum, product, cross, dot, power, call, integral, size, rate, group or const"""
     value: Any = None
-    """Of a number or name itself; of a sum the signs, of a product ``*`` and ``/``, of a call the function."""
+    """The number or name itself; the signs of a sum; ``*`` and ``/`` of a product; the function of a call."""
     parts: tuple[Node, ...] = ()
 
     def __str__(self) -> str:
         return _TEXT[self.kind](self, *map(str, self.parts))
 
     def walk(self, path: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int, ...], Node]]:
-        """Every node with its place."""
+        """Yield every node with its path."""
         yield path, self
         for i, part in enumerate(self.parts):
             yield from part.walk((*path, i))
 
     def put(self, path: tuple[int, ...], node: Node) -> Node:
-        """The same tree with another node at a place."""
+        """Return the tree with another node at a path."""
         if not path:
             return node
         i = path[0]
@@ -67,7 +67,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Relation:
-    """Two members of a print: ``left sign right``, the left one always the first of its chain."""
+    """Two members of a print: ``left sign right``; the left one is always the first of its chain."""
 
     left: Node
     sign: str
@@ -86,7 +86,7 @@ class Print:
 
     @property
     def relations(self) -> tuple[Relation, ...]:
-        """The first member with each of the others."""
+        """Relations of the first member with each other member."""
         return tuple(
             Relation(self.members[0], s, m) for s, m in zip(self.signs, self.members[1:], strict=True)
         )
@@ -98,7 +98,7 @@ class Print:
 
 
 def read(text: str) -> Print:
-    """A print from its text.
+    """Parse a print from its text.
 
     >>> [str(r) for r in read("F_y = V - W = 0").relations]
     ['F_y = V - W', 'F_y = 0']
@@ -114,20 +114,20 @@ def read(text: str) -> Print:
 
 
 class _Reader:
-    """A print, token by token."""
+    """Parser of a print, token by token."""
 
     def __init__(self, text: str) -> None:
         self.text = text
         self.tokens: list[tuple[str, str, int]] = []
         at = 0
         while text[at:].strip():
-            found = _TOKEN.match(text, at)
-            if found is None:
+            matched = _TOKEN.match(text, at)
+            if matched is None:
                 raise ModelError(
                     f"Expected a sign of the chapter's notation in '{text}', got '{text[at:].strip()[0]}'."
                 )
-            self.tokens.append((str(found.lastgroup), found[found.lastgroup or 0], found.start()))
-            at = found.end()
+            self.tokens.append((str(matched.lastgroup), matched[matched.lastgroup or 0], matched.start()))
+            at = matched.end()
         self.at = 0
 
     @property
@@ -223,7 +223,7 @@ class _Reader:
         raise ModelError(f"Expected a factor in '{self.text}', got '{self.rest() or 'its end'}'.")
 
     def call(self) -> Node:
-        """A function of a name, a number or what stands in brackets; ``sin^2 β``."""
+        """Parse a function of a name, a number or a group in brackets; also ``sin^2 β``."""
         name = self.take()
         if name in LISTS:
             self.take("(")
@@ -242,6 +242,7 @@ class _Reader:
 
 
 def signed(node: Node, *parts: str) -> str:
+    """Return the text of a sum from the texts of its terms."""
     first = node.value[0] + parts[0]
     return first + "".join(f" {s} {p}" for s, p in zip(node.value[1:], parts[1:], strict=True))
 

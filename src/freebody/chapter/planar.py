@@ -19,7 +19,7 @@ t = machines.t
 
 @cache
 def lamina() -> Meaning:
-    """The body in the plane: kinematics of C and of a point A of it; forces and moments as its motion asks for them."""
+    """The body in the plane: kinematics of C and of a point A of it; forces and moments that its motion requires."""
     machine = machines.lamina()
     a = machine.atoms
     C, A = machine.point("lamina", 0, 0, 0), machine.point("lamina", a["a"], a["b"], 0)
@@ -44,7 +44,7 @@ def _planar() -> Meaning:
 
 
 def _thin() -> Meaning:
-    """A body without extent along z: the products with z vanish, whatever its other elements."""
+    """A body without extent along z: its products of inertia with z vanish, whatever its other elements."""
     whole = fb.particle(sympy.Symbol("m_1", positive=True)).moved((*sympy.symbols("x_1 y_1"), 0))
     whole += fb.particle(sympy.Symbol("m_2", positive=True)).moved((*sympy.symbols("x_2 y_2"), 0))
     P = whole.products_about((0, 0, 0))
@@ -53,7 +53,7 @@ def _thin() -> Meaning:
 
 @cache
 def carried() -> Meaning:
-    """The body on two slides, which hold it without turning."""
+    """The body on two slides, which keep it from turning."""
     machine = machines.carried()
     C = machine.point("lamina", 0, 0, 0)
     force, moment = machine.balances("lamina")
@@ -75,7 +75,7 @@ def _hinged() -> Meaning:
 
 
 def _sums() -> dict[str, object]:
-    """Moments about A and C, and the force: sums over the loads, without what holds the plane."""
+    """Moments about A and C, and the force: sums over the loads, without the reactions that keep the plane."""
     machine = machines.lamina()
     a = machine.atoms
     A = machine.point("lamina", a["a"], a["b"], 0)
@@ -98,7 +98,7 @@ def _shifted() -> Meaning:
 
 
 def _about_any_point() -> Meaning:
-    """The moments of the loads about A and C, along the motion that they cause."""
+    """Moments of the loads about A and C, along the motion that they cause."""
     return Meaning({**lamina().names, **_sums()}, along=machines.lamina().along())
 
 

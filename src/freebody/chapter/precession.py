@@ -40,7 +40,7 @@ w_xi, w_eta = sympy.symbols("omega_xi(0) omega_eta(0)", real=True)
 
 @cache
 def orders() -> list[tuple[Any, Any]]:
-    """(zeroth, first) order in the deviations of the library's two equations, left minus right."""
+    """Return the terms of order (zero, one) in the deviations of the library's two equations, left minus right."""
     n = top().names
     theta, psi, phi = n["θ"], n["ψ"], n["φ"]
     rate = n_spin() - psi.diff(t) * cos(theta)
@@ -57,14 +57,14 @@ def orders() -> list[tuple[Any, Any]]:
 
 
 def at_condition(x: Any) -> Any:
-    """With m g L from the steady condition: it is in g, linear."""
+    """Return an expression with m g L from the steady condition, which is linear in g."""
     (pair,) = machines.solved([condition()], [POSITIVE["g"]])
     return sympy.expand(put(x, [pair]))
 
 
 @cache
 def linear() -> list[Any]:
-    """The first-order equations with that."""
+    """Return the first-order equations with m g L from the steady condition."""
     return [at_condition(one) for _, one in orders()]
 
 
@@ -79,9 +79,9 @@ def _first_order() -> Meaning:
 
 
 def _zeroth() -> Meaning:
-    """The second equation has no term of order zero: it would be a row here."""
-    found = [(zero, ZERO) for zero, _ in orders() if not is_zero(zero)]
-    return Meaning(_names(), rows=dict(enumerate(found)))
+    """The terms of order zero: the second equation has none."""
+    results = [(zero, ZERO) for zero, _ in orders() if not is_zero(zero)]
+    return Meaning(_names(), rows=dict(enumerate(results)))
 
 
 def _condition() -> Meaning:
@@ -94,7 +94,7 @@ def _perturbation() -> Meaning:
 
 @cache
 def coefficients() -> tuple[Any, Any]:
-    """σ, from the rate of θ_1 in the second equation, and ω_η0, the rate of the axes along η in steady precession."""
+    """Return σ, from the rate of θ_1 in the second equation, and ω_η0, the rate of the axes along η when steady."""
     second = linear()[1]
     return -second.coeff(theta_1.diff(t)) / POSITIVE["I_xi"], at_steady(top().names["ω_η"])
 
@@ -105,15 +105,15 @@ def _notation() -> Meaning:
 
 
 def _simple() -> Meaning:
-    """The accelerations by the library's linear equations put in."""
+    """The accelerations replaced by those of the library's linear equations."""
     return Meaning(_notation().names, along=machines.solved(linear(), [theta_1.diff(t, 2), psi_1.diff(t, 2)]))
 
 
 @cache
 def named_rows() -> list[Any]:
-    """The first-order equations, divided by I_ξ, with σ and ω_η0 for what is proven to be these."""
+    """Return the first-order equations divided by I_ξ, with σ and ω_η0 for the expressions proven equal to them."""
     value, across = coefficients()
-    found = []
+    results = []
     for row in linear():
         total = ZERO
         for term in (theta_1.diff(t, 2), theta_1.diff(t), theta_1, psi_1.diff(t, 2), psi_1.diff(t)):
@@ -122,12 +122,12 @@ def named_rows() -> list[Any]:
             total += (
                 next((name for x, name in shapes.items() if is_zero(factor - x)), sympy.cancel(factor)) * term
             )
-        found.append(total)
-    return found
+        results.append(total)
+    return results
 
 
 def laplace(row: Any, images: tuple[Any, Any], start: dict[str, Any]) -> Any:
-    """The transform of a linear equation: f'' -> s² F - s f(0) - f'(0) and so on, term by term."""
+    """Return the Laplace transform of a linear equation: f'' -> s² F - s f(0) - f'(0) and so on, term by term."""
     row = sympy.expand(row)
     total = ZERO
     for function, image, name in zip((theta_1, psi_1), images, ("θ_1", "ψ_1"), strict=True):
@@ -143,18 +143,18 @@ STRUCK = {"θ_1(0)": ZERO, "θ_1'(0)": w_xi, "ψ_1(0)": ZERO, "ψ_1'(0)": w_eta 
 
 
 def transformed(start: dict[str, Any]) -> tuple[Any, Any]:
-    """Θ_1(s), Ψ_1(s): the transformed equations of the library, solved by Cramer's rule."""
+    """Return Θ_1(s), Ψ_1(s): the library's transformed equations solved by Cramer's rule."""
     images = sympy.symbols("Theta_1 Psi_1")
-    found = machines.solved([laplace(row, images, start) for row in named_rows()], images)
-    return sympy.cancel(found[0][1]), sympy.cancel(found[1][1])
+    results = machines.solved([laplace(row, images, start) for row in named_rows()], images)
+    return sympy.cancel(results[0][1]), sympy.cancel(results[1][1])
 
 
 def frequency() -> Any:
-    """Ω²: the square of the frequency that is not zero, from the determinant of the transformed equations."""
+    """Return Ω², the square of the nonzero frequency, from the determinant of the transformed equations."""
     images = sympy.symbols("Theta_1 Psi_1")
     still = {name: ZERO for name in ANY_START}
-    found = [laplace(row, images, still) for row in named_rows()]
-    determinant = sympy.Matrix([[sympy.diff(row, x) for x in images] for row in found]).det()
+    results = [laplace(row, images, still) for row in named_rows()]
+    determinant = sympy.Matrix([[sympy.diff(row, x) for x in images] for row in results]).det()
     return sympy.expand(sympy.cancel(determinant / (S * lap**2)) - lap**2)
 
 
@@ -167,7 +167,7 @@ def _transforms(start: dict[str, Any]) -> Meaning:
 
 
 def _struck() -> Meaning:
-    """What a blow adds to the angular velocity of the axes along ξ and η: it changes speeds, and not places."""
+    """The change of the axes' angular velocity along ξ and η by a blow, which changes speeds but not positions."""
     n = top().names
     p, q = sympy.symbols("psi_1'(0) theta_1'(0)")
     theta, psi = n["θ"], n["ψ"]
@@ -183,7 +183,7 @@ def _at_start() -> list[tuple[Any, Any]]:
 
 
 def inverse(image: Any, square: Any) -> Any:
-    """The time function of a rational transform with poles at 0 and ± i Ω, by the square of Ω:
+    """Return the time function of a rational transform with poles at 0 and ± i Ω, given Ω²:
 
     a/s + b/s² + (c s + d)/(s² + Ω²)  ->  a + b t + c cos Ω t + (d/Ω) sin Ω t
     """
@@ -196,9 +196,9 @@ def inverse(image: Any, square: Any) -> Any:
 
 @cache
 def response() -> tuple[Any, Any]:
-    """θ_1(t), ψ_1(t) after a blow, in σ and Ω."""
-    known = {w_eta0**2: W**2 - sigma**2}
-    first, second = (inverse(sympy.cancel(x).subs(known), W**2) for x in transformed(STRUCK))
+    """Return θ_1(t), ψ_1(t) after a blow, in σ and Ω."""
+    substitution = {w_eta0**2: W**2 - sigma**2}
+    first, second = (inverse(sympy.cancel(x).subs(substitution), W**2) for x in transformed(STRUCK))
     return sympy.expand(first), sympy.expand(second)
 
 
@@ -222,13 +222,13 @@ def _response() -> Meaning:
 
 
 def at_spin() -> list[tuple[Any, Any]]:
-    """σ, ω_η0 and Ω of a spin, in the steady rate and its angle."""
+    """Return σ, ω_η0 and Ω in the spin, the steady rate and its angle."""
     value, across = coefficients()
     return [(W, sqrt(frequency())), (sigma, value), (w_eta0, across)]
 
 
 def small() -> Small:
-    """A fast spin, seen at a given phase Ω t, with a blow that adds rates of the size of the steady one (Fig. 6.12)."""
+    """A fast spin at a given phase Ω t, with a blow that adds rates of the size of the steady rate (Fig. 6.12)."""
     spin = fast_spin()
     blow = [(w_xi, rate_0 * sympy.Rational(7, 10)), (w_eta, rate_0 * sympy.Rational(11, 10))]
     return Small(spin.symbol, spin.size, [(t, sympy.Integer(13) / W), *at_spin(), *blow, *spin.pairs])
@@ -239,7 +239,7 @@ def _fast() -> Meaning:
 
 
 def _polar() -> Meaning:
-    """Size and angle of the added angular velocity across the axis, a vector along ξ and η."""
+    """Magnitude and angle of the added angular velocity across the axis, a vector along ξ and η."""
     added = sympy.Matrix([w_xi, w_eta, 0])
     return Meaning(
         {"ω_ξ(0)": w_xi, "ω_η(0)": w_eta, "ω_ξη(0)": sqrt(added.dot(added)), "γ": atan2(added[1], added[0])}
@@ -259,7 +259,7 @@ def _fast_response() -> Meaning:
 
 @cache
 def linear_model() -> tuple[Any, dict[Any, Any]]:
-    """fb.linearize about steady precession, its spin by the steady condition: (model, symbols of the chapter)."""
+    """Return (linear model about steady precession, symbols of the chapter); the steady condition gives the spin."""
     machine = machines.gyroscope_about()
     a = machine.atoms
     p, angle = a["p_0"], a["angle_0"]
@@ -271,7 +271,7 @@ def linear_model() -> tuple[Any, dict[Any, Any]]:
 
 
 def _deviation() -> Meaning:
-    """The motion by fb.linearize, which keeps φ; its deviation by the two equations of the section.
+    """The motion by fb.linearize, which includes φ; its deviation by the two equations of the section.
 
     The blow adds nothing to the spin Ω_ζ: φ_1' = -ψ_1' cos θ_0.
     """
@@ -282,12 +282,12 @@ def _deviation() -> Meaning:
     M, B, K = (sympy.Matrix(x).xreplace(names) for x in (model.M, model.damping + model.gyroscopic, model.K))
     unknown = sympy.Matrix(images)
     equations = (M * lap**2 + B * lap + K) * unknown - M * start
-    found = dict(
+    results = dict(
         zip(model.coordinates, (x for _, x in machines.solved(list(equations), images)), strict=True)
     )
     square, steady = frequency().subs(dict(at_spin()[1:])), dict(steady_spin())
     square = square.subs(steady)
-    motion = [inverse(sympy.cancel(found[name]), square) for name in ("theta", "psi")]
+    motion = [inverse(sympy.cancel(results[name]), square) for name in ("theta", "psi")]
     mine = [
         inverse(sympy.cancel(x.subs(dict(at_spin()[1:])).subs(steady)), square) for x in transformed(STRUCK)
     ]

@@ -1,4 +1,4 @@
-"""The quantity that is small in an approximation, and the order that a value falls with."""
+"""The small quantity of an approximation, and the order of a value in it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 import sympy
 
 DIGITS = 60
-"""Of the numbers that errors of approximations are measured with."""
+"""Digits of the numbers with which the errors of approximations are measured."""
 
 
 def put(expression: Any, pairs: Sequence[tuple[Any, Any]]) -> Any:
-    """Replace one after the other: accelerations before speeds before coordinates."""
+    """Substitute pairs one after the other: accelerations before speeds before coordinates."""
     result = sympy.sympify(expression)
     for old, new in pairs:
         result = result.xreplace({old: sympy.sympify(new)})
@@ -22,36 +22,36 @@ def put(expression: Any, pairs: Sequence[tuple[Any, Any]]) -> Any:
 
 @dataclass(frozen=True)
 class Small:
-    """The quantity that is small in an approximation, its ordinary size, and what makes a value a number.
+    """The small quantity of an approximation, its ordinary size, and substitutions that make a value a number.
 
-    ``pairs`` are put in one after the other, and leave no other symbol than this one.
+    ``pairs`` are substituted one after the other; only the small quantity remains as a symbol.
     """
 
     symbol: Any
     size: Any
     pairs: Sequence[tuple[Any, Any]]
-    _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+    _values: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def number(self, value: Any, size: Any) -> Any:
-        """The magnitude of a value at a size of the small quantity."""
-        known = self._numbers(size)
-        return sympy.sqrt(sum(abs(sympy.N(x.xreplace(known), DIGITS)) ** 2 for x in components(value)))
+        """Return the magnitude of a value at a size of the small quantity."""
+        values = self._numbers(size)
+        return sympy.sqrt(sum(abs(sympy.N(x.xreplace(values), DIGITS)) ** 2 for x in components(value)))
 
     def _numbers(self, size: Any) -> dict[Any, Any]:
-        """Every symbol as a number: the last pair first, as the others are made of it."""
-        if size not in self._known:
-            known = {self.symbol: sympy.N(size, DIGITS)}
+        """Return every symbol as a number: the last pair first, since the earlier ones depend on it."""
+        if size not in self._values:
+            values = {self.symbol: sympy.N(size, DIGITS)}
             for old, new in reversed(self.pairs):
-                known[old] = sympy.N(sympy.sympify(new).xreplace(known), DIGITS)
-            self._known[size] = known
-        return self._known[size]
+                values[old] = sympy.N(sympy.sympify(new).xreplace(values), DIGITS)
+            self._values[size] = values
+        return self._values[size]
 
     def order(self, value: Any) -> float:
-        """The power of the small quantity that a value falls with: the slope between two small sizes."""
+        """Return the order of a value in the small quantity: the logarithmic slope between two small sizes."""
         a, b = (self.number(value, self.size / 10**k) for k in (4, 5))
         return float(sympy.log(a / b, 10)) if a and b else float("inf")
 
 
 def components(value: Any) -> tuple[Any, ...]:
-    """Components of a vector, or the one value."""
+    """Return the components of a vector, or a tuple of the single value."""
     return tuple(value) if isinstance(value, sympy.MatrixBase) else (sympy.sympify(value),)

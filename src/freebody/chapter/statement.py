@@ -1,13 +1,13 @@
-"""A statement of the chapter, and the verdict on it: worked out each time it is asked for, never written down.
+"""A statement of the chapter and the verdict on it, which is computed on every request and never stored.
 
-A statement holds the equations as they are printed, and a meaning: what the library gives for each name in them.
-Every member of a print is judged against its first one. With the names put in,
+A statement contains the equations as printed and a meaning: the library's value for each name in them.
+Every member of a print is compared with its first member. With the values of the names,
 
     holds                       their difference is zero in canonical form
-    holds if ...                it is zero once the condition is put in, and not before
-    definition                  it is zero, and the print gives a name to what the library knows by itself
-    approximation               it falls faster with a small quantity than the least term that is printed
-    misprint                    none of these: the form that the library derives is shown
+    holds if ...                it is zero only under the condition
+    definition                  it is zero, and the print gives a name to a quantity of the library
+    approximation               it falls faster with a small quantity than the smallest printed term
+    misprint                    none of these: the form derived by the library is shown
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from .small import Small, components, put
 from .values import evaluate
 
 VERDICTS = ("misprint", "holds under a condition", "approximation", "definition", "holds")
-"""Of a relation; that of a statement is the first that one of its relations has."""
+"""Verdicts on a relation; the verdict on a statement is the first in this order that a relation of it has."""
 
 
 def is_zero(expression: Any) -> bool:
-    """Whether an expression is zero in canonical form, roots and complex numbers included.
+    """Return True if an expression is zero in canonical form, roots and complex numbers included.
 
     >>> x = sympy.Symbol("x")
     >>> is_zero(sympy.sin(2 * x) - 2 * sympy.sin(x) * sympy.cos(x))
@@ -49,7 +49,7 @@ def is_zero(expression: Any) -> bool:
 
 
 def _factored_roots(x: Any) -> Any:
-    """With what stands under a root factored, so that positive factors leave it."""
+    """Return an expression with the arguments of its roots factored, so that positive factors leave the root."""
     roots = {
         root: sympy.factor(sympy.together(root.base)) ** root.exp
         for root in x.atoms(sympy.Pow)
@@ -66,11 +66,11 @@ class Finding:
     ----------
     verdict : one of `VERDICTS`
     detail : str
-        The condition, the error measured, or which relations are misprinted.
+        The condition, the measured error, or the misprinted relations.
     residual : tuple
-        Of a relation: the components of left minus right.
+        For a relation: the components of left minus right.
     derived : tuple
-        Of a relation: what the library gives, (print or expression, sign, expression); shown where it is a misprint.
+        For a relation: the library's form, (print or expression, sign, expression); shown for a misprint.
     """
 
     verdict: str
@@ -90,15 +90,15 @@ class Statement:
     about : str
         What it states, in words.
     call : str
-        What of the library gives its names their meaning.
+        The calls of the library that give its names their meaning.
     prints : str or tuple of str
         Its equations as printed, in the letters of `notation`.
     work : function
-        Gives the meaning of the names; or several, as where the print is for every body i.
+        Returns the meaning of the names, or several meanings if the print holds for every body i.
     condition : tuple, optional
-        Words, and a function that gives pairs to put in for the statement to hold.
+        Words, and a function that returns the substitutions under which the statement holds.
     defines : bool
-        Whether it gives a name to something.
+        True if it gives a name to a quantity.
     """
 
     number: str
@@ -111,29 +111,29 @@ class Statement:
 
     @cached_property
     def rows(self) -> tuple[str, ...]:
-        """The prints, one equation each."""
+        """Return the prints, one equation each."""
         return (self.prints,) if isinstance(self.prints, str) else self.prints
 
     @cached_property
     def relations(self) -> tuple[tuple[int, Relation], ...]:
-        """Every relation with the place of its print."""
+        """Return every relation with the index of its print."""
         return tuple((i, r) for i, row in enumerate(self.rows) for r in notation.read(row).relations)
 
     @cached_property
     def meanings(self) -> tuple[Meaning, ...]:
-        """What the names mean, derived now."""
+        """Derive the meanings of the names."""
         work = self.work()
         return (work,) if isinstance(work, Meaning) else tuple(work)
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """The verdict on every relation."""
+        """Return the verdict on every relation."""
         return tuple(self.judge(place, relation) for place, relation in self.relations)
 
     def judge(self, place: int, relation: Relation) -> Finding:
-        """The verdict on a relation in the place of a print, by what the names mean here."""
-        found = [self._judged(m, place, relation) for m in self.meanings]
-        return min(found, key=lambda f: VERDICTS.index(f.verdict))
+        """Return the verdict on a relation of the print at an index, with this statement's meanings."""
+        findings = [self._judged(m, place, relation) for m in self.meanings]
+        return min(findings, key=lambda f: VERDICTS.index(f.verdict))
 
     def _judged(self, meaning: Meaning, place: int, relation: Relation) -> Finding:
         if relation.sign in "<>":
@@ -145,7 +145,7 @@ class Statement:
             words, pairs = self.condition
             if all(is_zero(put(x, pairs())) for x in residual):
                 return Finding("holds under a condition", words, residual, derived)
-        # the chapter writes = for ≅ too, but not where it has both
+        # the chapter also writes = for ≅, but not in a print that has both
         rough = relation.sign == "≅" or "≅" not in self.rows[place]
         if meaning.small is not None and rough and relation.right.kind != "const":
             error = _approximated(meaning, meaning.small, relation)
@@ -158,56 +158,61 @@ class Statement:
         gap = left - right if relation.sign == ">" else right - left
         derived = (meaning.positive, ">", sympy.Integer(0))
         words, pairs = self.condition or ("", tuple)
-        for verdict, detail, known in (("holds", "", ()), ("holds under a condition", words, pairs())):
-            # a positive multiple of what is positive
-            if sympy.factor(sympy.cancel(put(gap, known) / put(meaning.positive, known))).is_positive:
+        for verdict, detail, substitutions in (
+            ("holds", "", ()),
+            ("holds under a condition", words, pairs()),
+        ):
+            # a positive multiple of a positive expression
+            if sympy.factor(
+                sympy.cancel(put(gap, substitutions) / put(meaning.positive, substitutions))
+            ).is_positive:
                 return Finding(verdict, detail, (left - right,), derived)
         return Finding("misprint", "", (left - right,), derived)
 
     @cached_property
     def finding(self) -> Finding:
-        """The verdict on the whole: the worst of its relations."""
-        found = self.findings
-        verdict = min((f.verdict for f in found), key=VERDICTS.index)
+        """Return the verdict on the whole statement: the worst of its relations."""
+        findings = self.findings
+        verdict = min((f.verdict for f in findings), key=VERDICTS.index)
         if verdict == "misprint":
-            detail = _count([i for i, f in enumerate(found) if f.verdict == verdict], len(found))
+            detail = _count([i for i, f in enumerate(findings) if f.verdict == verdict], len(findings))
         else:
-            detail = "; ".join(dict.fromkeys(f.detail for f in found if f.verdict == verdict))
+            detail = "; ".join(dict.fromkeys(f.detail for f in findings if f.verdict == verdict))
         return Finding(verdict, detail)
 
     @property
     def verdict(self) -> str:
-        """The verdict with its detail, in a line."""
-        found = self.finding
-        if not found.detail:
-            return found.verdict
+        """Return the verdict with its detail in one line."""
+        finding = self.finding
+        if not finding.detail:
+            return finding.verdict
         joint = {"holds under a condition": "holds if ", "misprint": "misprint in "}
-        return joint.get(found.verdict, f"{found.verdict}: ") + found.detail
+        return joint.get(finding.verdict, f"{finding.verdict}: ") + finding.detail
 
     @property
     def right(self) -> list[tuple[Any, str, Any]]:
-        """What the library derives in the place of what is misprinted."""
+        """Return the forms that the library derives in place of the misprinted ones."""
         return [f.derived for f in self.findings if f.verdict == "misprint" and f.derived is not None]
 
     def text(self) -> str:
-        """The statement, its verdict and the derivation, as plain text."""
+        """Return the statement, its verdict and the derivation as plain text."""
         rows = [f"({self.number})  {self.about}", "", "  as printed:", *(f"    {row}" for row in self.rows)]
         rows += ["", f"  by the library: {self.call}"]
         rows += [
-            f"    {r}: {self._said(found)}"
-            for (_, r), found in zip(self.relations, self.findings, strict=True)
+            f"    {r}: {self._outcome(finding)}"
+            for (_, r), finding in zip(self.relations, self.findings, strict=True)
         ]
         if self.right:
             rows += ["", "  right:", *(f"    {self._plain(form)}" for form in self.right)]
         rows += ["", f"  verdict: {self.verdict}"]
         return "\n".join(rows)
 
-    def _said(self, found: Finding) -> str:
-        if found.verdict == "misprint":
-            return f"left minus right is {_written(found.residual, self.meanings[0].units)}"
-        if found.verdict == "holds under a condition":
-            return f"holds if {found.detail}"
-        return found.detail.rpartition(": ")[2] or found.verdict
+    def _outcome(self, finding: Finding) -> str:
+        if finding.verdict == "misprint":
+            return f"left minus right is {_written(finding.residual, self.meanings[0].units)}"
+        if finding.verdict == "holds under a condition":
+            return f"holds if {finding.detail}"
+        return finding.detail.rpartition(": ")[2] or finding.verdict
 
     def _plain(self, form: tuple[Any, str, Any]) -> str:
         units = self.meanings[0].units
@@ -217,7 +222,7 @@ class Statement:
         )
 
     def latex(self) -> str:
-        """Printed and derived forms as LaTeX, one under the other."""
+        """Return printed and derived forms as LaTeX, one below the other."""
         names = self.meanings[0].names
         bold = frozenset(k for k, v in names.items() if isinstance(v, sympy.MatrixBase))
         write = lambda node: latex(node, bold)  # noqa: E731
@@ -238,7 +243,7 @@ class Statement:
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def data(self) -> dict[str, Any]:
-        """The same as plain data, for JSON."""
+        """Return the statement and its verdict as plain data for JSON."""
         units = self.meanings[0].units
         return {
             "number": self.number,
@@ -250,13 +255,13 @@ class Statement:
             "relations": [
                 {
                     "relation": str(relation),
-                    "verdict": found.verdict,
-                    "residual": _written(found.residual, units),
-                    "derived": self._plain(found.derived)
-                    if found.verdict == "misprint" and found.derived
+                    "verdict": finding.verdict,
+                    "residual": _written(finding.residual, units),
+                    "derived": self._plain(finding.derived)
+                    if finding.verdict == "misprint" and finding.derived
                     else None,
                 }
-                for (_, relation), found in zip(self.relations, self.findings, strict=True)
+                for (_, relation), finding in zip(self.relations, self.findings, strict=True)
             ],
         }
 
@@ -264,7 +269,7 @@ class Statement:
 def _difference(
     meaning: Meaning, place: int, relation: Relation
 ) -> tuple[tuple[Any, ...], tuple[Any, str, Any] | None]:
-    """Components of left minus right, and the right form: what the library gives for the left."""
+    """Return the components of left minus right, and the corrected form: the library's value of the left side."""
     left = evaluate(relation.left, meaning)
     if relation.right.kind == "const":
         rate = notation.Node("rate", None, (relation.left,))
@@ -277,13 +282,13 @@ def _difference(
         gap = sympy.sympify(row[0] - row[1])
         return (left - right - _scale(left - right, gap) * gap,), (row[0], "=", row[1])
     gap = left - right if right != 0 else left
-    known = [put(x, meaning.along) for x in components(left)]
-    derived = (relation.left, "=", sympy.Matrix(known) if len(known) == 3 else known[0])
+    values = [put(x, meaning.along) for x in components(left)]
+    derived = (relation.left, "=", sympy.Matrix(values) if len(values) == 3 else values[0])
     return tuple(put(put(x, meaning.along), meaning.steady) for x in components(gap)), derived
 
 
 def _rates(meaning: Meaning, value: Any) -> tuple[Any, ...]:
-    """The rate of what is to be constant; at a steady state its own rate too."""
+    """Return the rate of an expression that must be constant; at a steady state also the rate of this rate."""
     rate = lambda x: put(x.diff(meaning.time), meaning.along)  # noqa: E731
     first = [rate(x) for x in components(value)]
     both = [*first, *map(rate, first)] if meaning.steady else first
@@ -291,20 +296,20 @@ def _rates(meaning: Meaning, value: Any) -> tuple[Any, ...]:
 
 
 def terms(expression: Any) -> dict[Any, Any]:
-    """Monomials of the canonical form with their numbers."""
+    """Return the monomials of the canonical form with their coefficients."""
     ring = Ring()
     plain = ring.to_sympy(ring.from_sympy(sympy.sympify(expression)))
     return dict(sympy.expand(plain).as_coefficients_dict())
 
 
 def _scale(printed: Any, derived: Any) -> Any:
-    """The number between two balances, by the first monomial that they share."""
+    """Return the ratio of two balances, from the first monomial that they share."""
     mine, other = terms(printed), terms(derived)
     return next((mine[k] / other[k] for k in sorted(other, key=str) if mine.get(k)), sympy.Integer(1))
 
 
 def _approximated(meaning: Meaning, small: Small, relation: Relation) -> str:
-    """The order and size of the error; nothing where it is not smaller than every term that is printed."""
+    """Return the order and size of the error, or "" if it is not smaller than every printed term."""
     left, right = (evaluate(x, meaning) for x in (relation.left, relation.right))
     error = left - right if right != 0 else left
     order = small.order(error)
@@ -320,14 +325,15 @@ def _approximated(meaning: Meaning, small: Small, relation: Relation) -> str:
 
 
 def summands(node: Node) -> tuple[Node, ...]:
-    """The terms of a side, brackets around all of it opened."""
+    """Return the terms of a side; brackets around the whole side are removed."""
     while node.kind == "group":
         node = node.parts[0]
     return node.parts if node.kind == "sum" else (node,)
 
 
 def _count(wrong: Sequence[int], total: int) -> str:
-    """
+    """Return the wrong relations in words.
+
     >>> _count([2, 3], 4)
     'relations 3 and 4 of 4'
     """
@@ -338,11 +344,11 @@ def _count(wrong: Sequence[int], total: int) -> str:
 
 
 def _tidy(x: Any) -> Any:
-    """The canonical form, or it factored: whichever is written shorter."""
+    """Return the canonical form or its factored form, whichever is shorter."""
     x = sympy.sympify(x)
     if is_zero(x):
         return sympy.Integer(0)
-    if x.has(sympy.I):  # the ring is of real numbers
+    if x.has(sympy.I):  # the canonical form's ring is over real numbers
         return x
     ring = Ring()
     plain = ring.to_sympy(ring.from_sympy(x))
@@ -350,7 +356,7 @@ def _tidy(x: Any) -> Any:
 
 
 def _written(parts: Sequence[Any], units: Sequence[str]) -> str:
-    """Components with their unit vectors; those that are zero are left out."""
+    """Return the nonzero components with their unit vectors as text."""
     texts = [notation.greek(text_of(_tidy(x))) for x in parts]
     if len(texts) != 3:
         return ", ".join(texts)

@@ -21,25 +21,26 @@ t = machines.t
 
 @cache
 def links() -> tuple[Meaning, ...]:
-    """Each body of the double pendulum along its motion: the sums of its loads and of the library's reactions."""
+    """Each body of the double pendulum along its motion: the sums of its loads and the library's reactions."""
     machine = machines.Machine(double_pendulum())
     e = machine.equations
-    known = reactions(e)
-    found = []
+    reaction_values = reactions(e)
+    meanings = []
     for angle, (name, place) in zip(e.coordinates, e.model.bodies.items(), strict=True):
         free = e.free_body(name)
         inertia = [[e.sympy(e.state(x)) for x in row] for row in place.inertia]
         names = {
-            "F_i": _total(free.forces, known), "M_Ci": _total(free.moments, known), "m_i": e.sympy(e.state(place.mass)),
+            "F_i": _total(free.forces, reaction_values), "M_Ci": _total(free.moments, reaction_values),
+            "m_i": e.sympy(e.state(place.mass)),
             "a_Ci": machine.column(e.center_acceleration(name)), "θ_i": angle,
             "dH_Ci/dt": angular_momentum(inertia, machine.omega(name)).diff(t), "I_Ci": inertia[2][2],
         }  # fmt: skip
-        found.append(Meaning(names, along=machine.along()))
-    return tuple(found)
+        meanings.append(Meaning(names, along=machine.along()))
+    return tuple(meanings)
 
 
 def reactions(e: Any) -> dict[str, Any]:
-    """Components of the joints' reactions by the names that free-body equations give them."""
+    """Return the components of the joints' reactions by their names in the free-body equations."""
     return {
         str(name): e.sympy(value)
         for joint in e.reactions
@@ -47,10 +48,12 @@ def reactions(e: Any) -> dict[str, Any]:
     }
 
 
-def _total(parts: Mapping[str, Any], known: dict[str, Any]) -> Any:
-    """The sum of what acts on a body, reactions by their values."""
+def _total(parts: Mapping[str, Any], reaction_values: dict[str, Any]) -> Any:
+    """Return the sum of the actions on a body, with the values of the reactions."""
     total = sum((sympy.Matrix(v) for v in parts.values()), sympy.zeros(3, 1))
-    return total.xreplace({x: known[str(x)] for x in total.free_symbols if str(x) in known})
+    return total.xreplace(
+        {x: reaction_values[str(x)] for x in total.free_symbols if str(x) in reaction_values}
+    )
 
 
 def _planar() -> list[Meaning]:
@@ -67,7 +70,7 @@ def _machine() -> machines.Machine:
 
 @cache
 def cart() -> Meaning:
-    """Example 6.5: its kinematics, and the forces in the hinge and from the guide."""
+    """Example 6.5: its kinematics and the forces of the hinge and of the guide."""
     machine = _machine()
     e = machine.equations
     pin, guide = (sympy.Matrix(e.reactions[name].force) for name in ("pin", "guide"))
@@ -75,7 +78,7 @@ def cart() -> Meaning:
     omega = machine.omega("bar")
     place = lambda body: machine.place(machine.body(body).origin)  # noqa: E731
     names = {
-        # the pin's reaction is that on the bar; the chapter's F_x, F_y act on the particle
+        # the pin's reaction acts on the bar; the chapter's F_x, F_y act on the particle
         **machine.names, **resolved("F_x F_y", -pin[:2, 0]), "f": guide[1],
         **resolved("a_0x a_0y", a_0[:2]), **resolved("a_Cx a_Cy", a_C[:2]), "a_0": a_0, "a_C": a_C, "ω": omega,
         "r_0C": place("bar") - place("cart"), "i": vector(1, 0, 0), "j": vector(0, 1, 0), "k": vector(0, 0, 1),
@@ -85,13 +88,13 @@ def cart() -> Meaning:
 
 
 def _scalars() -> Meaning:
-    """The same along the motion, with k as the spring's stiffness."""
+    """The same along the motion, with k for the stiffness of the spring."""
     machine = _machine()
     return Meaning({**cart().names, "k": machine.names["k"]}, along=machine.along())
 
 
 def _motion() -> Meaning:
-    """The library's own equations of motion, of which the print may be a multiple by a number."""
+    """The library's equations of motion; the print may be a numerical multiple of them."""
     meaning = _scalars()
     rows = _machine().equations.motion
     return Meaning(meaning.names, rows={i: (row.lhs, row.rhs) for i, row in enumerate(rows)})

@@ -21,7 +21,7 @@ AXIS = vector(0, 0, 1)
 
 @cache
 def symmetric() -> tuple[Meaning, list[tuple[Any, Any]]]:
-    """(meaning, rates of ω along the motion) of the body with I_2 = I_1 and no moment, by the library's equations."""
+    """Return (meaning, rates of ω along the motion) of the body with I_2 = I_1 and no moment, by the library."""
     names = principal().names
     equal = [(names["I_2"], names["I_1"])]
     w = [names[f"ω_{i}"] for i in "123"]
@@ -31,7 +31,7 @@ def symmetric() -> tuple[Meaning, list[tuple[Any, Any]]]:
     e = machine.equations
     from ..dynamics.kinematics import coordinate_rates
 
-    # H_C and ω in the ground turn with the quaternion of the joint, whose rates the library gives too
+    # H_C and ω in ground axes depend on the quaternion of the joint; the library also gives its rates
     turning = [(q.diff(t), e.sympy(rate)) for q, rate in
                zip(e.coordinates, coordinate_rates(e.model, e.state), strict=True)]  # fmt: skip
     omega = machine.omega("body")
@@ -40,7 +40,7 @@ def symmetric() -> tuple[Meaning, list[tuple[Any, Any]]]:
     own = {"H_C": H, "ω": omega, "Ω": ratio, "I_2": names["I_1"]}
     instant = [
         (q, int(i == 0)) for i, q in enumerate(e.coordinates)
-    ]  # the ground's axes are chosen along the body's
+    ]  # ground axes are chosen along body axes
     return Meaning({**names, **own}, along=[*rates, *turning, *instant]), rates
 
 
@@ -49,7 +49,7 @@ def _along() -> Meaning:
 
 
 def upright(x: Any) -> Any:
-    """At the instant at which the body axes lie along the ground's."""
+    """Return an expression at the instant at which body and ground axes coincide."""
     e = machines.spinning().equations
     return x.subs({q: int(i == 0) for i, q in enumerate(e.coordinates)})
 
@@ -77,7 +77,7 @@ def projected() -> Meaning:
 
 
 def _complex() -> Meaning:
-    """The projection of ω as a complex number: its size, and its angle from axis 1."""
+    """The projection of ω as a complex number: its magnitude and its angle from axis 1."""
     n = symmetric()[0].names
     w = [sympy.Symbol(f"omega_{i}", real=True) for i in "123"]
     omega = upright(n["ω"]).subs({n[f"ω_{i}"]: x for i, x in zip("123", w, strict=True)})
@@ -99,26 +99,26 @@ def _rotating() -> Meaning:
 
 
 def _solution() -> Meaning:
-    """The library's two linear equations by their matrix exponential, from ω_1(0) + i ω_2(0)."""
+    """The library's two linear equations solved by their matrix exponential, from ω_1(0) + i ω_2(0)."""
     _, rates = symmetric()
     n = symmetric()[0].names
     rate = sympy.Symbol("Omega", real=True)
     start = sympy.symbols("omega_1(0) omega_2(0)", real=True)
     w = [n["ω_1"], n["ω_2"]]
     matrix = sympy.Matrix(2, 2, lambda i, j: sympy.diff(sympy.expand(rates[i][1]), w[j]))
-    # every entry is 0 or ± Ω: Ω by its name
+    # every entry is 0 or ± Ω
     named = matrix.applyfunc(lambda x: sympy.cancel(x / n["Ω"]) * rate)
-    found = (named * t).exp() * sympy.Matrix(start)
-    parts = [sympy.expand(x, complex=True) for x in found]
+    solution = (named * t).exp() * sympy.Matrix(start)
+    parts = [sympy.expand(x, complex=True) for x in solution]
     return Meaning({"ω_12(t)": parts[0] + sympy.I * parts[1], "ω_12(0)": start[0] + sympy.I * start[1], "Ω": rate,
     "t": t,
                     "i": sympy.I})  # fmt: skip
 
 
 def _earth() -> Meaning:
-    """Ω by the library's equations, in rotations per day: I_3/I_1 - 1 = 0.0033, and the whole rate is one per day.
+    """Ω by the library's equations in rotations per day: I_3/I_1 - 1 = 0.0033, and |ω| is one rotation per day.
 
-    ω_3 is its component along the axis, cos β of it: the axes are 3.1 m apart at the pole, and the earth's radius is
+    ω_3 = |ω| cos β is the component along the axis: the axes are 3.1 m apart at the pole, and the earth's radius is
     6.36e6 m.
     """
     n = symmetric()[0].names

@@ -1,4 +1,4 @@
-"""The value of a print, where its names mean what the library gives."""
+"""The value of a print with the library's values for its names."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from .notation import Node
 
 
 def evaluate(node: Node, meaning: Any, element: Any = None) -> Any:
-    """The value of a print where its names mean what the library gives: a SymPy expression, or a column.
+    """Return the value of a print with the library's values for its names: a SymPy expression or a column.
 
     Raises
     ------
     TypeError, sympy.ShapeError
-        Of a scalar and a vector added, and the like: what the print says has no value.
+        The print has no value, for example because it adds a scalar and a vector.
     """
     value = lambda n: evaluate(n, meaning, element)  # noqa: E731
     match node.kind:

@@ -4,7 +4,7 @@
     >>> entries()["gyroscope"].name
     'sec-6-9'
 
-Each module describes its machine through the public API and lets the library derive every answer.
+Each module describes its machine through the public API, and the library derives every answer.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ class Gallery(Mapping[str, Entry]):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names that are found, aliases too."""
+        """All names under which entries are found, aliases included."""
         return tuple(self._found)
 
 
 def entries() -> Gallery:
-    """All entries, by name or alias."""
+    """Return all entries by name or alias."""
     from .beyond.block_and_tackle import BLOCK_AND_TACKLE
     from .beyond.bouncing_ball import BOUNCING_BALL
     from .beyond.control_moment_gyro import CONTROL_MOMENT_GYRO

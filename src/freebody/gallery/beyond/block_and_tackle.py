@@ -14,7 +14,7 @@ from ..tools.entry import Entry
 
 
 def build() -> fb.System:
-    """x and y are the depths of weight and counterweight below the beam."""
+    """Return the system; x and y are the depths of weight and counterweight below the beam."""
     s = fb.System("block_and_tackle")
     M, m, L, g = s.parameters(M=100.0, m=30.0, L=15.0, g=9.81)
     s.parameters(x_0=3.0, t_1=0.6)
@@ -43,6 +43,7 @@ NEAR = {"y": 1}
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     at = case.simulate_to([case["t_1"]], initial=START, near=NEAR)

@@ -1,7 +1,7 @@
 """Ball that bounces on a smooth floor until it rests: infinitely many bounces in a finite time.
 
-From the height h (of its lowest point) the ball falls for t_1 = sqrt(2 h/g). After each bounce its speed is e times
-that before, so the flights last 2 t_1 e, 2 t_1 e^2, ... and end together, where the sum of this series converges.
+From the height h (of its lowest point) the ball falls for t_1 = sqrt(2 h/g). Each bounce multiplies its speed by e,
+so the flights last 2 t_1 e, 2 t_1 e^2, ... The sum of this series converges, and all bounces end at its limit.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ START = {"y": "h", "x'": "v"}
 
 
 def build() -> fb.System:
-    """y is the height of the lowest point, x the way along the floor."""
+    """Return the system; y is the height of the lowest point, x the distance along the floor."""
     s = fb.System("bouncing_ball")
     m, R, e, g = s.parameters(m=0.2, R=0.05, e=0.8, g=9.81)
     h, _ = s.parameters(h=1.0, v=0.5)
@@ -44,6 +44,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy, history, saved
 
     case.refuse_unless("e", 0 < case["e"] < 1, "a coefficient of restitution between 0 and 1")

@@ -1,7 +1,8 @@
 """Single-gimbal control moment gyro on a platform that is free to turn about the vertical.
 
-theta is the turn of the platform about Z. The gimbal turns at the rate nu about x of the platform by delta = nu t, from
-the position in which the axis of the rotor lies along y. The rotor keeps its speed Omega in the gimbal.
+theta is the rotation of the platform about Z. The gimbal turns at the rate nu about x of the platform by
+delta = nu t, from the position in which the axis of the rotor lies along y. The rotor keeps its speed Omega in the
+gimbal.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ..tools.pictures import lines
 
 
 def build() -> fb.System:
-    """Platform, gimbal without mass, and rotor, all about one point."""
+    """Return the platform, the massless gimbal and the rotor, all centred at one point."""
     s = fb.System("control_moment_gyro")
     I_P, I_S, I_T = s.parameters(I_P=12.0, I_S=0.06, I_T=0.035)
     Omega, nu = s.parameters(Omega=600.0, nu=0.5)
@@ -45,6 +46,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     for name in ("nu", "delta_1"):
@@ -55,8 +57,8 @@ def solve(case: Case) -> Solved:
     rate = sympy.solve(H, speed)[0]
     then = case.atoms["delta_1"] / case.atoms["nu"]
     first = e.solve("theta''", where={"theta'": 0})["theta''"].subs(t, 0)
-    found = e.solve(["theta''", "gimbal_Mx"], where={"theta": 0})
-    moment = case.put(found["gimbal_Mx"], {"theta'": rate}).subs(t, then)
+    solution = e.solve(["theta''", "gimbal_Mx"], where={"theta": 0})
+    moment = case.put(solution["gimbal_Mx"], {"theta'": rate}).subs(t, then)
     at = case.simulate_to([case["delta_1"] / case["nu"]])
     answers: Answers = {
         "alpha_0": case.formula(
@@ -93,7 +95,7 @@ def solve(case: Case) -> Solved:
 
 
 def torques(trajectory: fb.Trajectory) -> Any:
-    """What the gyro gives the platform about the vertical, and what its motor has to hold against."""
+    """Draw the torque of the gyro on the platform about the vertical, and the torque of its motor."""
     moment = trajectory.reactions["gimbal"].moment
     x = trajectory.poses["platform"].rotation[:, :, 0]
     return lines(

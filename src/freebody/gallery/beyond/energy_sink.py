@@ -1,7 +1,7 @@
 """Slender satellite with a damper inside: from spin about its long axis into the flat spin.
 
 The axes of the satellite are 1, 2, 3 = x, y, z; axis 3 is the long one, with the smallest moment of inertia. A ball in
-a viscous fluid sits in its mass centre: it takes energy out of the motion, but no angular momentum.
+a viscous fluid at its mass centre takes energy out of the motion, but no angular momentum.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ START = {"C_wx": "w_1", "C_wz": "omega_0"}
 
 
 def build() -> fb.System:
-    """In a frame that goes with the mass centre; masses have no effect."""
+    """Return the system in a frame that moves with the mass centre; masses have no effect."""
     s = fb.System("energy_sink")
     I_1, I_2, I_3 = s.parameters(I_1=80.0, I_2=100.0, I_3=40.0)
     I_D, c = s.parameters(I_D=8.0, c=3.0)
@@ -49,16 +49,17 @@ def build() -> fb.System:
 
 
 AT_START = {"C_e0": 1, "C_e1": 0, "C_e2": 0, "C_e3": 0, "D_e0": 1, "D_e1": 0, "D_e2": 0, "D_e3": 0}
-"""Body axes along inertial axes, the ball along the body's: its attitude does not count."""
+"""Start with body axes along inertial axes and the ball along body axes; its attitude does not matter."""
 
 
 def whole(**rates: Any) -> dict[str, Any]:
-    """The state in which satellite and ball turn as one body."""
+    """Return the state in which satellite and ball rotate as one body."""
     still = dict.fromkeys((f"{joint}_w{axis}" for joint in "CD" for axis in "xyz"), 0)
     return {**AT_START, **still, **{f"C_w{axis}": rate for axis, rate in rates.items()}}
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     e = case.equations
@@ -71,7 +72,7 @@ def solve(case: Case) -> Solved:
     start, last = whole(x="w_1", z="omega_0"), sympy.Symbol("omega_f")
     momentum = e.momentum.angular()
     H_0, H_f = (case.put(momentum, state).expand() for state in (start, whole(y=last)))
-    # H_f lies along axis 2 and is as long as H_0
+    # H_f lies along axis 2 and has the magnitude of H_0
     flat = sympy.sqrt(H_0.dot(H_0)) / H_f[1].coeff(last)
     kinetic = e.energy.kinetic
     how = "fb.equations(s).momentum.angular(), the same before and after"
@@ -85,7 +86,7 @@ def solve(case: Case) -> Solved:
     growth = {}
     for axis, name in ((3, "z"), (2, "y")):
         roots = fb.linearize(e, {f"C_w{name}": case["omega_0"]}, values=case.values).eigenvalues().real
-        # the attitude itself has roots without a real part
+        # the roots that belong to the attitude have no real part
         growth[axis] = float(max(roots[abs(roots) > 1e-9 * case["omega_0"]]))
         answers[f"sigma_{axis}"] = Answer(
             f"rate at which a wobble about spin omega_0 along axis {axis} grows",
@@ -137,7 +138,7 @@ def solve(case: Case) -> Solved:
 
 
 def nutation(case: Case, trajectory: fb.Trajectory) -> np.ndarray:
-    """Angle of axis 3 with the angular momentum, at every output time."""
+    """Return the angle of axis 3 with the angular momentum at every output time."""
     H = np.array([trajectory[part] for part in case.equations.momentum.angular()]).T
     axis = trajectory.poses["body"].rotation[:, :, 2]
     across = np.linalg.norm(np.cross(axis, H), axis=1)

@@ -1,9 +1,9 @@
-"""Euler's disk: a coin that rolls round, ever flatter and ever faster, until it no longer can roll.
+"""Euler's disk: a coin that rolls round, ever flatter and ever faster, until it can no longer roll.
 
-theta is the angle of the disk from the level, psi its turn about the vertical, phi its spin. A damper at the axle slows
-the foot on its way round the rim: a level couple of the power -c phi'². Rigid bodies would go on to an infinite psi' in
-a finite time; before that the friction that the floor would have to give, or N, leaves what the contact can do, and
-the run says which.
+theta is the angle of the disk from the horizontal, psi its rotation about the vertical, phi its spin. A damper at the
+axle slows the contact point on its path round the rim: a horizontal couple of the power -c phi'². Rigid bodies would
+reach an infinite psi' in a finite time. Before that, the required friction or normal force exceeds the limits of the
+contact, and the run shows which of them.
 
 Source: Moffatt, Nature 404 (2000) 833-834, for the steady turn and the energy argument.
 """
@@ -24,7 +24,7 @@ from ..tools.entry import Entry
 
 
 def build() -> fb.System:
-    """The coin with a damper at its axle."""
+    """Return the coin with a damper at its axle."""
     s, turn = coin()
     s.damper("rim", turn, damping="c", coordinate=2)
     explain(
@@ -46,7 +46,7 @@ def build() -> fb.System:
 
 
 def coin() -> tuple[fb.System, Any]:
-    """Three sliders without mass carry the centre, a gimbal the disk: the system and the gimbal."""
+    """Return the system and its gimbal: three massless sliders carry the centre, the gimbal carries the disk."""
     s = fb.System("euler_disk")
     m, R, mu, g, *_ = s.parameters(m=0.44, R=0.0375, mu=0.3, g=9.81, c=2e-7, theta_0=0.1)
     s.gravity = (0, 0, -g)
@@ -62,7 +62,7 @@ def coin() -> tuple[fb.System, Any]:
 
 
 def begin(case: Case, theta: float, turn: float) -> dict[str, float]:
-    """The steady turn at an angle, sinking as the damper takes its energy: 3/2 m g R cos θ θ' = -c (ψ' cos θ)²."""
+    """Return the steady turn at an angle; it sinks as the damper takes energy: 3/2 m g R cos θ θ' = -c (ψ' cos θ)²."""
     R, sin, cos = case["R"], math.sin(theta), math.cos(theta)
     falls = -2 * case["c"] * turn**2 * cos / (3 * case["m"] * case["g"] * R)
     return {
@@ -72,7 +72,7 @@ def begin(case: Case, theta: float, turn: float) -> dict[str, float]:
 
 
 def turn_of(case: Case) -> Any:
-    """ψ' of the steady turn with the centre at rest, φ' = -ψ' cos θ, from the conditions of steady motion."""
+    """Return ψ' of the steady turn with the centre at rest, φ' = -ψ' cos θ, from the conditions of steady motion."""
     e = fb.equations(coin()[0], modes={"floor": "stick"})
     atoms = e.model.names.atoms
     theta, turn, spin = (atoms[name] for name in ("theta", "psi'", "phi'"))
@@ -88,6 +88,7 @@ def turn_of(case: Case) -> Any:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.contact_plots import contact_forces
     from ...picture.plots.plots import energy_residual, saved
 
@@ -142,7 +143,7 @@ def solve(case: Case) -> Solved:
         same("steady turn against the root of the balances in numbers", start["psi'"] / nearest, 1, 1e-12),
         same("it rolls until then: output times in other modes", float(np.sum(~rolls)), 0, 0.5),
         same("energy ledger with the work of the damper", ledger.relative_residual, 0, 1000 * case.tolerance),
-        # the centre leaves its place by parts of theta^2
+        # the centre deviates from its place by a fraction of the order theta^2
         same("turn over that of the steady turn at the same angle, in the first quarter",
              trajectory["psi'"][quarter] / expected, np.ones(len(sines)), 2 * case["theta_0"] ** 2),
     )  # fmt: skip
@@ -155,7 +156,7 @@ def solve(case: Case) -> Solved:
 
 
 def turns(trajectory: fb.Trajectory) -> Any:
-    """Angle and turn over time: the one goes to zero as the other grows."""
+    """Draw the angle, which goes to zero, and the rate psi', which grows, over time."""
     from ...picture.plots.plots import figure
 
     upper, lower = figure(8, 5).subplots(2, 1, sharex=True)

@@ -1,8 +1,8 @@
-"""Falling cat: two halves bend and roll, and the cat lands on its feet, turned about without angular momentum.
+"""Falling cat: two halves bend and roll, and the cat lands on its feet although its angular momentum is zero.
 
-Each half is symmetric about its spine. The spine is bent by 2 alpha between the halves; both roll about their own
-spines by phi(t) against the bend, one forward and one back, so that nothing twists. phi runs from 0 to 2 pi and starts
-and ends at rest: the cat has then the shape it began with.
+Each half is symmetric about its spine. The spine is bent by 2 alpha between the halves. Both halves roll about their
+spines by phi(t) relative to the bend, one forward and one backward, so that nothing twists. phi runs from 0 to 2 pi
+and starts and ends at rest: the cat then has its initial shape.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..tools.pictures import lines
 
 
 def build() -> fb.System:
-    """The front falls freely with its spine along z; the rear hangs on it by the bent, driven waist at the middle."""
+    """Return the cat: the front falls freely, its spine along z; the bent, driven waist joins the rear to it."""
     s, front, rear = halves()
     tau, g = s.parameters(tau=0.5, g=9.81)
     s.assume(tau > 0)
@@ -42,7 +42,7 @@ def build() -> fb.System:
 
 
 def bent() -> fb.System:
-    """The cat as the plane of its bend sees it: this turns by psi about the line that halves the bend."""
+    """Return the cat relative to the plane of its bend, which turns by psi about the line that halves the bend."""
     s, front, rear = halves()
     psi, phi = s.coordinates("psi phi")
     alpha = s.expression("alpha")
@@ -56,7 +56,7 @@ def bent() -> fb.System:
 
 
 def halves() -> tuple[fb.System, Any, Any]:
-    """Both halves, each with its mass centre taken at the waist: K is the moment about that."""
+    """Return both halves, each with its mass centre at the waist, about which K is the moment of inertia."""
     s = fb.System("falling_cat")
     J, K, _ = s.parameters(J=0.015, K=0.05, alpha="40deg")
     s.assume(J > 0, K > 0)
@@ -65,6 +65,7 @@ def halves() -> tuple[fb.System, Any, Any]:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, saved
 
     case.refuse_unless("alpha", 0 <= case["alpha"] < math.pi / 2, "a bend with 0 <= alpha < 90 degrees")
@@ -81,7 +82,7 @@ def solve(case: Case) -> Solved:
     squares = {sympy.sin(atoms["alpha"]) ** 2: 1 - cosine**2}
     half = sympy.fraction(sympy.together((turn - sympy.pi).subs(squares).subs(*in_cosine)))[0]
     lead, middle, last = (sympy.Poly(half, cosine).coeff_monomial(cosine**k) for k in (2, 1, 0))
-    # a form of the root that stays finite where the lead is zero; the other root is negative or above 1
+    # a form of the root that stays finite if the leading coefficient is zero; the other root is negative or above 1
     sign = 1 if case.number(middle) > 0 else -1
     bend = sympy.acos(-2 * last / (middle + sign * sympy.sqrt(sympy.factor(middle**2 - 4 * lead * last))))
     run = case.simulate(case["tau"], times=[0.0, case["tau"]])
@@ -113,16 +114,16 @@ def solve(case: Case) -> Solved:
 
 
 def shape(trajectory: fb.Trajectory) -> np.ndarray:
-    """Attitude of the rear as the front sees it, at every output time."""
+    """Return the attitude of the rear relative to the front at every output time."""
     front, rear = (trajectory.poses[name].rotation for name in ("front", "rear"))
     return np.swapaxes(front, 1, 2) @ rear
 
 
 def turning(case: Case, trajectory: fb.Trajectory) -> Any:
-    """Angle of the plane of the bend about the line that halves it, and of the roll against it."""
+    """Draw the angle of the plane of the bend about the line that halves it, and the roll relative to this plane."""
     part = 2 * np.pi * trajectory.t / case["tau"]
     phi = part - np.sin(part)
-    # the normal of the bend is x of the front, turned on by phi
+    # the normal of the bend is x of the front, rotated by phi
     front = trajectory.poses["front"].rotation
     normal = front[:, :, 0] * np.cos(phi)[:, None] + front[:, :, 1] * np.sin(phi)[:, None]
     across = np.array([0, math.cos(case["alpha"]), math.sin(case["alpha"])])

@@ -1,12 +1,12 @@
 """A slender satellite that spins about its long axis and has something loose inside: it ends in a flat spin.
 
-No moment acts, so the angular momentum H stays; an internal damper takes energy until T = H²/(2 I_max), the least there
-is for this H: rotation about the axis of the largest moment (the major-axis rule, learnt from Explorer I in 1958).
+No moment acts, so the angular momentum H is constant. An internal damper takes energy until T = H²/(2 I_max), the
+least for this H: rotation about the axis of the largest moment (the major-axis rule, learnt from Explorer I in 1958).
 
 The loose part is a wheel inside, its axle along the body's x axis, in a viscous bearing: J (w_x' + delta'') =
--c delta'. The energy-sink estimate lets the body wobble as if the wheel were stuck, w_x = X cos(lambda t), takes the
-power that the bearing then loses, c X² lambda²/(2 (lambda² + (c/J)²)), from the kinetic energy, and so finds the
-growth of X.
+-c delta'. The energy-sink estimate assumes that the body wobbles as if the wheel were stuck, w_x = X cos(lambda t).
+It subtracts the power lost in the bearing, c X² lambda²/(2 (lambda² + (c/J)²)), from the kinetic energy, which gives
+the growth of X.
 
 Source: P. C. Hughes, Spacecraft Attitude Dynamics (1986), sections 5.1 and 5.2; W. T. Thomson, Introduction to Space
 Dynamics (1961), section 7.4.
@@ -27,14 +27,14 @@ from ..tools.case import Case, explain, happened
 from ..tools.entry import Entry
 
 LONG = 20
-"""Lengths of the run in which it may come to 45 degrees: a stiff bearing hardly takes energy."""
+"""Limit for reaching 45 degrees, in lengths of the run: a stiff bearing dissipates hardly any energy."""
 
 START = {"C_wx": "w_x", "C_wz": "spin"}
 SPEEDS = ("C_wx", "C_wy", "C_wz")
 
 
 def build() -> fb.System:
-    """The satellite seen from its mass centre, where no weight is felt; the wheel sits there too."""
+    """Return the satellite in a frame at its mass centre, without weight; the wheel is also there."""
     s = fb.System("flat_spin")
     I_x, I_y, I_z = s.parameters(I_x=1.0, I_y=1.2, I_z=0.4)
     J, J_t, c = s.parameters(J=0.05, J_t=0.03, c=0.2)
@@ -61,13 +61,13 @@ def build() -> fb.System:
 
 
 def moments(case: Case) -> tuple[Any, Any, Any]:
-    """Of hull and wheel together, about x, y, z: the diagonal of the mass matrix."""
+    """Return the moments of inertia of hull and wheel about x, y, z: the diagonal of the mass matrix."""
     M = case.equations.mass_matrix
     return M[0, 0], M[1, 1], M[2, 2]
 
 
 def stuck(case: Case) -> Any:
-    """Square of the rate of the wobble about z with the wheel stuck: the two equations of motion across z, linear."""
+    """Return the squared frequency of the wobble about z with the wheel stuck, from the linear equations across z."""
     e, atoms = case.equations, case.atoms
     rates = [atoms["C_wx"], atoms["C_wy"]]
     turning = case.put(e.bias[:2, :].jacobian(rates), {"C_wx": 0, "C_wy": 0, "C_wz": "spin", "delta'": 0})
@@ -76,7 +76,7 @@ def stuck(case: Case) -> Any:
 
 
 def energy_sink(case: Case) -> Any:
-    """Growth rate of the wobble by the energy-sink estimate [1/s]: power lost over twice the energy of the wobble."""
+    """Return the energy-sink growth rate of the wobble [1/s]: power lost over twice the energy of the wobble."""
     A, _, C = moments(case)
     J, c = case.atoms["J"], case.atoms["c"]
     square = stuck(case)
@@ -87,7 +87,7 @@ def energy_sink(case: Case) -> Any:
 
 
 def growth(case: Case) -> float:
-    """Growth rate of the wobble in the linear equations of hull and wheel about the spin, the largest [1/s]."""
+    """Return the largest growth rate of the wobble in the linear equations of hull and wheel about the spin [1/s]."""
     e = case.equations
     spinning = {**dict.fromkeys(("C_wx", "C_wy", "delta'"), 0), "C_wz": "spin", "delta": 0}
     speeds = [case.atoms[name] for name in (*SPEEDS, "delta'")]
@@ -98,6 +98,7 @@ def growth(case: Case) -> float:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     A, B, C = moments(case)
     numbers = np.array([case.number(x) for x in (A, B, C)])
     case.refuse_unless("spin", case["spin"] != 0, "a spin that is not 0")
@@ -111,7 +112,7 @@ def solve(case: Case) -> Solved:
     spin, w_x = case.atoms["spin"], case.atoms["w_x"]
     H2 = (A * w_x) ** 2 + (C * spin) ** 2
     major = (A, B)[int(np.argmax(numbers[:2]))]
-    # H_z falls through H/sqrt(2), again and again while it wobbles
+    # H_z falls through H/sqrt(2) repeatedly while it wobbles
     along = math.copysign(numbers[2], case["spin"])
     half = math.sqrt(case.number(H2) / 2)
     name, level = "45 degrees from H", f"{along:.17g}*C_wz - {half:.17g}"
@@ -162,12 +163,12 @@ def solve(case: Case) -> Solved:
 
 
 def momentum(case: Case, motion: fb.Trajectory) -> np.ndarray:
-    """Angular momentum in ground axes at the output times, shape (times, 3)."""
+    """Return the angular momentum in ground axes at the output times, shape (times, 3)."""
     return np.stack([motion[part] for part in case.equations.momentum.angular()], axis=-1)
 
 
 def checks(case: Case, motion: fb.Trajectory, answers: Answers) -> tuple[Check, ...]:
-    """H stays, to round-off where the steps are; T falls towards its least; the wobble grows as linear theory says."""
+    """Check H (constant to round-off at the steps), T (falls to its least), and growth against linear theory."""
     exact = case.simulate(initial=START, method="gauss", tolerance=1e-15, samples=101)
     H = momentum(case, exact)
     T = motion.energy.kinetic
@@ -189,7 +190,7 @@ def checks(case: Case, motion: fb.Trajectory, answers: Answers) -> tuple[Check, 
 
 
 def grown(case: Case) -> tuple[float, float]:
-    """Growth rate of a wobble too small to be felt, from its energy 200 wobbles later; and that of the equations.
+    """Return the growth rate of a very small wobble, from its energy 200 wobbles later, and that of the equations.
 
     The energy of the wobble is taken at fixed H: H²/(2 C) - T, quadratic in the speeds across z.
     """
@@ -197,7 +198,7 @@ def grown(case: Case) -> tuple[float, float]:
     A, B, C = (small.number(x) for x in moments(small))
     rate = growth(small)
     period = 2 * math.pi / math.sqrt(small.number(stuck(small)))
-    # after the wheel has caught up
+    # after the transient of the wheel
     first = 20 * small["J"] / small["c"]
     times = first + np.linspace(0, min(2.0 / rate, 200 * period), 400)
     at = small.simulate_to(times, initial=START, tolerance=1e-12)
@@ -206,7 +207,7 @@ def grown(case: Case) -> tuple[float, float]:
 
 
 def plots(case: Case, motion: fb.Trajectory, answers: Answers) -> Plots:
-    """Speeds, energy between its limits, the long axis, and the polhode that winds from z to the major axis."""
+    """Return plots of the speeds, the energy, the long axis, and the polhode that winds from z to the major axis."""
     from ...picture.plots.plots import energy_residual, history, saved
     from ...picture.plots.sphere import axis_path
 
@@ -230,7 +231,7 @@ def plots(case: Case, motion: fb.Trajectory, answers: Answers) -> Plots:
 
 
 def falling(motion: fb.Trajectory, answers: Answers) -> Any:
-    """The kinetic energy from that of the spin about z to that of the spin about the major axis."""
+    """Draw the kinetic energy between its values for the spin about z and the spin about the major axis."""
     from ...picture.plots.plots import COLORS, INK, figure
 
     ax = figure(8, 4.4).subplots()
@@ -250,7 +251,7 @@ def falling(motion: fb.Trajectory, answers: Answers) -> Any:
 
 
 def winding(case: Case, motion: fb.Trajectory) -> Any:
-    """Direction of H in the body on the unit sphere: it winds from the long axis to the major axis."""
+    """Draw the direction of H in the body on the unit sphere: it winds from the long axis to the major axis."""
     from ..tools.pictures import seen_in_body
 
     return seen_in_body(

@@ -1,6 +1,6 @@
-"""Four-bar linkage, a crank-rocker: the shortest bar turns all the way round, the opposite one rocks.
+"""Four-bar linkage, a crank-rocker: the shortest bar makes full turns, the opposite bar rocks.
 
-Bars a (crank), b (coupler), c (rocker) and the ground d, with a + the longest < the sum of the others (Grashof).
+Bars a (crank), b (coupler), c (rocker) and the ground d, with a + the longest < the sum of the other two (Grashof).
 The crank is driven at constant speed; gravity acts.
 """
 
@@ -14,7 +14,7 @@ from ..tools.entry import Entry
 
 
 def build() -> fb.System:
-    """The coupler hangs on the crank; its hinge on the rocker closes the loop."""
+    """Return the linkage: the coupler hangs on the crank, and its hinge on the rocker closes the loop."""
     s = fb.System("four_bar")
     a, b, c, d, omega = s.parameters(a=0.1, b=0.3, c=0.2, d=0.3, omega=6.0)
     rho, g, t_1 = s.parameters(rho=4.0, g=9.81, t_1=0.4)
@@ -44,10 +44,11 @@ def build() -> fb.System:
 
 
 NEAR = {"beta": 1.3, "psi": 2.0}
-"""The coupler above the line of the fixed hinges."""
+"""Guess of the assembly with the coupler above the line of the fixed hinges."""
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, reaction, saved
 
     at = case.simulate_to([case["t_1"]], near=NEAR)

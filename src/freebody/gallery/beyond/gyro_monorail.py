@@ -1,8 +1,8 @@
-"""Gyro-stabilised monorail: a car on one rail is held upright by a rotor that would topple in its gimbal too.
+"""Gyro-stabilised monorail: a rotor, itself unstable in its gimbal, holds a car on one rail upright.
 
 phi is the roll of the car about the rail X, theta the pitch of the gimbal about y of the car; the rotor's axis is up
-at first. The mass centre of the rotor lies above the gimbal's axis: a gyro can hold two motions that are unstable
-without it, but not one.
+at first. The mass centre of the rotor lies above the gimbal's axis: a gyro can stabilise two unstable motions, but not
+a single one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ START = {"phi": "phi_0"}
 
 
 def build() -> fb.System:
-    """Car on the rail, gimbal without mass at h_G in it, rotor at a above that with the speed Omega in the gimbal."""
+    """Return the car on the rail, the massless gimbal at h_G in it, and the rotor at a above the gimbal's axis."""
     s = fb.System("monorail")
     m_C, h, I_C = s.parameters(m_C=200.0, h=0.6, I_C=30.0)
     m_R, a, I_S, I_T = s.parameters(m_R=20.0, a=0.05, I_S=0.4, I_T=0.25)
@@ -56,7 +56,7 @@ def build() -> fb.System:
 
 
 def least_speed(case: Case, linear: Any) -> Any:
-    """Smallest Omega with which both pairs of roots of the linear equations are imaginary.
+    """Return the smallest Omega for which both pairs of roots of the linear equations are imaginary.
 
     A s⁴ + B s² + C has such roots where B >= 2 sqrt(A C) > 0; B grows with the square of Omega.
     """
@@ -69,6 +69,7 @@ def least_speed(case: Case, linear: Any) -> Any:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     for name in ("m_C", "m_R", "a", "h", "I_S", "I_T", "g"):

@@ -1,8 +1,8 @@
-"""Foucault's gyrocompass: a rotor whose axis is held horizontal turns it to the north.
+"""Foucault's gyrocompass: a rotor whose axis is kept horizontal turns its axis to the north.
 
 Z is the axis of the Earth. theta is the angle of the spin axis from north, towards west +, about the local vertical; a
-damper on the vertical bearing lets it settle. `spin` is the angular velocity of the rotor along its axis, that of the
-Earth included: it stays constant, since nothing acts about the axis.
+damper on the vertical bearing lets it settle. `spin` is the angular velocity of the rotor along its axis, including the
+Earth's rotation. It is constant, since no moment acts about the axis.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ START = {"theta": "theta_0", "phi'": "spin - Omega*cos(latitude)*cos(theta_0)"}
 
 
 def build() -> fb.System:
-    """The Earth turns a stand; the ring turns on it about the vertical z, the rotor on the ring about x."""
+    """Return the system: the Earth turns a stand, the ring turns on it about the vertical z, the rotor about x."""
     s = fb.System("gyrocompass")
     I_S, I_T, I_R, c = s.parameters(I_S=2.0e-4, I_T=1.1e-3, I_R=0.4e-4, c=3.0e-5)
     Omega, latitude = s.parameters(Omega=7.2921159e-5, latitude="50deg")
@@ -33,7 +33,7 @@ def build() -> fb.System:
     rotor = s.body("rotor", fb.MassProperties(1, (0, 0, 0), ((I_S, 0, 0), (0, I_T, 0), (0, 0, I_T))))
     s.hinge("earth", s.ground, stand, axis="z", coordinate=Omega * s.t)
     n, c_l = sympy.sin(latitude), sympy.cos(latitude)
-    # columns: north, west, up, in axes whose z is that of the Earth and whose x points away from it
+    # columns: north, west, up, in axes whose z is the Earth's axis and whose x points away from it
     horizon = ((-n, 0, c_l), (0, -1, 0), (c_l, 0, n))
     vertical = s.hinge("vertical", stand, ring, axis="z", parent_axes=horizon, coordinate="theta")
     s.hinge("axle", ring, rotor, axis="x", coordinate="phi")
@@ -56,6 +56,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     case.refuse_unless("latitude", abs(case["latitude"]) < math.pi / 2, "a latitude between the poles")

@@ -1,7 +1,7 @@
-"""Jeffcott rotor: a disk with its mass centre off the middle of a flexible shaft, turned at constant speed.
+"""Jeffcott rotor: a disk with an eccentric mass centre on a flexible shaft that turns at constant speed.
 
 x, y are the deflections of the shaft at the disk; the mass centre is at the distance e from the shaft, along x at
-t = 0. The shaft is a spring of stiffness k in every direction, with damping d. Weight only shifts the middle.
+t = 0. The shaft is a spring of stiffness k in every direction, with damping d. Weight only shifts the equilibrium.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..tools.pictures import lines
 
 
 def build() -> fb.System:
-    """The middle of the shaft moves in the plane; the disk turns with the shaft by omega t."""
+    """Return the system: the middle of the shaft moves in the plane, the disk turns with the shaft by omega t."""
     s = fb.System("jeffcott")
     m, R, e, k, d, omega = s.parameters(m=5.0, R=0.1, e=2.0e-4, k=2.0e5, d=60.0, omega=260.0)
     s.parameters(t_1=1.0)
@@ -47,7 +47,7 @@ def build() -> fb.System:
 
 
 def whirl(case: Case) -> tuple[Any, Any, dict[str, Any]]:
-    """The steady whirl x = A cos(omega t) + B sin(omega t), y = A sin(omega t) - B cos(omega t): A, B, its state."""
+    """Return A, B, state of the whirl x = A cos(omega t) + B sin(omega t), y = A sin(omega t) - B cos(omega t)."""
     A, B = sympy.symbols("A B", real=True)
     t, omega = case.system.t, case.atoms["omega"]
     x = A * sympy.cos(omega * t) + B * sympy.sin(omega * t)
@@ -59,11 +59,12 @@ def whirl(case: Case) -> tuple[Any, Any, dict[str, Any]]:
     for equation in case.equations.motion:
         left = sympy.expand(case.put(equation.lhs - equation.rhs, state))
         conditions += [left.coeff(f(omega * t)) for f in (sympy.cos, sympy.sin)]
-    (found,) = sympy.solve(conditions, [A, B], dict=True)
-    return found[A], found[B], {name: value.subs(found) for name, value in state.items()}
+    (solution,) = sympy.solve(conditions, [A, B], dict=True)
+    return solution[A], solution[B], {name: value.subs(solution) for name, value in state.items()}
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     for name in ("m", "e", "k", "d", "omega"):
@@ -72,7 +73,7 @@ def solve(case: Case) -> Solved:
         )
     A, B, steady = whirl(case)
     atoms = case.atoms
-    # over their denominator: a common factor that is positive does not turn the arrow (A, B)
+    # without their denominator: a common positive factor does not change the direction of (A, B)
     (ahead, below), (behind, _) = (sympy.fraction(sympy.together(part)) for part in (A, B))
     common = sympy.gcd(ahead, behind)
     ahead, behind = sympy.cancel(ahead / common), sympy.cancel(behind / common)
@@ -82,7 +83,7 @@ def solve(case: Case) -> Solved:
     (critical, _) = centred.natural_frequencies()
     at_critical = radius.subs(atoms["omega"], critical)
     e = case.equations
-    # canonical: sin² + cos² = 1 takes the time out of it
+    # the canonical form uses sin² + cos² = 1, which eliminates the time
     torque = e.displayed(e.ring.from_sympy(case.put(e.solve("shaft_Mz")["shaft_Mz"], steady)))
     how = "fb.equations(s).motion at a whirl with the speed of the shaft"
     at = case.simulate_to([case["t_1"]])
@@ -105,7 +106,7 @@ def solve(case: Case) -> Solved:
         "y(t_1)": Answer("y at t_1, from rest in the middle", float(at["y"][-1]), "m", how="fb.simulate"),
     }  # fmt: skip
     bound = 1000 * case.tolerance
-    # the bound is relative to what the tolerance is relative to: deflections of about a metre
+    # the tolerance is relative to deflections of about a metre, and so is the bound
     fine = bound / min(1.0, 1e3 * answers["r"].value)
     start = {name: case.number(steady[name].subs(case.system.t, 0)) for name in ("x", "y", "x'", "y'")}
     kept = case.simulate(initial=start)
@@ -128,7 +129,7 @@ def solve(case: Case) -> Solved:
 
 
 def response(case: Case, radius: Any, lag: Any) -> Any:
-    """Radius and lag of the steady whirl over the speed of the shaft, from standstill to three times the critical."""
+    """Draw radius and lag of the steady whirl over the speed of the shaft, up to three times the critical speed."""
     omega = case.atoms["omega"]
     speeds = np.linspace(0, 3 * math.sqrt(case["k"] / case["m"]), 600)[1:]
     numbers = {case.atoms[name]: value for name, value in case.values.items() if name != "omega"}

@@ -34,7 +34,7 @@ KINDS = ("loop", "cusp", "wave")
 
 
 def build() -> fb.System:
-    """A gyroscope that spins slowly enough for its nutation to be seen."""
+    """Return a gyroscope that spins slowly enough for a visible nutation."""
     s = top("precession_paths", Omega_zeta=150.0, gamma="30deg", loop=1.8, wave=0.4)
     explain(
         s,
@@ -46,9 +46,9 @@ def build() -> fb.System:
 
 
 def cusp_change(case: Case, stop_rate: Any, r: Any) -> Any:
-    """The change w in the direction gamma after which the path has cusps; psi' stands for the slow rate.
+    """Return the change w in the direction gamma after which the path has cusps; psi' is the slow rate.
 
-    The symbol ``r`` takes the place of ``stop_rate``, which falls with the spin.
+    The symbol ``r`` replaces ``stop_rate``, which falls with the spin.
     """
     w, rate, gamma, theta = (
         sympy.Dummy("w"), case.atoms["psi'"], case.atoms["gamma"], case.atoms["theta_0"]
@@ -62,7 +62,7 @@ def cusp_change(case: Case, stop_rate: Any, r: Any) -> Any:
     }
     _, left = left_at_stop(case, begun)
     c, b, a = (sympy.Poly(sympy.expand(left), w).coeff_monomial(w**k) for k in range(3))
-    # without a change nothing is left at the stop: c < 0 < a, and one root is positive
+    # without a change no energy remains at the stop: c < 0 < a, and one root is positive
     spin = case.atoms["Omega_zeta"]
     c, b = (sympy.cancel(x / a).xreplace({spin: sympy.cancel(stop_rate * spin) / r}) for x in (c, b))
     return sympy.sqrt((b / 2) ** 2 - c) - b / 2
@@ -70,7 +70,7 @@ def cusp_change(case: Case, stop_rate: Any, r: Any) -> Any:
 
 @dataclass(frozen=True)
 class Path:
-    """One motion: the change w [rad/s], the trajectory, what it is called by the integrals, and its two limits."""
+    """A motion: the change w [rad/s], the trajectory, its class by the integrals, and its two limits."""
 
     change: float
     motion: fb.Trajectory
@@ -80,8 +80,8 @@ class Path:
 
 
 def paths(case: Case, slow: Any, cusp: float) -> dict[str, Path]:
-    """The three motions."""
-    found = {}
+    """Return the three motions by name."""
+    paths_by_name = {}
     gamma, theta = case.atoms["gamma"], case.atoms["theta_0"]
     for name, factor in zip(KINDS, (case["loop"], 1.0, case["wave"]), strict=True):
         w = factor * cusp
@@ -89,17 +89,18 @@ def paths(case: Case, slow: Any, cusp: float) -> dict[str, Path]:
         long = case.simulate_past("smallest theta", 2, initial=begun, events=EVENTS)
         upper, lower = (happened(long, f"{end} theta")[0].state for end in ("smallest", "largest"))
         motion = case.motion(initial=begun, events=EVENTS)
-        found[name] = Path(w, motion, path_class(case, begun), upper, lower)
-    if found["cusp"].kind != "cusp":
+        paths_by_name[name] = Path(w, motion, path_class(case, begun), upper, lower)
+    if paths_by_name["cusp"].kind != "cusp":
         raise fb.errors.ModelError(
             "Expected a change of the angular velocity after which the axis comes to a stop, but in the direction "
             f"gamma = {case['gamma']:g} rad at a spin of {case['Omega_zeta']:g} rad/s it passes the vertical first. "
             "Spin faster."
         )
-    return found
+    return paths_by_name
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     for name in ("loop", "wave"):
         case.refuse_unless(name, case[name] > 0, f"a factor {name} of the change greater than 0")
     slow = slow_precession(case)
@@ -127,9 +128,9 @@ def solve(case: Case) -> Solved:
             "fb.linearize(s, steady).response(...)", where=where,
         ),
     }  # fmt: skip
-    found = paths(case, slow, answers["w_cusp"].value)
+    paths_by_name = paths(case, slow, answers["w_cusp"].value)
     located = "fb.simulate, event located"
-    for name, path in found.items():
+    for name, path in paths_by_name.items():
         answers[f"path_{name}"] = Answer(
             f"{name}: path of the axis by the integrals of the motion",
             path.kind,
@@ -144,29 +145,31 @@ def solve(case: Case) -> Solved:
             f"{name}: psi' there (against the precession: loop; none: cusp; with it: wave)",
             path.upper["psi'"], "rad/s", how=located,
         )  # fmt: skip
-    return Solved(found["cusp"].motion, answers, plots(case, slow, found), checks(case, found))
+    return Solved(
+        paths_by_name["cusp"].motion, answers, plots(case, slow, paths_by_name), checks(case, paths_by_name)
+    )
 
 
-def checks(case: Case, found: dict[str, Path]) -> tuple[Check, ...]:
-    """The cusp is one; the sign of psi' at the upper limit is that of the class."""
+def checks(case: Case, paths_by_name: dict[str, Path]) -> tuple[Check, ...]:
+    """Check the cusp, and the sign of psi' at the upper limit against the class of each path."""
     bound = 1000 * case.tolerance
-    cusp = found["cusp"]
-    turning = [path.upper["psi'"] / cusp.lower["psi'"] for path in found.values()]
+    cusp = paths_by_name["cusp"]
+    turning = [path.upper["psi'"] / cusp.lower["psi'"] for path in paths_by_name.values()]
     seen = [np.sign(x) if abs(x) > bound else 0 for x in turning]
-    told = [{"loop": -1, "cusp": 0, "wave": 1}[path.kind] for path in found.values()]
+    told = [{"loop": -1, "cusp": 0, "wave": 1}[path.kind] for path in paths_by_name.values()]
     return (
         same("psi' at the upper limit of the path with cusps, and 0", cusp.upper["psi'"], 0, bound),
         same("sign of psi' at the upper limit, simulated and by the integrals", seen, told, 0),
     )
 
 
-def plots(case: Case, slow: Any, found: dict[str, Path]) -> Plots:
-    """Each path on the unit sphere, and all of them on a map beside the linear theory."""
+def plots(case: Case, slow: Any, paths_by_name: dict[str, Path]) -> Plots:
+    """Return plots of each path on the unit sphere, and of all paths on a map with the linear theory."""
     from ...picture.plots.plots import energy_residual, saved
     from ...picture.plots.sphere import axis_path
 
     def sphere(name: str) -> Any:
-        path = found[name]
+        path = paths_by_name[name]
         return axis_path(
             path.motion,
             "rotor",
@@ -176,19 +179,19 @@ def plots(case: Case, slow: Any, found: dict[str, Path]) -> Plots:
 
     pictures: Plots = {f"{name}.png": saved(partial(sphere, name)) for name in KINDS}
     return pictures | {
-        "map.png": saved(lambda: chart(case, slow, found)),
-        "energy.png": saved(lambda: energy_residual(found["cusp"].motion)),
+        "map.png": saved(lambda: chart(case, slow, paths_by_name)),
+        "energy.png": saved(lambda: energy_residual(paths_by_name["cusp"].motion)),
     }
 
 
-def chart(case: Case, slow: Any, found: dict[str, Path]) -> Any:
-    """The three paths beside those of the linear theory, arcs along and across the circle of latitude at theta_0."""
+def chart(case: Case, slow: Any, paths_by_name: dict[str, Path]) -> Any:
+    """Draw the three paths and the linear theory as arcs along and across the circle of latitude at theta_0."""
     from ...picture.plots.plots import COLORS, figure
 
     theory, theta_0 = linear_theory(), case["theta_0"]
     gamma, theta = case.atoms["gamma"], case.atoms["theta_0"]
     axes = figure(8, 6.6).subplots(3, 1, sharex=True)
-    for ax, path in zip(axes, found.values(), strict=True):
+    for ax, path in zip(axes, paths_by_name.values(), strict=True):
         changes = {
             "theta_rate": path.change * sympy.cos(gamma),
             "psi_rate": path.change * sympy.sin(gamma) / sympy.sin(theta),

@@ -1,6 +1,6 @@
-"""Rattleback: a stone that rocks and turns round when it is spun the wrong way.
+"""Rattleback: a stone that rocks and reverses its spin when it is spun the wrong way.
 
-Half an ellipsoid whose principal axes of inertia are turned a little against those of its surface, by the product of
+Half an ellipsoid whose principal axes of inertia are turned slightly from the axes of its surface, by the product of
 inertia D. It rolls without slip on a table; no friction slows it, and still its spin about the vertical reverses.
 
 Source of the shape: Kane & Levinson, International Journal of Non-Linear Mechanics 17 (1982) 175-186.
@@ -20,11 +20,11 @@ from ..tools.case import SMOOTH, Case, explain
 from ..tools.entry import Entry
 
 ROUGH = 10
-"""Friction of a table on which it rolls; what it takes is an answer."""
+"""Friction of a table on which it rolls; the required friction is an answer."""
 
 
 def build() -> fb.System:
-    """The body's origin is its mass centre, which lies h below the centre of the ellipsoid."""
+    """Return the system; the body's origin is its mass centre, h below the centre of the ellipsoid."""
     s = fb.System("rattleback")
     m, a, b, c, h, g = s.parameters(m=1.0, a=0.2, b=0.03, c=0.02, h=0.01, g=9.81)
     A, B, C, D = s.parameters(A=2e-4, B=1.6e-3, C=1.6e-3, D=-2e-5)
@@ -53,7 +53,7 @@ def build() -> fb.System:
 
 
 def begin(case: Case, spin: float) -> dict[str, Any]:
-    """It rolls about the vertical with its foot on the table: v = -ω × r, with r from the mass centre to the foot."""
+    """Return the state that rolls about the vertical: v = -ω × r, with r from the mass centre to the contact point."""
     cos, sin = math.cos(case["lean"]), math.sin(case["lean"])
     up = np.array([-sin, 0, cos])  # in the axes of the stone
     squares = np.array([case["a"], case["b"], case["c"]]) ** 2
@@ -68,12 +68,13 @@ def begin(case: Case, spin: float) -> dict[str, Any]:
 
 
 def vertical_spin(motion: fb.Trajectory) -> np.ndarray:
-    """Angular velocity about the vertical at the output times [rad/s]."""
+    """Return the angular velocity about the vertical at the output times [rad/s]."""
     w = np.stack([motion[f"air_w{axis}"] for axis in "xyz"], axis=-1)
     return np.einsum("nj,nj->n", motion.poses["stone"].rotation[:, 2], w)
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy, figure, saved
 
     case.refuse_unless("spin", case["spin"] != 0, "a spin")

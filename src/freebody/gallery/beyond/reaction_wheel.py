@@ -17,7 +17,7 @@ from ..tools.pictures import lines
 
 
 def build() -> fb.System:
-    """In a frame that goes with the mass centre; nothing turns about the other axes."""
+    """Return the system in a frame that moves with the mass centre; nothing turns about the other axes."""
     s = fb.System("reaction_wheel")
     I_B, I_W, T, tau = s.parameters(I_B=80.0, I_W=0.05, T=0.2, tau=60.0)
     s.assume(I_B > 0, I_W > 0, tau > 0)
@@ -40,14 +40,15 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     for name in ("I_B", "I_W", "tau"):
         case.refuse_unless(name, case[name] > 0, "moments of inertia and a time above 0")
     t, tau = case.system.t, case.atoms["tau"]
-    found = case.equations.solve(["theta''", "phi''"])
+    solution = case.equations.solve(["theta''", "phi''"])
     u, v = sympy.symbols("u v", positive=True)
-    rate = {name: sympy.integrate(found[f"{name}''"].subs(t, u), (u, 0, v)) for name in ("theta", "phi")}
+    rate = {name: sympy.integrate(solution[f"{name}''"].subs(t, u), (u, 0, v)) for name in ("theta", "phi")}
     turned = sympy.integrate(rate["theta"], (v, 0, tau))
     half = {name: rate[name].subs(v, tau / 2) for name in rate}
     how = "fb.equations(s).solve([\"theta''\", \"phi''\"]), integrated"

@@ -1,4 +1,4 @@
-"""Block that rocks on a rough floor (Housner's block): less and less with each impact, until it stands.
+"""Block that rocks on a rough floor (Housner's block), less with each impact until it stands.
 
 It is let go leaning on its left corner. When its base comes down, the right corner hits, the left one lifts off, and
 it goes on about the right corner: the angular momentum about that corner is kept, part of the speed is lost.
@@ -23,7 +23,7 @@ ROUGH = 10
 
 
 def build() -> fb.System:
-    """x, y are those of the right corner, on which it leans where theta is negative."""
+    """Return the system; x, y belong to the right corner, on which the block leans if theta is negative."""
     s = fb.System("rocking_block")
     m, b, h, g = s.parameters(m=3.0, b=0.3, h=1.0, g=9.81)
     s.parameters(theta_0=0.1)
@@ -47,6 +47,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.contact_plots import contact_forces
     from ...picture.plots.plots import energy, history, saved
 
@@ -60,14 +61,14 @@ def solve(case: Case) -> Solved:
     case.refuse_unless(
         "b", case["b"] ** 2 < 2 * case["h"] ** 2, "a block that rocks, of a width less than sqrt(2) h"
     )
-    found = e.solve("theta''", where=RELEASE)["theta''"]
+    solution = e.solve("theta''", where=RELEASE)["theta''"]
     square = case.square_of_speed("theta'", RELEASE, FLAT)
     first = sympy.sqrt(square)
-    # the base comes down turning about the right corner; about the left one the angular momentum is kept
+    # the base comes down turning about the right corner; the angular momentum about the left corner is conserved
     block = case.system.bodies["block"]
     about = e.momentum.angular(block.point(-b / 2, -h / 2, 0))[2]
     before = case.put(about, {**FLAT, "theta'": rate})
-    # then it turns about the left corner: the right one, with x and y, goes up
+    # then it turns about the left corner: the right corner, with x and y, goes up
     after = case.put(about, {"x": 0, "y": 0, "theta": 0, "x'": 0, "y'": b * rate, "theta'": rate})
     ratio = sympy.cancel(before / after)
     lost = case.put(e.energy.kinetic, {**FLAT, "theta'": first}) * (1 - ratio**2)
@@ -82,7 +83,7 @@ def solve(case: Case) -> Solved:
     )
     answers: Answers = {
         "theta_fall": case.formula("angle beyond which it falls over", steepest, "rad", "mass centre over the corner"),
-        "alpha": case.formula("angular acceleration just after the release", found, "rad/s²", how + ".solve"),
+        "alpha": case.formula("angular acceleration just after the release", solution, "rad/s²", how + ".solve"),
         "omega_1": case.formula("angular velocity just before the first impact", first, "rad/s", "energy integral"),
         "ratio": case.formula(
             "angular velocity after an impact over that before", ratio, "1", "momentum about the corner that hits"
@@ -116,7 +117,7 @@ def solve(case: Case) -> Solved:
 
 
 def work_of_impacts(motion: fb.Trajectory) -> float:
-    """The work of the impulses up to the end of a motion [J]."""
+    """Return the work of the impulses up to the end of a motion [J]."""
     impulses = motion.energy.impulses
     return 0.0 if impulses is None else float(impulses[-1])
 
@@ -136,5 +137,5 @@ ROCKING_BLOCK = Entry(
     positive=("g",),
     start={"theta": "-theta_0"},
     modes={"foot_2": "stick"},
-    held={**LEFT, "x''": 0, "y''": 0},
+    fixed_values={**LEFT, "x''": 0, "y''": 0},
 )

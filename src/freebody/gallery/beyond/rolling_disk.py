@@ -1,7 +1,7 @@
 """Thin disk that rolls without slip on a level plane: a steady turn.
 
 z points up. The disk leans by the angle ``lean`` from the vertical, its plane turns about the vertical at the rate
-Omega, and its centre runs on a circle. The library finds the spin with which the lean stays.
+Omega, and its centre moves on a circle. The library finds the spin for which the lean is constant.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..tools.entry import Entry
 
 
 def build() -> fb.System:
-    """The disk's axle is its z axis; six coordinates and the contact."""
+    """Return the disk with six coordinates and the contact; its axle is its z axis."""
     s = fb.System("rolling_disk")
     m, R, g = s.parameters(m=2.0, R=0.3, g=9.81)
     s.parameters(lean="20deg", Omega=1.5, t_1=0.7)
@@ -40,7 +40,7 @@ def build() -> fb.System:
 
 
 def start_of(case: Case, spin: float) -> dict[str, Any]:
-    """The disk at rest of its lean, axle in the plane of y and z: ω = Omega Z + spin · axle, both in disk axes.
+    """Return the state with a constant lean, axle in the plane yz: ω = Omega Z + spin · axle, both in disk axes.
 
     The axle is z turned about x by ``lean`` - 90°; the lowest point lies R cos(lean) below the centre.
     """
@@ -57,7 +57,7 @@ NEAR = {"air_z": "R"}
 
 
 def fall(case: Case, spin: float) -> float:
-    """Second derivative of the height of the axle's tip at this spin, e'' = ω' × e + ω × (ω × e) along z [1/s²]."""
+    """Return the second derivative of the axle tip's height at this spin, e'' = ω' × e + ω × (ω × e) along z [1/s²]."""
     from ...dynamics.constrained import independent_rows
     from ...dynamics.motion import motion
     from ...dynamics.state import float_state
@@ -73,12 +73,13 @@ def fall(case: Case, spin: float) -> float:
 
 
 def steady_spin(case: Case) -> float:
-    """The spin at which the lean does not change; its acceleration is linear in the spin."""
+    """Return the spin at which the lean is constant; the acceleration of the lean is linear in the spin."""
     low, high = fall(case, 0.0), fall(case, 1.0)
     return low / (low - high)
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, reaction, saved
 
     if not 0 <= abs(case["lean"]) < math.pi / 2 or case["Omega"] == 0:
@@ -91,7 +92,7 @@ def solve(case: Case) -> Solved:
     at = case.simulate_to([0, case["t_1"]], initial=start, near=NEAR)
     R = at.poses["disk"].rotation
     velocity = np.einsum("nij,nj->ni", R, np.stack([at[f"air_v{c}"] for c in "xyz"], axis=-1))
-    # in steady motion the velocity of the centre turns at Omega: v = Omega x distance from the axis of the turn
+    # in steady motion the velocity of the centre turns at Omega: v = Omega times the distance from the turn's axis
     answers: Answers = {
         "spin": Answer("spin about the axle in a steady turn", spin, "rad/s"),
         "radius": Answer(

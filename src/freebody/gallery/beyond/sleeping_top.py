@@ -1,6 +1,6 @@
-"""Sleeping top: upright while it spins fast; friction takes the spin until it wakes, leans over and falls.
+"""Sleeping top: upright while it spins fast; friction reduces the spin until it wakes, leans over and falls.
 
-The top is a thin disk on a shaft without mass that stands on a fixed point O. The couple of the friction acts about the
+The top is a thin disk on a massless shaft that stands on a fixed point O. The couple of the friction acts about the
 shaft, against the spin. The tilt is the angle of the shaft from the vertical Z.
 """
 
@@ -24,7 +24,7 @@ START = {"O_e0": "cos(theta_0/2)", "O_e1": "sin(theta_0/2)", "O_wz": "Omega_0"}
 
 
 def build() -> fb.System:
-    """The disk on a ball joint, its axis along z: no attitude is singular."""
+    """Return the disk on a ball joint, its axis along z: no attitude is singular."""
     s, disk = top()
     c = s.parameters(c=2.0e-5)
     s.parameters(Omega_0=120.0, theta_0="1deg", theta_1="30deg", t_1=5.0)
@@ -46,7 +46,7 @@ def build() -> fb.System:
 
 
 def leaning() -> fb.System:
-    """The same top without friction, in Euler's angles; Omega is its total spin."""
+    """Return the same top without friction, in Euler's angles; Omega is its total spin."""
     s, disk = top()
     s.parameters(Omega=1.0)
     s.gimbal("O", s.ground, disk, to=(0, 0, -s.expression("L")), axis="ZXZ", coordinate="psi theta phi")
@@ -54,7 +54,7 @@ def leaning() -> fb.System:
 
 
 def top() -> tuple[fb.System, Any]:
-    """Parameters and disk, with gravity along -Z."""
+    """Return the parameters and the disk, with gravity along -Z."""
     s = fb.System("sleeping_top")
     m, R, L, g = s.parameters(m=0.3, R=0.05, L=0.06, g=9.81)
     s.assume(g > 0)
@@ -64,12 +64,13 @@ def top() -> tuple[fb.System, Any]:
 
 
 def tilt(trajectory: fb.Trajectory) -> np.ndarray:
-    """Angle of the shaft from the vertical, at every output time."""
+    """Return the angle of the shaft from the vertical at every output time."""
     axis = trajectory.poses["disk"].rotation[:, :, 2]
     return np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2])
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, saved
 
     case.refuse_unless("c", case["c"] > 0, "a friction above 0: without it the top sleeps for ever")

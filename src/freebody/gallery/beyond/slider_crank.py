@@ -13,7 +13,7 @@ from ..tools.entry import Entry
 
 
 def build() -> fb.System:
-    """The rod is held by the crank pin; the wrist pin closes the loop."""
+    """Return the mechanism: the crank pin carries the rod, and the wrist pin closes the loop."""
     s = fb.System("slider_crank")
     r, L, omega = s.parameters(r=0.05, L=0.16, omega=100.0)
     m_1, m_2, m_3, t_1 = s.parameters(m_1=1.5, m_2=0.6, m_3=0.5, t_1=0.012)
@@ -40,6 +40,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, reaction, saved
 
     near = {"x": "L"}  # the other position has the piston on the far side

@@ -1,4 +1,4 @@
-"""Swing that its rider pumps: standing up at the bottom, squatting at the ends.
+"""Swing pumped by its rider, who stands up at the bottom and squats at the ends.
 
 theta is the angle of the rope from the downward vertical, counter-clockwise +. The mass centre of the rider is at the
 distance L + a sin(Omega t) from the pivot, driven by the rider's legs; at the start, the end of a swing, it sinks.
@@ -21,7 +21,7 @@ START = {"theta": "theta_0"}
 
 
 def build() -> fb.System:
-    """Rope without mass on a hinge, the rider on a driven slider along it."""
+    """Return the massless rope on a hinge, with the rider on a driven slider along it."""
     s = fb.System("swing")
     m, L, a, Omega, g = s.parameters(m=50.0, L=2.2, a=0.15, Omega="2*sqrt(9.81/2.2)", g=9.81)
     s.parameters(theta_0="10deg", theta_1="60deg", t_1="10*pi/sqrt(9.81/2.2)")
@@ -46,6 +46,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, reaction, saved
 
     case.refuse_unless("Omega", case["Omega"] > 0, "a frequency above 0")
@@ -60,7 +61,7 @@ def solve(case: Case) -> Solved:
         fb.event("theta - theta_1", name="reached", direction=1, terminal=True),
         fb.event("theta + theta_1", name="reached", direction=-1, terminal=True),
     ]
-    # twenty strokes at least, however short the run that is drawn
+    # at least twenty strokes, even if the drawn run is shorter
     long = replace(case, until=max(case.until, 40 * math.pi / case["Omega"]))
     run = long.simulate_past("reached", 1, initial=START, events=high)
     how = "fb.simulate"

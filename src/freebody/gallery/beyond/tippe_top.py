@@ -1,7 +1,7 @@
 """Tippe top: a ball whose mass centre lies below its middle stands up on its head while it spins.
 
-Sliding friction does it. It acts at the foot, whatever its size and direction, so that H·r, with r from the mass centre
-C to the foot, is constant as long as the surface is a ball (Jellett's integral): it says how fast the top spins when it
+Sliding friction raises it. It acts at the foot, and for any magnitude and direction H·r, with r from the mass centre
+C to the foot, is constant as long as the surface is a ball (Jellett's integral): it gives the spin of the top when it
 stands on its head.
 """
 
@@ -18,7 +18,7 @@ from ..tools.entry import Entry
 
 
 def build() -> fb.System:
-    """The joint's point is the middle of the ball; C lies at a below it on the axis z of the top."""
+    """Return the top; the joint's point is the middle of the ball, and C lies a below it on the axis z of the top."""
     s = fb.System("tippe_top")
     m, R, a, mu, g = s.parameters(m=0.02, R=0.02, a=0.006, mu=0.03, g=9.81)
     I_1, I_3 = s.parameters(I_1=2.994e-6, I_3=3.2e-6)
@@ -43,7 +43,7 @@ def build() -> fb.System:
 
 
 def jellett(case: Case, motion: fb.Trajectory) -> np.ndarray:
-    """-H·r at the output times, r from C to the foot, H about C [kg m²/s · m]."""
+    """Return -H·r at the output times, r from C to the foot, H about C [kg m²/s · m]."""
     R = motion.poses["top"].rotation
     w = np.stack([motion[f"air_w{axis}"] for axis in "xyz"], axis=-1)
     H = np.einsum("nij,nj->ni", R, w * np.array([case["I_1"], case["I_1"], case["I_3"]]))
@@ -52,6 +52,7 @@ def jellett(case: Case, motion: fb.Trajectory) -> np.ndarray:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy, history, saved
 
     case.refuse_unless("mu", case["mu"] > 0, "friction greater than 0")

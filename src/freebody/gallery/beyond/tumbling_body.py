@@ -1,4 +1,4 @@
-"""A box thrown with a spin about its middle axis: it tumbles (Euler's equations with three different moments).
+"""Box thrown with a spin about its middle axis: it tumbles (Euler's equations with three different moments).
 
 The box has the edges a > b > c along x, y, z, the size of a book, so that I_x < I_y < I_z. It is seen from its
 falling mass centre, where no weight is felt. The spin is about y but for a small part about x and z.
@@ -21,7 +21,7 @@ START = {"flight_wx": "w_x", "flight_wy": "w_y", "flight_wz": "w_z"}
 
 
 def build() -> fb.System:
-    """A free body without loads."""
+    """Return a free body without loads."""
     s = fb.System("tumbling_body")
     m, a, b, c = s.parameters(m=0.6, a=0.2, b=0.12, c=0.03)
     s.parameters(w_x=0.1, w_y=8.0, w_z=0.1, t_1=5.0)
@@ -42,7 +42,7 @@ def build() -> fb.System:
 
 
 def circled(case: Case, moments: np.ndarray, H: float, T: float) -> str:
-    """The axis that omega circles in the body: of the smallest moment if H² < 2 T I_middle, else of the largest."""
+    """Return the axis that omega circles in the body: smallest moment if H² < 2 T I_middle, else largest moment."""
     low, middle, high = np.argsort(moments, kind="stable")
     if sum(case[f"w_{axis}"] != 0 for axis in "xyz") < 2:
         return "none: it turns steadily"
@@ -50,6 +50,7 @@ def circled(case: Case, moments: np.ndarray, H: float, T: float) -> str:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.cones import cones
     from ...picture.plots.plots import energy_residual, history, saved
     from ...picture.plots.sphere import axis_path, polhode
@@ -126,10 +127,10 @@ def solve(case: Case) -> Solved:
 
 
 def checks(case: Case, motion: fb.Trajectory, moments: np.ndarray) -> tuple[Check, ...]:
-    """Angular velocity and attitude against elliptic functions, as far as the data determine them.
+    """Check angular velocity and attitude against elliptic functions, as far as the data determine them.
 
-    A small deviation from the middle axis, and any error in it, grows until the body has flipped: by the ratio of the
-    whole angular velocity to that deviation.
+    A small deviation from the middle axis, and any error in it, grows until the body has flipped, by the ratio of the
+    whole angular velocity to the deviation.
     """
     w = np.array([case[f"w_{axis}"] for axis in "xyz"])
     exact = torque_free(moments, w)
@@ -154,13 +155,13 @@ def checks(case: Case, motion: fb.Trajectory, moments: np.ndarray) -> tuple[Chec
 
 
 def in_space(motion: fb.Trajectory) -> np.ndarray:
-    """Angular velocity in ground axes, shape (times, 3) [rad/s]."""
+    """Return the angular velocity in ground axes, shape (times, 3) [rad/s]."""
     own = np.stack([motion[f"flight_w{axis}"] for axis in "xyz"], axis=-1)
     return np.asarray(np.einsum("nij,nj->ni", motion.poses["box"].rotation, own))
 
 
 def herpolhode(motion: fb.Trajectory, H: np.ndarray) -> Any:
-    """Path of the tip of omega in the plane across H, between its two circles."""
+    """Draw the path of the tip of omega in the plane perpendicular to H, between its two circles."""
     from ...picture.plots.plots import COLORS, INK, figure
     from ...picture.plots.sphere import _across
 

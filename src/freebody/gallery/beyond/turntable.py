@@ -1,4 +1,4 @@
-"""Ball that rolls on a turning table: it runs on a circle, at 2/7 of the turn of the table.
+"""Ball that rolls on a turning table: it moves on a circle at 2/7 of the rate of the table.
 
 x, y, z are those of the ball's centre in ground axes, the table turns about z at the rate Omega, counter-clockwise. The
 equations are looked at with the axes of the ball parallel to those of the ground: a ball is the same all round.
@@ -22,7 +22,7 @@ ALIGNED = {"turn_e0": 1, "turn_e1": 0, "turn_e2": 0, "turn_e3": 0, "z": 0, "z'":
 
 
 def build() -> fb.System:
-    """Three sliders without mass carry the centre, a ball joint the ball."""
+    """Return the system: three massless sliders carry the centre, a ball joint carries the ball."""
     s = fb.System("turntable")
     m, R, Omega, mu, g = s.parameters(m=0.5, R=0.05, Omega=3.0, mu=0.3, g=9.81)
     s.parameters(x_0=0.3, v_0=0.2)
@@ -53,20 +53,21 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, saved
 
     case.refuse_unless("Omega", case["Omega"] != 0, "a table that turns")
     e, atoms = case.equations, case.atoms
     unknowns = ["x''", "y''", "turn_wx'", "turn_wy'", "turn_wz'", "N_top", "T1_top", "T2_top"]
-    found = e.solve(unknowns, where=ALIGNED)
-    # rolling: the spin that belongs to the velocity of the centre
+    solution = e.solve(unknowns, where=ALIGNED)
+    # rolling determines the spin from the velocity of the centre
     turned = atoms["Omega"] * case.system.t
-    now = {sympy.cos(turned): 1, sympy.sin(turned): 0}  # t = 0: the table is the same all round too
+    now = {sympy.cos(turned): 1, sympy.sin(turned): 0}  # at t = 0; the table is symmetric about its axis
     rolls = [case.put(c.lhs - c.rhs, ALIGNED).xreplace(now) for c in e.constraints[1:]]
     spins = [atoms["turn_wx"], atoms["turn_wy"]]
     (spin,) = sympy.linsolve(rolls, spins)
     put = dict(zip(spins, spin, strict=True))
-    ax, ay = (sympy.expand(found[name].xreplace(put)) for name in ("x''", "y''"))
+    ax, ay = (sympy.expand(solution[name].xreplace(put)) for name in ("x''", "y''"))
     vx, vy = atoms["x'"], atoms["y'"]
     rate = -ax.coeff(vy, 1)
     how = 'fb.equations(s, modes={"top": "stick"}).solve, with the condition of rolling'
@@ -87,7 +88,7 @@ def solve(case: Case) -> Solved:
         "w_x": case.formula(
             "spin about x with which it is put down, rolling", case.put(spin[0], begin), "rad/s", "condition of rolling"
         ),
-        "N": case.formula("normal force", found["N_top"], "N", how),
+        "N": case.formula("normal force", solution["N_top"], "N", how),
         "mu_needed": case.formula("friction that the circle takes", needed, "1", how),
         "v_max": case.formula(
             "largest velocity at which it rolls", atoms["mu"] * atoms["g"] / sympy.Abs(rate), "m/s", how
@@ -126,7 +127,7 @@ def solve(case: Case) -> Solved:
 
 
 def path(trajectory: fb.Trajectory) -> Any:
-    """The way of the centre, seen from above."""
+    """Draw the path of the centre from above."""
     from ...picture.plots.plots import figure, phase
 
     ax = phase(
@@ -152,5 +153,5 @@ TURNTABLE = Entry(
     start={"x": "x_0", "y'": "v_0"},
     bodies=("ball",),
     modes={"top": "stick"},
-    held={**ALIGNED, "turn_x": 0, "turn_y": 0, "turn_z": 0},
+    fixed_values={**ALIGNED, "turn_x": 0, "turn_y": 0, "turn_z": 0},
 )

@@ -17,7 +17,7 @@ from ..tools.entry import Entry
 
 
 def build() -> fb.System:
-    """Wheels as disks; the second turns against the first."""
+    """Return the wheels as disks; the second turns opposite to the first."""
     s = fb.System("two_gears")
     m_1, r_1, m_2, r_2 = s.parameters(m_1=1.0, r_1=0.05, m_2=6.0, r_2=0.15)
     T, Q, alpha, t_1 = s.parameters(T=2.0, Q=1.5, alpha=sympy.pi / 9, t_1=1.0)
@@ -44,6 +44,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     at = case.simulate_to([case["t_1"]])

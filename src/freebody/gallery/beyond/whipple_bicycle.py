@@ -24,20 +24,20 @@ from ..tools.case import Case, explain
 from ..tools.entry import Entry
 
 LEAN_AND_STEER = ("air_rx", "delta", "rear")
-"""Independent small motions: lean, steer, and the turn of the rear wheel, which is the forward motion."""
+"""Independent small motions: lean, steer, and the rotation of the rear wheel, which is the forward motion."""
 
 KICK = {"air_vx": "v", "rear'": "-v/r_R", "air_wx": "kick"}
-"""Straight running at the speed v with a rate of lean; all else follows from the contacts."""
+"""Straight running at the speed v with a rate of lean; the contacts determine all other speeds."""
 
 
 def build() -> fb.System:
-    """Masses and inertias of table 1 as numbers, the rest as parameters."""
+    """Return the bicycle with masses and inertias of table 1 as numbers, and the rest as parameters."""
     s = fb.System("whipple_bicycle")
     g, w, c, lam, r_R, r_F = s.parameters(g=9.81, w=1.02, c=0.08, lam="18deg", r_R=0.3, r_F=0.35)
     m_B, *_ = s.parameters(m_B=85.0, v=5.0, kick=0.5, t_1=1.0)
     s.gravity = (0, 0, g)
 
-    # of the moments, and of the product I_xz: minus the entry of the matrix in the table
+    # moments of inertia, and the product I_xz: minus the entry of the matrix in the table
     solid = fb.MassProperties.from_products
     rear = s.body("rear_wheel", solid(2, (0, 0, 0), (0.0603, 0.12, 0.0603)))
     frame = s.body("frame", solid(m_B, (0.3, 0, -0.9), (9.2, 11, 2.8), (0, -2.4, 0)))
@@ -67,40 +67,40 @@ def build() -> fb.System:
 
 
 def linear(machine: Any, v: float, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """M, C and K of lean and steer about straight running at the speed ``v``, each (2, 2)."""
+    """Return M, C and K of lean and steer about straight running at the speed ``v``, each (2, 2)."""
     at = {"air_vx": v, "rear'": -v / values["r_R"], "front'": -v / values["r_F"]}
-    found = fb.linearize(machine, about=at, values=values, independent=LEAN_AND_STEER)
-    M, C, K = (np.array(x, dtype=float)[:2, :2] for x in (found.M, found.C, found.K))
+    solution = fb.linearize(machine, about=at, values=values, independent=LEAN_AND_STEER)
+    M, C, K = (np.array(x, dtype=float)[:2, :2] for x in (solution.M, solution.C, solution.K))
     return M, C, K
 
 
 def coefficients(machine: Any, values: dict[str, float]) -> dict[str, np.ndarray]:
-    """The constant matrices M, C1, K0, K2: C is linear in v, K is a constant and a part with v²."""
+    """Return the constant matrices M, C1, K0, K2: C is linear in v, K is a constant plus a part with v²."""
     M, _, K = linear(machine, 0.0, values)
     _, C_1, K_1 = linear(machine, 1.0, values)
     return {"M": M, "C1": C_1, "K0": K / values["g"], "K2": K_1 - K}
 
 
 def equation(parts: dict[str, np.ndarray], row: int) -> str:
-    """One of the two linear equations, with the coefficients as numbers."""
+    """Return one of the two linear equations as text, with numbers as coefficients."""
     line = ""
     for name, factor, dots in (("M", "", "''"), ("C1", "v*", "'"), ("K0", "g*", ""), ("K2", "v^2*", "")):
         for x, angle in zip(parts[name][row], ("lean", "delta"), strict=True):
-            if abs(x) > 1e-12 * np.abs(parts[name]).max():  # others are zero but for round-off
+            if abs(x) > 1e-12 * np.abs(parts[name]).max():  # the rest is zero except for round-off
                 line += f" {'+' if x > 0 else '-'} {significant(abs(x))}*{factor}{angle}{dots}"
     return f"{line.removeprefix(' + ')} = 0"
 
 
 def eigenvalues(parts: dict[str, np.ndarray], v: float, g: float) -> np.ndarray:
-    """The four eigenvalues of lean and steer at a speed [1/s]: pairs first, then the real ones downwards."""
+    """Return the four eigenvalues of lean and steer at a speed [1/s]: pairs first, then descending real ones."""
     K = g * parts["K0"] + v**2 * parts["K2"]
     right = np.linalg.solve(parts["M"], np.hstack([-K, -v * parts["C1"]]))
-    found = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((2, 2)), np.eye(2)]), right])).astype(complex)
-    return found[np.lexsort((-found.imag, -found.real, found.imag == 0))]
+    solution = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((2, 2)), np.eye(2)]), right])).astype(complex)
+    return solution[np.lexsort((-solution.imag, -solution.real, solution.imag == 0))]
 
 
 def stable_speeds(parts: dict[str, np.ndarray], g: float) -> tuple[float, float] | str:
-    """Speeds between which straight running is stable: the weave speed and the capsize speed [m/s].
+    """Return the speeds between which straight running is stable: the weave speed and the capsize speed [m/s].
 
     det(M s² + v C1 s + K) = a4 s⁴ + v b3 s³ + a2 s² + v b1 s + a0, with polynomials in x = v². Stability can change
     where a0 = 0 or Hurwitz's determinant b3 a2 b1 - a4 b1² - b3² a0 = 0.
@@ -128,6 +128,7 @@ def stable_speeds(parts: dict[str, np.ndarray], g: float) -> tuple[float, float]
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, reaction, saved
 
     parts = coefficients(case.equations.model, case.values)

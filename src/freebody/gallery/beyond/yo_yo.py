@@ -1,4 +1,4 @@
-"""Yo-yo de-spin: two masses unwind their cords from a spinning satellite and take its spin.
+"""Yo-yo de-spin: two masses unwind their cords from a spinning satellite and stop its spin.
 
 theta is the turn of the satellite, phi the angle from which the cords have come off. A free cord is the tangent of the
 drum, of length R phi. The cords are inextensible and have no mass.
@@ -19,11 +19,11 @@ from ..tools.entry import Entry
 from ..tools.pictures import lines
 
 FREE = 0.05
-"""Angle from which a simulation starts [rad]: a cord without free length leaves the masses no freedom."""
+"""Initial angle of a simulation [rad]: with a cord of zero free length the masses could not move."""
 
 
 def build() -> fb.System:
-    """A reel without mass follows the point where each cord leaves the drum; the mass slides along the tangent."""
+    """Return the system: a massless reel follows each cord's point of departure; the mass slides along the tangent."""
     s = fb.System("yo_yo")
     inertia, R, m = s.parameters(I=50.0, R=0.6, m=0.8)
     s.parameters(omega_0=12.0, l_1=5.0)
@@ -54,24 +54,25 @@ def build() -> fb.System:
 
 
 def unwinding(case: Case) -> tuple[Any, Any]:
-    """theta', phi' at any phi, from the release with the masses at rest on the drum: energy and momentum are kept."""
+    """Return theta', phi' at any phi after the release at phi = 0: energy and momentum are conserved."""
     spin = {"theta": 0, "theta'": "omega_0", "phi": 0, "phi'": 0}
     conditions = [
         sympy.factor(one.expression - case.put(one.expression, spin))
         for one in (case.equations.integrals[name] for name in ("energy", "momentum of theta"))
     ]
     rates = [case.atoms[name] for name in ("theta'", "phi'")]
-    found = [
+    solution = [
         tuple(sympy.factor(x) for x in pair)
         for pair in sympy.solve(conditions, rates)
         if sympy.simplify(pair[1]) != 0
     ]
-    # the other root winds the cords up: phi' < 0
-    (pair,) = [pair for pair in found if case.number(pair[1], {"phi": 1}) > 0]
+    # the other root rewinds the cords: phi' < 0
+    (pair,) = [pair for pair in solution if case.number(pair[1], {"phi": 1}) > 0]
     return pair
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ...picture.plots.plots import energy_residual, history, saved
 
     for name in ("I", "R", "m", "omega_0"):
@@ -81,7 +82,7 @@ def solve(case: Case) -> Solved:
     rate, unwound = unwinding(case)
     at_l = {"phi": "l_1 / R"}
     stop = [x for x in sympy.solve(rate, atoms["phi"]) if case.number(x) > 0]
-    # the moment of a cord about the axis, as its reel passes it on
+    # the moment of a cord about the axis, transmitted by its reel
     state = {"theta'": rate, "phi'": unwound}
     state |= {f"{name}'": x.diff(atoms["phi"]) * unwound for name, x in tuple(state.items())}
     moment = case.equations.reactions["reel_1"].moment[2]
@@ -142,7 +143,7 @@ def solve(case: Case) -> Solved:
 
 
 def paths(trajectory: fb.Trajectory) -> Any:
-    """Paths of the masses, seen along the axis, with the drum."""
+    """Draw the paths of the masses along the axis, with the drum."""
     from ...picture.plots.plots import COLORS, figure
 
     ax = figure(7, 7).subplots()

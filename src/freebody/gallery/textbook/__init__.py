@@ -1,1 +1,1 @@
-"""Systems of the textbook chapter; each file has the number and the name of its system."""
+"""Systems of the textbook chapter; each file is named after the number and the name of its system."""

@@ -1,1 +1,1 @@
-"""What the entries of the gallery share: entries, cases, answers, pictures."""
+"""Tools shared by the gallery: entries, cases, answers, pictures."""

@@ -1,4 +1,4 @@
-"""Answers and checks: what is asked of a system, what the library says, and what must hold of it."""
+"""Answers and checks: the questions about a system, the library's answers, and conditions that they must satisfy."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ class Answer:
     Attributes
     ----------
     question : str
-        What is asked, in words, with its sign convention where it has one.
+        The question in words, with its sign convention if it needs one.
     value : float, tuple or str
-        A number, several of them, or words where the answer is none: an equation, "none: spin too small".
+        A number, several numbers, or words if the answer is not a number: an equation, "none: spin too small".
     unit : str
-        Of the value; empty for words, "1" for a pure number.
+        Unit of the value; empty for words, "1" for a pure number.
     formula : SymPy expression, optional
-        The closed form in the parameters (and in coordinates and speeds, where it holds at any state), derived from
-        the model. The value is this formula at the values of the parameters.
+        The closed form in the parameters (and in coordinates and speeds, if it holds at any state), derived from
+        the model. The value is this formula evaluated at the values of the parameters.
     how : str
-        Which call of the library gives it.
+        The call of the library that gives the answer.
     where : mapping
-        What stands in the formula for a longer expression: name -> SymPy expression.
+        Abbreviations in the formula: name -> SymPy expression.
     written, typeset, where_written : str, str, mapping
-        Formula and ``where`` as they are printed, if not as SymPy orders them.
+        Formula and ``where`` as printed, if not in SymPy's order.
     """
 
     question: str
@@ -51,7 +51,7 @@ class Answer:
 
     @property
     def meaning(self) -> dict[str, str]:
-        """What stands in the formula for a longer expression, as plain text."""
+        """The abbreviations in the formula with their expressions, as plain text."""
         return {name: self.where_written.get(name) or text_of(x) for name, x in self.where.items()}
 
     @property
@@ -70,7 +70,7 @@ Answers = dict[str, Answer]
 
 @dataclass(frozen=True)
 class Check:
-    """Something that must hold of the answers: a residual that is to stay within a bound.
+    """A condition on the answers: a residual that must stay within a bound.
 
     Attributes
     ----------
@@ -85,12 +85,12 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """Whether the residual is within the bound; not where it is not a number."""
+        """True if the residual is within the bound; False if it is not a number."""
         return bool(self.residual <= self.bound)
 
 
 def same(what: str, a: Any, b: Any, bound: float) -> Check:
-    """A check that two numbers (or arrays) agree: their difference, relative to the larger of 1 and their size."""
+    """Return a check that two numbers or arrays agree: their difference relative to the larger of 1 and their size."""
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     size = max(1.0, float(np.max(np.abs(a))), float(np.max(np.abs(b))))
     return Check(what, float(np.max(np.abs(a - b))) / size, bound)
@@ -98,19 +98,19 @@ def same(what: str, a: Any, b: Any, bound: float) -> Check:
 
 @dataclass(frozen=True)
 class Solved:
-    """What `solve` of an entry gives.
+    """The result of `solve` of an entry.
 
     Attributes
     ----------
     trajectory : Trajectory
-        The motion that is drawn and kept.
+        The motion that is drawn and stored.
     answers : dict
-        Short key -> :class:`Answer`, in the order in which they are asked.
+        Short key -> :class:`Answer`, in the order of the questions.
     plots : dict
         File name -> function that draws it to a path.
     checks : tuple of Check
     equations : Equations, optional
-        Those that are shown, where contacts make the mode an answer; else those of the entry.
+        The equations to show if contacts make the mode an answer; by default the equations of the entry.
     """
 
     trajectory: fb.Trajectory

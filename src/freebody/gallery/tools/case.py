@@ -1,4 +1,4 @@
-"""A system with numbers for its parameters, and the tools its answers are worked out with."""
+"""A system with values for its parameters, and the tools that compute its answers."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from ...symbolic.printing.show import text_of
 from .answer import Answer, Answers
 
 TOLERANCE = 1e-10
-"""Of the simulations, where none is asked for."""
+"""Default tolerance of the simulations."""
 
 
 SMOOTH = 2001
-"""Output times of a motion that is drawn."""
+"""Number of output times of a motion that is drawn."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A system with numbers for its parameters.
+    """A system with values for its parameters.
 
     ``case["m"]`` is the value of a parameter.
     """
@@ -48,11 +48,11 @@ class Case:
         return found
 
     def having(self, **values: float) -> Case:
-        """The same system at other values of some parameters."""
+        """Return the same system at other values of some parameters."""
         return replace(self, values={**self.values, **values})
 
     def touching(self, **modes: Any) -> Case:
-        """The same system with its contacts in other modes: ``case.touching(floor="stick")``; the rest is open."""
+        """Return the same system in other contact modes: ``case.touching(floor="stick")``; other contacts are open."""
         return replace(self, equations=fb.equations(self.system, modes=modes))
 
     def refuse_unless(self, name: str, holds: bool, expected: str) -> None:
@@ -71,7 +71,7 @@ class Case:
         at: Mapping[str, Any] | None = None,
         where: Mapping[str, Any] | None = None,
     ) -> Answer:
-        """An answer in closed form: a canonical expression, and its value at the parameters.
+        """Return an answer in closed form: a canonical expression, and its value at the parameters.
 
         Parameters
         ----------
@@ -80,10 +80,11 @@ class Case:
         expression : SymPy expression
             Derived from the model, in its parameters, coordinates, speeds and accelerations.
         at : mapping, optional
-            The coordinates and speeds that stand in it, by name, where it holds at any state: for the value only.
+            Values of the coordinates and speeds in the expression, by name, if it holds at any state; used for the
+            value only.
         where : mapping, optional
-            What stands in it for a longer expression, a coordinate or a real symbol by name; earlier ones may hold
-            later ones.
+            Abbreviations in the expression: a coordinate or a real symbol by name -> longer expression. Earlier
+            abbreviations may contain later ones.
         """
         ring = self.equations.ring
         canonical = ring.from_sympy(sympy.sympify(expression))
@@ -99,7 +100,7 @@ class Case:
         )  # fmt: skip
 
     def equation(self, index: int, question: str) -> Answer:
-        """An equation of motion as an answer: its text is the value."""
+        """Return an equation of motion as an answer whose value is its text."""
         e = self.equations
         return Answer(
             question,
@@ -113,12 +114,12 @@ class Case:
     def square_of_speed(
         self, speed: str, start: Mapping[str, Any], end: Mapping[str, Any], integral: str = "energy"
     ) -> Any:
-        """The square of a speed at a state, from an integral of the motion that has the same value at another.
+        """Return the square of a speed at a state, from an integral of the motion and its value at another state.
 
         Parameters
         ----------
         speed : str
-            Its name, such as ``"theta'"``; the integral has to be quadratic in it.
+            Name of the speed, such as ``"theta'"``; the integral must be quadratic in it.
         start, end : mapping
             Coordinates and speeds by name, numbers or expressions; ``speed`` is the unknown of ``end``.
         integral : str, optional
@@ -126,7 +127,7 @@ class Case:
 
         Returns
         -------
-        SymPy expression in the parameters (and in what ``start`` and ``end`` leave open)
+        SymPy expression in the parameters (and in coordinates and speeds that ``start`` and ``end`` leave open)
         """
         kept = self.equations.integrals[integral].expression
         u = sympy.Dummy("u")
@@ -140,11 +141,11 @@ class Case:
         return self.values[name]
 
     def put(self, expression: Any, state: Mapping[str, Any] | None = None) -> Any:
-        """An expression (or matrix) at a state, given by names such as ``"theta"``, ``"theta'"``, ``"theta''"``.
+        """Return an expression or matrix at a state with names such as ``"theta"``, ``"theta'"``, ``"theta''"``.
 
         All are replaced at once; the parameters stay symbols.
         """
-        # a derivative that is not named stays whole: nothing is put into it
+        # nothing is substituted inside a derivative that the state does not name
         kept = {atom: atom for atom in self.atoms.values()}
         return expression.xreplace(kept | {self.atoms[k]: self._value(v) for k, v in (state or {}).items()})
 
@@ -152,12 +153,12 @@ class Case:
         return self.system.expression(value) if isinstance(value, str) else sympy.sympify(value)
 
     def number(self, expression: Any, state: Mapping[str, Any] | None = None) -> float:
-        """The value of an expression at a state and at the values of the parameters.
+        """Return the value of an expression at a state and at the values of the parameters.
 
         Raises
         ------
         ModelError
-            There is no finite value, as where a length of zero stands below a bar.
+            The value is not finite, for example because the expression divides by a length of zero.
         """
         value = sympy.N(self.put(self.put(sympy.sympify(expression), state), self._exact_values), 17)
         if not (value.is_real and value.is_finite):
@@ -171,7 +172,7 @@ class Case:
 
     @cached_property
     def _exact_values(self) -> dict[str, Any]:
-        """The values, of which the double nearest to a multiple of 90 degrees is that multiple: its cosine is 0."""
+        """Return the values, with doubles nearest to a multiple of 90 degrees made exact, so that their cosine is 0."""
         found: dict[str, Any] = dict(self.values)
         for name, x in self.values.items():
             turns = round(2 * x / math.pi)
@@ -180,39 +181,40 @@ class Case:
         return found
 
     def numbers(self, matrix: Any, state: Mapping[str, Any] | None = None) -> np.ndarray:
-        """The values of a SymPy matrix, shape of the matrix."""
+        """Return the values of a SymPy matrix as an array of the same shape."""
         return np.array([self.number(entry, state) for entry in matrix]).reshape(matrix.shape)
 
     def accelerations(self, state: Mapping[str, Any]) -> dict[str, float]:
-        """u' by name at coordinates and speeds, from the equations of motion: M u' = -bias + Gᵀ λ, G u' = -γ."""
+        """Return u' by name at coordinates and speeds, from the equations of motion: M u' = -bias + Gᵀ λ, G u' = -γ."""
         e = self.equations
         M, bias = self.numbers(e.mass_matrix, state), self.numbers(e.bias, state)
         if e.model.constraints:
             G, gamma = self.numbers(e.constraint_matrix, state), self.numbers(e.constraint_bias, state)
             M = np.block([[M, -G.T], [G, np.zeros((len(G), len(G)))]])
             bias = np.vstack([bias, gamma])
-        # redundant conditions leave multipliers open, but no acceleration
+        # redundant conditions leave multipliers indeterminate, but not the accelerations
         found = np.linalg.lstsq(M, -bias[:, 0])[0] if e.model.constraints else np.linalg.solve(M, -bias[:, 0])
         names = [speed.name + "'" for speed in e.model.speeds]
         return dict(zip(names, found.tolist(), strict=False))
 
     def simulate(self, until: Any = None, **options: Any) -> Any:
-        """The motion at this case's values and tolerance; options as of :func:`freebody.simulate`."""
+        """Simulate at this case's values and tolerance; options as for :func:`freebody.simulate`."""
         end = self.until if until is None else until
         options = {"values": self.values, "tolerance": self.tolerance, **options}
-        # with contacts the modes are found on the way: the machine itself, not the one in the modes of the equations
+        # with contacts the simulation finds the modes: it uses the system itself, not its copy in the equations' modes
         machine = self.system if self.system.contacts else self.equations.model
         return fb.simulate(machine, end, **options)
 
     def motion(self, **options: Any) -> Any:
-        """The motion over the run at as many times as its picture needs: no fewer than `SMOOTH`."""
+        """Simulate the run with enough output times for its picture: no fewer than `SMOOTH`."""
         trajectory = self.simulate(**options)
         return trajectory if len(trajectory.t) >= SMOOTH else self.simulate(samples=SMOOTH, **options)
 
     def simulate_to(self, times: Iterable[float], **options: Any) -> Any:
-        """The motion at ``times`` only, in the order given.
+        """Simulate with output at ``times`` only, in the order given.
 
-        A hundred times as fine as the run, as far as doubles go: the error at the end is a multiple of that of a step.
+        The tolerance is a hundredth of the run's, as far as doubles permit: the error at the end is a multiple of
+        the error of a single step.
         """
         wanted = [self._time(t) for t in times]
         finer = min(self.tolerance, max(self.tolerance / 100, 1e-13))
@@ -226,12 +228,12 @@ class Case:
         return t
 
     def simulate_past(self, name: str, count: int, required: bool = True, **options: Any) -> Any:
-        """A motion long enough for ``count`` events of a name after the start; it ends there if they are terminal.
+        """Simulate until ``count`` events of a name have happened after the start; terminal events end the motion.
 
         Raises
         ------
         SimulationError
-            They are required and do not happen in a hundred times the length of the run.
+            The events are required and do not happen within a hundred times the length of the run.
         """
         until = self.until
         while True:
@@ -249,12 +251,12 @@ class Case:
         return trajectory
 
     def simulate_to_mode(self, contact: str, mode: str, **options: Any) -> tuple[Any, Any]:
-        """A motion in which a contact comes into a mode ("slip" is either sense), and the event that begins it.
+        """Return a motion in which a contact enters a mode ("slip": either sense), and the event that begins the mode.
 
         Raises
         ------
         SimulationError
-            It does not come in a hundred times the length of the run.
+            The contact does not enter the mode within a hundred times the length of the run.
         """
         until = self.until
         while True:
@@ -271,19 +273,19 @@ class Case:
 
 
 def happened(trajectory: fb.Trajectory, name: str) -> list[Any]:
-    """The events of a name after the start."""
+    """Return the events of a name after the start."""
     return [event for event in trajectory.events if event.name == name and event.time > 0]
 
 
 def explain(system: fb.System, **about: str) -> None:
-    """Say of parameters and coordinates by name what they are: ``m="kg: mass of the disk"``."""
+    """Describe parameters and coordinates by name: ``m="kg: mass of the disk"``."""
     for name, words in about.items():
         unit, _, what = words.partition(": ")
         system.describe(name, unit=unit, about=what)
 
 
 def angle_where(expression: Any, angle: Any) -> Any:
-    """The angle from -90 to 90 degrees at which an expression A sin + B cos is zero: atan(-B/A).
+    """Return the angle from -90 to 90 degrees at which an expression A sin + B cos is zero: atan(-B/A).
 
     Raises
     ------
@@ -299,15 +301,15 @@ def angle_where(expression: Any, angle: Any) -> Any:
 
 
 def mass_properties(body: Any) -> fb.MassProperties:
-    """Of a body that is not the ground."""
+    """Return the mass properties of a body other than the ground."""
     assert body.mass_properties is not None
     return body.mass_properties
 
 
 def states(trajectory: fb.Trajectory, i: int, names: Mapping[str, str], label: str) -> Answers:
-    """Answers ``theta(t_1)``, ``theta'(t_1)`` and so on at output time ``i``, of name ``label``.
+    """Return answers ``theta(t_1)``, ``theta'(t_1)`` and so on at output time ``i``, whose name is ``label``.
 
-    ``names`` are name -> unit.
+    ``names`` maps names to units.
     """
     return {
         f"{name}({label})": Answer(f"{name} at {label}", float(trajectory[name][i]), unit, how="fb.simulate")

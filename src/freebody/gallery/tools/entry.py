@@ -1,8 +1,8 @@
-"""What an entry of the gallery is.
+"""The entry of the gallery, and the outcome of running it.
 
-A module of the gallery describes one system through the public API (`build`), and lets the library work out
-what is asked of it (`solve`). `solve` returns a :class:`Solved`: a motion, the answers by short keys in the
-order in which they are asked, pictures, and checks.
+A module of the gallery describes one system through the public API (`build`), and answers questions about it with
+the library (`solve`). `solve` returns a :class:`Solved`: a motion, the answers by short keys in the order of the
+questions, pictures, and checks.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from .case import TOLERANCE, Case
 
 @dataclass(frozen=True)
 class Outcome:
-    """What running an entry gives.
+    """The result of running an entry.
 
     Attributes
     ----------
     entry : Entry
     system : System
     values : dict
-        Of the parameters, by name.
+        Values of the parameters by name.
     equations : Equations
     trajectory : Trajectory
     answers : dict
@@ -48,15 +48,14 @@ class Outcome:
 
     @property
     def events(self) -> list[Any]:
-        """The events of the motion that is kept."""
+        """The events of the stored motion."""
         return list(self.trajectory.events)
 
     @property
     def free_bodies(self) -> dict[str, Any]:
         """The free-body equations of the bodies that the entry shows, by name.
 
-        Components are those in ground axes; where attitudes are quaternions in ground or body axes, whichever are the
-        shorter to read.
+        Components are in ground axes; if attitudes are quaternions, in ground or body axes, whichever are shorter.
         """
         shown = self.system.bodies if self.entry.bodies is None else self.entry.bodies
         model = self.equations.model
@@ -69,8 +68,8 @@ class Outcome:
             )
 
         found = {name: one(name) for name in shown if name != "ground"}
-        if self.entry.held:
-            found = {name: body.at(self.entry.held) for name, body in found.items()}
+        if self.entry.fixed_values:
+            found = {name: body.at(self.entry.fixed_values) for name, body in found.items()}
         return found
 
 
@@ -81,31 +80,32 @@ class Entry:
     Attributes
     ----------
     name : str
-        Short: ``sec-6-9`` for what stands in the chapter.
+        Short name: ``sec-6-9`` for a system of the chapter.
     aliases : tuple of str
-        Other names it is found by; the first is what people call it.
+        Other names of the entry; the first is its common name.
     title : str
-        A line that says what the system is.
+        One line that describes the system.
     asks : tuple of str
-        The questions it answers.
+        The questions that it answers.
     build : function
-        Makes the system, with default values.
+        Returns the system with default values.
     solve : function of a :class:`Case`
-        Gives a :class:`Solved`.
+        Returns a :class:`Solved`.
     until : float
-        Length of the run where none is asked for [s].
+        Default length of the run [s].
     start : mapping
-        Values by name, numbers or expressions of parameters, from which the motion of the run begins.
+        Initial values of the run by name: numbers or expressions in the parameters.
     near : mapping
-        Of a machine with constraints: coordinates near which it is closed.
+        For machines with constraints: an approximate closed configuration.
     positive : tuple of str
-        Parameters above 0, without which the questions have no answers.
+        Parameters that must be above 0 for the questions to have answers.
     bodies : tuple of str, optional
-        The bodies whose free-body equations are shown with the answers; all if not given.
+        The bodies whose free-body equations are shown with the answers; by default all.
     modes : mapping, optional
-        Of a machine with contacts: the modes that its equations are for, see :func:`freebody.equations`.
-    held : mapping
-        Values of coordinates, speeds and accelerations that these modes keep: the free bodies are shown with them.
+        For machines with contacts: the contact modes of its equations, see :func:`freebody.equations`.
+    fixed_values : mapping
+        Values of coordinates, speeds and accelerations that these modes hold fixed; the free bodies are shown with
+        them.
     """
 
     name: str
@@ -120,26 +120,26 @@ class Entry:
     positive: tuple[str, ...] = ()
     bodies: tuple[str, ...] | None = None
     modes: Mapping[str, Any] | None = None
-    held: Mapping[str, Any] = field(default_factory=dict)
+    fixed_values: Mapping[str, Any] = field(default_factory=dict)
 
     def run(
         self, values: Mapping[str, Any] | None = None, until: Any = None, tolerance: float | None = None
     ) -> Outcome:
-        """Derive the equations, simulate, and answer what is asked.
+        """Derive the equations, simulate, and answer the questions.
 
         Parameters
         ----------
         values : mapping, optional
-            Of parameters, by name, in place of their defaults; numbers or text such as ``"75deg"``.
+            Values of parameters by name in place of their defaults; numbers or text such as ``"75deg"``.
         until : float, optional
-            Length of the run [s]. Answers that need a longer one get it.
+            Length of the run [s]. Answers that need a longer run use one.
         tolerance : float, optional
-            Of the simulations.
+            Tolerance of the simulations.
 
         Raises
         ------
         ModelError, SimulationError
-            An unknown parameter, a value that the system can not have, a run that fails.
+            An unknown parameter, an impossible value, or a run that fails.
         """
         system = self.build()
         model = fb.assemble(system)

@@ -1,4 +1,4 @@
-"""Pictures of the gallery beside those of :mod:`freebody.picture`: lines in panels, and an axis seen from above."""
+"""Additional pictures for the gallery: lines in panels, and an axis seen from above."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import freebody as fb
 
 
 def lines(t: Any, panels: Mapping[str, Mapping[str, Any]], title: str) -> Any:
-    """Curves over time: a panel for each label of an axis, in it a line for each name."""
+    """Draw curves over time: a panel for each axis label, and in it a line for each name."""
     from ...picture.plots.plots import COLORS, figure
 
     axes = np.atleast_1d(figure(8, 2.4 + 1.6 * len(panels)).subplots(len(panels), 1, sharex=True))
@@ -27,14 +27,14 @@ def lines(t: Any, panels: Mapping[str, Mapping[str, Any]], title: str) -> Any:
 
 
 def moments(trajectory: fb.Trajectory, joint: str, title: str) -> Any:
-    """Moment of a joint on its child body over time, components in ground axes."""
+    """Draw the moment of a joint on its child body over time, components in ground axes."""
     felt = trajectory.reactions[joint]
     curves = {f"{joint}_M{axis}": felt.moment[:, i] for i, axis in enumerate("xyz")}
     return lines(trajectory.t, {f"moment on {felt.on} [N m]": curves}, title)
 
 
 def tip(trajectory: fb.Trajectory, body: str, title: str, about: Any = None) -> Any:
-    """Path of the tip of a body's z axis, seen from above: components along X and Y; ``about`` marks a direction."""
+    """Draw the path of the tip of a body's z axis from above: components along X and Y; ``about`` marks a direction."""
     from ...picture.plots.plots import COLORS, figure
 
     axis = trajectory.poses[body].rotation[:, :, 2]
@@ -62,7 +62,7 @@ def seen_in_body(
     remark: str,
     view: tuple[float, float] = (22.0, 40.0),
 ) -> Any:
-    """Path of the direction of vectors (times, 3) in ground axes as a body sees it, on the unit sphere of its axes."""
+    """Draw the path of the direction of vectors (times, 3), given in ground axes, on the unit sphere of body axes."""
     from ...picture.plots import sphere
 
     own = np.einsum("nji,nj->ni", trajectory.poses[body].rotation, vectors)

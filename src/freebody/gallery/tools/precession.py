@@ -1,6 +1,6 @@
-"""Steady precession in Euler's angles, read off the equation of motion of theta, for the tops of the gallery.
+"""Steady precession in Euler's angles from the equation of motion of theta, for the tops of the gallery.
 
-psi turns about the axis that the moment's force is parallel to, theta about the nodal axis, phi about the
+psi turns about the axis parallel to the force that exerts the moment, theta about the nodal axis, phi about the
 symmetry axis; the total spin phi' + psi' cos(theta) is a constant of the motion, and a parameter of the system.
 """
 
@@ -19,7 +19,7 @@ from .case import Case
 
 
 def steady_balance(case: Case, spin: str = "Omega_zeta") -> tuple[Any, ...]:
-    """Coefficients of 1, w, w² in the balance of theta when theta and psi' = w stay as they are."""
+    """Return the coefficients of 1, w, w² in the balance of theta for constant theta and psi' = w."""
     w = sympy.Symbol("w")
     state = {"theta'": 0, "theta''": 0, "psi''": 0, "phi''": 0, "psi'": w}
     phi_rate = case.system.expression(f"{spin} - psi'*cos(theta)")
@@ -31,10 +31,10 @@ def steady_balance(case: Case, spin: str = "Omega_zeta") -> tuple[Any, ...]:
 
 
 def steady_root(case: Case, theta: str, spin: str = "Omega_zeta") -> tuple[Any, Any, bool]:
-    """Fast and slow rate of steady precession at the angle of that name, and whether they are real.
+    """Return the fast and slow rate of steady precession at the angle of that name, and True if they are real.
 
-    The roots of A w² + B w + C are q/A and C/q with q = -(B ± sqrt(B² - 4 A C))/2, the sign that of B, so that the
-    slow one keeps its digits.
+    The roots of A w² + B w + C are q/A and C/q with q = -(B ± sqrt(B² - 4 A C))/2. The sign is the sign of B, so that
+    the slow root does not lose digits.
     """
     C, B, A = (
         case.put(c, {"theta": theta}) / sympy.sin(case.atoms[theta]) for c in steady_balance(case, spin)
@@ -48,7 +48,7 @@ def steady_root(case: Case, theta: str, spin: str = "Omega_zeta") -> tuple[Any, 
 
 
 def steady_rates(case: Case, theta: str, ending: str = "", spin: str = "Omega_zeta") -> Answers:
-    """Answers to both rates of steady precession at the angle of that name."""
+    """Return answers for both rates of steady precession at the angle of that name."""
     fast, slow, there = steady_root(case, theta, spin)
     # the cosine of a right angle is not 0 in doubles
     horizontal = there and abs(case.number(sympy.cos(case.atoms[theta]))) < 1e-15
@@ -67,7 +67,7 @@ def steady_rates(case: Case, theta: str, ending: str = "", spin: str = "Omega_ze
 
 
 def least_spin(case: Case, theta: Any = "theta_0", spin: str = "Omega_zeta") -> Any:
-    """Smallest spin with a steady precession at an angle, where B² = 4 A C; B is a multiple of the spin."""
+    """Return the smallest spin with a steady precession at an angle: B² = 4 A C, and B is a multiple of the spin."""
     C, B, A = (sympy.cancel(c / sympy.sin(case.atoms["theta"])) for c in steady_balance(case, spin))
     C, B, A = (case.put(c, {"theta": theta}) for c in (C, B, A))
     slope = B.diff(case.atoms[spin])
@@ -75,9 +75,9 @@ def least_spin(case: Case, theta: Any = "theta_0", spin: str = "Omega_zeta") -> 
 
 
 def stop(case: Case) -> tuple[Any, Any]:
-    """Energy and momentum about the vertical at a stop of the axis, theta' = psi' = 0, over cos(theta) there.
+    """Return energy and momentum about the vertical at a stop of the axis, theta' = psi' = 0, divided by cos(theta).
 
-    All motions of the same spin have the same two.
+    Both are the same for all motions of the same spin.
     """
     still = {"theta'": 0, "psi'": 0, "phi'": "Omega_zeta"}
     cosine = sympy.cos(case.atoms["theta"])
@@ -90,10 +90,10 @@ def stop(case: Case) -> tuple[Any, Any]:
 
 
 def left_at_stop(case: Case, start: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Where psi' vanishes in a motion, and what is left there of the energy of theta' [J].
+    """Return cos(theta) at which psi' vanishes in a motion, and the remaining energy of theta' there [J].
 
-    The momentum about the vertical gives cos(theta) where psi' = 0, E the energy that theta' has there. Is there some,
-    the path has loops; is there none, cusps; less than none, psi' never vanishes: waves.
+    The momentum about the vertical gives cos(theta) at psi' = 0, and E gives the energy of theta' there. If it is
+    positive, the path has loops; if it is zero, cusps; if it is negative, psi' never vanishes and the path has waves.
     """
     weight, spin = stop(case)
     energy, momentum = (
@@ -108,7 +108,7 @@ def left_at_stop(case: Case, start: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def path_class(case: Case, start: Mapping[str, Any]) -> str:
-    """Loop, cusp or wave: the path of the axis on the unit sphere, from the integrals of the motion."""
+    """Return loop, cusp or wave: the shape of the axis' path on the unit sphere, from the integrals of the motion."""
     cosine, left = (case.number(x) for x in left_at_stop(case, start))
     weight = abs(case.number(stop(case)[0]))
     if abs(left) <= 1e-12 * weight and abs(cosine) <= 1:
@@ -117,7 +117,7 @@ def path_class(case: Case, start: Mapping[str, Any]) -> str:
 
 
 def between(case: Case, name: str = "theta_0") -> None:
-    """Refuse a vertical shaft, where psi and phi are one angle."""
+    """Raise an error for a vertical shaft, for which psi and phi are one angle."""
     if not 0 < case[name] < math.pi:
         raise fb.errors.ModelError(
             f"Expected {name} between 0 and pi, got {case[name]:g}: there the shaft is vertical and "

@@ -1,4 +1,4 @@
-"""What the shafts of the gallery have in common: two bearings, a rotor between them, and their reactions.
+"""Common parts of the gallery's shafts: two bearings, a rotor between them, and the bearing reactions.
 
 X is horizontal, Y up, Z along the shaft; bearing A is at Z = L/2, B at Z = -L/2. They carry forces across the
 shaft and no moments: together they are a hinge, whose reaction :func:`freebody.bearing_reactions` shares
@@ -23,7 +23,7 @@ HOW = 'fb.bearing_reactions(s, "axle", at={"A": "L/2", "B": "-L/2"})'
 
 
 def on_shaft(s: fb.System, rotor: Any) -> Any:
-    """Put a rotor on the shaft, with weight along -Y; describe what all shafts share."""
+    """Put a rotor on the shaft, with weight along -Y, and describe the parameters of all shafts."""
     s.gravity = (0, -s.expression("g"), 0)
     axle = s.hinge("axle", s.ground, rotor, axis="z", coordinate="theta")
     explain(
@@ -36,7 +36,7 @@ def on_shaft(s: fb.System, rotor: Any) -> Any:
 
 
 def product_of_inertia(case: Case, rotor: str) -> Answer:
-    """I_yz = ∫ y z dm about the midpoint of the shaft, in body axes."""
+    """Return I_yz = ∫ y z dm about the midpoint of the shaft, in body axes."""
     about = mass_properties(case.system.bodies[rotor]).about((0, 0, 0))
     return case.formula(
         "product of inertia I_yz = ∫ y z dm about the midpoint, body axes",
@@ -45,7 +45,7 @@ def product_of_inertia(case: Case, rotor: str) -> Answer:
 
 
 def dynamic_amplitude(case: Case, omega: Any) -> Answer:
-    """Size of the reaction at a bearing that turns with the shaft: without weight, at constant speed."""
+    """Return the magnitude of the bearing reaction that turns with the shaft: without weight, at constant speed."""
     found = fb.bearing_reactions(case.equations, "axle", at=BEARINGS).rotating["A"]
     x, y, _ = case.put(found, {"theta'": omega, "theta''": 0, "g": 0})
     return case.formula(
@@ -56,7 +56,7 @@ def dynamic_amplitude(case: Case, omega: Any) -> Answer:
 def reactions(
     case: Case, state: Mapping[str, Any], label: str, ending: str = "", where: Mapping[str, Any] | None = None
 ) -> Answers:
-    """Components of the force of each bearing on the shaft at a state; ``where`` are values of parameters."""
+    """Return the force components of each bearing on the shaft at a state; ``where`` gives values of parameters."""
     found = fb.bearing_reactions(case.equations, "axle", at=BEARINGS).ground
     return {
         f"R_{name}{axis}{ending}": case.formula(
@@ -69,7 +69,7 @@ def reactions(
 
 
 def against_simulation(case: Case, answers: Answers, at: fb.Trajectory, ending: str = "") -> Check:
-    """The closed forms of the reactions, and those of the simulation at its last time."""
+    """Return a check of the closed-form reactions against the simulation at its last time."""
     felt = fb.bearing_reactions(case.equations, "axle", at=BEARINGS).along(at)
     simulated = [felt[name][-1][i] for name in "AB" for i in range(2)]
     closed = [answers[f"R_{name}{axis}{ending}"].value for name in "AB" for axis in "XY"]
@@ -82,7 +82,7 @@ def against_simulation(case: Case, answers: Answers, at: fb.Trajectory, ending: 
 
 
 def plots(case: Case, trajectory: fb.Trajectory, title: str) -> Plots:
-    """Forces of the bearings over time, in ground axes, and the energy ledger."""
+    """Return the plots of the bearing forces over time, in ground axes, and of the energy ledger."""
     from ...picture.plots.plots import energy_residual, saved
 
     felt = fb.bearing_reactions(case.equations, "axle", at=BEARINGS).along(trajectory)

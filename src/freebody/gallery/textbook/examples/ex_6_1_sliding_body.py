@@ -1,6 +1,6 @@
 """Box on two feet, pulled at its upper rear corner while it slides (chapter, Example 6.1).
 
-x is to the right, the way it slides; A is the rear foot, B the front foot; theta turns counter-clockwise.
+x is to the right, in the direction of sliding; A is the rear foot, B the front foot; theta is counter-clockwise.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SLIDING = {"A": "slip+", "B": "slip+"}
 
 
 def build() -> fb.System:
-    """x, y are those of the centre, from the place where both feet stand on the floor."""
+    """Return the system; x, y are displacements of the centre from the position with both feet on the floor."""
     s = fb.System("sliding_body")
     m, L, H, D, mu, F = s.parameters(m=50.0, L=1.2, H=0.8, D=0.15, mu=0.25, F=200.0)
     beta, g = s.parameters(beta="20deg", g=9.81)
@@ -48,16 +48,17 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     e = case.equations
-    asked = ["x''", "N_A", "N_B"]
-    found = e.solve(asked, where=LEVEL)
+    unknowns = ["x''", "N_A", "N_B"]
+    solution = e.solve(unknowns, where=LEVEL)
     tipping = e.solve(["F", "x''", "N_B"], where={**LEVEL, "N_A": 0})
-    stands = case.number(found["N_A"]) >= 0
+    stands = case.number(solution["N_A"]) >= 0
     shown, how = case, 'fb.equations(s, modes={"A": "slip+", "B": "slip+"}).solve'
     state = "both feet slide on the floor"
-    forces = {name: found[name] for name in asked}
+    forces = {name: solution[name] for name in unknowns}
     if not stands:  # it tips about B
         shown, how = case.touching(B="slip+"), 'fb.equations(s, modes={"B": "slip+"}).solve'
         state = "tips: foot A leaves the floor"

@@ -18,7 +18,7 @@ VERTICAL = {"theta": "-pi/2"}
 
 
 def build() -> fb.System:
-    """The bar lies along x at theta = 0; its hinge is L/6 to the left of its centre."""
+    """Return the system; the bar lies along x at theta = 0, and its hinge is L/6 to the left of its centre."""
     s = fb.System("hinged_bar")
     m, L, g = s.parameters(m=3.0, L=1.5, g=9.81)
     s.gravity = (0, -g, 0)
@@ -35,6 +35,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, reaction, saved
 
     e = case.equations

@@ -1,6 +1,6 @@
 """Disk on a rough floor, pulled by a force whose line is above its centre (chapter, Example 6.3).
 
-x is to the right, phi turns counter-clockwise; the friction force H on the disk counts positive to the left.
+x is to the right, phi is counter-clockwise; the friction force H on the disk is positive to the left.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ...tools.entry import Entry
 
 
 def build() -> fb.System:
-    """The force keeps its line at the height h, wherever the disk has turned to: a force at C and a couple."""
+    """Return the system; a force at C and a couple keep the line of the force at the height h as the disk turns."""
     s = fb.System("pulled_disk")
     m, R, h, mu = s.parameters(m=10.0, R=0.3, h=0.4, mu=0.2)
     F, _, g = s.parameters(F=30.0, F_2=250.0, g=9.81)
@@ -44,14 +44,15 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     rolling = case.touching(floor="stick")
-    held = rolling.equations.solve(["x''", "phi''", "T_floor", "N_floor"])
-    # T at rest at the contact is proportional to F; its sense is that in which the disk would slip otherwise
-    share = rolling.number(held["T_floor"], {"F": 1})
+    sticking = rolling.equations.solve(["x''", "phi''", "T_floor", "N_floor"])
+    # T without slip is proportional to F; it opposes the slip that would otherwise occur
+    share = rolling.number(sticking["T_floor"], {"F": 1})
     limit: Any = None
-    if abs(share) > 1e-14:  # less is the round-off of a line through the centre of percussion
+    if abs(share) > 1e-14:  # smaller values are round-off of a line through the centre of percussion
         end = "-" if share < 0 else ""
         limit = rolling.equations.solve("F", where=f"T_floor = {end}mu*N_floor")["F"]
     largest = sympy.oo if limit is None else rolling.number(limit)
@@ -65,7 +66,7 @@ def solve(case: Case) -> Solved:
         now = rolling
         if not rolls:
             now = case.touching(floor="slip+" if share * F < 0 else "slip-")
-        found = held if rolls else now.equations.solve(["x''", "phi''", "T_floor", "N_floor"])
+        solution = sticking if rolls else now.equations.solve(["x''", "phi''", "T_floor", "N_floor"])
         mode = f'fb.equations(s, modes={{"floor": "{"stick" if rolls else "slip"}"}}).solve'
         at = {"F": name}
         answers[f"state{tail}"] = Answer(
@@ -77,7 +78,7 @@ def solve(case: Case) -> Solved:
                   "H": ("T_floor", -1, "friction force on the disk, to the left +", "N")}  # fmt: skip
         for key, (unknown, sign, words, unit) in forces.items():
             answers[key + tail] = now.formula(
-                f"({item}) {words}", now.put(sign * found[unknown], at), unit, mode
+                f"({item}) {words}", now.put(sign * solution[unknown], at), unit, mode
             )
         motion = case.having(F=F).motion()
         end_of_run, t = motion.at(case.until), case.until

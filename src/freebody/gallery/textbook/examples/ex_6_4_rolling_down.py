@@ -1,6 +1,6 @@
 """Disk that rolls from rest down a slope (chapter, Example 6.4).
 
-The slope falls to the right by beta; phi turns counter-clockwise, so rolling down turns it negative.
+The slope falls to the right by beta; phi is counter-clockwise, so it is negative after rolling down.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ REST = {"s": 0, "n": 0, "phi": 0, "s'": 0, "n'": 0, "phi'": 0}
 
 
 def build() -> fb.System:
-    """s is along the slope, n at right angles to it: the axes of the joint are turned by -beta."""
+    """Return the system; s is along the slope, n normal to it: the axes of the joint are rotated by -beta."""
     s = fb.System("rolling_down")
     m, R, _, beta, mu, g = s.parameters(m=5.0, R=0.25, H=2.0, beta="30deg", mu=0.5, g=9.81)
     s.gravity = (0, -g, 0)
@@ -42,20 +42,21 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     e = case.equations
-    found = e.solve(["s''", "phi''", "N_slope", "T_slope"])
+    solution = e.solve(["s''", "phi''", "N_slope", "T_slope"])
     case.refuse_unless("beta", 0 < case["beta"] < sympy.pi / 2, "a slope between 0 and 90 degrees")
     case.refuse_unless("H", case["H"] > 0, "a height H greater than 0")
     beta, mu = case.atoms["beta"], case.atoms["mu"]
-    steepest = angle_where(found["T_slope"] + mu * found["N_slope"], beta)
-    needed = sympy.cancel(-found["T_slope"] / found["N_slope"])
+    steepest = angle_where(solution["T_slope"] + mu * solution["N_slope"], beta)
+    needed = sympy.cancel(-solution["T_slope"] / solution["N_slope"])
     rolling = case.having(mu=max(case["mu"], 1.01 * case.number(needed)))
     rolls = case["mu"] >= case.number(needed)
     # rolling: phi' = s' phi''/s''
     rate = sympy.Dummy("rate", real=True)
-    ratio = sympy.cancel(found["phi''"] / found["s''"])
+    ratio = sympy.cancel(solution["phi''"] / solution["s''"])
     low = {**REST, "s": "H/sin(beta)"}
     energy = e.integrals["energy"].expression
     balance = sympy.expand(
@@ -69,9 +70,9 @@ def solve(case: Case) -> Solved:
         "omega_2": case.formula(
             "angular velocity then, counter-clockwise +", ratio * sympy.sqrt(square), "rad/s", how
         ),
-        "a": case.formula("acceleration down the slope", found["s''"], "m/s²", modes),
-        "N": case.formula("normal force of the slope", found["N_slope"], "N", modes),
-        "H_up": case.formula("friction on the disk, up the slope +", -found["T_slope"], "N", modes),
+        "a": case.formula("acceleration down the slope", solution["s''"], "m/s²", modes),
+        "N": case.formula("normal force of the slope", solution["N_slope"], "N", modes),
+        "H_up": case.formula("friction on the disk, up the slope +", -solution["T_slope"], "N", modes),
         "mu_needed": case.formula("friction that rolling takes", needed, "1", modes + ", T_slope/N_slope"),
         "beta_max": case.formula(
             "with the friction mu: steepest slope on which it rolls",

@@ -14,7 +14,7 @@ from ...tools.entry import Entry
 
 
 def build() -> fb.System:
-    """The guide is the x axis; the bar of length 2 a hangs along y at theta = 0."""
+    """Return the system; the guide is the x axis, and the bar of length 2 a hangs along y at theta = 0."""
     s = fb.System("cart_and_bar")
     M, m, a, k, F, g = s.parameters(M=2.0, m=1.0, a=0.5, k=50.0, F=3.0, g=9.81)
     s.parameters(t_1=1.0, t_2=2.0)
@@ -42,6 +42,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, reaction, saved
 
     case.refuse_unless("k", case["k"] >= 0, "a stiffness of at least 0")
@@ -54,7 +55,7 @@ def solve(case: Case) -> Solved:
     for label, motion in at.items():
         answers |= states(motion, 0, units, label)
     for label, motion in at.items():
-        # the pin's reaction is that on the bar; the particle feels the opposite
+        # the pin's reaction acts on the bar; the opposite force acts on the particle
         F_x, F_y, _ = -motion.reactions["pin"].force[0]
         f = motion.reactions["guide"].force[0, 1]
         how = "fb.simulate(s, ...).reactions"

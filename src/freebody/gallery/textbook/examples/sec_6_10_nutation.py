@@ -1,7 +1,7 @@
 """Small oscillation of a gyroscope about its steady slow precession (chapter, section 6.10).
 
-The steady motion is taken from the equations: the spin that keeps theta_0 at the precession rate psi'. They are
-linearised about it, and the linear equations solved in closed form.
+The equations give the steady motion: the spin that keeps theta_0 at the precession rate psi'. The equations are
+linearised about it, and the linear equations are solved in closed form.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .sec_6_9_gyroscope import top
 
 
 def build() -> fb.System:
-    """The gyroscope with small changes of its angular velocity."""
+    """Return the gyroscope with small changes of its angular velocity."""
     s = top("nutation", w_xi=0.05, w_eta=0.08, t_1=0.1)
     explain(
         s,
@@ -37,7 +37,7 @@ def build() -> fb.System:
 
 
 def slow_precession(case: Case) -> Any:
-    """The slow rate at theta_0, in the parameters.
+    """Return the slow rate at theta_0 in the parameters.
 
     Raises
     ------
@@ -45,8 +45,8 @@ def slow_precession(case: Case) -> Any:
         The spin is too small for a steady precession.
     """
     between(case)
-    _, slow, there = steady_root(case, "theta_0")
-    if not there:
+    _, slow, exists = steady_root(case, "theta_0")
+    if not exists:
         raise fb.errors.ModelError(
             f"Expected a spin with a steady precession at theta_0 = {case['theta_0']:g} rad, got Omega_zeta = "
             f"{case['Omega_zeta']:g} rad/s: it is too small. Spin faster, or lower the shaft."
@@ -56,9 +56,9 @@ def slow_precession(case: Case) -> Any:
 
 @dataclass(frozen=True)
 class LinearTheory:
-    """Small motions about steady precession at theta_0, in symbols: its rate, the changes at the start, and time.
+    """Small motions about steady precession at theta_0, in symbols: rate, initial changes, and time.
 
-    theta and psi hold the symbol ``omega_n`` for the frequency.
+    theta and psi contain the symbol ``omega_n`` for the frequency.
     """
 
     rate: Any
@@ -71,33 +71,33 @@ class LinearTheory:
     psi: Any
 
     def at(self, x: Any, **values: Any) -> Any:
-        """An expression with other expressions in place of ``rate``, ``theta_rate``, ``psi_rate`` and ``t``."""
+        """Return an expression with other expressions in place of ``rate``, ``theta_rate``, ``psi_rate`` and ``t``."""
         return x.xreplace({getattr(self, name): sympy.sympify(value) for name, value in values.items()})
 
 
 @cache
 def linear_theory() -> LinearTheory:
-    """The linear equations about the steady precession, and their response: derived once, for all values."""
+    """Return the linear equations about steady precession and their response, derived once for all values."""
     e = fb.equations(top("nutation"))
     atoms = e.model.names.atoms
     rate, theta_rate, psi_rate = (sympy.Dummy(name, real=True) for name in ("rate", "theta_rate", "psi_rate"))
     steady = fb.steady_motions(e, solve_for="phi'")[0].solution["phi'"]
     spin = steady.xreplace({atoms["psi'"]: rate, atoms["theta"]: atoms["theta_0"]})
     model = fb.linearize(e, {"theta": "theta_0", "psi'": rate, "phi'": spin})
-    # the total spin along the shaft stays
+    # the total spin along the shaft is constant
     changes = {"theta'": theta_rate, "psi'": psi_rate, "phi'": -psi_rate * sympy.cos(atoms["theta_0"])}
-    found: Any = model.response(changes)
-    (t,) = {x for x in found["theta"].free_symbols if x.name == "t"}
+    results: Any = model.response(changes)
+    (t,) = {x for x in results["theta"].free_symbols if x.name == "t"}
     (frequency,) = model.natural_frequencies()
     omega_n = sympy.Symbol("omega_n", real=True)
-    theta, psi = (arranged(e.ring, found[name], frequency, omega_n, t) for name in ("theta", "psi"))
+    theta, psi = (arranged(e.ring, results[name], frequency, omega_n, t) for name in ("theta", "psi"))
     return LinearTheory(
         rate, theta_rate, psi_rate, t, frequency, omega_n, atoms["theta_0"] + theta, rate * t + psi
     )
 
 
 def arranged(ring: Any, x: Any, frequency: Any, omega_n: Any, t: Any) -> Any:
-    """a + b t + c cos(omega_n t) + d sin(omega_n t), each coefficient over a power of omega_n that makes it short."""
+    """Return a + b t + c cos(omega_n t) + d sin(omega_n t), with each coefficient over a suitable power of omega_n."""
     C, S = sympy.Dummy("C"), sympy.Dummy("S")
     turning = {f: C if isinstance(f, sympy.cos) else S for f in x.atoms(sympy.sin, sympy.cos) if f.has(t)}
     y = x.xreplace(turning)
@@ -117,14 +117,14 @@ def arranged(ring: Any, x: Any, frequency: Any, omega_n: Any, t: Any) -> Any:
 
 
 def start(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> dict[str, float]:
-    """The state after theta' and psi' have changed; the total spin stays."""
+    """Return the state after a change of theta' and psi' at constant total spin."""
     rates = {"theta'": case.number(theta_rate), "psi'": case.number(slow + psi_rate)}
     spin = case["Omega_zeta"] - rates["psi'"] * case.number(sympy.cos(case.atoms["theta_0"]))
     return {"theta": case["theta_0"], **rates, "phi'": spin}
 
 
 def theory_and_truth(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> tuple[Answers, dict[str, Any]]:
-    """Answers of the linear theory and of the simulation at t_1, and the linear response as functions of time."""
+    """Return answers of linear theory and simulation at t_1, and the linear response as functions of time."""
     theory, atoms = linear_theory(), case.atoms
     changes = {"theta_rate": theta_rate, "psi_rate": psi_rate}
     response = {name: theory.at(getattr(theory, name), **changes) for name in ("theta", "psi")}
@@ -150,7 +150,7 @@ def theory_and_truth(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> t
 
 
 def frequency(case: Case, slow: Any) -> Answer:
-    """Frequency of the small oscillation about the slow precession."""
+    """Return the frequency of the small oscillation about the slow precession."""
     theory = linear_theory()
     return case.formula(
         "frequency of the small oscillation, linear theory, where psi' is the slow precession rate",
@@ -160,15 +160,15 @@ def frequency(case: Case, slow: Any) -> Answer:
 
 
 PARTS = 2.0 ** -np.arange(8)
-"""Sizes of the change for which the linear theory is measured, over the advance psi' sin(theta_0) of the axis."""
+"""Sizes of the change at which the linear theory is tested, over the advance psi' sin(theta_0) of the axis."""
 
 
 def errors(case: Case, slow: Any, w_xi: float, w_eta: float) -> dict[str, np.ndarray]:
-    """Root mean square errors of the linear theory over three nutations, as arcs on the unit sphere, by size.
+    """Return rms errors of the linear theory over three nutations, as arcs on the unit sphere, for each size.
 
-    The change has the direction of (w_xi, w_eta), that of the nodal axis if there is none, and each of the sizes
-    ``PARTS``. A mean is smooth in the size, as a largest error is not. The errors of
-    small changes are small: the motions are those of a fine tolerance.
+    The change has the direction of (w_xi, w_eta), or of the nodal axis if both are zero, and each of the sizes
+    ``PARTS``. A mean error is smooth in the size; a maximum error is not. Small changes have small errors, so the
+    motions are simulated with a fine tolerance.
     """
     theory, theta_0 = linear_theory(), case.atoms["theta_0"]
     rate, sine = case.number(slow), case.number(sympy.sin(theta_0))
@@ -176,36 +176,36 @@ def errors(case: Case, slow: Any, w_xi: float, w_eta: float) -> dict[str, np.nda
     t = np.linspace(0, 3 * period, 301)
     size = float(np.hypot(w_xi, w_eta))
     direction = (w_xi / size, w_eta / size) if size else (1.0, 0.0)
-    found: dict[str, list[float]] = {"theta": [], "psi sin(theta_0)": []}
+    results: dict[str, list[float]] = {"theta": [], "psi sin(theta_0)": []}
     for part in PARTS:
         w = [part * abs(rate) * sine * x for x in direction]
         changes = {"theta_rate": w[0], "psi_rate": w[1] / sine}
         begun = start(case, slow, *changes.values())
         exact = case.simulate_to(t, initial=begun, tolerance=min(case.tolerance, 1e-12))
-        for name, scale, errs in zip(("theta", "psi"), (1.0, sine), found.values(), strict=True):
+        for name, scale, errs in zip(("theta", "psi"), (1.0, sine), results.values(), strict=True):
             x = theory.at(theory.at(getattr(theory, name), omega_n=theory.frequency, **changes), rate=slow)
             linear = sympy.lambdify(theory.t, case.put(x, case.values), "numpy")(t)
             errs.append(scale * float(np.sqrt(np.mean((linear - exact[name]) ** 2))))
-    return {name: np.array(errs) for name, errs in found.items()}
+    return {name: np.array(errs) for name, errs in results.items()}
 
 
-def orders(found: dict[str, np.ndarray]) -> dict[str, float]:
-    """Order to which each error grows, from three sizes: the next order of the error is cancelled.
+def orders(results: dict[str, np.ndarray]) -> dict[str, float]:
+    """Return the order of each error, from three sizes: the next order of the error is cancelled.
 
-    log2(e(w)/e(w/2)) = 2 + c w + O(w²), so twice that of the smaller pair less that of the larger is 2 + O(w²).
+    log2(e(w)/e(w/2)) = 2 + c w + O(w²), so twice the value of the smaller pair minus that of the larger is 2 + O(w²).
     """
-    slopes = {name: -np.diff(np.log2(errs[4:7])) for name, errs in found.items()}
+    slopes = {name: -np.diff(np.log2(errs[4:7])) for name, errs in results.items()}
     return {name: float(2 * slope[1] - slope[0]) for name, slope in slopes.items()}
 
 
-def growth(found: dict[str, np.ndarray]) -> Any:
-    """The errors over the size of the change, both on logarithmic scales, beside a square."""
+def growth(results: dict[str, np.ndarray]) -> Any:
+    """Draw the errors over the size of the change on logarithmic scales, with a quadratic for comparison."""
     from ....picture.plots.plots import COLORS, INK, figure
 
     ax = figure(8, 5).subplots()
-    for (name, errs), color in zip(found.items(), COLORS, strict=False):
+    for (name, errs), color in zip(results.items(), COLORS, strict=False):
         ax.loglog(PARTS, errs, "o-", color=color, linewidth=1.6, label=name)
-    square = found["theta"][-1] * (PARTS / PARTS[-1]) ** 2 / 2
+    square = results["theta"][-1] * (PARTS / PARTS[-1]) ** 2 / 2
     ax.loglog(PARTS, square, "--", color=INK, linewidth=1.2, label="second order")
     ax.set_xlabel("change of the angular velocity, over psi' sin(theta_0)")
     ax.set_ylabel("rms error over three nutations [rad]")
@@ -216,7 +216,7 @@ def growth(found: dict[str, np.ndarray]) -> Any:
 
 
 def plots(case: Case, trajectory: fb.Trajectory, theory: dict[str, Any]) -> Plots:
-    """theta and psi, linear and exact, and the path of the spin axis."""
+    """Return plots of theta and psi, linear and exact, and of the path of the spin axis."""
     from ....picture.plots.plots import energy_residual, saved
     from ....picture.plots.sphere import axis_path
 
@@ -241,13 +241,14 @@ def plots(case: Case, trajectory: fb.Trajectory, theory: dict[str, Any]) -> Plot
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import saved
 
     slow = slow_precession(case)
     w_xi, w_eta = case.atoms["w_xi"], case.atoms["w_eta"]
     changes = (w_xi, w_eta / sympy.sin(case.atoms["theta_0"]))
-    found, theory = theory_and_truth(case, slow, *changes)
-    answers: Answers = {"omega_n": frequency(case, slow), **found}
+    results, theory = theory_and_truth(case, slow, *changes)
+    answers: Answers = {"omega_n": frequency(case, slow), **results}
     begun = start(case, slow, *changes)
     answers["path"] = Answer(
         "path of the axis on the unit sphere, exact",
@@ -267,14 +268,14 @@ def solve(case: Case) -> Solved:
 
 
 def second_order(order: dict[str, float]) -> tuple[Check, ...]:
-    """The errors of theta and psi are of the second order, far from the first and the third."""
+    """Check that the errors of theta and psi are of the second order."""
     return tuple(
         Check(f"order of the error of the linear {name}, and 2", abs(x - 2), 0.1) for name, x in order.items()
     )
 
 
 def steadiness(case: Case, slow: Any) -> Any:
-    """Without a change theta stays where it is: the steady precession is one of the nonlinear equations."""
+    """Check that theta is constant without a change: the steady precession solves the nonlinear equations."""
     still = case.simulate_to([case["t_1"]], initial=start(case, slow, 0, 0))
     return same(
         "theta stays at theta_0 in steady precession", still["theta"], case["theta_0"], 1000 * case.tolerance

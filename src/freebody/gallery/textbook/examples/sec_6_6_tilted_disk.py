@@ -25,7 +25,7 @@ START = {"theta'": "omega"}
 
 
 def build() -> fb.System:
-    """The disk, turned by -beta about x, on a hinge along Z."""
+    """Return the disk, rotated by -beta about x, on a hinge along Z."""
     s = fb.System("tilted_disk")
     m, R, L, _ = s.parameters(m=20.0, R=0.2, L=0.6, g=9.81)
     s.assume(L > 0)
@@ -44,6 +44,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     answers: Answers = {
         "I_yz": product_of_inertia(case, "disk"),
         "R_dynamic": dynamic_amplitude(case, case.atoms["omega"]),

@@ -1,6 +1,6 @@
 """Symmetric body with no torque about its mass centre; wobble of the earth (chapter, section 6.8).
 
-At t = 0 the body axes lie along the ground's and the angular velocity is (w_1, 0, w_3); axis 3 = z is the
+At t = 0 body and ground axes coincide, and the angular velocity is (w_1, 0, w_3); axis 3 = z is the
 symmetry axis. Case (a) is a flat body, case (b) a slender one, case (c) the earth.
 """
 
@@ -21,7 +21,7 @@ START = {"C_wx": "w_1", "C_wz": "w_3"}
 
 
 def build() -> fb.System:
-    """A body on a ball joint at its mass centre: its mass does not matter."""
+    """Return a body on a ball joint at its mass centre: its mass does not matter."""
     s = fb.System("torque_free")
     I_1, I_3, *_ = s.parameters(I_1=1.0, I_3=1.8, w_1=0.5, w_3=6.0, t_1=2.0)
     I_1b, I_3b, *_ = s.parameters(I_1b=1.8, I_3b=0.4, earth_ratio=0.0033, earth_spin=1.0)
@@ -48,13 +48,13 @@ EARTH = {"I_1": 1, "I_3": "1 + earth_ratio"}
 
 
 def rate_in_body(case: Case, w_3: Any) -> Any:
-    """Omega of w_x' = -Omega w_y, read off the first equation of motion [rad per unit of time of ``w_3``]."""
+    """Return Omega of w_x' = -Omega w_y from the first equation of motion [rad per unit of time of ``w_3``]."""
     e = case.equations
     return case.put(e.bias[0].diff(case.atoms["C_wy"]), {"C_wz": w_3}) / e.mass_matrix[0, 0]
 
 
 def at_start(case: Case, w: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-    """Axis 3, omega and H at t = 0, where body axes and ground axes are the same; ``w`` is omega then."""
+    """Return axis 3, omega and H at t = 0, when body and ground axes coincide; ``w`` is omega then."""
     begun = {f"C_w{axis}": x for axis, x in zip("xyz", w, strict=True)}
     upright = dict(zip(case.equations.model.coordinate_names, (1, 0, 0, 0), strict=True))
     H = case.put(case.equations.momentum.angular(), {**begun, **upright})
@@ -62,7 +62,7 @@ def at_start(case: Case, w: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
 
 
 def angle(a: Any, b: Any) -> Any:
-    """Angle between two vectors [rad]."""
+    """Return the angle between two vectors [rad]."""
     across = a.cross(b)
     return sympy.atan2(sympy.sqrt(across.dot(across)), a.dot(b))
 
@@ -74,18 +74,20 @@ def answer(
     label: str = "",
     body: dict[str, Any] | None = None,
 ) -> Answers:
-    """What is asked of one body that starts with the angular velocity ``begun``, and its state at t_1.
+    """Return the answers for a body with the initial angular velocity ``begun``, and its state at t_1.
 
-    ``ending`` of the keys and ``label`` of the questions tell several cases apart; ``body`` holds moments of inertia.
+    ``ending`` of the keys and ``label`` of the questions distinguish cases; ``body`` gives moments of inertia.
     """
     axis, w, H = at_start(case, begun)
     body = body or {}
-    # axis 3 moves with the velocity w x axis; about H it turns at the rate of its swept angle
+    # axis 3 moves with the velocity w x axis; the rate of its swept angle about H is the precession
     across = H.cross(axis)
     precession = H.dot(axis.cross(w.cross(axis))) * sympy.sqrt(H.dot(H)) / across.dot(across)
-    there = case.having(**{name: case.number(case.system.expression(value)) for name, value in body.items()})
-    start = {f"C_w{axis}": there.number(x) for axis, x in zip("xyz", begun, strict=True)}
-    at = there.simulate_to([case["t_1"]], initial=start)
+    variant = case.having(
+        **{name: case.number(case.system.expression(value)) for name, value in body.items()}
+    )
+    start = {f"C_w{axis}": variant.number(x) for axis, x in zip("xyz", begun, strict=True)}
+    at = variant.simulate_to([case["t_1"]], initial=start)
     seen = at.poses["body"].rotation[0]
     turned = tuple(float(at[f"C_w{axis}"][0]) for axis in "xyz")
 
@@ -117,12 +119,13 @@ def answer(
 
 
 def checks(case: Case, motion: fb.Trajectory) -> tuple[Check, ...]:
-    """The angular momentum keeps its direction and size, seen from the ground."""
+    """Check that the angular momentum is constant in ground axes."""
     H = np.stack([motion[part] for part in case.equations.momentum.angular()], axis=-1)
     return (same("angular momentum along the motion and at its start", H, H[:1], 1000 * case.tolerance),)
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.cones import cones
     from ....picture.plots.plots import energy_residual, history, saved
     from ....picture.plots.sphere import axis_path
@@ -130,12 +133,12 @@ def solve(case: Case) -> Solved:
     slender = case.having(I_1=case["I_1b"], I_3=case["I_3b"])
     begun = (case.atoms["w_1"], sympy.Integer(0), case.atoms["w_3"])
     answers = answer(case, begun, "_a", "(a) ") | answer(case, begun, "_b", "(b) ", SLENDER)
-    # Omega in revolutions per day, as the spin is given
+    # Omega in revolutions per day, like the spin
     answers["period_c"] = case.formula(
         "(c) period of the wobble of the earth",
         case.put(1 / rate_in_body(case, "earth_spin"), EARTH), "days", "equation of motion of w_1",
     )  # fmt: skip
-    flat, thin = (one.motion(initial=START) for one in (case, slender))
+    flat, thin = (example.motion(initial=START) for example in (case, slender))
     momentum = case.equations.momentum.angular()
 
     def cone(motion: fb.Trajectory, title: str) -> Any:
@@ -147,10 +150,10 @@ def solve(case: Case) -> Solved:
     def omega(motion: fb.Trajectory, title: str) -> Any:
         return history(motion, ["C_wx", "C_wy", "C_wz"], title=title)
 
-    def rolling(ending: str, one: Case, title: str) -> Any:
-        # both cones once around, and no further
+    def rolling(ending: str, example: Case, title: str) -> Any:
+        # one full turn of both cones
         slowest = min(abs(answers[f"{name}{ending}"].value) for name in ("Omega", "precession"))
-        once = one.simulate(
+        once = example.simulate(
             min(2 * np.pi / slowest, case.until) if slowest else case.until, initial=START, samples=721
         )
         return cones(once, "body", title=title)

@@ -25,7 +25,7 @@ EVENTS = [
 
 
 def top(name: str, axis: str = "ZXZ", angles: str = "psi theta phi", **more: Any) -> fb.System:
-    """A gyroscope in Euler angles, or another sequence of angles; ``more`` are further parameters."""
+    """Return a gyroscope in Euler angles, or another sequence of angles; ``more`` are further parameters."""
     s = fb.System(name)
     m, R, L, g = s.parameters(m=1.2, R=0.06, L=0.1, g=9.81)
     s.parameters(**{"theta_0": "60deg", "Omega_zeta": 300.0, **more})
@@ -46,18 +46,18 @@ def top(name: str, axis: str = "ZXZ", angles: str = "psi theta phi", **more: Any
 
 
 def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
-    """The gyroscope in Euler angles, or in another sequence of angles."""
+    """Return the gyroscope in Euler angles, or in another sequence of angles."""
     s = top("gyroscope", axis, angles, theta_low="120deg", t_1=0.4)
     explain(s, theta_low="rad: second angle of steady precession", t_1="s: time to answer for")
     return s
 
 
 def sleeping_spin(case: Case) -> Any:
-    """Smallest spin at which the upright top is stable, from the linearised equations of the same machine.
+    """Return the smallest spin at which the upright top is stable, from the linearised equations of the machine.
 
-    Euler's angles do not know theta = 0 from its neighbours, so two tilts alpha, beta about the horizontal
-    axes take their place. The linear equations M q'' + G q' + K q = 0 give det(s² M + s G + K) =
-    a s⁴ + b s² + c; b grows with Omega², and all s are imaginary from b = 2 sqrt(a c) on.
+    Euler's angles are singular at theta = 0, so two tilts alpha, beta about the horizontal axes replace them. The
+    linear equations M q'' + G q' + K q = 0 give det(s² M + s G + K) = a s⁴ + b s² + c; b grows with Omega², and all
+    s are imaginary for b >= 2 sqrt(a c).
     """
     e = fb.equations(build("XYZ", "alpha beta phi"))
     tilts, rates = sympy.Matrix(e.coordinates[:2]), sympy.Matrix(e.speeds[:2])
@@ -74,12 +74,13 @@ def sleeping_spin(case: Case) -> Any:
 
 
 def moments(case: Case) -> tuple[Any, Any]:
-    """Moments of inertia about the pivot, transverse and axial, in the parameters."""
+    """Return the transverse and axial moments of inertia about the pivot, in the parameters."""
     I_0 = mass_properties(case.system.bodies["rotor"]).about(case.system.joints["pivot"].to)
     return I_0[0][0], I_0[2][2]
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     between(case)
     I_xi, I_zeta = moments(case)
     nutation = case.simulate_past("largest theta", 2, initial=RELEASE, events=EVENTS)
@@ -109,7 +110,7 @@ def solve(case: Case) -> Solved:
 
 
 def checks(case: Case, at: fb.Trajectory) -> tuple[Check, ...]:
-    """Every integral of the motion, where it is simulated, against its value at the release."""
+    """Check every integral along the simulated motion against its value at the release."""
     names = [*case.equations.model.coordinate_names, *case.equations.model.speed_names]
     start = {**dict.fromkeys(names, 0.0), "theta": case["theta_0"], "phi'": case["Omega_zeta"]}
     end = {name: float(at[name][0]) for name in names}
@@ -121,7 +122,7 @@ def checks(case: Case, at: fb.Trajectory) -> tuple[Check, ...]:
 
 
 def plots(trajectory: fb.Trajectory) -> Plots:
-    """theta, psi, the spin axis on the unit sphere and the energy ledger."""
+    """Return plots of theta, psi, the spin axis on the unit sphere and the energy ledger."""
     from ....picture.plots.plots import energy_residual, history, saved
     from ....picture.plots.sphere import axis_path
 

@@ -1,8 +1,8 @@
 """Disk that rolls inside a rough cylinder (chapter, Problem 6.10).
 
 theta is the angle of the line from the cylinder's axis to the centre C, from the downward vertical, counter-clockwise.
-The position of C is given by theta and by rho, its distance from the axis beyond R - r, on an arm and a slider without
-mass, so that the equations are those of the chapter; the reactions of these are zero.
+theta and rho, the distance of C from the axis beyond R - r, give the position of C on a massless arm and slider, so
+that the equations are those of the chapter; the reactions of arm and slider are zero.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ RELEASE = {"rho": 0, "rho'": 0, "theta": "theta_0", "theta'": 0, "phi'": 0, "phi
 
 
 def build() -> fb.System:
-    """phi is the turn of the disk against the line of centres."""
+    """Return the system; phi is the rotation of the disk relative to the line of centres."""
     s = fb.System("disk_in_cylinder")
     m, R, r, mu, g = s.parameters(m=1.5, R=1.0, r=0.2, mu=0.5, g=9.81)
     s.parameters(theta_0="50deg", theta_1="20deg")
@@ -53,6 +53,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.contact_plots import contact_forces
     from ....picture.plots.plots import energy_residual, history, saved
 
@@ -65,14 +66,16 @@ def solve(case: Case) -> Solved:
     )
     e = case.equations
     theta = case.atoms["theta"]
-    found = e.solve(["theta''", "phi''", "N_wall", "T_wall"], where=ROLLING)
-    spin = sympy.cancel(found["phi''"] / found["theta''"])  # rolling: phi' = spin theta'
+    solution = e.solve(["theta''", "phi''", "N_wall", "T_wall"], where=ROLLING)
+    spin = sympy.cancel(solution["phi''"] / solution["theta''"])  # rolling: phi' = spin theta'
     by_forces, by_moments = derivations(case, spin)
-    # friction is most in demand at the release: T/N = sin/(3 cos + 4 (cos - cos theta_0)) grows with the angle
-    held = {**RELEASE, "theta": theta}
-    steepest = angle_where(case.put(found["T_wall"] - case.atoms["mu"] * found["N_wall"], held), theta)
-    needed = case.put(found["T_wall"] / found["N_wall"], RELEASE)
-    # the questions are about rolling: their simulations have a little more friction than it takes
+    # the required friction is largest at the release: T/N = sin/(3 cos + 4 (cos - cos theta_0)) grows with the angle
+    released = {**RELEASE, "theta": theta}
+    steepest = angle_where(
+        case.put(solution["T_wall"] - case.atoms["mu"] * solution["N_wall"], released), theta
+    )
+    needed = case.put(solution["T_wall"] / solution["N_wall"], RELEASE)
+    # the questions are about rolling: their simulations have slightly more friction than it requires
     rolling = case.having(mu=max(case["mu"], 1.01 * case.number(needed)))
     rolls = case["mu"] >= case.number(needed)
     rate = -sympy.sqrt(speed_squared(case, spin))
@@ -81,7 +84,7 @@ def solve(case: Case) -> Solved:
     equation = case.formula(
         "equation of motion in theta", by_forces, "", how + ".eliminate()", at={**now, "theta''": 0}
     )
-    stiffness = -sympy.diff(found["theta''"], theta)
+    stiffness = -sympy.diff(solution["theta''"], theta)
     answers: Answers = {
         "equation": replace(equation, value=f"{equation.text} = 0"),
         "omega_n": case.formula(
@@ -89,11 +92,12 @@ def solve(case: Case) -> Solved:
             "equation of motion, linear about theta = 0",
         ),
         "theta'": case.formula("theta' when theta_1 is first reached", rate, "rad/s", "energy integral, rolling"),
-        "theta''": case.formula("theta'' then", case.put(found["theta''"], now), "rad/s²", how + ".solve"),
-        "N": case.formula("normal force then", case.put(found["N_wall"], now), "N", how + ".solve"),
+        "theta''": case.formula("theta'' then", case.put(solution["theta''"], now), "rad/s²", how + ".solve"),
+        "N": case.formula("normal force then", case.put(solution["N_wall"], now), "N", how + ".solve"),
         "f": case.formula(
             "size of the friction force then",
-            case.put(found["T_wall"], now) * (1 if case.number(found["T_wall"], now) >= 0 else -1), "N", how + ".solve",
+            case.put(solution["T_wall"], now) * (1 if case.number(solution["T_wall"], now) >= 0 else -1), "N",
+            how + ".solve",
         ),
     }  # fmt: skip
     begin = {"theta": "theta_0"}
@@ -149,7 +153,7 @@ def solve(case: Case) -> Solved:
 
 
 def derivations(case: Case, spin: Any) -> tuple[Any, Any]:
-    """(left side of theta'' + ... = 0 from the force and moment equations about C; from moments about the contact).
+    """Return the left side of theta'' + ... = 0 from forces and moments about C, and from moments about the contact.
 
     In both the disk rolls: rho = 0, phi'' = spin theta''.
     """
@@ -168,7 +172,7 @@ def derivations(case: Case, spin: Any) -> tuple[Any, Any]:
 
 
 def speed_squared(case: Case, spin: Any) -> Any:
-    """theta'^2 at theta_1, rolling from rest at theta_0."""
+    """Return theta'^2 at theta_1 after rolling from rest at theta_0."""
     u = sympy.Dummy("u", real=True)
     energy = case.equations.integrals["energy"].expression
     end = case.put(energy, {**RELEASE, "theta": "theta_1", "theta'": u, "phi'": spin * u})
@@ -191,5 +195,5 @@ DISK_IN_CYLINDER = Entry(
     start={"theta": "theta_0"},
     bodies=("disk",),
     modes={"wall": "stick"},
-    held={**ROLLING, "pin_x": 0, "pin_y": 0},
+    fixed_values={**ROLLING, "pin_x": 0, "pin_y": 0},
 )

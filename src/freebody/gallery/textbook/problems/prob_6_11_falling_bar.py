@@ -1,7 +1,7 @@
 """Bar that falls over on a rough floor and slips (chapter, Problem 6.11).
 
-theta is the angle from the vertical, counter-clockwise, so that the bar falls to the left; friction then first holds
-its lower end by a force to the left, and the end slips to the right, backwards, where that force reaches mu N.
+theta is the angle from the vertical, counter-clockwise, so that the bar falls to the left. At first friction holds
+its lower end by a force to the left; the end slips to the right, backwards, when that force reaches mu N.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from ...tools.entry import Entry
 CENTRED = {"x": 0, "y": 0, "x'": 0, "y'": 0}
 UPRIGHT = {**CENTRED, "theta": 0, "theta'": 0}
 BEGIN = 0.02
-"""Angle at which the run begins [rad], with the speed of the fall from rest at the vertical."""
+"""Initial angle of the run [rad], with the speed of a fall from rest at the vertical."""
 WAYS = {"slip +": "backwards, away from the side to which it falls", "slip -": "forwards, the other way"}
 
 
 def build() -> fb.System:
-    """x, y are those of the lower end."""
+    """Return the system; x, y belong to the lower end."""
     s = fb.System("falling_bar")
     m, L, _, mu, g = s.parameters(m=2.0, L=1.5, angle="60deg", mu_floor=0.3, g=9.81)
     s.gravity = (0, -g, 0)
@@ -49,15 +49,16 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.contact_plots import contact_forces
     from ....picture.plots.plots import energy_residual, history, saved
 
     e, rate = case.equations, case.atoms["theta'"]
     square = case.square_of_speed("theta'", UPRIGHT, CENTRED)
-    found = e.solve(["theta''", "N_floor", "T_floor"], where=CENTRED)
-    # to the left, the side to which it falls
-    N = sympy.cancel(found["N_floor"].subs(rate**2, square))
-    H = sympy.cancel(-found["T_floor"].subs(rate**2, square))
+    solution = e.solve(["theta''", "N_floor", "T_floor"], where=CENTRED)
+    # to the left, the side of the fall
+    N = sympy.cancel(solution["N_floor"].subs(rate**2, square))
+    H = sympy.cancel(-solution["T_floor"].subs(rate**2, square))
     steepest, largest = most(case, H / N)
     slips = ranges(case, H / N, N, steepest, largest)
     backwards, forwards = ([math.pi / 2 - x for x in slips[way]] for way in ("slip +", "slip -"))
@@ -102,11 +103,11 @@ def solve(case: Case) -> Solved:
         how=where,
     )
     answers["way"] = Answer("which way its lower end then slips", words, "", how=where)
-    seen = case.having(mu_floor=answers["mu"].value)
-    motion, event = seen.simulate_to_mode("floor", "slip", initial=begin)
+    observed = case.having(mu_floor=answers["mu"].value)
+    motion, event = observed.simulate_to_mode("floor", "slip", initial=begin)
     bound = 1000 * case.tolerance
     now = {**CENTRED, "theta": other.state["theta"], "theta'": other.state["theta'"]}
-    pull, push = (case.number(found[name], now) for name in ("T_floor", "N_floor"))
+    pull, push = (case.number(solution[name], now) for name in ("T_floor", "N_floor"))
     checks = [
         same("angle of the slip in the simulation with mu", math.pi / 2 - event.state["theta"], case["angle"],
              bound / slope(case, H / N)),
@@ -120,7 +121,7 @@ def solve(case: Case) -> Solved:
              case.having(mu_floor=answers["mu_limit"].value * (1 + 1e-6)).simulate_to_mode(
                  "floor", "slip", initial=begin)[1])), 0, 0.5),
     ]  # fmt: skip
-    trajectory = seen.motion(initial=begin)
+    trajectory = observed.motion(initial=begin)
     plots: Plots = {
         "angle.png": saved(lambda: history(trajectory, ["theta", "x"], title="Falling bar")),
         "forces.png": saved(lambda: contact_forces(trajectory)),
@@ -130,9 +131,9 @@ def solve(case: Case) -> Solved:
 
 
 def most(case: Case, share: Any) -> tuple[Any, Any]:
-    """(angle, value) at which a share H/N is largest on the way from the vertical to where H is zero.
+    """Return (angle, value) of the largest ratio H/N between the vertical and the angle at which H is zero.
 
-    As an algebraic function of cos(theta), c, it is sqrt(1 - c^2) times a rational one: its square is rational.
+    As a function of c = cos(theta), it is sqrt(1 - c^2) times a rational function: its square is rational.
     """
     theta = case.atoms["theta"]
     c, n = sympy.symbols("c n", real=True)
@@ -153,10 +154,10 @@ def most(case: Case, share: Any) -> tuple[Any, Any]:
 
 
 def ranges(case: Case, share: Any, N: Any, steepest: Any, largest: Any) -> dict[str, tuple[float, float]]:
-    """Angles from the vertical, from and to, at which the bar can begin to slip each way.
+    """Return the range of angles from the vertical at which the bar can begin to slip, for each direction.
 
-    Backwards the share H/N grows up to ``steepest``. Friction that holds there holds until H points the other way and
-    -H/N is as large; the normal force ends where its square root, which is rational in cos(theta), is zero.
+    Backwards the ratio H/N grows up to ``steepest``. Friction that holds there holds until H is reversed and -H/N is
+    as large. The normal force vanishes where its square root, which is rational in cos(theta), is zero.
     """
     limit, most_ = case.number(steepest), case.number(largest)
     lifted = brentq(
@@ -167,7 +168,7 @@ def ranges(case: Case, share: Any, N: Any, steepest: Any, largest: Any) -> dict[
 
 
 def slope(case: Case, share: Any) -> float:
-    """How fast the share of friction grows with the angle where it slips, at most 1: a small one spreads the angle."""
+    """Return the slope of H/N over the angle at the slip, at most 1: a small slope amplifies errors of the angle."""
     theta = case.atoms["theta"]
     return min(1.0, abs(case.number(sympy.diff(share, theta), {"theta": "pi/2 - angle"})))
 
@@ -187,5 +188,5 @@ FALLING_BAR = Entry(
     positive=("g",),
     start={"theta": BEGIN},
     modes={"floor": "stick"},
-    held={**CENTRED, "x''": 0, "y''": 0},
+    fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )

@@ -27,7 +27,7 @@ START = {"theta": "theta_1", "theta'": "omega"}
 
 
 def build() -> fb.System:
-    """Two particles welded to one body on a hinge along Z."""
+    """Return two particles welded into one body on a hinge along Z."""
     s = fb.System("dumbbell")
     m, a, L, _ = s.parameters(m=0.5, a=0.15, L=0.6, g=9.81)
     s.assume(L > 0)
@@ -47,6 +47,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     answers: Answers = {
         "I_yz": product_of_inertia(case, "dumbbell"),
         "R_dynamic": dynamic_amplitude(case, case.atoms["omega"]),

@@ -1,9 +1,9 @@
-"""Cylinder fixed to a shaft that speeds up (chapter, Problem 6.13), in both readings of the missing figure.
+"""Cylinder fixed to an accelerating shaft (chapter, Problem 6.13), in both readings of the missing figure.
 
 (a) Its centre is on the shaft and its axis (0, sin(beta), cos(beta)) in the body axes. (b) Its axis is parallel
 to the shaft, at the distance e along x. One model has both, the tilt beta and the distance e: reading (a) is e
-= 0, (b) is beta = 0. The motion theta = alpha0 t²/2 is prescribed by a constraint, whose force is the torque
-that has to be applied.
+= 0, (b) is beta = 0. A constraint prescribes the motion theta = alpha0 t²/2; its reaction is the torque that must be
+applied.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ WORDS = {"a": "(a) tilted, centred", "b": "(b) parallel, off centre"}
 
 
 def build() -> fb.System:
-    """The cylinder, turned by -beta about x and moved by e along x, on a driven hinge along Z."""
+    """Return the cylinder, rotated by -beta about x and displaced by e along x, on a driven hinge along Z."""
     s = fb.System("cylinder_on_shaft")
     m, R, length, *_ = s.parameters(m=8.0, R=0.08, l=0.3, L=0.7, g=9.81)
     beta, e, alpha0, _ = s.parameters(beta="10deg", e=0.02, alpha0=20.0, t_1=2.0)
@@ -42,6 +42,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     torque = case.equations.solve("drive", where={"theta''": case.atoms["theta''"]})["drive"]
     answers: Answers = {}
     motions = {}

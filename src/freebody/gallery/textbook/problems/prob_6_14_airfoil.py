@@ -19,14 +19,14 @@ START = {"x": "x_0", "theta": "theta_0"}
 
 
 def build() -> fb.System:
-    """E slides along Y; the section turns about it by theta. The chord is along x."""
+    """Return the system; E slides along Y, the section turns about E by theta, and the chord is along x."""
     s = fb.System("airfoil")
     m, I_E, b, k_x, k_theta = s.parameters(m=10.0, I_E=0.9, s=0.1, k_x=4000.0, k_theta=200.0)
     s.parameters(x_0=0.01, theta_0=0.0, t_1=1.0)
     I_C = I_E - m * b**2
     s.assume(m > 0, I_E > 0, I_C > 0, k_x > 0, k_theta > 0)
     axis = s.body("axis", fb.particle(0))
-    # only the moment about the axis that is normal to the plane counts
+    # only the moment of inertia about the axis normal to the plane matters
     inertia = ((I_C, 0, 0), (0, I_C, 0), (0, 0, I_C))
     profile = fb.ellipsoid(1, (4 * b, b / 2, b))
     section = s.body("section", fb.MassProperties(m, (0, 0, 0), inertia), shape=profile)
@@ -51,9 +51,10 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
-    # without a distance nothing couples plunge and pitch, and each mode is one of the two
+    # with s = 0 plunge and pitch are uncoupled, and each is a mode
     linear = fb.linearize(case.equations, where={} if case["s"] else {"s": 0})
     modes = sorted(linear.modes(), key=lambda mode: case.number(mode.frequency))
     written = linear.text().splitlines()
@@ -89,7 +90,7 @@ def solve(case: Case) -> Solved:
             unit,
             how="fb.linearize(s).response(...)",
         )
-    # as small as the numbers bear: the third-order terms are then below the bound
+    # as small as double precision permits: the third-order terms are then below the bound
     small = {name: 1e-4 * value for name, value in start.items()}
     truth = case.simulate(case["t_1"] or 1e-9, initial=small, times=[case["t_1"]])
     checks = tuple(
@@ -118,7 +119,7 @@ def solve(case: Case) -> Solved:
 
 
 def beyond_linear(trajectory: fb.Trajectory, response: Any) -> Any:
-    """What the simulated motion has beyond that of the linear theory."""
+    """Draw the difference between the simulated motion and the linear theory."""
     theory = response(trajectory.t)
     return lines(
         trajectory.t,

@@ -15,7 +15,7 @@ START = {"theta_1": "theta_10", "theta_2": "theta_20"}
 
 
 def build() -> fb.System:
-    """Both links hang along y at theta_1 = theta_2 = 0."""
+    """Return the system; both links hang along y at theta_1 = theta_2 = 0."""
     s = fb.System("double_pendulum")
     m1, m2, L1, L2, g = s.parameters(m1=2.0, m2=1.0, L1=0.8, L2=0.6, g=9.81)
     s.parameters(theta_10=0.5, theta_20=1.0, t_1=1.0, t_2=2.0)
@@ -46,6 +46,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, reaction, saved
 
     answers: Answers = {

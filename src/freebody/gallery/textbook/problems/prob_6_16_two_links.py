@@ -1,7 +1,7 @@
 """Two links that fold under a line, a mass, two springs and a pulley (chapter, Problem 6.16).
 
 theta is the angle of each link below the horizontal, x the displacement of the mass M to the left. The pulley B rolls
-on the line to the right of O; at x = theta = 0 the links are straight and both springs free of force.
+on the line to the right of O; at x = theta = 0 the links are aligned and both springs are relaxed.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ STRAIGHT = {"x": 0, "theta": 0, "x'": 0, "theta'": 0}
 
 
 def build() -> fb.System:
-    """The pulley goes along the line; link 2 hangs on it, link 1 on link 2, and the hinge O closes the loop."""
+    """Return the system: the pulley carries link 2, link 2 carries link 1, and the hinge O closes the loop."""
     s = parts()
     theta, theta_2, x_B = s.coordinates("theta theta_2 x_B")
     pulley = s.body("pulley", fb.particle(0))
@@ -41,7 +41,7 @@ def build() -> fb.System:
 
 
 def symmetric() -> fb.System:
-    """The same machine with theta for both links: two coordinates, in which its equations of motion are written."""
+    """Return the machine with theta for both links: its equations of motion use these two coordinates."""
     s = parts()
     theta, link_1, link_2 = s.coordinates("theta"), s.bodies["link_1"], s.bodies["link_2"]
     s.hinge("O", s.ground, link_1, to=("-L/2", 0, 0), axis="z", coordinate=-theta)
@@ -52,7 +52,7 @@ def symmetric() -> fb.System:
 
 
 def parts() -> fb.System:
-    """Parameters, mass and links; the mass slides to the left."""
+    """Return a system with parameters, mass and links; the mass slides to the left."""
     s = fb.System("two_links")
     m, L, M, *_ = s.parameters(m=1.0, L=0.5, M=2.0, k_1=200.0, k_2=100.0, g=9.81, t_1=0.5, t_2=1.0)
     s.gravity = (0, "-g", 0)
@@ -77,20 +77,21 @@ def parts() -> fb.System:
 
 
 def equilibrium(case: Case) -> tuple[float, float]:
-    """x and theta at rest, 0 <= theta < 90 degrees: the only balanced position to the right of O."""
-    found = [
+    """Return x and theta at rest, 0 <= theta < 90 degrees: the only equilibrium to the right of O."""
+    solutions = [
         state
         for state in fb.steady_motions(case.equations, values=case.values).states
         if 0 <= float(state.state["theta"]) < np.pi / 2
     ]
-    if len(found) != 1:
+    if len(solutions) != 1:
         raise fb.errors.ModelError(
-            f"Expected one static equilibrium with theta from 0 to 90 degrees, got {len(found)}."
+            f"Expected one static equilibrium with theta from 0 to 90 degrees, got {len(solutions)}."
         )
-    return float(found[0].state["x"]), float(found[0].state["theta"])
+    return float(solutions[0].state["x"]), float(solutions[0].state["theta"])
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, reaction, saved
 
     for name in ("m", "M", "k_1", "k_2"):

@@ -1,7 +1,7 @@
 """Spinning symmetric satellite hit by an impulse (chapter, Problem 6.17).
 
 Axis 3 = z is the symmetry axis. The impulse J along +3 acts on the side of axis 2, at the distance `arm` from
-axis 3; the motion about the mass centre is torque-free after it. At t = 0 body axes and inertial axes coincide.
+axis 3; the motion about the mass centre is then torque-free. At t = 0 body axes and inertial axes coincide.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SPINNING = {"C_wx": 0, "C_wy": 0, "C_wz": "spin"}
 
 
 def build() -> fb.System:
-    """A body on a ball joint at its mass centre, in a frame that goes with it: its mass does not matter."""
+    """Return a body on a ball joint at its mass centre, in a frame that moves with it: its mass does not matter."""
     s = fb.System("satellite")
     I_3, I_1 = s.parameters(I_3=2000.0, I_1=1600.0)
     s.parameters(spin="5*pi", J=300.0, arm=1.68, t_1=1.0)
@@ -43,7 +43,7 @@ def build() -> fb.System:
 
 
 def just_after(case: Case) -> tuple[Any, Any, Any]:
-    """Angular velocity in body axes just after the impulse."""
+    """Return the angular velocity in body axes just after the impulse."""
     s, atoms = case.system, case.atoms
     drum = s.bodies["body"]
     hit = fb.impulse(
@@ -58,7 +58,7 @@ def just_after(case: Case) -> tuple[Any, Any, Any]:
 
 
 def interpretation(alpha: float, rate: float) -> str:
-    """Which cone rolls how, from the angle of axis 3 with H and the rate at which omega turns in the body."""
+    """Describe the rolling cones, from the angle of axis 3 with H and the rate at which omega turns in the body."""
     if alpha == 0:
         return "no wobble: the satellite spins about axis 3, which stays where it is"
     if rate > 0:
@@ -75,6 +75,7 @@ def interpretation(alpha: float, rate: float) -> str:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     after = just_after(case)

@@ -1,12 +1,12 @@
 """Motorcycle in a steady curve to the left: torque on its wheels, and lean (chapter, Problem 6.18).
 
-The machine goes along y at the distance R from the axis of the curve, which is vertical; x points away from it,
-and theta is the lean towards it. The wheels roll forwards at -v/r about the axle x. Momenta of wheels that only
-turn about x count wherever they are, so both are one rotor at the mass centre C, with the whole mass. The
-ground pushes at the distance h from C in the plane of the machine: the weight up, and the force of the curve
-inwards; a check shows that nothing else is needed to carry C round.
+The motorcycle moves along y at the distance R from the vertical axis of the curve; x points away from the axis,
+and theta is the lean towards it. The wheels roll forwards at -v/r about the axle x. The angular momentum of wheels
+that only turn about x does not depend on their place, so both are one rotor at the mass centre C, with the whole
+mass. The ground force acts at the distance h from C in the plane of the motorcycle: the weight up, and the
+centripetal force inwards; a check shows that no other force is needed to carry C round.
 
-Counted is the spin of the wheels alone, as the problem asks: what is left out is smaller by r/R, which is checked too.
+Only the spin of the wheels is included, as the problem requires; the rest is smaller by r/R, which is also checked.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CURVE = {"psi": 0, "psi'": "v/R", "p'": "-v/r", "theta'": 0, "theta''": 0, "psi'
 
 
 def build() -> fb.System:
-    """A massless frame that leans on a massless carriage; on it the mass with the wheels, turning about x."""
+    """Return the system: a massless frame leans on a massless carriage and carries the mass with the wheels."""
     s = fb.System("motorcycle")
     spin, r, v, R = s.parameters(I=0.8, r=0.3, v=25.0, R=80.0)
     m, h, g = s.parameters(m=250.0, h=0.6, g=9.81)
@@ -35,7 +35,7 @@ def build() -> fb.System:
     s.gravity = (0, 0, -g)
     nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
     carriage, frame = s.body("carriage", nothing), s.body("frame", nothing)
-    # two thin hoops: half of the moment of inertia about a diameter
+    # two thin hoops: the moment of inertia about a diameter is half
     inertia = ((2 * spin, 0, 0), (0, spin, 0), (0, 0, spin))
     wheels = s.body("wheels", fb.MassProperties(m, (0, 0, 0), inertia), shape=fb.ring(1, r, axis="x"))
     s.hinge("turn", s.ground, carriage, axis="z", coordinate="psi")
@@ -59,29 +59,30 @@ def build() -> fb.System:
 
 
 def balance(case: Case) -> Any:
-    """Left less right side of the equation of motion of theta in the steady curve."""
+    """Return left minus right side of the equation of motion of theta in the steady curve."""
     e = case.equations
     motion = e.motion[e.model.speed_names.index("theta'")]
     return sympy.expand(case.put(motion.lhs - motion.rhs, {**CURVE, "p'": "-v/r"}))
 
 
 def lean(case: Case, wheels: bool) -> Any:
-    """The lean that is balanced, with the spin of the wheels counted or not; other momenta of the wheels are not."""
+    """Return the equilibrium lean with or without the spin of the wheels; their other momenta are neglected."""
     e, atoms = case.equations, case.atoms
     motion = e.motion[e.model.speed_names.index("theta'")]
     rate = sympy.Dummy("spin")
     whole = sympy.expand(case.put(motion.lhs - motion.rhs, {**CURVE, "p'": rate}))
     without = case.put(whole.coeff(rate, 0), {"I": 0})
     spun = whole.coeff(rate, 1) * case.system.expression("-v/r") if wheels else 0
-    left = sympy.expand(without + spun)
+    residual = sympy.expand(without + spun)
     theta = atoms["theta"]
     # a sin + b cos = 0
-    a, b = left.coeff(sympy.sin(theta), 1), left.coeff(sympy.cos(theta), 1)
-    assert sympy.expand(left - a * sympy.sin(theta) - b * sympy.cos(theta)) == 0
+    a, b = residual.coeff(sympy.sin(theta), 1), residual.coeff(sympy.cos(theta), 1)
+    assert sympy.expand(residual - a * sympy.sin(theta) - b * sympy.cos(theta)) == 0
     return sympy.atan(sympy.cancel(-b / a))
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, saved
 
     case.refuse_unless("v", case["v"] > 0, "a speed greater than 0")
@@ -120,7 +121,7 @@ def solve(case: Case) -> Solved:
         name: case.number(case.system.expression(x)) for name, x in CURVE.items() if "''" not in name and x
     }
     trajectory = case.motion(initial={**start, "theta": whole})
-    # the balance is that of a bar on its end, which no rider leaves alone: round-off grows, so look soon
+    # the equilibrium is unstable, like that of a bar on its end: round-off grows, so the check is early
     soon = case.simulate_to([0, 0.05], initial={**start, "theta": whole})
     needed = np.abs(soon.reactions["turn"].force).max() / (case["m"] * case["g"])
     checks = (
@@ -138,12 +139,12 @@ def solve(case: Case) -> Solved:
 
 
 def full_lean(case: Case, guess: float) -> float:
-    """The lean that is balanced with all momenta counted, near a guess: Newton's method on the equation of motion."""
+    """Return the equilibrium lean with all momenta, near a guess, by Newton's method on the equation of motion."""
     theta = case.atoms["theta"]
-    left = case.put(balance(case), case.values)
-    slope = sympy.diff(left, theta)
+    residual = case.put(balance(case), case.values)
+    slope = sympy.diff(residual, theta)
     for _ in range(20):
-        step = float(left.subs(theta, guess)) / float(slope.subs(theta, guess))
+        step = float(residual.subs(theta, guess)) / float(slope.subs(theta, guess))
         guess -= step
         if abs(step) < 1e-15:
             break

@@ -1,8 +1,8 @@
 """Propeller and engine rotor of an aircraft in a level turn (chapter, Problem 6.19).
 
-x points forward, y to the left, Z up. The pilot sees the propeller turn clockwise, its spin is along +x; the
-engine rotor turns the other way. In a right turn the aircraft turns at -v/R about Z. The moments that turn the
-rotors are the reactions of their shafts; the airframe feels the opposite ones.
+x points forward, y to the left, Z up. The pilot sees the propeller turn clockwise: its spin is along +x. The
+engine rotor turns the other way. In a right turn the aircraft turns at -v/R about Z. The reactions of the shafts
+are the moments that turn the rotors; the opposite moments act on the airframe.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ TURN = {"psi'": "-v/R", "p'": "w_p", "n'": "-w_e"}
 
 
 def build() -> fb.System:
-    """An airframe that turns about the vertical, with two rotors along x; their masses have no effect."""
+    """Return an airframe that turns about the vertical, with two rotors along x; their masses have no effect."""
     s = fb.System("turboprop")
     I_p, I_e = s.parameters(I_p=8.0, w_p=120.0, I_e=0.6, w_e=1200.0)[::2]
     s.parameters(v=100.0, R=800.0, w_e2=1800.0)
@@ -58,20 +58,21 @@ def build() -> fb.System:
 
 
 def pitching(case: Case, **turn: Any) -> Any:
-    """Moment on the airframe about the left-pointing axis y, nose up +, in a steady turn."""
+    """Return the moment on the airframe about the left-pointing axis y, nose up +, in a steady turn."""
     e = case.equations
     steady = {name: 0 for name in ("psi", "p", "n", "psi''", "p''", "n''")}
     on_rotors = sum(e.reactions[shaft].moment[1] for shaft in SHAFTS)
-    # about +y the nose goes down; the airframe feels the opposite of what the rotors feel
+    # a moment about +y turns the nose down; the moment on the airframe is opposite to that on the rotors
     return case.put(on_rotors, {**steady, **TURN, **turn})
 
 
 def nose(moment: float) -> str:
-    """What the nose tends to do."""
+    """Return the tendency of the nose in words."""
     return "neither: no moment" if moment == 0 else "rise" if moment > 0 else "fall"
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     how = "fb.equations(s).reactions of both shafts, in a steady turn"

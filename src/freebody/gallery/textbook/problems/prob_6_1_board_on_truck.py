@@ -1,7 +1,7 @@
-"""Board that leans against the cab of a truck which accelerates (chapter, Problem 6.1).
+"""Board that leans against the cab of an accelerating truck (chapter, Problem 6.1).
 
 x is forward, to the right; the board's lower end is on the floor, its upper end against the smooth rear wall of
-the cab, under the angle beta from the floor. theta is its turn on the truck, counter-clockwise: backwards.
+the cab, at the angle beta from the floor. theta is its rotation on the truck, counter-clockwise: backwards.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ WAYS = {
 
 
 def build() -> fb.System:
-    """x, y are displacements of the centre on the truck from where the board leans."""
+    """Return the system; x, y are displacements of the centre on the truck from the leaning position."""
     s = fb.System("board_on_truck")
     m, length, mu, beta = s.parameters(m=20.0, length=2.5, mu=0.3, beta="70deg")
     a, g = s.parameters(a=3.0, g=9.81)
@@ -52,13 +52,14 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     case.refuse_unless("beta", 0 < case["beta"] < sympy.pi / 2, "an angle between 0 and 90 degrees")
     e, beta = case.equations, case.atoms["beta"]
     slide = e.solve("a", where=[REST, "T_floor = mu*N_floor"])["a"]
     tip = e.solve("a", where={**REST, "N_wall": 0})["a"]
-    # one grows with the angle, the other falls
+    # one acceleration grows with the angle, the other falls
     angle = angle_where(sympy.expand((slide - tip) * sympy.sin(beta)), beta)
     largest = sympy.cancel(tip.subs(sympy.cos(beta), sympy.sin(beta) / sympy.tan(angle)))
     how = 'fb.equations(s, modes={"floor": "stick", "wall": "slip"}).solve("a", where='
@@ -88,10 +89,10 @@ def solve(case: Case) -> Solved:
     for part, stands in ((1 - 1e-9, True), (1 + 1e-9, False)):
         if thresholds[first] > 0:
             near = case.having(a=thresholds[first] * part).simulate_to([0]).contacts
-            found = WAYS[str(near["floor"].mode[0]), str(near["wall"].mode[0])]
+            outcome = WAYS[str(near["floor"].mode[0]), str(near["wall"].mode[0])]
             expected = "stands" if stands else {"a_slide": "slides", "a_tip": "tips"}[first]
             checks.append(same(f"the simulation at {first} {'less' if stands else 'plus'} 1e-9 of it: not '{expected}'",
-                               float(not found.startswith(expected)), 0, 0.5))  # fmt: skip
+                               float(not outcome.startswith(expected)), 0, 0.5))  # fmt: skip
     short = 1e-4
     soon = case.simulate_to([short])
     checks.append(

@@ -1,8 +1,8 @@
 """Spin-stabilised projectile: steady wobble about its flight path (chapter, Problem 6.20).
 
-The mass centre flies uniformly; a frame that goes with it is inertial, and the body turns about C. Z is the
+The mass centre C moves uniformly; a frame that moves with it is inertial, and the body turns about C. Z is the
 direction of flight, theta the angle of the symmetry axis from it. The drag acts at the centre of pressure,
-ahead of C: it overturns.
+ahead of C: its moment is overturning.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ...tools.precession import least_spin, steady_rates, steady_root
 
 
 def shell_in(axis: str, angles: str) -> fb.System:
-    """A symmetric body on a gimbal at its mass centre, its mass without effect; the drag along -Z."""
+    """Return a symmetric body on a gimbal at its mass centre, with the drag along -Z; its mass has no effect."""
     s = fb.System("projectile")
     D, h, I_T, I_S = s.parameters(D=150.0, h=0.03, I_T=3.0e-4, I_S=4.5e-5)
     s.parameters(alpha="3deg", Omega=2500.0)
@@ -40,7 +40,7 @@ def shell_in(axis: str, angles: str) -> fb.System:
 
 
 def build() -> fb.System:
-    """The shell in Euler angles."""
+    """Return the shell in Euler angles."""
     s = shell_in("ZXZ", "psi theta phi")
     explain(
         s,
@@ -51,6 +51,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     case.refuse_unless(
@@ -69,11 +70,11 @@ def solve(case: Case) -> Solved:
         "omega_fast": rates["psi'_fast"],
         "omega_slow": rates["psi'_slow"],
     }
-    fast, slow, there = steady_root(case, "alpha", "Omega")
+    fast, slow, exists = steady_root(case, "alpha", "Omega")
     cosine = math.cos(case["alpha"])
     starts = [
         {"theta": case["alpha"], "psi'": rate, "phi'": case["Omega"] - rate * cosine}
-        for rate in ([case.number(slow), case.number(fast)] if there else [0.0])
+        for rate in ([case.number(slow), case.number(fast)] if exists else [0.0])
     ]
     if not case["alpha"]:
         return Solved(straight(case), answers, {}, ())
@@ -84,7 +85,7 @@ def solve(case: Case) -> Solved:
         for kind, motion in zip(
             ("slow", "fast"), (case.simulate(0.05, initial=one) for one in starts), strict=False
         )
-        if there
+        if exists
     )
     trajectory = case.motion(initial={**starts[0], "theta'": case["Omega"] / 1000})
     plots: Plots = {
@@ -98,7 +99,7 @@ def solve(case: Case) -> Solved:
 
 
 def straight(case: Case) -> fb.Trajectory:
-    """The flight along the axis, pushed a little aside: in two tilts, since there psi and phi are one angle."""
+    """Simulate a slightly disturbed flight along the axis; two tilts replace psi and phi, which are one angle there."""
     start = {"phi'": case["Omega"], "alpha_x'": case["Omega"] / 1000}
     until, values = case.until, case.values
     return fb.simulate(

@@ -1,7 +1,7 @@
 """A blow on the shaft of a gyroscope in steady slow precession (chapter, Problem 6.21).
 
 The impulse acts along the nodal axis, at right angles to the vertical plane of the shaft. `fb.impulse` gives
-the angular velocity just after it; what follows is the small oscillation of section 6.10.
+the angular velocity just after it; the small oscillation of section 6.10 follows.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..examples.sec_6_10_nutation import plots, slow_precession, start, steadine
 
 
 def build() -> fb.System:
-    """The gyroscope with a blow on its shaft."""
+    """Return the gyroscope with a blow on its shaft."""
     s = top("struck_gyroscope", F=0.02, reach=0.8, t_1=0.1)
     explain(
         s,
@@ -30,6 +30,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     slow = slow_precession(case)
     s, atoms = case.system, case.atoms
     L, F, reach = (atoms[name] for name in ("L", "F", "reach"))
@@ -53,8 +54,8 @@ def solve(case: Case) -> Solved:
             change["psi'"] * sine, "rad/s", how,
         ),
     }  # fmt: skip
-    found, theory = theory_and_truth(case, slow, change["theta'"], change["psi'"])
-    answers |= found
+    linear_answers, theory = theory_and_truth(case, slow, change["theta'"], change["psi'"])
+    answers |= linear_answers
     trajectory = case.motion(initial=start(case, slow, change["theta'"], change["psi'"]))
     return Solved(trajectory, answers, plots(case, trajectory, theory), (steadiness(case, slow),))
 

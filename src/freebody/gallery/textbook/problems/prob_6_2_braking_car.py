@@ -1,6 +1,6 @@
 """Car that slides on four locked wheels (chapter, Problem 6.2).
 
-x is to the right, the way the car goes; "front" and "rear" are the contacts of the axles, two wheels each.
+x is to the right, the direction of travel; "front" and "rear" are the contacts of the axles, two wheels each.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ LEVEL = {"theta": 0, "theta'": 0}
 
 
 def build() -> fb.System:
-    """x, y are those of the mass centre, from its place at rest on the road."""
+    """Return the system; x, y are displacements of the mass centre from its position at rest on the road."""
     s = fb.System("braking_car")
     m, lf, lr, h = s.parameters(m=1500.0, lf=1.2, lr=1.6, h=0.5)
     _, mu, _, g = s.parameters(a=6.0, mu_road=0.4, v=20.0, g=9.81)
@@ -43,16 +43,17 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
     case.refuse_unless("v", case["v"] > 0, "a speed greater than 0")
     case.refuse_unless("a", case["a"] > 0, "a deceleration greater than 0")
     e = case.equations
-    found = e.solve(["mu_road", "N_front", "N_rear"], where={**LEVEL, "x''": "-a"})
-    mu = found["mu_road"]
+    solution = e.solve(["mu_road", "N_front", "N_rear"], where={**LEVEL, "x''": "-a"})
+    mu = solution["mu_road"]
     road = e.solve("x''", where=LEVEL)["x''"]
     how = 'fb.equations(s, modes={"front": "slip+", "rear": "slip+"}).solve(..., where={"x\'\'": "-a"})'
-    axles = {name: found[f"N_{name}"] for name in ("front", "rear")}
+    axles = {name: solution[f"N_{name}"] for name in ("front", "rear")}
     answers: Answers = {"mu": case.formula("friction coefficient", mu, "1", how)}
     for name, N in axles.items():
         answers[f"N_{name}"] = case.formula(f"normal force on the {name} axle", N, "N", how)
@@ -73,13 +74,13 @@ def solve(case: Case) -> Solved:
                 f"Expected a deceleration at which all wheels stay on the road, got a = {case['a']:g} m/s², "
                 f"where the {name} axle lifts off."
             )
-    given = case.having(mu_road=answers["mu"].value)
-    trajectory = given.motion(initial=START)
+    braking = case.having(mu_road=answers["mu"].value)
+    trajectory = braking.motion(initial=START)
     t = 0.5 * min(case.until, case["v"] / case["a"])
-    contacts = given.simulate_to([t], initial=START).contacts
+    contacts = braking.simulate_to([t], initial=START).contacts
     bound = 1000 * case.tolerance
     halt = [fb.event("x'", name="stop", terminal=True)]
-    stop = given.simulate_past("stop", 1, initial=START, events=halt)
+    stop = braking.simulate_past("stop", 1, initial=START, events=halt)
     other = case.simulate_past("stop", 1, initial=START, events=halt) if case["mu_road"] > 0 else None
     checks = [
         same("N_front, N_rear against the simulation", [answers["N_front"].value, answers["N_rear"].value],

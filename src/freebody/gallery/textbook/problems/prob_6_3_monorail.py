@@ -1,8 +1,8 @@
 """Car under a cable, hung from two wheels of which one is driven (chapter, Problem 6.3).
 
-x is forward, to the right. The wheels have no mass, so a wheel that rolls freely feels no force along the cable, and
-the rim of the driven wheel, at its limit, slips backwards over the cable: there friction is mu N, forward. In the run
-the rim is a point of the car, which therefore goes backwards while this force accelerates it forward.
+x is forward, to the right. The wheels have no mass, so no force along the cable acts on a wheel that rolls freely. The
+rim of the driven wheel, at its limit, slips backwards over the cable: there the friction is mu N, forward. In the run
+the rim is a point of the car, which therefore moves backwards while this force accelerates it forward.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ WHEELS = ("front", "rear")
 
 
 def build(driven: str = "front") -> fb.System:
-    """The cable is the x axis, the wheels run on top of it; x, y are those of the mass centre."""
+    """Return the system; the cable is the x axis with the wheels on top of it, and x, y belong to the mass centre."""
     s = fb.System("monorail")
     m, span, h, mu, g = s.parameters(m=2000.0, l=4.0, h=1.5, mu=0.5, g=9.81)
     s.gravity = (0, -g, 0)
@@ -45,26 +45,28 @@ def build(driven: str = "front") -> fb.System:
 
 
 def modes(driven: str) -> dict[str, str]:
+    """Return the contact modes with one wheel driven."""
     return {name: "slip-" if name == driven else "slip" for name in WHEELS}
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, saved
 
-    found, cases, friction = {}, {}, {}
+    solutions, cases, friction = {}, {}, {}
     for driven, other in (WHEELS, WHEELS[::-1]):
         s = case.system if driven == "front" else build(driven)
-        one = cases[driven] = replace(case, system=s, equations=fb.equations(s, modes=modes(driven)))
-        asked = ["x''", "N_front", "N_rear"]
-        limit = dict(one.equations.solve(asked, where=LEVEL))
+        variant = cases[driven] = replace(case, system=s, equations=fb.equations(s, modes=modes(driven)))
+        unknowns = ["x''", "N_front", "N_rear"]
+        limit = dict(variant.equations.solve(unknowns, where=LEVEL))
         friction[driven] = case["mu"]
-        if one.number(limit["x''"]) <= 0 or one.number(limit[f"N_{other}"]) < 0:
-            # there is more friction than can be used: the other wheel lifts off first
-            lifting = one.equations.solve(["x''", f"N_{driven}", "mu"], where={**LEVEL, f"N_{other}": 0})
+        if variant.number(limit["x''"]) <= 0 or variant.number(limit[f"N_{other}"]) < 0:
+            # the friction cannot be used fully: the other wheel lifts off first
+            lifting = variant.equations.solve(["x''", f"N_{driven}", "mu"], where={**LEVEL, f"N_{other}": 0})
             limit = {**lifting, f"N_{other}": sympy.Integer(0)}
-            friction[driven] = one.number(lifting["mu"])
-        found[driven] = limit
-    best = {driven: cases[driven].number(found[driven]["x''"]) for driven in WHEELS}
+            friction[driven] = variant.number(lifting["mu"])
+        solutions[driven] = limit
+    best = {driven: cases[driven].number(solutions[driven]["x''"]) for driven in WHEELS}
     better = max(WHEELS, key=best.__getitem__)
     how = 'fb.equations(s, modes={"front": "slip-", "rear": "slip"}).solve, and the other way round'
     answers: Answers = {
@@ -72,27 +74,27 @@ def solve(case: Case) -> Solved:
     }
     for driven in WHEELS:
         answers[f"a_{driven}"] = cases[driven].formula(
-            f"(2) largest acceleration with the {driven} wheel driven", found[driven]["x''"], "m/s²", how
+            f"(2) largest acceleration with the {driven} wheel driven", solutions[driven]["x''"], "m/s²", how
         )
     for wheel in WHEELS:
         answers[f"N_{wheel}"] = cases[better].formula(
             f"(2) load of the {wheel} wheel then, {better} wheel driven",
-            found[better][f"N_{wheel}"],
+            solutions[better][f"N_{wheel}"],
             "N",
             how,
         )
     checks = []
-    for driven, one in cases.items():
-        # where a wheel is about to lift off, a little less
+    for driven, variant in cases.items():
+        # slightly less if a wheel is about to lift off
         used = friction[driven] if friction[driven] == case["mu"] else friction[driven] * (1 - 1e-9)
         begun = {"x'": -2 * best[driven] * case.until}
-        now = one.having(mu=used).simulate_to([0, case.until], initial=begun)
+        now = variant.having(mu=used).simulate_to([0, case.until], initial=begun)
         checks += [
             same(f"acceleration against the simulation, {driven} wheel driven",
                  (now["x'"][1] - now["x'"][0]) / case.until, best[driven], 1000 * case.tolerance),
             same(f"wheel loads against the simulation, {driven} wheel driven",
                  [now.contacts[wheel].least[-1, 0] for wheel in WHEELS],
-                 [one.number(found[driven][f"N_{wheel}"]) for wheel in WHEELS], 1000 * case.tolerance),
+                 [variant.number(solutions[driven][f"N_{wheel}"]) for wheel in WHEELS], 1000 * case.tolerance),
         ]  # fmt: skip
     trajectory = (
         cases[better].having(mu=friction[better]).motion(initial={"x'": -2 * best[better] * case.until})

@@ -16,7 +16,7 @@ REST = {"theta": 0, "theta'": 0}
 
 
 def build() -> fb.System:
-    """The bar hangs along y at theta = 0, its upper end on the hinge O."""
+    """Return the system; the bar hangs along y at theta = 0, with its upper end on the hinge O."""
     s = fb.System("percussion")
     m, L, F, h_1 = s.parameters(m=2.0, L=1.2, F=100.0, h_1=0.2)
     s.parameters(h_2=1.1)
@@ -36,6 +36,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, reaction, saved
 
     for name in ("h_1", "h_2"):

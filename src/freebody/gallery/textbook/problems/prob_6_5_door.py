@@ -1,7 +1,7 @@
 """Door whose hinge line leans from the vertical (chapter, Problem 6.5).
 
-Y is up; the hinge line leans by alpha towards -X. theta is the turn of the door about it from the position of
-equilibrium, in which its free edge is lowest.
+Y is up; the hinge line leans by alpha towards -X. theta is the rotation of the door about it from equilibrium, in
+which its free edge is lowest.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ...tools.entry import Entry
 
 
 def build() -> fb.System:
-    """The hinge line is the y axis of the tilted frame; the door extends along -x of its own axes from it."""
+    """Return the system; the hinge line is y of the tilted frame, and the door extends from it along its own -x."""
     s = fb.System("door")
     m, b, h, alpha, g = s.parameters(m=25.0, b=0.9, h=2.0, alpha="10deg", g=9.81)
     s.parameters(theta_0="20deg")
@@ -41,6 +41,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, reaction, saved
 
     case.refuse_unless(

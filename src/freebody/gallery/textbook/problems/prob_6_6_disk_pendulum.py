@@ -1,6 +1,6 @@
 """Disk fixed to the end of a massless rod, let go from the horizontal (chapter, Problem 6.6).
 
-theta is the angle of the rod from the downward vertical, counter-clockwise +. The disk can not turn relative to the
+theta is the angle of the rod from the downward vertical, counter-clockwise +. The disk cannot turn relative to the
 rod: rod and disk are one body.
 """
 
@@ -18,7 +18,7 @@ RELEASE = {"theta": "theta_0", "theta'": 0}
 
 
 def build() -> fb.System:
-    """The rod is along y of the body, from the centre of the disk up to the hinge O."""
+    """Return the system; the rod is along y of the body, from the centre of the disk up to the hinge O."""
     s = fb.System("disk_pendulum")
     m, L, R, g = s.parameters(m=2.0, L=1.0, R=0.2, g=9.81)
     s.parameters(theta_0="90deg", theta_1="30deg")
@@ -39,6 +39,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.plots import energy_residual, history, reaction, saved
 
     case.refuse_unless("theta_0", 0 < case["theta_0"] < sympy.pi, "a release between 0 and 180 degrees")
@@ -48,10 +49,10 @@ def solve(case: Case) -> Solved:
         "an angle between -theta_0 and theta_0, which the rod passes",
     )
     e = case.equations
-    here = {"theta": "theta_1"}
-    speed = -sympy.sqrt(case.square_of_speed("theta'", RELEASE, here))
-    found = e.solve(["theta''", "O_x", "O_y"], where=here)
-    force = [found[name].subs(case.atoms["theta'"], speed) for name in ("O_x", "O_y")]
+    place = {"theta": "theta_1"}
+    speed = -sympy.sqrt(case.square_of_speed("theta'", RELEASE, place))
+    solution = e.solve(["theta''", "O_x", "O_y"], where=place)
+    force = [solution[name].subs(case.atoms["theta'"], speed) for name in ("O_x", "O_y")]
     angle = case.atoms["theta_1"]
     along = -sympy.sin(angle) * force[0] + sympy.cos(angle) * force[1]
     across = sympy.cos(angle) * force[0] + sympy.sin(angle) * force[1]
@@ -63,7 +64,7 @@ def solve(case: Case) -> Solved:
             "angular velocity at theta_1 on the way down, counter-clockwise +", speed, "rad/s", "energy integral"
         ),
         "theta''": case.formula(
-            "angular acceleration there, counter-clockwise +", found["theta''"], "rad/s²", how
+            "angular acceleration there, counter-clockwise +", solution["theta''"], "rad/s²", how
         ),
         "R_x": case.formula("reaction on the rod at O there, right +", force[0], "N", how),
         "R_y": case.formula("reaction on the rod at O there, up +", force[1], "N", how),

@@ -21,7 +21,7 @@ RELEASE = {**CENTRED, "theta": "theta_0", "theta'": 0}
 
 
 def build() -> fb.System:
-    """x, y are those of the point of the bar's plane that lies on the axis of the cylinder and stays there."""
+    """Return the system; x, y belong to the point of the bar's plane that stays on the axis of the cylinder."""
     s = fb.System("bar_in_cylinder")
     m, R, g = s.parameters(m=2.0, R=1.0, g=9.81)
     s.parameters(theta_0="60deg", theta_1="20deg")
@@ -47,6 +47,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.contact_plots import contact_forces
     from ....picture.plots.plots import energy_residual, history, saved
 
@@ -57,8 +58,8 @@ def solve(case: Case) -> Solved:
         "theta_1", abs(case["theta_1"]) < case["theta_0"], "an angle that is passed on the way down"
     )
     e, theta = case.equations, case.atoms["theta"]
-    found = e.solve(["theta''", "N_wall_1", "N_wall_2"], where=CENTRED)
-    sides = {"A": found["N_wall_1"], "B": found["N_wall_2"]}
+    solution = e.solve(["theta''", "N_wall_1", "N_wall_2"], where=CENTRED)
+    sides = {"A": solution["N_wall_1"], "B": solution["N_wall_2"]}
     for name, N in sides.items():
         if case.number(N, RELEASE) < 0:
             raise fb.errors.ModelError(
@@ -69,15 +70,15 @@ def solve(case: Case) -> Solved:
     rate = -sympy.sqrt(case.square_of_speed("theta'", RELEASE, at))
     now = {**at, "theta'": rate}
     how = 'fb.equations(s, modes={"wall": "slip"}).solve'
-    alpha = case.formula("equation of motion", found["theta''"], "", how, at=now)
-    stiffness = -sympy.diff(found["theta''"], theta)
+    alpha = case.formula("equation of motion", solution["theta''"], "", how, at=now)
+    stiffness = -sympy.diff(solution["theta''"], theta)
     answers: Answers = {"equation": replace(alpha, value=f"theta'' = {alpha.text}")}
     for name, N in sides.items():
         answers[f"N_{name}(theta)"] = case.formula(
             f"normal force at {name} as a function of theta, theta' (value: at theta_1)", N, "N", how, at=now
         )
     answers["theta'"] = case.formula("theta' when theta_1 is first reached", rate, "rad/s", "energy integral")
-    answers["theta''"] = case.formula("theta'' then", case.put(found["theta''"], now), "rad/s²", how)
+    answers["theta''"] = case.formula("theta'' then", case.put(solution["theta''"], now), "rad/s²", how)
     for name, N in sides.items():
         answers[f"N_{name}"] = case.formula(f"normal force at {name} then", case.put(N, now), "N", how)
     answers["omega_n"] = case.formula(
@@ -122,5 +123,5 @@ BAR_IN_CYLINDER = Entry(
     until=5.0,
     start={"theta": "theta_0"},
     modes={"wall": "slip"},
-    held={**CENTRED, "x''": 0, "y''": 0},
+    fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )

@@ -1,7 +1,8 @@
 """Disk that rolls off the corner of a ledge (chapter, Problem 6.8).
 
-The corner O is the origin; the disk goes to the left, and theta, the angle of OC from the upward vertical, counts
-that way, counter-clockwise. Without slip it turns about O; with the friction mu it slips before it leaves.
+The corner O is the origin; the disk moves to the left, and theta, the angle of OC from the upward vertical, is
+positive in that direction, counter-clockwise. Without slip it turns about O; with the friction mu it slips before it
+leaves.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ from ...tools.entry import Entry
 CENTRED = {"x": 0, "y": 0, "x'": 0, "y'": 0}
 TOP = {**CENTRED, "theta": 0, "theta'": 0}
 BEGIN = 0.05
-"""Angle at which the run begins [rad], with the speed of the fall from rest at the top."""
+"""Initial angle of the run [rad], with the speed of a fall from rest at the top."""
 
 
 def build() -> fb.System:
-    """x, y are those of the point of the rim that touches O at the top, theta is the turn of the disk."""
+    """Return the system; x, y belong to the point of the rim that touches O at the top, theta is the disk's turn."""
     s = fb.System("disk_on_ledge")
     m, R, g, mu = s.parameters(m=3.0, R=0.25, g=9.81, mu=0.5)
     s.gravity = (0, -g, 0)
@@ -45,7 +46,7 @@ def build() -> fb.System:
 
 
 def pivoted(case: Case) -> fb.System:
-    """The same disk on a hinge at O, for the comparison: its reaction along OC is N."""
+    """Return the same disk on a hinge at O, for comparison: its reaction along OC is N."""
     s = fb.System("disk_on_pivot")
     m, R, g = s.parameters(m=case["m"], R=case["R"], g=case["g"])
     s.gravity = (0, -g, 0)
@@ -55,12 +56,13 @@ def pivoted(case: Case) -> fb.System:
 
 
 def line(case: Case, state: Any) -> float:
-    """Angle of OC from the vertical: C is R above the point of the rim of which x, y are."""
+    """Return the angle of OC from the vertical: C is R above the point of the rim at x, y."""
     x, y, theta = (float(state[name]) for name in ("x", "y", "theta"))
     return math.atan2(case["R"] * math.sin(theta) - x, case["R"] * math.cos(theta) + y)
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.contact_plots import contact_forces
     from ....picture.plots.plots import energy_residual, history, saved
 
@@ -69,7 +71,7 @@ def solve(case: Case) -> Solved:
     rate = case.atoms["theta'"]
     square = case.square_of_speed("theta'", TOP, CENTRED)
     falling = sympy.Eq(rate**2, square)
-    found = e.solve(["theta''", "N_O", "T_O"], where=CENTRED)
+    solution = e.solve(["theta''", "N_O", "T_O"], where=CENTRED)
     leaving = e.solve(["theta", "theta'^2"], where=[{**CENTRED, "N_O": 0}, falling])
     (place,) = [b for b in leaving.branches if 0 < case.number(b["theta"]) < math.pi / 2]
     away = {**CENTRED, "theta": place["theta"], "theta'": sympy.sqrt(place["theta'^2"])}
@@ -83,9 +85,9 @@ def solve(case: Case) -> Solved:
         ),
         "omega": case.formula("angular velocity then", away["theta'"], "rad/s", energy),
         "alpha": case.formula(
-            "angular acceleration just before", case.put(found["theta''"], away), "rad/s²", how
+            "angular acceleration just before", case.put(solution["theta''"], away), "rad/s²", how
         ),
-        "T": case.formula("tangential contact force then", case.put(found["T_O"], away), "N", how),
+        "T": case.formula("tangential contact force then", case.put(solution["T_O"], away), "N", how),
         "alpha_after": free.formula(
             "angular acceleration just after", flying, "rad/s²", 'fb.equations(s, modes={"O": "open"}).solve'
         ),
@@ -114,9 +116,9 @@ def solve(case: Case) -> Solved:
     )  # fmt: skip
     push = pivot.reactions["O"].force[-1]
     bound = 1000 * case.tolerance
-    # with the friction mu it leaves later by 1.4e-2/mu in cos; its accelerations in the slip are rounded to mu eps
-    held = 1 / bound
-    _, rough = case.having(mu=held).simulate_to_mode("O", "open", initial=start, tolerance=fine)
+    # with the friction mu it leaves later by 1.4e-2/mu in cos; the accelerations in slip have a round-off of mu eps
+    high_mu = 1 / bound
+    _, rough = case.having(mu=high_mu).simulate_to_mode("O", "open", initial=start, tolerance=fine)
     now = answers["theta"].value
     along = (-math.sin(now), math.cos(now))
     weight = case["m"] * case["g"]
@@ -127,7 +129,7 @@ def solve(case: Case) -> Solved:
              (push[0] * along[0] + push[1] * along[1]) / weight, 0, bound),
         same("T against the reaction of the hinge", answers["T"].value,
              push[0] * along[1] - push[1] * along[0], bound),
-        same(f"theta and omega against the simulation with the friction {held:g}", [now, answers["omega"].value],
+        same(f"theta and omega against the simulation with the friction {high_mu:g}", [now, answers["omega"].value],
              [line(case, rough.state), float(rough.state["theta'"])], bound),
         same("theta_slip against the simulation", answers["theta_slip"].value, line(case, slips.state), bound),
     )  # fmt: skip
@@ -155,5 +157,5 @@ DISK_ON_LEDGE = Entry(
     positive=("g",),
     start={"theta": BEGIN},
     modes={"O": "stick"},
-    held={**CENTRED, "x''": 0, "y''": 0},
+    fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )

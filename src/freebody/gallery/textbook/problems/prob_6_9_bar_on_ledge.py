@@ -1,7 +1,7 @@
 """Bar on a ledge whose string is cut (chapter, Problem 6.9).
 
-The corner O is the origin, the bar lies along x; phi is its turn, counter-clockwise, so that it falls by theta = -phi
-below the horizontal on the right. The friction of the corner holds it up to where it begins to slip.
+The corner O is the origin, the bar lies along x; phi is its rotation, counter-clockwise, so that it falls by
+theta = -phi below the horizontal on the right. The friction of the corner holds it until it begins to slip.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ LEVEL = {**CENTRED, "phi": 0, "phi'": 0}
 
 
 def build() -> fb.System:
-    """x, y are those of the point of the bar that is at O in the beginning."""
+    """Return the system; x, y belong to the point of the bar that is initially at O."""
     s = fb.System("bar_on_ledge")
     m, L, b, mu, g = s.parameters(m=2.0, L=1.2, b=0.3, mu=0.4, g=9.81)
     s.gravity = (0, -g, 0)
@@ -42,6 +42,7 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
+    """Simulate the system and answer its questions."""
     from ....picture.plots.contact_plots import contact_forces
     from ....picture.plots.plots import energy_residual, history, saved
 
@@ -50,26 +51,26 @@ def solve(case: Case) -> Solved:
     )
     case.refuse_unless("mu", case["mu"] > 0, "friction greater than 0")
     e, rate = case.equations, case.atoms["phi'"]
-    found = e.solve(["phi''", "N_O", "T_O"], where=CENTRED)
+    solution = e.solve(["phi''", "N_O", "T_O"], where=CENTRED)
     square = case.square_of_speed("phi'", LEVEL, CENTRED)
-    balance = sympy.expand(found["T_O"] + case.atoms["mu"] * found["N_O"]).subs(rate**2, square)
-    # it falls clockwise, and T counts down along the bar: the corner holds it with T = -mu N
+    balance = sympy.expand(solution["T_O"] + case.atoms["mu"] * solution["N_O"]).subs(rate**2, square)
+    # it falls clockwise, and T is positive down along the bar: the corner holds it with T = -mu N
     falls = -angle_where(balance, case.atoms["phi"])
     at = {**CENTRED, "phi": -falls}
-    N, T = (found[name].subs(rate**2, square) for name in ("N_O", "T_O"))
+    N, T = (solution[name].subs(rate**2, square) for name in ("N_O", "T_O"))
     how = 'fb.equations(s, modes={"O": "stick"}).solve, T_O = -mu*N_O with the energy integral'
-    here = "(the formula: at any phi)"
+    scope = "(the formula: at any phi)"
     answers: Answers = {
         "theta": case.formula("angle below the horizontal at which slip begins", falls, "rad", how),
         "omega": case.formula(
-            f"angular velocity then, clockwise + {here}",
+            f"angular velocity then, clockwise + {scope}",
             sympy.sqrt(square),
             "rad/s",
             "energy integral",
             at=at,
         ),
-        "N": case.formula(f"normal force then {here}", N, "N", how, at=at),
-        "T": case.formula(f"friction force on the bar then, up along it + {here}", -T, "N", how, at=at),
+        "N": case.formula(f"normal force then {scope}", N, "N", how, at=at),
+        "T": case.formula(f"friction force on the bar then, up along it + {scope}", -T, "N", how, at=at),
         "theta_b0": case.formula(
             "angle for b = 0, the bar supported at its end", case.put(falls, {"b": 0}), "rad", how
         ),
@@ -121,5 +122,5 @@ BAR_ON_LEDGE = Entry(
     until=0.6,
     positive=("g",),
     modes={"O": "stick"},
-    held={**CENTRED, "x''": 0, "y''": 0},
+    fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )
