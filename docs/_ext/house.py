@@ -1,7 +1,7 @@
 """The rooms of the package, read from its import statements: their order, a table and a drawing.
 
-``python docs/_ext/house.py`` writes the drawing ``docs/house.svg`` and the table in ``docs/architecture.md`` anew; a test
-checks that both are up to date.
+``python docs/_ext/house.py`` writes the drawing ``docs/house.svg`` and the table in ``docs/architecture.md`` anew; a
+test checks that both are up to date.
 """
 
 from __future__ import annotations

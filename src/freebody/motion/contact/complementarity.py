@@ -204,7 +204,8 @@ def undecided(
     A: Array, c: Array, contacts: Sequence[Touching], forces: Array, least: Any = None
 ) -> list[tuple[bool | None, bool | None]]:
     """Of each contact, whether it presses (more than in any case), and whether it sticks, under forces that are nearly
-    a solution; None where either may be."""
+    a solution; None where either may be.
+    """
     rates = A @ forces + c
     small = 1e-6 * float(np.abs(forces).max(initial=0))
     slow = 1e-6 * max(float(np.abs(c).max(initial=0)), float((np.abs(A) @ np.abs(forces)).max(initial=0)))
@@ -245,7 +246,8 @@ def _solved(
     near: Array | None = None,
 ) -> Iterator[Solution]:
     """The solutions of one combination: at most one, but for directions that are sought, from those of the forces
-    ``near`` or else from several starts."""
+    ``near`` or else from several starts.
+    """
     sought = [i for i, (mode, d) in enumerate(modes) if mode == SLIP and d is None]
     if not sought:
         one = _linear(A, c, contacts, modes)
@@ -288,7 +290,8 @@ def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str,
 
 def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]) -> Iterator[Array]:
     """Directions to begin the search with: where relaxation arrives, against the force that would hold, then around
-    the circle."""
+    the circle.
+    """
     if len(sought) > 1:
         yield _along(A, c, contacts, sought, closest(A, c, contacts))
     held = [(STICK, None) if i in sought else mode for i, mode in enumerate(modes)]

@@ -273,7 +273,8 @@ class Phase(Kernels):
 
     def motion(self) -> Program:
         """Functions ``rates`` (of q, u, work and heat of friction), ``energy`` and, of closed contacts,
-        ``projection``."""
+        ``projection``.
+        """
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
             moving = self._motion(state)

@@ -200,7 +200,8 @@ class ContactTrajectory(PhasedTrajectory):
     @cached_property
     def energy(self) -> Energy:
         """The energy ledger; ``work`` holds that of friction (``-friction`` is its heat) and of impacts
-        (``impulses``)."""
+        (``impulses``).
+        """
         ledger = super().energy
         n = self.kernels.model.n_q + self.kernels.model.n_u
         return Energy(

@@ -109,7 +109,8 @@ def held(
     blocks: Integers, m: int, count: int, n: int, K: Reals, S: Reals, spare: Reals,
 ) -> int:  # fmt: skip
     """K = M⁻¹ Gᵀ and the factor of S = G K of the first ``count`` constraints, rows m, m + 1, ...; 0 if S is not
-    positive definite."""
+    positive definite.
+    """
     for i in range(count):
         r = m + i
         for k in range(n):
@@ -133,7 +134,8 @@ def met(
     lam: Reals,
 ) -> int:  # fmt: skip
     """λ, and v + K λ in place of v, which meets the first ``count`` constraints: G v + W[rates:] = 0. 0 if S is not
-    positive definite; K and S are kept."""
+    positive definite; K and S are kept.
+    """
     if held(W, at_W, L, squares, pieces, row_first, row_at, blocks, m, count, n, K, S, spare) == 0:
         return 0
     for i in range(count):

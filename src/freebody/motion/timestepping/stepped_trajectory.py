@@ -144,7 +144,8 @@ class SteppedTrajectory(Trajectory):
 
     def mean_reactions(self, times: Array) -> Array:
         """Reactions of all joints, means over the step that ends at or after each time: force and moment of each in
-        turn, shape (n, 6 joints) [N, N m]."""
+        turn, shape (n, 6 joints) [N, N m].
+        """
         steps, place = np.unique(self._step_of(times), return_inverse=True)
         return np.asarray(self._of_steps(steps)[0][place])
 
