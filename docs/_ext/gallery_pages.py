@@ -113,7 +113,7 @@ def _page(name: str, folder: Path, run: bool) -> list[Path]:
         return Page(entry, folder, entry.run() if run else None).write()
     except Exception as error:
         raise RuntimeError(
-            f"The page of '{name}' can not be made: {type(error).__name__}: {error}"
+            f"The page of '{name}' cannot be made: {type(error).__name__}: {error}"
         ) from error
 
 

@@ -94,7 +94,7 @@ def test_a_time_step_that_is_not_solved(monkeypatch):
     s.planar("plane", s.ground, disk, coordinate="x y turn")
     s.contact("floor", disk.circle(0.1), s.ground.plane(), friction=0.2)
     for bound in ("RESIDUAL", "ACCEPTED"):
-        monkeypatch.setattr(timestepping, bound, -1.0)  # can not be reached
+        monkeypatch.setattr(timestepping, bound, -1.0)  # cannot be reached
     monkeypatch.setattr(timestepping, "MOST_SWEEPS", 3000)
     with pytest.raises(SimulationError, match="'disk' were not solved in the step at t = 0 s: after 3000 sweeps and Newton's method a law is still missed by .* Where friction jams a contact"):  # fmt: skip  # noqa: E501
         fb.simulate(s, 0.1, initial={"y": 0.1, "x'": 1}, method="timestepping", step=0.01)

@@ -120,7 +120,7 @@ def test_torque_of_a_prescribed_crank_is_that_of_inverse_dynamics():
 
 
 def test_dead_point_of_a_slider_crank():
-    """At the dead centre the slider can not turn the crank; beside it, it can, with a ratio that falls to zero."""
+    """At the dead centre the slider cannot turn the crank; beside it, it can, with a ratio that falls to zero."""
     s = fb.System("slider-crank")
     crank = s.body("crank", fb.slender_bar(1, 1, axis="x"))
     rod = s.body("rod", fb.slender_bar(1, 3, axis="x"))

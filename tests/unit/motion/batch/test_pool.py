@@ -1,4 +1,4 @@
-"""Lanes that processes run: what can not be handed over, and processes that die."""
+"""Lanes that processes run: what cannot be handed over, and processes that die."""
 
 from __future__ import annotations
 

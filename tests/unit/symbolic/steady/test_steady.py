@@ -1,4 +1,4 @@
-"""Steady motions: conditions, branches, numbers, continuation, stability, and what can not be done."""
+"""Steady motions: conditions, branches, numbers, continuation, stability, and what cannot be done."""
 
 from __future__ import annotations
 
