@@ -440,3 +440,9 @@ def test_progress_bar_appears_after_a_second(monkeypatch, capsys):
     fb.simulate(oscillator(), 2e4, initial={"x": 1}, progress=True)
     fb.simulate(oscillator(), 2e4, initial={"x": 1})
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("method", ["dop853", "dop54", "radau", "gauss", "taylor"])
+def test_the_dataset_names_the_method_that_ran(method: str) -> None:
+    motion = fb.simulate(pendulum(), 0.2, initial={"theta": 1.0}, method=method)
+    assert motion.data.attrs["method"] == motion.path.method == method

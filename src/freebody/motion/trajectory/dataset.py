@@ -90,7 +90,7 @@ def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
         attrs={
             "title": f"Motion of {trajectory.name}",
             "status": trajectory.status,
-            "method": getattr(trajectory, "method", "Dormand-Prince 8(5,3), dense output of order 7"),
+            "method": getattr(trajectory, "method", None) or trajectory.path.method,
             # if every joint is driven, nothing is integrated
             **({"tolerance": float(np.min(trajectory.tolerances))} if len(trajectory.tolerances) else {}),
             "steps": trajectory.steps,
