@@ -63,7 +63,7 @@ def free_rate(work: ContactRun, seen: Snapshot, y: Array, k: int) -> float:
 
 
 def cycle(work: ContactRun, t: float, y: Array, seen: Snapshot) -> tuple[Array, float, frozenset[int]] | None:
-    """Return the same as :func:`limit` for impacts that repeat in cycles, each smaller than the last by one factor."""
+    """Return what :func:`limit` returns for impacts in cycles that shrink by a constant factor: a geometric sum."""
     history = work.bounces[-40:]
     for period in range(1, 7):
         if len(history) < 3 * period + 1:
@@ -129,7 +129,7 @@ def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: froz
 
 
 def lifted(work: ContactRun, t: float, y: Array) -> Array:
-    """Return the state with contacts that open from a slightly negative gap (still counted as closed) moved to gap zero.
+    """Return the state with contacts that open from a slightly negative gap (closed within tolerance) at gap zero.
 
     Their return is then a zero crossing of the gap; from a negative gap it would not be.
     """

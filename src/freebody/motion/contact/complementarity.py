@@ -67,7 +67,7 @@ class Solution:
     ``residual``   greatest violation of the laws above, relative to the greatest force and rate
     ``ties``       (contact, law) pairs whose inequality holds with equality, so that derivatives must decide
     ``missed``     greatest violation of the inequalities alone
-    ``rank_lack``  number of forces that the motion does not determine; N is then least in norm, and T has the least Σ |T|²/N
+    ``rank_lack``  number of forces that the motion does not determine; N is then least in norm, T in Σ |T|²/N
     """
 
     modes: tuple[tuple[str, Any], ...]

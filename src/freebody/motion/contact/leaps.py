@@ -144,7 +144,10 @@ def leap(
 def halt(
     work: ContactRun, phase: Phase, rates: Rates, k: int, t: float, y: Array, modes: Modes
 ) -> tuple[float, Array]:
-    """Return time and state at the end of a slip in space whose speed has fallen to :data:`STOPPED`, by a straight step."""
+    """Return time and state at the end of a slip in space whose speed has fallen to :data:`STOPPED`.
+
+    A straight step leads to this end.
+    """
     program = phase.contact()
     constants = program.constants(work.parameters)
     m, at = work.scene.rows, work.scene.first[k]
@@ -158,7 +161,7 @@ def halt(
         return t, y
 
     def stopped(t: float, y: Array, contacts: Sequence[int]) -> tuple[Array, float]:
-        """Return the state after the impulses that cancel the remaining slip, and their work; closed contacts stay closed."""
+        """Return the state after impulses that cancel the remaining slip, and their work; closed contacts stay so."""
         seen = work.look(t, y)
         first = work.scene.first
         rows = [i for j in contacts for i in (first[j] + 1, first[j] + 2)]
