@@ -50,7 +50,7 @@ class FrictionCones:
         c = np.minimum((T * T).sum(axis=0) - (self.mu * N) ** 2, 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(np.maximum(h * h - a * c, 0.0))
-            # the positive root of a t² + 2 h t + c = 0, with c <= 0
+            # the smallest positive root of a t² + 2 h t + c = 0, with c <= 0
             cone = np.where(h > 0, -c / (h + root), np.where(a > 0, (root - h) / a, np.inf))
             lift = np.where(d[self.normal] < 0, -x[self.normal] / d[self.normal], np.inf)
         inside = (N > 0) & (c < -1e-12 * (self.mu * N) ** 2)

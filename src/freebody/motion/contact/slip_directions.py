@@ -21,7 +21,7 @@ SINGULAR = 1e10
 """Condition number above which the held rows count as dependent: they then leave the forces indeterminate."""
 
 STEPS = 40
-"""Most steps of Newton's method. Each halves the distance to a double root: 24 steps from 0.5 to round-off of r_T × d."""
+"""Limit on Newton steps. Each halves the distance to a double root: 24 from 0.5 to round-off of r_T × d."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class _Problem:
         self.at = np.array([one.row for one in sought])
 
     def _units(self, cos: Array, sin: Array) -> Array:
-        """Return the tangential part of e(d) of each contact, or its derivative for arguments (-sin, cos); (n, k, m)."""
+        """Return the tangential parts of e(d), (n, k, m); with (-sin, cos) as arguments, their derivatives."""
         E = np.zeros((*cos.shape, len(self.c)))
         for i, one in enumerate(self.sought):
             E[:, i, one.row + 1] = -one.friction * cos[:, i]
@@ -171,7 +171,7 @@ class _Problem:
 
 
 def newton(function: Callable[[Array], Array | None], x: Array, most: int = 40) -> Array | None:
-    """Return a zero of a function of angles near ``x``, or None; the difference quotient as slope does not affect it."""
+    """Return a zero of a function of angles near ``x``, or None. The slope is approximated by differences."""
     step = 1e-6
     for _ in range(most):
         value = function(x)

@@ -3,8 +3,8 @@
     λ = B x,   S x = -c_rows,   S = A_rows B     (rows: vanishing accelerations; B contains the slip directions)
     S x' = -(A' λ + A B' x + c')_rows,   λ' = B x' + B' x,   r' = A λ' + A' λ + c'
 
-A' λ + c' for constant λ is exact, from the trace. If the motion leaves forces indeterminate, then x = W z with
-z = (S W)⁺ g, as :func:`freebody.motion.contact.complementarity.balanced` chooses them, and with T = S W of constant rank
+A' λ + c' for constant λ comes from the trace and is exact. If the motion leaves forces indeterminate, then x = W z,
+z = (S W)⁺ g, as :func:`freebody.motion.contact.complementarity.balanced` chooses them. With T = S W of constant rank,
 
     z' = T⁺ (g' - T' z) + (1 - T⁺ T) T'ᵀ T⁺ᵀ z
 
