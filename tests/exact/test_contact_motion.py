@@ -369,7 +369,7 @@ def test_newtons_law_that_would_make_energy_is_refused():
     s.planar("rail", s.ground, body, coordinate="x y theta")
     s.contact("foot", body.corners(size=(0.3, 0.5)), s.ground.plane(normal="y"), friction=mu, restitution=e)
     start = {"y": 1.0, "theta": 2.782025237069825, "x'": 0.5087762330352346, "theta'": 4.898587870142929}
-    with pytest.raises(SimulationError, match=r"would make energy, .* Give the contact impact='poisson'"):
+    with pytest.raises(SimulationError, match=r"would create energy, .* Give the contact impact='poisson'"):
         fb.simulate(s, 1, initial=start)
 
 

@@ -226,7 +226,7 @@ def test_all_scenes_in_the_plane(seed):
         assert "2 different motions are consistent" in str(error), error
 
 
-REFUSED = ("shared in proportion to N, has reached", "no set of modes is consistent", "would make energy")
+REFUSED = ("shared in proportion to N, has reached", "no set of modes is consistent", "would create energy")
 """Friction that nothing determines at its limit; and Newton's law where the slip reverses (Kane)."""
 
 

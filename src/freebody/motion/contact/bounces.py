@@ -1,13 +1,13 @@
-"""The end of bounces: their geometric series, once they are lower than what double precision resolves.
+"""The end of a sequence of bounces: the sum of their geometric series once they are too low to be resolved.
 
-With v the speed after the last bounce, a = -r_N the approach acceleration and e the part of the speed that is kept, all
-that is left takes
+v is the speed after the last bounce, a = -r_N the approach acceleration and e the ratio of the speeds after and before
+a bounce. All remaining bounces take the time
 
     2 v / a · (1 + e + e² + ...) = 2 v / (a (1 - e))
 
-at most v²/(2a) above the surface. For contacts that alternate (a rocking block) e is the measured ratio of a cycle. The
-sum is taken when the height is below 1e-9 and a is seen to be constant to 1e-12 over what is left, and at 1e-13 in any
-case, where what a could change is of that size.
+and rise at most v²/(2a) above the surface. For contacts that alternate (a rocking block), e is the measured ratio of a
+cycle. The sum is used if the height is below 1e-9 and the measured a is constant to 1e-12 over the remaining time. It
+is always used at heights below 1e-13, where a change of a has an effect of that size only.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from .state import LOW, ContactRun
 
 
 def limit(work: ContactRun, t: float, y: Array) -> tuple[Array, float, frozenset[int]] | None:
-    """If bounces have become too low to follow: the state without them, their time left, and the contacts.
+    """Return the state without the remaining bounces, their duration and their contacts if they are too low to follow.
 
-    The contacts that bounce then have neither gap nor normal speed; what their normal speeds lose is the sum of
-    the impulses that are left.
+    The bouncing contacts then have neither gap nor normal speed. The impulses that cancel their normal speeds equal
+    the sum of the impulses of the remaining bounces. Return None if the bounces are still followed.
     """
     if not work.bounces or work.bounces[-1].time != t:
         return None
@@ -36,7 +36,7 @@ def limit(work: ContactRun, t: float, y: Array) -> tuple[Array, float, frozenset
         (k,) = last.contacts
         at = work.scene.first[k]
         v = float(seen.rate[at])
-        e = v / last.speed  # by Newton the restitution; by Poisson friction changes it
+        e = v / last.speed  # the restitution by Newton's law; friction changes it by Poisson's law
         a = -free_rate(work, seen, y, k)
         if not (v > work.still(y) and a > 0 and e < 1):
             return cycle(work, t, y, seen)
@@ -47,7 +47,7 @@ def limit(work: ContactRun, t: float, y: Array) -> tuple[Array, float, frozenset
         if height > 1e-13 * (1 + work.size(y)):
             if not earlier or earlier[-1] is not work.bounces[-2]:
                 return cycle(work, t, y, seen)
-            # flight times foretell how far a changes in what is left: v_before (t - t_before) measures it
+            # the change of a over the remaining time is estimated from the last flight: a = 2 v_before / (t - t_before)
             flight = t - earlier[-1].time
             drift = abs(2 * last.speed / flight - a) / a
             if drift * left > 1e-12 * max(1.0, abs(t)) + 8 * np.finfo(float).eps * abs(t) / flight * left:
@@ -57,13 +57,13 @@ def limit(work: ContactRun, t: float, y: Array) -> tuple[Array, float, frozenset
 
 
 def free_rate(work: ContactRun, seen: Snapshot, y: Array, k: int) -> float:
-    """Normal acceleration of a contact in flight, the other closed contacts held as they are."""
+    """Return the normal acceleration of a contact in flight, with the other closed contacts held in their modes."""
     del y
     return float(seen.c[work.scene.first[k]])
 
 
 def cycle(work: ContactRun, t: float, y: Array, seen: Snapshot) -> tuple[Array, float, frozenset[int]] | None:
-    """Impacts that repeat in cycles, each a constant part of the last: their geometric sum."""
+    """Return what :func:`limit` returns for impacts in cycles that shrink by a constant factor: a geometric sum."""
     history = work.bounces[-40:]
     for period in range(1, 7):
         if len(history) < 3 * period + 1:
@@ -87,10 +87,10 @@ def cycle(work: ContactRun, t: float, y: Array, seen: Snapshot) -> tuple[Array, 
 
 
 def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: frozenset[int]) -> Array:
-    """Normal speeds of the contacts taken away, and their slip, if the last impact of each left none.
+    """Return the state without the normal speeds of the contacts, and without slip where the last impact left none.
 
-    The bounces that are left press with the sum of the weights less the normal momentum that is taken away here: where
-    a contact slips, so much less friction acts, -μ d per unit of normal impulse. What sticks stays.
+    The remaining bounces press with the sum of the weights less the normal momentum removed here. On a slipping contact
+    the friction is smaller accordingly, by -μ d per unit of normal impulse. Sticking contacts keep sticking.
     """
     m = work.scene.rows
     rows: list[int] = []
@@ -129,9 +129,9 @@ def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: froz
 
 
 def lifted(work: ContactRun, t: float, y: Array) -> Array:
-    """The state with contacts that leave from below zero, as far as they count as closed, at zero.
+    """Return the state with contacts that open from a slightly negative gap (closed within tolerance) at gap zero.
 
-    From there their return is a zero of the gap; from below, it would be none.
+    Their return is then a zero crossing of the gap; from a negative gap it would not be.
     """
     seen = work.look(t, y)
     low = LOW * (1 + work.size(y))

@@ -1,14 +1,14 @@
-"""Contact as a complementarity problem of numbers, solved by trying every combination of modes.
+"""Contact as a numerical complementarity problem, solved by trying every combination of modes.
 
-With λ the contact forces and r = A λ + c the rates of the contacts (accelerations; in an impact, speeds just after):
+λ are the contact forces and r = A λ + c the rates of the contacts (accelerations; in an impact, speeds just after it):
 
     open      λ_N = λ_T = 0                               r_N >= 0
     stick     r_N = 0, r_T = 0                            λ_N >= 0, |λ_T| <= μ_s λ_N
-    slip d    r_N = 0, λ_T = -μ d λ_N, r_T = α d          λ_N >= 0, α >= 0     (d given where it slips already)
+    slip d    r_N = 0, λ_T = -μ d λ_N, r_T = α d          λ_N >= 0, α >= 0     (d known if it already slips)
 
-Every combination is a system of linear equations (in 3-D with a direction d to be found besides, by Newton's method),
-so a solution is exact to round-off and its residual is returned. All combinations are tried: no solution, and several
-solutions with different motions (Painlevé), are found as such.
+Every combination is a system of linear equations (in 3-D the direction d is also unknown and is found by Newton's
+method). A solution is therefore exact to round-off, and its residual is returned. Because all combinations are tried,
+the cases of no solution and of several solutions with different motions (Painlevé) are recognized.
 
 Sources: C. Glocker, F. Pfeiffer, Multibody Dynamics with Unilateral Contacts (1996), chapters 5-8;
 F. Génot, B. Brogliato, New results on Painlevé paradoxes (1999).
@@ -32,22 +32,22 @@ Array = NDArray[np.float64]
 
 OPEN, STICK, SLIP = "open", "stick", "slip"
 WHOLE = 2
-"""Contacts at rest in space up to which all combinations with new directions of slip are tried."""
+"""Largest number of contacts at rest in space for which all combinations with new slip directions are tried."""
 GUESSES = 64
-"""Combinations at most that are tried where a solution is near several."""
+"""Largest number of combinations tried if an approximate solution does not decide the modes."""
 MOST = 1 << 14
-"""Combinations of modes that are tried at most; scenes with more contacts are for time stepping."""
+"""Largest number of combinations of modes that are tried; time stepping handles scenes with more contacts."""
 SMALL = 1e-10
-"""Relative size below which a force or a rate is zero, and a matrix singular: round-off of small systems, with room."""
+"""Relative size below which a force or rate is zero and a matrix singular: above the round-off of small systems."""
 
 
 @dataclass(frozen=True)
 class Touching:
     """One closed contact of the problem.
 
-    ``row``        its first row (normal); its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless) follow
-    ``friction``   kinetic coefficient, ``static`` the static one
-    ``sliding``    unit direction of slip, shape (tangents,), where it slips already; None at rest
+    ``row``        its first row (normal), followed by its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless)
+    ``friction``   kinetic coefficient; ``static`` is the static coefficient
+    ``sliding``    unit direction of slip, shape (tangents,), if it already slips; None at rest
     """
 
     name: str
@@ -62,11 +62,11 @@ class Touching:
 class Solution:
     """One consistent set of modes.
 
-    ``modes``      of each contact: (mode, direction of slip or None)
-    ``forces``     λ, and ``rates`` r, shape (m,)
-    ``residual``   greatest violation of the laws above, in parts of the greatest force and rate
-    ``ties``       (contact, law) that hold with equality, so that derivatives have to decide
-    ``missed``     the same of the inequalities alone
+    ``modes``      (mode, direction of slip or None) of each contact
+    ``forces``     λ, shape (m,); ``rates`` are r, shape (m,)
+    ``residual``   greatest violation of the laws above, relative to the greatest force and rate
+    ``ties``       (contact, law) pairs whose inequality holds with equality, so that derivatives must decide
+    ``missed``     greatest violation of the inequalities alone
     ``rank_lack``  number of forces that the motion does not determine; N is then least in norm, T in Σ |T|²/N
     """
 
@@ -80,7 +80,7 @@ class Solution:
 
 
 def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = None) -> list[Solution]:
-    """All consistent sets of modes.
+    """Return all consistent sets of modes.
 
     Parameters
     ----------
@@ -90,19 +90,19 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = Non
         Rates without contact forces.
     contacts : sequence of Touching
     among : sequence of sequences of modes, optional
-        Those to try instead of all.
+        The sets to try; by default all combinations.
 
     Raises
     ------
     SimulationError
-        More combinations than :data:`MOST`.
+        If there are more combinations than :data:`MOST`.
     """
     choices = [_choices(contact) for contact in contacts]
     count = int(np.prod([len(one) for one in choices], dtype=float)) if among is None else 0
     if count > MOST:
         raise SimulationError(
-            f"{len(contacts)} contacts closed at once have {count} combinations of modes, more than are tried "
-            f"({MOST}). Scenes like this are for method='timestepping'."
+            f"{len(contacts)} contacts closed at once have {count} combinations of modes; at most {MOST} "
+            f"are tried. Use method='timestepping' for scenes like this."
         )
     resting = sum(_may_begin(one) for one in choices)
     if among is None and resting > WHOLE:
@@ -116,10 +116,10 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = Non
 
 
 def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> list[Solution]:
-    """Many contacts at rest in space: sets without new slip, and those that relaxation points to.
+    """Return solutions for many contacts at rest in space: sets without new slip, and sets that relaxation suggests.
 
-    Directions of slip make a whole search too long, so that of more than :data:`WHOLE` such contacts it is not known
-    whether the solutions found are all.
+    The unknown slip directions make a complete search too long. With more than :data:`WHOLE` such contacts, the list
+    of solutions may therefore be incomplete.
     """
     known = [[(mode, d) for mode, d in one if not (mode == SLIP and d is None)] for one in choices]
     near = closest(A, c, contacts)
@@ -131,7 +131,7 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
         likely.append([*closed] * (pressed is not False) + [(OPEN, None)] * (pressed is not True))
         every.append((OPEN, None) if pressed is False else (SLIP, None) if free else one[1])
     guesses = list(itertools.islice(itertools.product(*likely), GUESSES))
-    # those without one contact: where forces are shared in many ways, the least in norm may pull
+    # also the sets with one contact open: if forces are indeterminate, the least in norm may pull at a contact
     fewer = [
         [(OPEN, None) if i == j else mode for j, mode in enumerate(modes)]
         for modes in (every, guesses[0])
@@ -145,8 +145,8 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
             one for modes in sets for one in _solved(A, c, contacts, modes, near) if one.residual <= SMALL
         )
         if sets is guesses or not found:
-            found += itertools.islice(tried, 1)  # those of one search are near one solution
-    for one in list(found):  # where friction is at its limit, slip is about to begin against it
+            found += itertools.islice(tried, 1)  # all results of one search are near the same solution
+    for one in list(found):  # at the friction limit, slip is about to begin opposite to the friction
         limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
         turned = list(one.modes)
         for i in limit:
@@ -160,9 +160,9 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
 
 
 def closest(A: Array, c: Array, contacts: Sequence[Touching], least: Any = None) -> Array:
-    """Forces of a solution with exact cones, or near one, with the kinetic friction; to begin a search.
+    """Return forces at or near a solution with exact cones and kinetic friction, as the start of a search.
 
-    ``least`` are normal forces, of each contact, that act in any case.
+    ``least`` gives, for each contact, a normal force that acts in any case.
     """
     rows: list[int] = []
     columns: list[Array] = []
@@ -203,8 +203,9 @@ def closest(A: Array, c: Array, contacts: Sequence[Touching], least: Any = None)
 def undecided(
     A: Array, c: Array, contacts: Sequence[Touching], forces: Array, least: Any = None
 ) -> list[tuple[bool | None, bool | None]]:
-    """Of each contact, whether it presses (more than in any case), and whether it sticks, under forces that are nearly
-    a solution; None where either may be.
+    """Return, for each contact, whether it presses and whether it sticks under forces that are nearly a solution.
+
+    None marks an answer that these forces do not decide. A contact presses if its normal force exceeds ``least``.
     """
     rates = A @ forces + c
     small = 1e-6 * float(np.abs(forces).max(initial=0))
@@ -224,7 +225,7 @@ def undecided(
 
 
 def _may_begin(choices: Sequence[tuple[str, Any]]) -> bool:
-    """Whether a slip in a direction that is to be found is among the choices."""
+    """Return True if the choices include a slip whose direction is unknown."""
     return any(mode == SLIP and d is None for mode, d in choices)
 
 
@@ -245,8 +246,9 @@ def _solved(
     modes: Sequence[tuple[str, Any]],
     near: Array | None = None,
 ) -> Iterator[Solution]:
-    """The solutions of one combination: at most one, but for directions that are sought, from those of the forces
-    ``near`` or else from several starts.
+    """Yield the solutions of one combination: at most one, or several if slip directions are unknown.
+
+    The search for directions starts from those of the forces ``near`` or, without them, from several directions.
     """
     sought = [i for i, (mode, d) in enumerate(modes) if mode == SLIP and d is None]
     if not sought:
@@ -270,7 +272,7 @@ def _solved(
 
 
 def _along(A: Array, c: Array, contacts: Sequence[Touching], sought: Sequence[int], forces: Array) -> Array:
-    """Angles of the slips under these forces, where there are none against their friction."""
+    """Return the angles of the slips under these forces; for a contact without slip, opposite to its friction."""
     rates = A @ forces + c
     slow = 1e-6 * float(np.abs(rates).max(initial=0))
     found = []
@@ -289,8 +291,8 @@ def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str,
 
 
 def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]) -> Iterator[Array]:
-    """Directions to begin the search with: where relaxation arrives, against the force that would hold, then around
-    the circle.
+    """Yield angles to start the search from: those of the relaxed forces, then opposite to the sticking force and
+    evenly spaced around the circle from there.
     """
     if len(sought) > 1:
         yield _along(A, c, contacts, sought, closest(A, c, contacts))
@@ -309,7 +311,7 @@ def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]
 def _chosen_directions(
     A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int], starts: Array
 ) -> Iterator[Array]:
-    """Directions where the forces are a choice among many (:func:`balanced`), by Newton's method on that choice."""
+    """Yield slip directions if the forces are indeterminate, by Newton's method with the choice of :func:`balanced`."""
 
     def across(a: Array) -> Array | None:
         one = _linear(A, c, contacts, _turned(modes, sought, a))
@@ -334,7 +336,7 @@ def _chosen_directions(
 def unknowns(
     m: int, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
 ) -> tuple[list[Array], list[int]]:
-    """λ = B x, by columns, and the rows of r that vanish; no column where a direction is yet to be found."""
+    """Return the columns of B in λ = B x and the rows of r that vanish; a slip of unknown direction has no column."""
     columns, rows = [], []
     unit = np.eye(m)
     for contact, (mode, d) in zip(contacts, modes, strict=True):
@@ -355,7 +357,7 @@ def unknowns(
 def _linear(
     A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
 ) -> Solution | None:
-    """Forces and rates of one combination; None where its equations have no solution."""
+    """Return forces and rates of one combination; None if its equations have no solution."""
     columns, rows = unknowns(len(c), contacts, modes)
     forces, lack = np.zeros(len(c)), 0
     if rows:
@@ -370,9 +372,9 @@ def _linear(
 def balanced(
     A: Array, c: Array, contacts: Sequence[Touching], B: Array, rows: list[int], base: Array
 ) -> tuple[Array, int] | None:
-    """Forces base + B x with which the ``rows`` of the rates vanish, and how many of them the rates leave open.
+    """Return forces base + B x for which the ``rows`` of the rates vanish, and the number of indeterminate forces.
 
-    Of these, N is least in the norm of forces, then T in Σ |T|²/N.
+    If forces are indeterminate, N is least in the norm of all forces, and T then has the least Σ |T|²/N.
     """
     size = np.sqrt(np.abs(A.diagonal()[rows]))
     if not (size > 0).all():
@@ -380,10 +382,10 @@ def balanced(
     goal = -(c + A @ base)[rows]
     S = A[rows] @ B
     scaled, lack = S / size[:, None], 0
-    # 1 of forces in norm; of slip with a great friction, that
+    # greatest entry of each column: large for slip with a large friction coefficient
     size_x = np.abs(scaled).max(axis=0, initial=SMALL)
     scaled /= size_x
-    if abs(np.linalg.det(scaled)) > 1e-3:  # of entries about 1: far from singular
+    if abs(np.linalg.det(scaled)) > 1e-3:  # entries are about 1: far from singular
         x = np.linalg.solve(scaled, goal / size)
     else:
         x, _, rank, _ = np.linalg.lstsq(scaled, goal / size, rcond=SMALL)
@@ -429,7 +431,7 @@ def _judged(
 
 
 def _typical(A: Array, c: Array) -> float:
-    """A force of the size at hand: of those that would stop each rate alone, the greatest."""
+    """Return a typical force: the greatest of the forces that would each cancel one rate alone."""
     diagonal = np.abs(A.diagonal())
     one = diagonal > 0
     return float((np.abs(c[one]) / diagonal[one]).max(initial=0))
@@ -438,16 +440,16 @@ def _typical(A: Array, c: Array) -> float:
 def distinct(
     found: Sequence[Solution], responses: Array, size: float = 0.0, alike: float = 1e-8
 ) -> list[list[Solution]]:
-    """Solutions grouped by the motion that they give.
+    """Return the solutions grouped by the motion that they give.
 
     Parameters
     ----------
     responses : array (m, n_u)
         Accelerations (speeds) of the machine per unit force (impulse).
     size : float
-        Those that count as not small, if greater than the solutions' own.
+        Size of the motions to which ``alike`` refers, if greater than that of the solutions themselves.
     alike : float
-        Relative difference up to which two motions are one.
+        Relative difference up to which two motions count as the same.
     """
     groups: list[tuple[Array, list[Solution]]] = []
     moved = [one.forces @ responses for one in found]
@@ -463,7 +465,7 @@ def distinct(
 
 
 def least_of(found: Sequence[Solution], A: Array, contacts: Sequence[Touching]) -> list[Solution]:
-    """Where normal forces are shared in many ways: those least in norm; else all, which no choice tells apart."""
+    """Return the solutions with normal forces least in norm if these are indeterminate; otherwise all solutions."""
     normals = [c.row for c in contacts]
     sizes = np.linalg.svd(A[np.ix_(normals, normals)], compute_uv=False)
     if not found or sizes[-1] > SMALL * sizes[0]:
@@ -473,7 +475,7 @@ def least_of(found: Sequence[Solution], A: Array, contacts: Sequence[Touching]) 
 
 
 def painleve(A: Array, contact: Touching) -> float:
-    """Normal rate per unit normal force in slip, A_NN - μ d·A_NT: at or below zero Painlevé's paradoxes begin."""
+    """Return the normal rate per unit normal force in slip, A_NN - μ d·A_NT: Painlevé's paradoxes need it <= 0."""
     at, n = contact.row, contact.tangents
     if contact.sliding is None:
         return float(A[at, at] - contact.friction * np.linalg.norm(A[at, at + 1 : at + 1 + n]))

@@ -1,4 +1,4 @@
-"""Impacts: jumps of the speeds at closed contacts, by complementarity of impulses.
+"""Impacts: jumps of the speeds at closed contacts, as complementarity problems of impulses.
 
     v⁺ = A Λ + v⁻,     A = W M⁻¹ Wᵀ
 
@@ -6,8 +6,9 @@
     Poisson    compression: the same with e = 0, impulse Λ_C;
                expansion:   0 <= Λ_E - e Λ_C  ⟂  v_N⁺ >= 0,  -Λ_TE in μ Λ_NE Sgn(v_T⁺)
 
-All contacts that are closed take part at once, those at rest too ("simultaneous"), or one after another, always the one
-that approaches fastest ("sequential"): two different assumptions, between which rigid bodies do not decide.
+Either all closed contacts take part at once, including contacts at rest ("simultaneous"), or the contacts collide one
+after another, always the fastest approaching contact first ("sequential"). These are two different assumptions; the
+rigid-body model does not decide between them.
 
 Sources: J. J. Moreau (1988); C. Glocker, F. Pfeiffer (1996), chapter 8.
 """
@@ -41,16 +42,16 @@ from .complementarity import (
 from .slip_directions import Sought, directions, newton
 
 Kind = tuple[bool, str, Any]
-"""Of a contact in expansion: whether it is held, whether it sticks or slips, and the direction of slip."""
+"""State of a contact in expansion: True if it is held (r_N = 0), its mode (stick or slip), and its slip direction."""
 ALIKE = 1e-8
-"""Relative difference up to which two outcomes are one."""
+"""Relative difference up to which two outcomes count as the same."""
 ORDERS = ("simultaneous", "sequential")
 _PASSES = 100_000
 
 
 @dataclass(frozen=True)
 class Impact:
-    """Impulses Λ, shape (m,), speeds of the contacts after it, and the change of kinetic energy [J]."""
+    """Impulses Λ, shape (m,), speeds of the contacts after the impact, and the change of kinetic energy [J]."""
 
     impulses: Array
     after: Array
@@ -68,22 +69,22 @@ def impact(
     still: float = 0.0,
     least: bool = False,
 ) -> Impact:
-    """The impulses of an impact.
+    """Return the impulses of an impact.
 
     Parameters
     ----------
     A, responses       contact speeds, and speeds of the machine, per unit impulse
-    before             speeds of the contacts just before
-    restitution, laws  e, and "newton" or "poisson", of each contact
-    still              speed up to which a contact is at rest
-    least              take impulses least in norm where nothing else says how they are shared
+    before             speeds of the contacts just before the impact
+    restitution, laws  e and "newton" or "poisson" for each contact
+    still              speed up to which a contact counts as at rest
+    least              choose the impulses least in norm if they are indeterminate
 
     Raises
     ------
     SimulationError
-        No solution, several with different motions, or one in which energy would grow.
+        If there is no solution, if several lead to different motions, or if the kinetic energy would grow.
     """
-    # an impact has no memory of sticking: one coefficient of friction, the kinetic one
+    # an impact does not depend on earlier sticking: the kinetic coefficient of friction applies throughout
     contacts = [replace(c, sliding=None, static=c.friction) for c in contacts]
     if order == "sequential":
         return _one_by_one(A, before, contacts, restitution, laws, responses, still)
@@ -93,8 +94,8 @@ def impact(
             raise SimulationError(
                 "Contacts "
                 + ", ".join(f"'{c.name}'" for c in contacts)
-                + " collide at once, some by Newton's and some by Poisson's law. Give them one law: impact='newton' "
-                "or 'poisson'."
+                + " collide at once, some by Newton's and some by Poisson's law. Give them the same law: "
+                "impact='newton' or 'poisson'."
             )
         return _poisson(A, before, contacts, restitution, responses, still, least)
     c = before.copy()
@@ -121,10 +122,11 @@ def _poisson(
 
 
 def _expansions(A: Array, c: Array, contacts: Sequence[Touching], given: Array) -> list[Solution]:
-    """Solutions in which the impulses ``given`` act in any case: λ_N = given + x, 0 <= x ⟂ r_N >= 0.
+    """Return solutions in which the impulses ``given`` act in any case: λ_N = given + x, 0 <= x ⟂ r_N >= 0.
 
-    Each contact is held (r_N = 0) or lets go (x = 0), and sticks or slips; all combinations are tried. Of more than
-    :data:`WHOLE` contacts in space: those that do not slip, and the one that relaxation points to.
+    Each contact is held (r_N = 0) or lets go (x = 0), and sticks or slips. All combinations are tried. If more than
+    :data:`WHOLE` contacts in space may slip in an unknown direction, only two kinds of combinations are tried: those
+    without such a slip, and at most :data:`GUESSES` suggested by relaxation.
     """
     choices: list[list[Kind]] = []
     for contact, p in zip(contacts, given, strict=True):
@@ -155,11 +157,11 @@ def _expansions(A: Array, c: Array, contacts: Sequence[Touching], given: Array) 
 def _expanded(
     A: Array, c: Array, contacts: Sequence[Touching], given: Array, kinds: Sequence[Kind], near: Array
 ) -> list[Solution]:
-    """Solutions of one combination, with all directions of slip that are found."""
+    """Return the solutions of one combination, with all slip directions that are found."""
     sought = [i for i, (_, mode, d) in enumerate(kinds) if mode == SLIP and d is None]
 
     def system(turned: Sequence[Kind]) -> tuple[Array, list[Array], list[int]]:
-        """Known impulses, columns of the unknown ones, rows of the speeds that vanish."""
+        """Return the known impulses, the columns of the unknown impulses and the rows of the speeds that vanish."""
         base, columns, rows = np.zeros(len(c)), [], []
         unit = np.eye(len(c))
         for contact, p, (held, mode, d) in zip(contacts, given, turned, strict=True):
@@ -277,8 +279,8 @@ def _one_by_one(
         total, v = total + hit.impulses, hit.after
     names = ", ".join(f"'{c.name}'" for c in contacts)
     raise SimulationError(
-        f"Impacts one after another at contacts {names} did not end after {_PASSES}: the fastest still approaches at "
-        f"{-min(v[c.row] for c in contacts):.3g} m/s. Take impacts='simultaneous'."
+        f"The sequence of impacts at contacts {names} did not end after {_PASSES} impacts: the fastest contact still "
+        f"approaches at {-min(v[c.row] for c in contacts):.3g} m/s. Use impacts='simultaneous'."
     )
 
 
@@ -293,7 +295,7 @@ def _only(
     least: bool,
     size: float = 0.0,
 ) -> Solution:
-    """The one solution; speeds that differ by less than ``still``, in which a contact counts as at rest, are one."""
+    """Return the only solution; motions whose speeds differ by less than ``still`` count as the same."""
     names = ", ".join(f"'{c.name}' ({before[c.row]:.6g} m/s)" for c in contacts)
     if not found:
         raise SimulationError(
@@ -308,14 +310,14 @@ def _only(
         )
         raise SimulationError(
             f"{len(groups)} different outcomes satisfy {what} with Coulomb friction at contacts {names}: {modes}. "
-            f"Rigid bodies do not decide between them; change the friction, or the law (impact='poisson')"
-            + ("." if len(least_of(found, A, contacts)) == len(found) else ", or take indeterminate='least'.")
+            f"Rigid bodies do not decide between them. Change the friction or the law (impact='poisson')"
+            + ("." if len(least_of(found, A, contacts)) == len(found) else ", or use indeterminate='least'.")
         )
     return min(groups[0], key=lambda one: (one.rank_lack, sum(m[0] == OPEN for m in one.modes)))
 
 
 def _checked(A: Array, before: Array, impulses: Array, contacts: Sequence[Touching], law: str) -> Impact:
-    """ΔT = Λ·(v⁻ + v⁺)/2, which must not be positive."""
+    """Return the impact with its change of kinetic energy ΔT = Λ·(v⁻ + v⁺)/2; raise an error if this is positive."""
     after = A @ impulses + before
     energy = float(impulses @ (before + after)) / 2
     size = float(np.abs(impulses) @ (np.abs(before) + np.abs(after)))
@@ -323,7 +325,7 @@ def _checked(A: Array, before: Array, impulses: Array, contacts: Sequence[Touchi
         names = ", ".join(f"'{c.name}'" for c in contacts)
         cure = "impact='poisson'" if law == "newton" else "a smaller restitution"
         raise SimulationError(
-            f"The impact at contacts {names} would make energy, {energy:.6g} J: Newton's coefficient of restitution "
-            f"with Coulomb friction can do that where the slip reverses (Kane, 1984). Give the contact {cure}."
+            f"The impact at contacts {names} would create energy, {energy:.6g} J: Newton's coefficient of restitution "
+            f"with Coulomb friction can do that if the slip reverses (Kane, 1984). Give the contact {cure}."
         )
     return Impact(impulses, after, energy)

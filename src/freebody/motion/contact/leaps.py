@@ -1,4 +1,4 @@
-"""Slip in space at speed zero, where it has no direction: its first and its last moment, as straight steps."""
+"""Slip in space at speed zero, where it has no direction: its first and last moments, as straight steps."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ from .scene import STOPPED, Modes, Phase, Snapshot
 from .state import NUDGE, ContactRun
 
 LONGEST = 1e-6
-"""Length of a straight step at most: a slip that would take longer to get under way is nudged [s]."""
+"""Greatest length of a straight step [s]; a slip that would take longer to begin is nudged."""
 
 
 @dataclass(eq=False)
 class Leap(Path):
-    """One straight step, so short that its curvature is beyond double precision."""
+    """One straight step, so short that double precision does not resolve its curvature."""
 
     curved = False
 
     def sample(self, times: Any, dense: bool = False) -> Array:
+        """Return the states at ``times`` on the straight line between the two ends of the step."""
         del dense
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
         length = self.times[-1] - self.times[0]
@@ -39,7 +40,10 @@ class Leap(Path):
 def onset(
     work: ContactRun, t: float, y: Array, modes: Modes, one: Solution | None, seen: Snapshot, end: float
 ) -> Any:
-    """The first moment of a slip in space that begins at rest: a straight step, after which it has a direction."""
+    """Return time and state after the first moment of a slip in space that begins at rest.
+
+    This moment is a straight step that gives the slip a direction. Without such a slip, both are unchanged.
+    """
     starting = [
         k
         for k, mode in enumerate(modes)
@@ -83,12 +87,12 @@ def nudged(
     one: Solution,
     seen: Snapshot,
 ) -> Array:
-    """A slip that begins with no acceleration has no direction yet: it gets one, with a speed of :data:`NUDGE`.
+    """Return the state in which a slip that begins without acceleration has a direction, with the speed :data:`NUDGE`.
 
     Raises
     ------
     SimulationError
-        Contacts that stick do not let it slip: how friction is shared among them is not determined.
+        If sticking contacts prevent the slip: the distribution of friction among them is not determined.
     """
     rows, wanted = [], []
     for k, (mode, d) in zip(chosen, one.modes, strict=True):
@@ -107,8 +111,8 @@ def nudged(
         names = ", ".join(f"'{work.names[k]}'" for k in chosen if modes[k] != OPEN)
         raise SimulationError(
             f"Contacts {names} at t = {t:.9g} s are statically indeterminate: friction, shared in proportion to N, "
-            f"has reached μ_s N, and the motion does not say how they share it. Rest the "
-            f"body on fewer contacts, describe it in its plane of motion, or take method='timestepping'."
+            f"has reached μ_s N, and the motion does not determine the shares beyond that. Rest the "
+            f"body on fewer contacts, describe it in its plane of motion, or use method='timestepping'."
         )
     after = y.copy()
     after[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
@@ -118,6 +122,7 @@ def nudged(
 def leap(
     work: ContactRun, t: float, y: Array, t_after: float, y_after: Array, modes: Modes
 ) -> tuple[float, Array]:
+    """Record a straight step to the given state in the run and return its final time and state."""
     phase, rates, _, _ = work.setup(modes, y_after, work.look(t_after, y_after))
     if phase.active:
         y_after = projected(rates, t_after, y_after)
@@ -139,7 +144,10 @@ def leap(
 def halt(
     work: ContactRun, phase: Phase, rates: Rates, k: int, t: float, y: Array, modes: Modes
 ) -> tuple[float, Array]:
-    """The rest of a slip in space that has come down to :data:`STOPPED`: a straight step to its end."""
+    """Return time and state at the end of a slip in space whose speed has fallen to :data:`STOPPED`.
+
+    A straight step leads to this end.
+    """
     program = phase.contact()
     constants = program.constants(work.parameters)
     m, at = work.scene.rows, work.scene.first[k]
@@ -153,7 +161,7 @@ def halt(
         return t, y
 
     def stopped(t: float, y: Array, contacts: Sequence[int]) -> tuple[Array, float]:
-        """Without the slip that is left, by an impulse of its size, and its work; what is closed stays so."""
+        """Return the state after impulses that cancel the remaining slip, and their work; closed contacts stay so."""
         seen = work.look(t, y)
         first = work.scene.first
         rows = [i for j in contacts for i in (first[j] + 1, first[j] + 2)]
@@ -166,7 +174,7 @@ def halt(
 
     step = speed / slowing
     if step > LONGEST:
-        # hardly slower: it stops where it then sticks, else it is a slip that has hardly begun
+        # hardly slowing: it stops if the contact then sticks; otherwise the slip has only just begun
         after, gained = stopped(t, y, [k])
         if modes_at(work, t, after, modes)[0][k] != STICK:
             return t, y
@@ -186,7 +194,7 @@ def halt(
             was, left = (float(np.linalg.norm(work.slip(one, j))) for one in (before, then))
             if was <= 100 * STOPPED and left <= was / 10:
                 together.append(j)
-    # what is left of the slip after a straight step is of second order in it
+    # the slip that remains after a straight step is of second order in its length
     after, gained = stopped(t + step, after, together)
     work.impulses += gained
     path = Leap(rates, np.array([t, t + step]), np.array([step]), np.array([y, after]), (), FINISHED, 0, 0, 0)

@@ -1,10 +1,10 @@
-"""Directions in which slips begin in space: along their own acceleration (in an impact, speed), r_T × d = 0.
+"""Directions in which slips in space begin: along the tangential acceleration (in an impact, speed), r_T × d = 0.
 
-    λ = base + B x + Σ N_i e(d_i),    e(d) = n - μ d,    r = A λ + c,    r = 0 on the rows held
+    λ = base + B x + Σ N_i e(d_i),    e(d) = n - μ d,    r = A λ + c,    r = 0 on the held rows
 
-with x and the N of contacts that are held from the rows. For one direction d = (cos a, sin a), Cramer's rule makes
-det S · (r_T × d) a trigonometric polynomial of degree 2 in a: its roots are those of a polynomial of degree 4, so that
-all directions are found. For several, Newton's method runs from many starts at once.
+The held rows determine x and the normal forces N of held contacts. For a single direction d = (cos a, sin a), Cramer's
+rule makes det S · (r_T × d) a trigonometric polynomial of degree 2 in a. Its roots are those of a polynomial of degree
+4, so all directions are found. For several directions, Newton's method runs from many starts at once.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ import numpy as np
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 SINGULAR = 1e10
-"""Condition from which the rows held count as dependent: the forces are then a choice, not a solution."""
+"""Condition number above which the held rows count as dependent: they then leave the forces indeterminate."""
 
 STEPS = 40
-"""Of Newton's method. A double root is neared by half at each: 24 from 0.5 to where r_T × d is round-off."""
+"""Limit on Newton steps. Each halves the distance to a double root: 24 from 0.5 to round-off of r_T × d."""
 
 
 @dataclass(frozen=True)
 class Sought:
-    """A contact whose direction is sought: its row, its friction, and its normal force where that is given."""
+    """A contact whose slip direction is unknown: its row, its friction, and its normal force if that is known."""
 
     row: int
     friction: float
@@ -42,13 +42,13 @@ def directions(
     sought: Sequence[Sought],
     starts: Array,
 ) -> list[Array] | None:
-    """Angles of the directions, an array for each solution; None where the rows held are dependent.
+    """Return the angles of the directions, one array per solution; None if the held rows are dependent.
 
     Parameters
     ----------
-    base, columns   known forces, and those of the unknowns, but for the contacts sought
-    rows            rows of r that vanish, those of the held contacts sought included
-    starts          angles to begin from, shape (n, number sought), where there are several
+    base, columns   known forces and the columns of the unknown forces, without the contacts in ``sought``
+    rows            rows of r that vanish, including those of held contacts in ``sought``
+    starts          initial angles of the search, shape (n, len(sought)); unused for a single direction
     """
     problem = _Problem(A, c, base, columns, list(rows), sought)
     if len(sought) == 1:
@@ -89,7 +89,7 @@ class _Problem:
         self.at = np.array([one.row for one in sought])
 
     def _units(self, cos: Array, sin: Array) -> Array:
-        """e(d) of each contact sought, or with (-sin, cos) its derivative but for the normal; (n, k, m)."""
+        """Return the tangential parts of e(d), (n, k, m); with (-sin, cos) as arguments, their derivatives."""
         E = np.zeros((*cos.shape, len(self.c)))
         for i, one in enumerate(self.sought):
             E[:, i, one.row + 1] = -one.friction * cos[:, i]
@@ -97,7 +97,7 @@ class _Problem:
         return E
 
     def matrix(self, angles: Array) -> tuple[Array, Array, Array]:
-        """e(d), S and B at each of the angles."""
+        """Return e(d), S and B at each of the angles."""
         E = self._units(np.cos(angles), np.sin(angles))
         for i, one in enumerate(self.sought):
             E[:, i, one.row] = 1.0
@@ -108,10 +108,10 @@ class _Problem:
         return E, self.A[self.rows] @ B, B
 
     def across(self, angles: Array) -> tuple[Array, Array, Array]:
-        """r_T × d of the contacts sought, (n, k), its derivatives by the angles, (n, k, k), and its round-off, (n, k).
+        """Return r_T × d (n, k), its derivatives with respect to the angles (n, k, k), and its round-off (n, k).
 
-        Of a sum of m terms m eps Σ |term|, and of x = S⁻¹ g m eps |S⁻¹| (|S| |x| + |g|): Higham, Accuracy and
-        Stability of Numerical Algorithms (2002), sections 3.1 and 7.2.
+        The round-off of a sum of m terms is m eps Σ |term|, that of x = S⁻¹ g is m eps |S⁻¹| (|S| |x| + |g|): Higham,
+        Accuracy and Stability of Numerical Algorithms (2002), sections 3.1 and 7.2.
         """
         E, S, B = self.matrix(angles)
         cos, sin = np.cos(angles), np.sin(angles)
@@ -146,10 +146,10 @@ class _Problem:
         return value, slope, round_off
 
     def polished(self, angles: Array) -> list[Array]:
-        """Zeros near the starts, by Newton's method; those that are not reached in a few steps are left out.
+        """Return zeros near the starts, by Newton's method, without those not reached in :data:`STEPS` steps.
 
-        At a double root the slope vanishes with r_T × d, and steps end in noise: what counts there is that r_T × d is
-        within its round-off.
+        At a double root the slope vanishes with r_T × d, and the steps end in noise. There a zero is accepted if
+        r_T × d is within its round-off.
         """
         reached = []
         best, least = angles, np.full(len(angles), np.inf)
@@ -171,7 +171,7 @@ class _Problem:
 
 
 def newton(function: Callable[[Array], Array | None], x: Array, most: int = 40) -> Array | None:
-    """A zero of a function of angles near ``x``; the slope by differences decides the way, not the zero."""
+    """Return a zero of a function of angles near ``x``, or None. The slope is approximated by differences."""
     step = 1e-6
     for _ in range(most):
         value = function(x)
@@ -196,9 +196,9 @@ def newton(function: Callable[[Array], Array | None], x: Array, most: int = 40) 
 def relaxed(
     A: Array, c: Array, contacts: Sequence[Any], sweeps: int = 200, least: Array | None = None
 ) -> Array:
-    """Forces near a solution with exact cones, by Gauss-Seidel sweeps with projection; only to begin a search.
+    """Return forces near a solution with exact cones, by projected Gauss-Seidel sweeps, as the start of a search.
 
-    ``least`` are normal forces that act in any case.
+    ``least`` gives, for each contact, a normal force that acts in any case.
     """
     x = np.zeros(len(c))
     low = np.zeros(len(contacts)) if least is None else least

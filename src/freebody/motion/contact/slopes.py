@@ -1,10 +1,10 @@
-"""Derivatives of contact forces and accelerations along the motion of one set of modes.
+"""Time derivatives of contact forces and accelerations along the motion with one set of modes.
 
-    λ = B x,   S x = -c_rows,   S = A_rows B     (rows of accelerations that vanish; B has the directions of slip)
+    λ = B x,   S x = -c_rows,   S = A_rows B     (rows: vanishing accelerations; B contains the slip directions)
     S x' = -(A' λ + A B' x + c')_rows,   λ' = B x' + B' x,   r' = A λ' + A' λ + c'
 
-with A' λ + c' for constant λ from the trace, exact. Where the motion leaves forces open, x = W z, z = (S W)⁺ g, as
-:func:`freebody.motion.contact.complementarity.balanced` chooses them, and with T = S W of constant rank
+A' λ + c' for constant λ comes from the trace and is exact. If the motion leaves forces indeterminate, then x = W z,
+z = (S W)⁺ g, as :func:`freebody.motion.contact.complementarity.balanced` chooses them. With T = S W of constant rank,
 
     z' = T⁺ (g' - T' z) + (1 - T⁺ T) T'ᵀ T⁺ᵀ z
 
@@ -32,7 +32,7 @@ def slopes(
     contacts: Sequence[Touching],
     one: Solution,
 ) -> tuple[Array, Array]:
-    """r' and λ' of the chosen contacts, in the rows of their problem."""
+    """Return r' and λ' of the chosen contacts, in the rows of their contact problem."""
     A, rows, responses, _ = work.part(seen, chosen, y)
     udot = seen.free + one.forces @ responses
 
@@ -62,7 +62,7 @@ def slopes(
         still = along(np.zeros(len(A)))
 
         def shared(root: Array, growth: Array) -> tuple[Array, Array]:
-            """x and x' for x = W z, of which W is ``root`` and W' is ``growth``."""
+            """Return x and x' for x = W z, where W is ``root`` and W' is ``growth``."""
             inverse = np.linalg.pinv(S * root, rcond=SMALL)
             z = inverse @ (S @ x)
             zeta = np.zeros(len(A))
