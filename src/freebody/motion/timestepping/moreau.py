@@ -8,8 +8,10 @@
 The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`moreau_problem`). Constraints are
 eliminated (`moreau_rows`). Speeds are in block order here: entry i is speed ``order[i]`` of the model.
 
-Written for `machine.compiled`: pointers, no exceptions. Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999);
-V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008), chapters 10 and 13.
+Written for `native.instructions.compiled`: pointers, no exceptions.
+
+Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical
+Systems (2008), chapters 10 and 13.
 """
 
 # ruff: noqa: E501

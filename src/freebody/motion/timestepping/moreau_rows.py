@@ -5,7 +5,7 @@
 
 Each row of G lies in one block, because speeds coupled by a constraint share a block, as those coupled by joints do. A
 row of W is stored over the whole blocks of its two bodies. The cost of a stack of n boxes is therefore of order n, not
-n³. All functions are for `machine.compiled`; speeds are in block order.
+n³. All functions are for `native.instructions.compiled`; speeds are in block order.
 
 Source of the elimination: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8.
 """
