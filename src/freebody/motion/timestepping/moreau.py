@@ -5,13 +5,13 @@
     0 <= Λ_N ⟂ v_N⁺ + e v_N⁻ >= 0,  -Λ_T in μ Λ_N Sgn(v_T⁺),  G u⁺ + g = 0        for contacts closed at q_M
     q⁺ = q + h q'(q_M, (u + u⁺)/2),   then corrected along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, φ = 0
 
-The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`moreau_problem`). Constraints are
-eliminated (`moreau_rows`). Speeds are in block order here: entry i is speed ``order[i]`` of the model.
+The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`moreau_problem`). Constraints
+are eliminated (`moreau_rows`). Speeds are in block order here: entry i is speed ``order[i]`` of the model.
 
 Written for `native.instructions.compiled`: pointers, no exceptions.
 
-Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical
-Systems (2008), chapters 10 and 13.
+Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth
+Dynamical Systems (2008), chapters 10 and 13.
 """
 
 # ruff: noqa: E501
@@ -27,8 +27,8 @@ CLOSED_GAP = 1e-10
 DEEP = 1e-10
 FAR = 1e300
 CLOSINGS = 200
-"""Limit on the Newton steps that remove overlap. An almost flat edge, lifted at its lowest point, dips on the other side,
-three fifths as deep, so this case takes many steps."""
+"""Limit on the Newton steps that remove overlap. An almost flat edge, lifted at its lowest point, dips on the other
+side, three fifths as deep, so this case takes many steps."""
 
 
 @compiled

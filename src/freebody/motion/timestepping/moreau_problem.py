@@ -5,8 +5,8 @@
 
 A Gauss-Seidel sweep x → g(x) solves one contact after another. Near the solution the modes no longer change, g is
 almost linear, and conjugate residuals find its fixed point: f = g(x) - x is minimized along the last differences
-(Anderson's mixing with orthogonal differences). If |f| grows, the stored differences are discarded. The result is always
-the outcome of a sweep, so it lies within the cones; it is accepted when every condition holds to the tolerance.
+(Anderson's mixing with orthogonal differences). If |f| grows, the stored differences are discarded. The result is
+always the outcome of a sweep, so it lies within the cones; it is accepted when every condition holds to the tolerance.
 
 Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth
 Dynamical Systems (2008), chapter 13; D. G. Anderson, J. ACM 12 (1965) 547-560.
@@ -33,7 +33,7 @@ ALIKE = 1e-9
 def _tangent(
     d: Reals, at: int, v_1: float, v_2: float, x_1: float, x_2: float, limit: float, found: Reals, place: int
 ) -> None:
-    """Write the updated friction in space: the impulse that stops the slip if it is in the cone, else P(x_T - v_T/s)."""
+    """Write the new friction in space: the impulse that stops the slip if it is in the cone, else P(x_T - v_T/s)."""
     d_1, both, s, d_2 = d[at], d[at + 1], d[at + 2], d[at + 3]
     det = d_1 * d_2 - both * both
     p, q = x_1 - v_1 / s, x_2 - v_2 / s
@@ -133,8 +133,8 @@ def sweep(
 ) -> float:  # fmt: skip
     """Do one sweep; return the greatest change of a speed.
 
-    ``kinds`` of a row: 1 normal; 2 the only tangent; 3 and 4 the first and second of two tangents. The tangent rows of a
-    contact follow its normal row; their ``mu`` is its coefficient of friction. ``d`` has three numbers for each row:
+    ``kinds`` of a row: 1 normal; 2 the only tangent; 3 and 4 the first and second of two tangents. The tangent rows of
+    a contact follow its normal row; their ``mu`` is its coefficient of friction. ``d`` has three numbers for each row:
     normal A_NN, A_N1, A_N2; first tangent A_11, A_12, s; second tangent A_22. ``local``: 6 numbers.
     """
     worst = 0.0
@@ -215,8 +215,8 @@ def solve(
 ) -> int:  # fmt: skip
     """Solve for x and v, with x as the guess; return the number of sweeps, or -1 on failure.
 
-    ``left[place]`` becomes the residual, relative to ``scale``. ``past``: 4 + 2 PAIRS rows of ``count`` numbers (x before
-    the sweep, f, the last f, the last g, then differences of f and g in turn), followed by |Δf|² of each difference.
+    ``left[place]`` becomes the residual, relative to ``scale``. ``past``: 4 + 2 PAIRS rows of ``count`` numbers (x
+    before the sweep, f, the last f, the last g, then differences of f and g in turn), followed by |Δf|² of each difference.
     """
     f, f_old, g_old, first, sizes = count, 2 * count, 3 * count, 4 * count, (4 + 2 * PAIRS) * count
     pairs, known, size_old, quiet, wait, mixed = 0, 0, 0.0, 2, 2, 0

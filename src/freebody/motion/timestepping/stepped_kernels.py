@@ -1,6 +1,6 @@
 """Compiled code of time stepping (`moreau.march`), and the sparsity of its matrices.
 
-Speeds coupled by the mass matrix or a constraint form one block; a row of W is stored over the blocks of its two bodies.
+Speeds coupled by the mass matrix or a constraint form a block; a row of W is stored over the blocks of its two bodies.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Whole = Any  # array of int64
 class Shape:
     """Sparsity of the matrices, the same in every step, in the form that `moreau.march` takes.
 
-    ``held``       the active conditions: first the ``holonomic`` conditions on coordinates, then the conditions on speeds
+    ``held``       the active conditions: first the ``holonomic`` conditions on coordinates, then those on speeds
     ``order``      model speed at each position in block order
     ``blocks``     first position of each block
     ``squares``    first entry of each block in the stored M
@@ -153,7 +153,7 @@ def gaps(kernels: Kernels) -> Program:
 
 
 def mean_reactions(kernels: Kernels) -> Program:
-    """Return the functions ``reactions`` (force and moment of each joint) and ``drive`` (power of driven joints) of a step.
+    """Return the functions ``reactions`` (force and moment of each joint) and ``drive`` (power of drives) of a step.
 
     Their arguments are the state (q_M, u) of the step, then (u⁺ - u)/h, the contact forces Λ/h and the multipliers λ/h
     of all conditions.
