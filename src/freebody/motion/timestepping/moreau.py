@@ -14,7 +14,6 @@ Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Br
 Dynamical Systems (2008), chapters 10 and 13.
 """
 
-# ruff: noqa: E501
 from __future__ import annotations
 
 import math

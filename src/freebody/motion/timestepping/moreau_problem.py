@@ -216,7 +216,7 @@ def solve(
     """Solve for x and v, with x as the guess; return the number of sweeps, or -1 on failure.
 
     ``left[place]`` becomes the residual, relative to ``scale``. ``past``: 4 + 2 PAIRS rows of ``count`` numbers (x
-    before the sweep, f, the last f, the last g, then differences of f and g in turn), followed by |Δf|² of each difference.
+    before the sweep, f, the last f, the last g, then differences of f and g in turn), followed by |Δf|² of each.
     """
     f, f_old, g_old, first, sizes = count, 2 * count, 3 * count, 4 * count, (4 + 2 * PAIRS) * count
     pairs, known, size_old, quiet, wait, mixed = 0, 0, 0.0, 2, 2, 0

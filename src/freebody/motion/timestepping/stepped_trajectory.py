@@ -77,9 +77,9 @@ class Steps(Path):
 class Impulses:
     """Impulses, work and contact modes of every step.
 
-    ``contacts`` (m) and ``constraints`` (all conditions): impulses [N s]. ``works`` [J]: of contacts and blows; of loads
-    and constraints. ``modes`` (E): indices into :data:`MODES`. ``blows``: for each step with blows, a list of (name,
-    [(point, impulse, moment impulse)]).
+    ``contacts`` (m) and ``constraints`` (all conditions): impulses [N s]. ``works`` [J]: of contacts and blows; of
+    loads and constraints. ``modes`` (E): indices into :data:`MODES`. ``blows``: for each step with blows, a list of
+    (name, [(point, impulse, moment impulse)]).
     """
 
     contacts: Array
@@ -144,7 +144,7 @@ class SteppedTrajectory(Trajectory):
         return np.asarray(impulses[k] / lengths[k, None])
 
     def mean_forces(self, times: Array) -> Array:
-        """Return the mean contact forces over the step that ends at or after each time, in the order of the layout [N]."""
+        """Return the mean contact forces over the step that ends at or after each time, in layout order [N]."""
         return self._mean(self.impulses.contacts, times)
 
     def mean_reactions(self, times: Array) -> Array:
@@ -200,7 +200,7 @@ class SteppedTrajectory(Trajectory):
 
     @cached_property
     def reactions(self) -> dict[str, Reaction]:
-        """Force and moment that every joint transmits to its child, means over a step; see :attr:`Trajectory.reactions`."""
+        """Mean reactions of every joint on its child over a step; see :attr:`Trajectory.reactions`."""
         found = self.mean_reactions(self.t)
         return ByName(
             "joint",
@@ -218,7 +218,7 @@ class SteppedTrajectory(Trajectory):
         return ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
 
     def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
-        """Yield the times and the limit values from the mean forces of each step, constant from its begin to its end."""
+        """Yield times and limit values from the mean forces of each step, constant within the step."""
         model, lengths = self.kernels.model, np.diff(self.path.times)
         if not len(lengths):
             return
@@ -271,7 +271,7 @@ class SteppedTrajectory(Trajectory):
 
     @cached_property
     def _made(self) -> tuple[MotionWarning, ...]:
-        """A warning if the steps make energy: if (T + V) - (T₀ + V₀) - W exceeds T₀ + (range of V) + |W| at a checked moment.
+        """A warning if the steps make energy: (T + V) - (T₀ + V₀) - W > T₀ + (range of V) + |W| at a checked moment.
 
         A term ω × I ω kept constant during a step of h multiplies a nutation at Ω by √(1 + (Ω h)²) per step, that is by
         exp(Ω² h t/2) in a time t.
