@@ -502,7 +502,7 @@ def _crossings(
 
 
 def _through_infinity(value: Callable[[float], float]) -> bool:
-    """Return True if a function changes sign between 0 and 1 at a pole: near it, |value| far exceeds both end values."""
+    """Return True if a sign change between 0 and 1 is at a pole: near it, |value| far exceeds both end values."""
     low, high = 0.0, 1.0
     before, after = value(low), value(high)
     largest = max(abs(before), abs(after))
