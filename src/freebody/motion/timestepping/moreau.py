@@ -1,18 +1,19 @@
-"""The time-stepping loop of Moreau and Jean, compiled: contact and friction as velocities and impulses of a step.
+"""The compiled time-stepping loop of Moreau and Jean: contact and friction in velocities and impulses of a step.
 
     q_M = q + h/2 q'(q, u)
-    M (u⁺ - u) = h f(t + h/2, q_M, u) + J + Wᵀ Λ + Gᵀ λ            (M, f, W, G at q_M;  J: blows in this step)
-    0 <= Λ_N ⟂ v_N⁺ + e v_N⁻ >= 0,  -Λ_T in μ Λ_N Sgn(v_T⁺),  G u⁺ + g = 0        where the gap at q_M is closed
-    q⁺ = q + h q'(q_M, (u + u⁺)/2),   then moved by M⁻¹ Wᵀ and M⁻¹ Gᵀ to gaps >= 0 and φ = 0
+    M (u⁺ - u) = h f(t + h/2, q_M, u) + J + Wᵀ Λ + Gᵀ λ            (M, f, W, G at q_M;  J: blows in the step)
+    0 <= Λ_N ⟂ v_N⁺ + e v_N⁻ >= 0,  -Λ_T in μ Λ_N Sgn(v_T⁺),  G u⁺ + g = 0        for contacts closed at q_M
+    q⁺ = q + h q'(q_M, (u + u⁺)/2),   then corrected along M⁻¹ Wᵀ and M⁻¹ Gᵀ until gaps >= 0, φ = 0
 
-The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself (`moreau_problem`); constraints are eliminated
-(`moreau_rows`). Speeds stand in block order here: place i of a block is speed ``order[i]`` of the model.
+The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`moreau_problem`). Constraints
+are eliminated (`moreau_rows`). Speeds are in block order here: entry i is speed ``order[i]`` of the model.
 
-Written for `machine.compiled`: pointers, no exceptions. Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999);
-V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008), chapters 10 and 13.
+Written for `native.instructions.compiled`: pointers, no exceptions.
+
+Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth
+Dynamical Systems (2008), chapters 10 and 13.
 """
 
-# ruff: noqa: E501
 from __future__ import annotations
 
 import math
@@ -25,8 +26,8 @@ CLOSED_GAP = 1e-10
 DEEP = 1e-10
 FAR = 1e300
 CLOSINGS = 200
-"""Newton steps to a place without overlap at most. An edge that all but lies flat is lifted at its lowest point and dips on
-the other side, three fifths as deep: such steps are many."""
+"""Limit on the Newton steps that remove overlap. An almost flat edge, lifted at its lowest point, dips on the other
+side, three fifths as deep, so this case takes many steps."""
 
 
 @compiled
@@ -40,7 +41,7 @@ def _unit(y: Reals, quaternions: Integers, nq: int) -> None:
 
 @compiled
 def _hidden(out: Reals, at_gap: int, at_reach: int, reach_of: Integers, reaches: int) -> None:
-    """A contact whose foot is beyond the end of its side is far away."""
+    """Set the gap of a contact to ``FAR`` if its foot lies beyond the end of its side."""
     for k in range(reaches):
         if out[at_reach + k] < 0.0:
             out[at_gap + reach_of[k]] = FAR
@@ -51,7 +52,7 @@ def closed_rows(
     out: Reals, at_gap: int, E: int, tangents: Integers, mu: Reals, restitution: Reals, friction: int,
     rows: Integers, kinds: Integers, coefficient: Reals,
 ) -> int:  # fmt: skip
-    """The rows of a problem, and their number: of contacts that are closed, with tangents where ``friction`` is not 0."""
+    """Write the rows of the closed contacts and return their number; tangent rows only if ``friction`` is not 0."""
     count, row = 0, 0
     for e in range(E):
         size = 1 + tangents[e]
@@ -71,7 +72,7 @@ def answers(
     row_first: Integers, row_at: Integers, blocks: Integers, m: int, constraints: int, n: int, K: Reals, S: Reals,
     spare: Reals, rows: Integers, kinds: Integers, d: Reals, count: int,
 ) -> None:  # fmt: skip
-    """X, σ and the d of `moreau_problem.sweep` of all rows at hand."""
+    """Compute X, σ and the numbers ``d`` of `moreau_problem.sweep` for the first ``count`` rows."""
     for a in range(count):
         r = rows[a]
         answer(
@@ -79,7 +80,7 @@ def answers(
             row_first[r + 1], blocks, m, row_first, row_at, at_W, constraints, n, K, S, spare,
         )  # fmt: skip
         d[3 * a] = dot(W, at_W + row_at[r], X, row_at[r], row_at[r + 1] - row_at[r])
-    for a in range(count):  # the rows of one contact are over the same blocks
+    for a in range(count):  # all rows of a contact cover the same blocks
         here, size = row_at[rows[a]], row_at[rows[a] + 1] - row_at[rows[a]]
         if kinds[a] == 2 or kinds[a] == 3:
             d[3 * a - 2] = dot(W, at_W + row_at[rows[a - 1]], X, here, size)
@@ -97,7 +98,7 @@ def settled(
     rows: Integers, kinds: Integers, coefficient: Reals, d: Reals, b: Reals, x: Reals, count: int, v: Reals,
     past: Reals, local: Reals, scale: float, tolerance: float, most: int, left: Reals, place: int,
 ) -> int:  # fmt: skip
-    """`moreau_problem.solve` of the rows at hand."""
+    """Call `answers`, then `moreau_problem.solve`, for the first ``count`` rows; return the result of the latter."""
     answers(
         W, at_W, X, sigma, L, squares, pieces, row_first, row_at, blocks, m, constraints, n, K, S, spare, rows, kinds,
         d, count,
@@ -119,14 +120,15 @@ def march(
     memory: Reals, lam: Reals, rows: Integers, kinds: Integers, coefficient: Reals, states: Reals,
     impulses: Reals, works: Reals, modes: Integers, report: Reals, most: int,
 ) -> int:  # fmt: skip
-    """``steps`` steps from ``y``; the number done, less than asked where one could not be: ``report[4]`` says why.
+    """Advance ``y`` by ``steps`` steps; return the number done. If a step fails, ``report[4]`` holds the reason.
 
-    ``out`` of ``system``: M by blocks, f (n), gap (E), reaches, rates of contacts (m) and constraints, φ (holonomic), W
-    over G by rows. Of ``closing``: gap, reaches, φ. Of ``moving``: q' (n_q), power of loads. Row k of ``states``,
-    ``impulses`` (m and constraints), ``works`` (contacts and blows; loads and constraints) and ``modes`` (E: 0 open, 1
-    stick, 2 slip, 3 slip+, 4 slip-) belongs to step k. ``clock``: time, length of a step, tolerance. ``kick``: J of the
-    first step. ``report``: greatest residual, sweeps, greatest depth after a step, residual of the last, why it stopped
-    (1 contacts, 2 mass matrix, 3 constraints, 4 overlap, 5 not finite), how deep or how many rows, their greatest speed.
+    Outputs of ``system``, in ``out``: M by blocks, f (n), gap (E), reaches, rates of contacts (m) and constraints,
+    φ (holonomic), W over G by rows. Outputs of ``closing``: gap, reaches, φ. Outputs of ``moving``: q' (n_q), power of
+    loads. Row k of ``states``, ``impulses`` (m and constraints), ``works`` (contacts and blows; loads and constraints)
+    and ``modes`` (E: 0 open, 1 stick, 2 slip, 3 slip+, 4 slip-) belongs to step k. ``clock``: time, step size,
+    tolerance. ``kick``: J of the first step. ``report``: greatest residual, number of sweeps, greatest depth after a
+    step, residual of the last problem, reason of failure (1 contacts, 2 mass matrix, 3 constraints, 4 overlap, 5 not
+    finite), depth or number of rows, greatest speed of these rows.
     """
     t, h, tolerance = clock[0], clock[1], clock[2]
     at_f = squares[nb]
@@ -152,7 +154,7 @@ def march(
         if factor(out, L, blocks, squares, nb) == 0:
             report[4] = 2.0
             return done
-        # without contacts: v, the change of the speeds, and the impulses of the constraints
+        # v: change of the speeds without contact impulses; lam: impulses of the constraints
         for i in range(n):
             spare[i] = h * out[at_f + i]
             if done == 0:
@@ -173,7 +175,7 @@ def march(
             b[a] = before[a] + along(
                 out, at_W + row_at[r], pieces, row_first[r], row_first[r + 1], blocks, v, 0
             )
-            # a rebound that the forces of one step take back is over within the step
+            # no rebound if the forces of a single step reverse it: it ends within the step
             if kinds[a] == 1 and -coefficient[a] * before[a] > before[a] - b[a]:
                 b[a] += coefficient[a] * before[a]
             x[a] = memory[r]
@@ -244,7 +246,7 @@ def march(
                 for j in range(blocks[pieces[p]], blocks[pieces[p] + 1]):
                     given += 0.5 * lam[i] * out[k] * (u[j] + v[j])
                     k += 1
-        # positions, with the mean of the speeds
+        # positions advance with the mean of the old and new speeds
         for i in range(n):
             z[n_q + order[i]] = 0.5 * (u[i] + v[i])
             if done == 0:
@@ -257,7 +259,7 @@ def march(
         for i in range(n):
             z[n_q + order[i]] = v[i]
         _unit(z, quaternions, nq)
-        # back to gaps >= 0 and φ = 0, with the least motion of the masses
+        # correction to gaps >= 0 and φ = 0, the smallest in the norm of the mass matrix
         depth, error, tries = 0.0, 0.0, 0
         while tries < CLOSINGS:
             tries += 1

@@ -1,12 +1,12 @@
-"""The contact problem of a time step: Signorini's and Coulomb's conditions in impulses and speeds.
+"""Solver for the contact problem of a time step: Signorini's and Coulomb's conditions in impulses and speeds.
 
     r = b + W Δu,   Δu = Σ X x
     0 <= x_N ⟂ r_N >= 0,     x_T = P(x_T - r_T/s),   P: the nearest point of |T| <= μ x_N (in space the disk itself)
 
-Gauss-Seidel sweeps x → g(x), one contact after another. Near the solution, where the modes no longer change, g is all
-but linear and its fixed point is found by conjugate residuals: f = g(x) - x is made least along the last differences
-(Anderson's mixing, the differences kept orthogonal). Where |f| grows, the differences are forgotten. What is taken at
-last is what a sweep gave, within its cones, once every condition holds to the tolerance.
+A Gauss-Seidel sweep x → g(x) solves one contact after another. Near the solution the modes no longer change, g is
+almost linear, and conjugate residuals find its fixed point: f = g(x) - x is minimized along the last differences
+(Anderson's mixing with orthogonal differences). If |f| grows, the stored differences are discarded. The result is
+always the outcome of a sweep, so it lies within the cones; it is accepted when every condition holds to the tolerance.
 
 Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999); V. Acary, B. Brogliato, Numerical Methods for Nonsmooth
 Dynamical Systems (2008), chapter 13; D. G. Anderson, J. ACM 12 (1965) 547-560.
@@ -20,20 +20,20 @@ from ...native.instructions import Integers, Reals, compiled, greater, lesser, r
 from .moreau_rows import added, along, dot
 
 PAIRS = 12
-"""Differences that are kept."""
+"""Number of stored differences."""
 TURNS = 8
-"""Turns of normal and tangents in a contact that slips."""
+"""Alternations between normal and tangents in a slipping contact in space."""
 SINGULAR = 1e-10
-"""What elimination leaves of a diagonal entry, in its parts, that is rounding."""
+"""Fraction of a diagonal entry below which its remainder after elimination counts as round-off."""
 ALIKE = 1e-9
-"""Difference of two speeds, in parts of their sizes, that is rounding."""
+"""Relative difference of two speeds that counts as round-off."""
 
 
 @compiled
 def _tangent(
     d: Reals, at: int, v_1: float, v_2: float, x_1: float, x_2: float, limit: float, found: Reals, place: int
 ) -> None:
-    """Friction in space after a step: what holds the contact, if the cone suffices, or else P(x_T - v_T/s)."""
+    """Write the new friction in space: the impulse that stops the slip if it is in the cone, else P(x_T - v_T/s)."""
     d_1, both, s, d_2 = d[at], d[at + 1], d[at + 2], d[at + 3]
     det = d_1 * d_2 - both * both
     p, q = x_1 - v_1 / s, x_2 - v_2 / s
@@ -49,9 +49,10 @@ def _tangent(
 
 @compiled
 def _held(d: Reals, at: int, size: int, r: Reals) -> int:
-    """r[3:] = -A⁻¹ r, by elimination in the order N, 1, 2; 0 where that presses nothing, or does not stop the contact.
+    """Set r[3:] = -A⁻¹ r by elimination in the order N, 1, 2; return 1 if this is a possible sticking impulse.
 
-    A speed that vanishes with those before it, as on a machine with one freedom, needs no force of its own.
+    Return 0 if the normal impulse is negative or the contact cannot be stopped. A speed that vanishes together with the
+    speeds before it, as on a machine with one degree of freedom, needs no impulse.
     """
     d_N, c_1, d_1, r_N = d[at], d[at + 1], d[at + 3], r[0]
     l_1 = c_1 / d_N
@@ -84,10 +85,10 @@ def _held(d: Reals, at: int, size: int, r: Reals) -> int:
 
 @compiled
 def _local(d: Reals, at: int, size: int, mu: float, r: Reals, x: Reals, a: int) -> None:
-    """The impulses ``r[3:]`` of one contact with the others as they are, where its speeds without it are ``r``:
+    """Compute the impulses ``r[3:]`` of one contact from its speeds ``r`` without them, the other impulses fixed.
 
-    open where r_N >= 0; else stick where -A⁻¹ r is within the cone; else slip, in the plane exactly, x_T = -σ μ x_N
-    with σ v_T >= 0, in space by some turns of the normal and the tangents.
+    Open if r_N >= 0; else stick if -A⁻¹ r is within the cone; else slip: in the plane exactly, x_T = -σ μ x_N with
+    σ v_T >= 0; in space by ``TURNS`` alternations between the normal and the tangents.
     """
     d_N = d[at]
     for k in range(size):
@@ -130,12 +131,11 @@ def sweep(
     W: Reals, at_W: int, X: Reals, pieces: Integers, row_first: Integers, row_at: Integers, blocks: Integers,
     rows: Integers, kinds: Integers, mu: Reals, d: Reals, b: Reals, x: Reals, count: int, v: Reals, local: Reals,
 ) -> float:  # fmt: skip
-    """One sweep; the greatest change of a speed.
+    """Do one sweep; return the greatest change of a speed.
 
-    ``kinds`` of a row: 1 normal; 2 its only tangent; 3 the first of its two tangents (the second is 4). ``mu`` of a
-    tangent row is the coefficient of its contact; its normal row stands just before. ``d`` has
-    three numbers for each row: of a
-    normal A_NN, A_N1, A_N2, of the first tangent A_11, A_12, s, of the second A_22. ``local``: 6 numbers.
+    ``kinds`` of a row: 1 normal; 2 the only tangent; 3 and 4 the first and second of two tangents. The tangent rows of
+    a contact follow its normal row; their ``mu`` is its coefficient of friction. ``d`` has three numbers for each row:
+    normal A_NN, A_N1, A_N2; first tangent A_11, A_12, s; second tangent A_22. ``local``: 6 numbers.
     """
     worst = 0.0
     a = 0
@@ -173,7 +173,7 @@ def missed(
     W: Reals, at_W: int, pieces: Integers, row_first: Integers, row_at: Integers, blocks: Integers, rows: Integers,
     kinds: Integers, mu: Reals, d: Reals, b: Reals, x: Reals, count: int, v: Reals,
 ) -> float:  # fmt: skip
-    """The residual: the greatest of |min(v_N, A_NN x_N)| and |x_T - P(x_T - v_T/s)| s of all contacts, as a speed."""
+    """Return the residual, a speed: the greatest |min(v_N, A_NN x_N)| or |x_T - P(x_T - v_T/s)| s of any contact."""
     worst, gone, first = 0.0, 0.0, 0.0
     for a in range(count):
         r = rows[a]
@@ -199,7 +199,7 @@ def moved(
     X: Reals, pieces: Integers, row_first: Integers, row_at: Integers, blocks: Integers, rows: Integers, x: Reals,
     count: int, n: int, v: Reals,
 ) -> None:  # fmt: skip
-    """Δu = Σ X x."""
+    """Set v to Δu = Σ X x."""
     for i in range(n):
         v[i] = 0.0
     for a in range(count):
@@ -213,11 +213,10 @@ def solve(
     rows: Integers, kinds: Integers, mu: Reals, d: Reals, b: Reals, x: Reals, count: int, n: int, v: Reals,
     past: Reals, local: Reals, scale: float, tolerance: float, most: int, left: Reals, place: int,
 ) -> int:  # fmt: skip
-    """Solve for x and v, from the x given; the sweeps it took, or -1. ``left[place]`` becomes the residual in parts of
-    ``scale``.
+    """Solve for x and v, with x as the guess; return the number of sweeps, or -1 on failure.
 
-    ``past``: 4 + 2 PAIRS rows of ``count``: x before the sweep, f, the last f, the last g, then the differences of f
-    and of g in turn; after them |Δf|² of each.
+    ``left[place]`` becomes the residual, relative to ``scale``. ``past``: 4 + 2 PAIRS rows of ``count`` numbers (x
+    before the sweep, f, the last f, the last g, then differences of f and g in turn), followed by |Δf|² of each.
     """
     f, f_old, g_old, first, sizes = count, 2 * count, 3 * count, 4 * count, (4 + 2 * PAIRS) * count
     pairs, known, size_old, quiet, wait, mixed = 0, 0, 0.0, 2, 2, 0
@@ -252,7 +251,7 @@ def solve(
             best, since = size, k
         if mixed > 0 and (
             size >= size_old or k - since > 2 * PAIRS
-        ):  # back to what the last sweep gave, and some sweeps alone
+        ):  # return to the last sweep; continue without mixing for some sweeps
             for a in range(count):
                 x[a] = past[g_old + a]
             moved(X, pieces, row_first, row_at, blocks, rows, x, count, n, v)

@@ -1,11 +1,11 @@
-"""Inertia and constraints of a time step, sparse: speeds in blocks that nothing but contacts joins.
+"""Sparse inertia and constraints of a time step: only contacts couple the blocks of speeds.
 
     M = diag(M_b),   L_b L_bᵀ = M_b,   K = M⁻¹ Gᵀ,   S = G K
-    X_r = M⁻¹ (W_r - σ_r G)ᵀ,   σ_r = S⁻¹ Kᵀ W_rᵀ         what an impulse along row r does to u and to -λ
+    X_r = M⁻¹ (W_r - σ_r G)ᵀ,   σ_r = S⁻¹ Kᵀ W_rᵀ         change of u and of -λ per impulse along row r
 
-Rows of G lie in one block each: constraints join blocks as joints do. A row of W is kept over whole blocks, those of
-the two bodies it is between. So a stack of n boxes costs n, not n³. All for `machine.compiled`;
-speeds are in block order.
+Each row of G lies in one block, because speeds coupled by a constraint share a block, as those coupled by joints do. A
+row of W is stored over the whole blocks of its two bodies. The cost of a stack of n boxes is therefore of order n, not
+n³. All functions are for `native.instructions.compiled`; speeds are in block order.
 
 Source of the elimination: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8.
 """
@@ -17,7 +17,7 @@ from ...native.instructions import Integers, Reals, compiled, root
 
 @compiled
 def cholesky(M: Reals, L: Reals, at: int, n: int) -> int:
-    """L Lᵀ = M, both from ``at`` on; 0 if M is not positive definite."""
+    """Write L of L Lᵀ = M, both stored from ``at`` on; return 0 if M is not positive definite, else 1."""
     for i in range(n):
         for j in range(i + 1):
             total = M[at + i * n + j]
@@ -34,7 +34,7 @@ def cholesky(M: Reals, L: Reals, at: int, n: int) -> int:
 
 @compiled
 def back(L: Reals, at: int, n: int, b: Reals, source: int, x: Reals, to: int) -> None:
-    """x[to:] = (L Lᵀ)⁻¹ b[source:]."""
+    """Set x[to:] = (L Lᵀ)⁻¹ b[source:]."""
     for i in range(n):
         total = b[source + i]
         for k in range(i):
@@ -49,7 +49,7 @@ def back(L: Reals, at: int, n: int, b: Reals, source: int, x: Reals, to: int) ->
 
 @compiled
 def factor(M: Reals, L: Reals, blocks: Integers, squares: Integers, count: int) -> int:
-    """The factors of all blocks; 0 if one of them is not positive definite."""
+    """Factor all blocks of M; return 0 if a block is not positive definite, else 1."""
     for k in range(count):
         if cholesky(M, L, squares[k], blocks[k + 1] - blocks[k]) == 0:
             return 0
@@ -58,7 +58,7 @@ def factor(M: Reals, L: Reals, blocks: Integers, squares: Integers, count: int) 
 
 @compiled
 def dot(x: Reals, i: int, y: Reals, j: int, n: int) -> float:
-    """x[i:] · y[j:] of n numbers."""
+    """Return x[i:] · y[j:], over n numbers."""
     total = 0.0
     for k in range(n):
         total += x[i + k] * y[j + k]
@@ -69,7 +69,7 @@ def dot(x: Reals, i: int, y: Reals, j: int, n: int) -> float:
 def along(
     W: Reals, at: int, pieces: Integers, first: int, last: int, blocks: Integers, v: Reals, start: int
 ) -> float:
-    """W_r v, of a row whose values begin at ``at``, over its blocks ``pieces[first:last]``."""
+    """Return W_r v for the row whose values begin at ``at`` and cover the blocks ``pieces[first:last]``."""
     total = 0.0
     for p in range(first, last):
         for i in range(blocks[pieces[p]], blocks[pieces[p] + 1]):
@@ -82,7 +82,7 @@ def along(
 def added(
     X: Reals, at: int, pieces: Integers, first: int, last: int, blocks: Integers, x: float, v: Reals
 ) -> None:
-    """v += X_r x."""
+    """Add X_r x to v."""
     for p in range(first, last):
         for i in range(blocks[pieces[p]], blocks[pieces[p] + 1]):
             v[i] += X[at] * x
@@ -94,7 +94,7 @@ def solved(
     L: Reals, squares: Integers, pieces: Integers, first: int, last: int, blocks: Integers, W: Reals, at: int,
     X: Reals, to: int,
 ) -> None:  # fmt: skip
-    """X[to:] = M⁻¹ W_rᵀ over the blocks of a row."""
+    """Set X[to:] = M⁻¹ W_rᵀ over the blocks of a row."""
     for p in range(first, last):
         b = pieces[p]
         size = blocks[b + 1] - blocks[b]
@@ -108,8 +108,9 @@ def held(
     W: Reals, at_W: int, L: Reals, squares: Integers, pieces: Integers, row_first: Integers, row_at: Integers,
     blocks: Integers, m: int, count: int, n: int, K: Reals, S: Reals, spare: Reals,
 ) -> int:  # fmt: skip
-    """K = M⁻¹ Gᵀ and the factor of S = G K of the first ``count`` constraints, rows m, m + 1, ...; 0 if S is not
-    positive definite.
+    """Compute K = M⁻¹ Gᵀ and the factor of S = G K for the first ``count`` constraints, rows m, m + 1, ...
+
+    Return 0 if S is not positive definite, else 1.
     """
     for i in range(count):
         r = m + i
@@ -133,8 +134,9 @@ def met(
     row_at: Integers, blocks: Integers, m: int, count: int, n: int, K: Reals, S: Reals, spare: Reals, v: Reals,
     lam: Reals,
 ) -> int:  # fmt: skip
-    """λ, and v + K λ in place of v, which meets the first ``count`` constraints: G v + W[rates:] = 0. 0 if S is not
-    positive definite; K and S are kept.
+    """Compute λ and replace v by v + K λ, which satisfies the first ``count`` constraints: G v + W[rates:] = 0.
+
+    Return 0 if S is not positive definite, else 1. K and S are left in their arrays.
     """
     if held(W, at_W, L, squares, pieces, row_first, row_at, blocks, m, count, n, K, S, spare) == 0:
         return 0
@@ -156,10 +158,10 @@ def answer(
     first: int, last: int, blocks: Integers, m: int, row_first: Integers, row_at: Integers, at_W: int, count: int,
     n: int, K: Reals, S: Reals, spare: Reals,
 ) -> None:  # fmt: skip
-    """X_r at ``to``, and σ_r at ``here``: the row less its share of the constraints, W_r - σ G, through M⁻¹.
+    """Write X_r = M⁻¹ (W_r - σ_r G)ᵀ at ``to`` and σ_r at ``here``.
 
-    What the first subtraction leaves of G by rounding, a second takes away: rows that the constraints all but hold
-    would else be noise.
+    The subtraction is done twice. The second removes the part of G that round-off leaves after the first; without it,
+    rows almost fixed by the constraints would consist of round-off.
     """
     size = 0
     for p in range(first, last):

@@ -1,6 +1,6 @@
 """Compiled code of time stepping (`moreau.march`), and the sparsity of its matrices.
 
-Speeds that the mass matrix or a constraint joins are one block; a row of W is kept over the blocks of its two bodies.
+Speeds coupled by the mass matrix or a constraint form a block; a row of W is stored over the blocks of its two bodies.
 """
 
 from __future__ import annotations
@@ -31,13 +31,15 @@ Whole = Any  # array of int64
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What does not change from step to step, as `moreau.march` takes it.
+    """Sparsity of the matrices, the same in every step, in the form that `moreau.march` takes.
 
-    ``held``       the active conditions: those on coordinates, of which there are ``holonomic``, then those on speeds
-    ``order``      of every place in block order, the speed; ``blocks`` are the first places, ``squares`` the first
-                   entries of the blocks of M
-    ``pieces``     blocks of the rows of W over G, row r those from ``row_first[r]``; its values begin at ``row_at[r]``
-    ``reach_of``   contact of every reach
+    ``held``       the active conditions: first the ``holonomic`` conditions on coordinates, then those on speeds
+    ``order``      model speed at each position in block order
+    ``blocks``     first position of each block
+    ``squares``    first entry of each block in the stored M
+    ``pieces``     blocks of the rows of W over G; the blocks of row r begin at ``row_first[r]``, its values at
+                   ``row_at[r]``
+    ``reach_of``   contact of each reach
     """
 
     held: tuple[int, ...]
@@ -77,7 +79,7 @@ def _shape(model: Model, M: Any, W: Any, G: Any, held: Sequence[int], reaches: S
     block_of = {i: k for k, group in enumerate(groups) for i in group}
     first, tangents, m = scene_of_layout(model)
     over = [sorted({block_of[j] for j in range(n) if _nonzero(row[j])}) for row in (*W, *G)]
-    for at, count in zip(first, tangents, strict=True):  # those of one contact alike
+    for at, count in zip(first, tangents, strict=True):  # all rows of a contact cover the same blocks
         whole = sorted({k for r in range(at, at + 1 + count) for k in over[r]})
         over[at : at + 1 + count] = [whole] * (1 + count)
     sizes = [len(group) for group in groups]
@@ -100,7 +102,7 @@ def _shape(model: Model, M: Any, W: Any, G: Any, held: Sequence[int], reaches: S
 
 
 def stepping(kernels: Kernels) -> tuple[Program, Shape]:
-    """Functions ``system``, ``closing`` and ``moving``, see `moreau.march`, and their shape."""
+    """Return the functions ``system``, ``closing`` and ``moving`` (see `moreau.march`) and their shape."""
     model = kernels.model
     kinds = rows(model)
     held = sorted(kernels.active, key=lambda i: (kinds[i].on_speeds, i))
@@ -140,7 +142,7 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
 
 
 def gaps(kernels: Kernels) -> Program:
-    """Functions ``gap`` (E), with ``reach``, and ``rate`` (m) of all contacts."""
+    """Return the functions ``gap`` (E gaps, then the reaches) and ``rate`` (m) of all contacts."""
 
     def functions(state: State) -> Mapping[str, Sequence[Any]]:
         given = contact_rows(kernels.model, state)
@@ -151,10 +153,10 @@ def gaps(kernels: Kernels) -> Program:
 
 
 def mean_reactions(kernels: Kernels) -> Program:
-    """Functions ``reactions`` (of each joint, force and moment) and ``drive`` (power of driven joints) of a step.
+    """Return the functions ``reactions`` (force and moment of each joint) and ``drive`` (power of drives) of a step.
 
-    The state is (q_M, u) of the step; after it follow (u⁺ - u)/h, the contact forces Λ/h and the multipliers λ/h of all
-    conditions.
+    Their arguments are the state (q_M, u) of the step, then (u⁺ - u)/h, the contact forces Λ/h and the multipliers λ/h
+    of all conditions.
     """
     model = kernels.model
     _, _, m = scene_of_layout(model)
@@ -179,7 +181,7 @@ def step_motion(
     multipliers: Sequence[Any],
     blows: Any = (),
 ) -> Motion:
-    """Mean accelerations of a step, and all that acts in it: loads, contact forces, constraints, blows."""
+    """Return the mean accelerations of a step with all that acts in it: loads, contact forces, constraints, blows."""
     loads: Loading = constrained_loading(model, state, multipliers)
     acting = [*blows]
     at = 0

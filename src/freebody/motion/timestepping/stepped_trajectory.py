@@ -1,8 +1,8 @@
-"""The motion of a machine in steps of given length: impulses of every step, and what follows from them.
+"""The motion of a machine in steps of fixed length: the impulses of every step, and the results that follow from them.
 
-What acts in a step is known as its impulse. Forces here are means over a step, impulse/h; those of the joints are what
-the momentum of every body needs beside the loads and the contact forces:  I A + V ×* (I V) = Σ F  with the mean
-acceleration A of the step, at its middle.
+A step yields impulses, so all forces here are means over a step, impulse/h. Joint reactions close the momentum balance
+of every body with the loads and the contact forces:  I A + V ×* (I V) = Σ F  with the mean acceleration A of the step,
+at its middle.
 """
 
 from __future__ import annotations
@@ -34,26 +34,27 @@ from ..trajectory.trajectory import Trajectory
 from .stepped_kernels import gaps, mean_reactions, step_motion, stepping
 
 MODES = ("open", "stick", "slip", "slip+", "slip-")
-"""Names of the modes that the loop counts (`moreau.march`)."""
+"""Names of the contact modes, by the numbers that the loop gives them (`moreau.march`)."""
 
 
 LOOKS = 33
-"""Moments of a run at which the energy that its steps make is looked for."""
+"""Number of moments of a run at which the energy is checked for an artificial gain."""
 CLOSED = 1e-9
-"""Way by which the end of a step moves bodies, with room [m]."""
+"""Safe upper bound on the displacement that removes overlap at the end of a step [m]."""
 ROUNDED = 1e-12
-"""Part of the energies that is round-off."""
+"""Relative round-off of the energies."""
 TURNED = 0.01
-"""Turn of a body in a step from which on it is told [rad]."""
+"""Rotation of a body in a step above which the warning mentions it [rad]."""
 
 
 @dataclass(eq=False)
 class Steps(Path):
-    """States at the ends of steps, straight between them."""
+    """States at the ends of the steps, with linear interpolation between them."""
 
     curved = False
 
     def sample(self, times: Any, dense: bool = False) -> Array:
+        """Return the states at the given times, by linear interpolation; quaternions are normalized."""
         del dense
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
         outside = ~((wanted >= self.start) & (wanted <= self.end))
@@ -74,9 +75,11 @@ class Steps(Path):
 
 @dataclass(frozen=True, eq=False)
 class Impulses:
-    """What every step did, by step: impulses [N s] of ``contacts`` (m) and of ``constraints`` (all conditions),
-    ``works`` [J] (of contacts and blows; of loads and constraints), ``modes`` (E) as places in :data:`MODES`, and
-    ``blows`` as (name, [(point, impulse, moment impulse)]).
+    """Impulses, work and contact modes of every step.
+
+    ``contacts`` (m) and ``constraints`` (all conditions): impulses [N s]. ``works`` [J]: of contacts and blows; of
+    loads and constraints. ``modes`` (E): indices into :data:`MODES`. ``blows``: for each step with blows, a list of
+    (name, [(point, impulse, moment impulse)]).
     """
 
     contacts: Array
@@ -87,21 +90,22 @@ class Impulses:
 
 
 class SteppedTrajectory(Trajectory):
-    """A motion in steps of given length, made by ``fb.simulate(..., method="timestepping", step=h)``.
+    """A motion in steps of fixed length, returned by ``fb.simulate(..., method="timestepping", step=h)``.
 
-    Forces are means over a step: at an output time, over the step that ends then or later.
+    Forces are means over a step: at an output time, over the step that ends at or after it.
 
     Attributes
     ----------
     step : float
         Length of the steps [s].
     residual : float
-        Greatest speed by which a contact missed its laws in any step, in parts of the greatest there without contact
-        forces: Σ |W| |u|, which the speeds of a contact are sums and differences of.
+        Greatest speed by which a contact violated its laws in any step, relative to the greatest contact speed of the
+        step without contact forces. This speed is taken as Σ |W| |u|, the sum of the terms of a contact's speed without
+        their signs.
     depth : float
         Greatest penetration at the end of any step [m].
     sweeps : float
-        Mean number of sweeps of a step.
+        Mean number of sweeps per step.
     """
 
     method = "Moreau-Jean time stepping, exact Coulomb cones"
@@ -122,12 +126,13 @@ class SteppedTrajectory(Trajectory):
 
     def _rates(self) -> Array:
         raise SimulationError(
-            'Expected a coordinate, a speed or an expression of them: a motion by method="timestepping" has changes of '
-            "its speeds from step to step, and no accelerations. Divide differences of speeds by trajectory.step."
+            "Expected a coordinate, a speed or an expression of them: the speeds of a motion by "
+            'method="timestepping" jump from step to step, so it has no accelerations. Divide differences of speeds by '
+            "trajectory.step."
         )
 
     def _step_of(self, times: Array) -> Any:
-        """The step that ends at or after each time."""
+        """Return the index of the step that ends at or after each time."""
         ends = self.path.times[1:]
         return np.clip(np.searchsorted(ends, times, side="left"), 0, max(len(ends) - 1, 0))
 
@@ -139,18 +144,19 @@ class SteppedTrajectory(Trajectory):
         return np.asarray(impulses[k] / lengths[k, None])
 
     def mean_forces(self, times: Array) -> Array:
-        """Contact forces, means over the step that ends at or after each time, in the order of the layout [N]."""
+        """Return the mean contact forces over the step that ends at or after each time, in layout order [N]."""
         return self._mean(self.impulses.contacts, times)
 
     def mean_reactions(self, times: Array) -> Array:
-        """Reactions of all joints, means over the step that ends at or after each time: force and moment of each in
-        turn, shape (n, 6 joints) [N, N m].
+        """Return the mean reactions of all joints over the step that ends at or after each time.
+
+        Force and moment of each joint in turn, shape (n, 6 joints) [N, N m].
         """
         steps, place = np.unique(self._step_of(times), return_inverse=True)
         return np.asarray(self._of_steps(steps)[0][place])
 
     def _of_steps(self, steps: Any) -> tuple[Array, Array]:
-        """Mean reactions, and mean power of the drives, of these steps."""
+        """Return the mean reactions and the mean power of the drives in these steps."""
         program = mean_reactions(self.kernels)
         if len(self.path.times) < 2:
             return np.zeros((len(steps), program.outputs("reactions"))), np.zeros(len(steps))
@@ -176,7 +182,7 @@ class SteppedTrajectory(Trajectory):
         return found, drive
 
     def _struck(self, step: int, t: float, q: Array, u: Array, known: Any) -> tuple[Any, float]:
-        """The same of a step in which blows fell."""
+        """Return the same two results for one step with blows."""
         model = self.kernels.model
         state = float_state(model, q.tolist(), u.tolist(), t, self.values)
         blows = [
@@ -194,7 +200,7 @@ class SteppedTrajectory(Trajectory):
 
     @cached_property
     def reactions(self) -> dict[str, Reaction]:
-        """What every joint transmits to its child, a mean over a step; see :attr:`Trajectory.reactions`."""
+        """Mean reactions of every joint on its child over a step; see :attr:`Trajectory.reactions`."""
         found = self.mean_reactions(self.t)
         return ByName(
             "joint",
@@ -212,7 +218,7 @@ class SteppedTrajectory(Trajectory):
         return ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
 
     def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
-        """Of the mean forces of each step, from its begin to its end."""
+        """Yield times and limit values from the mean forces of each step, constant within the step."""
         model, lengths = self.kernels.model, np.diff(self.path.times)
         if not len(lengths):
             return
@@ -234,7 +240,7 @@ class SteppedTrajectory(Trajectory):
 
     @cached_property
     def _work(self) -> Array:
-        """Work of every step: of contacts and blows, of loads, constraints and drives, shape (steps, 2) [J]."""
+        """Work in every step: by contacts and blows; by loads, constraints and drives. Shape (steps, 2) [J]."""
         works = self.impulses.works
         model = self.kernels.model
         if not len(works) or not any(link.driven for link in model.links):
@@ -243,14 +249,14 @@ class SteppedTrajectory(Trajectory):
         return works + np.column_stack([np.zeros(len(works)), drive * np.diff(self.path.times)])
 
     def work_until(self, times: Array) -> Array:
-        """Work done since the start, and of that by contacts and blows, shape (n, 2) [J]."""
+        """Return the total work since the start, and the part by contacts and blows, shape (n, 2) [J]."""
         total = np.concatenate([[[0.0, 0.0]], np.cumsum(self._work, axis=0)])
         columns = [np.interp(times, self.path.times, column) for column in total.T]
         return np.column_stack([columns[0] + columns[1], columns[0]])
 
     @cached_property
     def energy(self) -> Energy:
-        """The energy ledger, whose residual is the error of the steps, of first order in their length."""
+        """The energy ledger. Its residual is the error of the method, of first order in the step."""
         times = np.concatenate([[self.path.start], self.t])
         states = np.concatenate([self.path.states[:1], self.states])
         both = self._observed(self.kernels.motion(), "energy", times, states)
@@ -260,33 +266,31 @@ class SteppedTrajectory(Trajectory):
 
     @cached_property
     def warnings(self) -> tuple[MotionWarning, ...]:
-        """As of any motion; and where the steps have made more energy than the machine had."""
+        """Warnings of any motion, and a warning if the steps have made more energy than the machine had."""
         return (*super().warnings, *self._made)
 
     @cached_property
     def _made(self) -> tuple[MotionWarning, ...]:
-        """Steps that make energy: (T + V) - (T₀ + V₀) - W, at some moments, beyond T₀, the range of V and |W| together.
+        """A warning if the steps make energy: (T + V) - (T₀ + V₀) - W > T₀ + (range of V) + |W| at a checked moment.
 
-        A term ω × I ω that holds for a step of h multiplies a nutation at Ω by √(1 + (Ω h)²), by exp(Ω² h t/2) in a
-        time t.
+        A term ω × I ω kept constant during a step of h multiplies a nutation at Ω by √(1 + (Ω h)²) per step, that is by
+        exp(Ω² h t/2) in a time t.
         """
         path, model = self.path, self.kernels.model
-        driven = any(link.driven for link in model.links)  # a drive gives what it takes
+        driven = any(link.driven for link in model.links)  # a drive supplies any energy its motion needs
         if driven or not len(self.impulses.works):
             return ()
         work = np.concatenate([[[0.0, 0.0]], np.cumsum(self.impulses.works, axis=0)])
         some = np.unique(np.linspace(0, min(len(path.states), len(work)) - 1, LOOKS).astype(int))
         try:
             T, V, turning = np.array([self._at_work(k) for k in some.tolist()]).T
-        except (ArithmeticError, ValueError):  # a potential without a value
+        except (ArithmeticError, ValueError):  # the potential has no value there
             return ()
         with np.errstate(over="ignore", invalid="ignore"):
             made = T + V - T[0] - V[0] - work[some].sum(axis=1)
             had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
             pressed = np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1))]) / self.step
-            had += (
-                CLOSED * pressed[some] + ROUNDED * np.abs(V).max()
-            )  # bodies are moved out of each other, too
+            had += CLOSED * pressed[some] + ROUNDED * np.abs(V).max()  # removing overlap also does work
             bad = np.flatnonzero(~(made <= had))
         if not len(bad):
             return ()
@@ -306,7 +310,7 @@ class SteppedTrajectory(Trajectory):
         )  # fmt: skip
 
     def _at_work(self, k: int) -> tuple[float, float, float]:
-        """Kinetic and potential energy, and the greatest angular velocity of a body, after k steps."""
+        """Return kinetic energy, potential energy and the greatest angular velocity of a body after k steps."""
         model, path = self.kernels.model, self.path
         q, u, _ = np.split(path.states[k], [model.n_q, model.n_q + model.n_u])
         state = float_state(model, q.tolist(), u.tolist(), float(path.times[k]), self.values)
@@ -345,12 +349,12 @@ class SteppedTrajectory(Trajectory):
 
     @cached_property
     def modes(self) -> Timeline:
-        """Of every contact: mode, from the beginning of the step in which it began to the end of its last, and why."""
+        """Modes of every contact: from the beginning of the first step to the end of the last, and why each began."""
         return Timeline(change for _, _, change in self._changes)
 
     @cached_property
     def _changes(self) -> list[tuple[int, int, Change]]:
-        """(step, contact, change) of all modes, in the order in which they began."""
+        """(step, contact, change) of every mode, in the order of their beginnings."""
         names, times, modes = (
             [c.name for c in self.kernels.model.contacts],
             self.path.times,
@@ -383,7 +387,7 @@ class SteppedTrajectory(Trajectory):
 
     @cached_property
     def happenings(self) -> tuple[Happening, ...]:
-        """Blows and changes of mode, in their order, each at the beginning of its step."""
+        """Blows and changes of mode in order of time, each at the beginning of its step."""
         found: list[tuple[int, int, str, str]] = []
         for step, blows in self.impulses.blows.items():
             before, after = (self._speeds(k) for k in (step, step + 1))
@@ -417,7 +421,7 @@ class SteppedTrajectory(Trajectory):
 
     @cached_property
     def events(self) -> list[Event]:
-        """The events asked for, located between two steps; blows and changes of mode, where their step begins."""
+        """Requested events, located within a step, and blows and changes of mode, at the beginning of their step."""
         both = [(event.time, i, event) for i, event in enumerate([*super().events, *self.happenings])]
         return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:2]))
 

@@ -1,10 +1,11 @@
-"""``method="timestepping"``: many contacts with friction, in steps of given length.
+"""``method="timestepping"``: many contacts with friction, in steps of fixed length.
 
-The loop is `moreau`; here it gets its kernels and its memory, and what it did becomes a trajectory. The method is of
-first order in the step, impacts fall on the step they happen in, and what is exact are the laws: in every step each
-contact satisfies Signorini's and Coulomb's conditions to the residual that the trajectory states.
+The loop is in `moreau`; this file prepares its kernels and memory and turns its results into a trajectory. The method
+is of first order in the step, and an impact acts within the step in which it happens. The laws are exact: in every step
+each contact satisfies Signorini's and Coulomb's conditions to the residual that the trajectory states.
 
-The file is longer than others: a run fills the memory of the loop and reads it back, and both need to know its layout.
+The file is longer than others because a run fills the memory of the loop and reads it back, and both depend on its
+layout.
 """
 
 from __future__ import annotations
@@ -35,16 +36,16 @@ from .stepped_kernels import Shape, stepping
 from .stepped_trajectory import Impulses, SteppedTrajectory, Steps
 
 RESIDUAL = 1e-12
-"""Speed by which a contact may miss its laws, in parts of the greatest in the problem of a step."""
+"""Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
 ACCEPTED = 1e-9
-"""The same of a problem that is all but degenerate, such as of a pile that comes to rest; the trajectory states it."""
+"""The same limit for an almost degenerate problem, such as a pile coming to rest; see the trajectory's residual."""
 SWEEPS = 3_000
-"""Sweeps of one problem before it is handed to Newton's method (`polish`); ten times more where that fails."""
+"""Sweeps of one problem before Newton's method takes over (`polished`); ten times as many if that fails."""
 MOST_SWEEPS = 100_000
 PAST = 4 + 2 * 12
-"""Rows of the memory of `moreau_problem.solve`."""
+"""Number of rows in the array ``past`` of `moreau_problem.solve`."""
 BLOCK = 1000
-"""Steps between two looks at events, progress and the keyboard; with more than ten contacts as many times fewer."""
+"""Steps between two checks of events, progress and the keyboard; fewer in proportion with more than ten contacts."""
 
 
 def stepped_motion(
@@ -64,7 +65,7 @@ def stepped_motion(
     impulses: Any,
     between: Callable[[float], None] | None,
 ) -> SteppedTrajectory:
-    """The motion of a machine with contacts in equal steps; arguments as of `simulate`, read."""
+    """Return the motion of a machine with contacts in equal steps; arguments as in `simulate`, already read."""
     model = kernels.model
     if not model.contacts:
         raise SimulationError(
@@ -102,8 +103,8 @@ def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     for c in model.contacts:
         if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s"):
             raise SimulationError(
-                f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' has a static one "
-                "besides. Leave static_friction out, or take method='auto'."
+                f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' also has a static "
+                "one. Leave static_friction out, or take method='auto'."
             )
         if c.impact != "newton" and number(model, values, c.restitution, "e") != 0:
             raise SimulationError(
@@ -113,7 +114,7 @@ def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
 
 
 class _Run:
-    """One run: the compiled loop, its memory, and what it has done so far."""
+    """One run: the compiled loop, its memory and the steps done so far."""
 
     def __init__(
         self, kernels: Kernels, values: Mapping[str, float], begin: float, h: float, count: int,
@@ -184,7 +185,7 @@ class _Run:
             )
 
     def _advanced(self, y: Array) -> tuple[Array, Crossing | None]:
-        """The state some steps on, and the terminal event, if there is one on the way."""
+        """Return the state some steps later, and the terminal event if one occurs before it."""
         now = [*self.timed.pop(self.done, []), *self.timed.pop(-1, [])]
         watched = bool(self.called) or any(spec.terminal for spec in self.specs)
         block = max(1, BLOCK // (10 if watched else 1) // (1 + len(self.first) // 10))
@@ -208,7 +209,7 @@ class _Run:
             one = self.called[c.number - self.asked]
             if now or not self.left[id(one)] > 0:
                 continue
-            self.left[id(one)] -= 1  # back to the beginning of the step, and struck there
+            self.left[id(one)] -= 1  # return to the beginning of the step and apply the blow there
             k = int(np.searchsorted(moments, c.time, side="left")) - 1
             self._keep([part[:k] for part in found])
             self.timed.setdefault(-1, []).append(one)
@@ -222,7 +223,7 @@ class _Run:
         self.done += len(found[0])
 
     def _strike(self, now: Sequence[Blow], y: Array) -> None:
-        """The generalized impulse of blows, where the machine stands in the middle of the step."""
+        """Set the generalized impulse of blows, computed from the positions in the middle of the step."""
         n_q, t = self.model.n_q, self.begin + self.done * self.h
         rate = observe(self.program.address("moving"), n_q + 1, np.array([t]), y[None], self.constants)[0]
         q = y[:n_q] + self.h / 2 * rate[:n_q]
@@ -235,14 +236,16 @@ class _Run:
             try:
                 told.append((one.name, [resolved_blow(self.model, state, **options)]))
             except ModelError as error:
-                raise SimulationError(f"The blow '{one.name}' at t = {t:.9g} s can not be: {error}") from None
+                raise SimulationError(
+                    f"The blow '{one.name}' at t = {t:.9g} s cannot be applied: {error}"
+                ) from None
         loads = blows_on(self.model, state, [blow for _, blows in told for blow in blows])
         kick = np.array([float(x) for x in generalized_impulse(self.model, state, loads)])
         self.memory["kick"][:] = kick[self.shape.order]
         self.blows[self.done] = told
 
     def _steps(self, y: Array, size: int) -> list[Any]:
-        """States, impulses, works and modes of the next steps; ``y`` becomes the last state."""
+        """Return states, impulses, works and modes of the next steps; ``y`` becomes the last state."""
         E, width = len(self.first), self.rows + len(self.shape.held)
         states, impulses = np.empty((size, len(y))), np.empty((size, width))
         works, modes = np.empty((size, 2)), np.empty((size, E), dtype=np.int64)
@@ -280,7 +283,7 @@ class _Run:
         sweeps: int,
         bound: float,
     ) -> int:
-        """The number of steps done, of those that the arrays have room for."""
+        """Run the loop until the arrays are full or a step fails; return the number of steps done."""
         model, shape, memory = self.model, self.shape, self.memory
         done = self.march(
             *(self.program.address(name) for name in ("system", "closing", "moving")), self.constants, model.n_q,
@@ -296,7 +299,10 @@ class _Run:
         return int(done)
 
     def _by_newton(self) -> bool:
-        """Solve the problem on which the sweeps stopped. Its impulses, or else those reached, begin the next try."""
+        """Solve by Newton's method the problem on which the sweeps failed; return True if this succeeds.
+
+        The guess of the next attempt is the solution, or else the impulses that the sweeps reached.
+        """
         memory, shape = self.memory, self.shape
         count = int(memory["report"][5])
         rows, kinds, mu = memory["rows"][:count], memory["kinds"][:count], memory["coefficient"][:count]
@@ -323,10 +329,10 @@ class _Run:
         if report[4] == 1:
             return (
                 f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} "
-                f"sweeps and Newton's method a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
+                f"sweeps and Newton's method a law is still missed by {report[3]:.3g} of the greatest speed (required: "
                 f"{ACCEPTED:g}). Where friction jams a contact (Painlevé) or restitution works against it, there may "
-                "be no solution: less friction or restitution=0 has one. Else a shorter step, or masses less far "
-                "apart, need fewer sweeps."
+                "be no solution: less friction or restitution=0 has one. Otherwise take a shorter step, or masses "
+                "that differ less: they need fewer sweeps."
             )
         if report[4] == 2:
             q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
@@ -334,21 +340,22 @@ class _Run:
             names = f" {' and '.join(map(repr, idle))} together move no mass." if idle else ""
             return (
                 f"Expected a mass matrix that is positive definite in {where}.{names} Give every body that can move by "
-                "itself a mass and moments of inertia, or hold what moves no mass by a joint."
+                "itself a mass and moments of inertia, or fix each part that moves no mass by a joint."
             )
         if report[4] == 3:
             return (
-                f"The constraints of '{model.name}' depend on each other in {where}: bars that come into line do this. "
-                "Stop before with a terminal event, or change the lengths."
+                f"The constraints of '{model.name}' depend on each other in {where}: this happens when bars come into "
+                "line. Stop the motion earlier with a terminal event, or change the lengths."
             )
         if report[4] == 4:
             return (
-                f"No place without overlap was found in {where}: {report[5]:.3g} m are left (to reach: 1e-10 m). "
-                "Bodies wedged in too narrow a space, or driven into each other, do this; else take a shorter step."
+                f"The overlap of bodies could not be removed in {where}: {report[5]:.3g} m remain (required: 1e-10 m). "
+                "The cause may be bodies wedged in too narrow a space or driven into each other. Otherwise take a "
+                "shorter step."
             )
         return (
             f"A rate or a speed is not a finite number in {where}. A division by zero, or a root or logarithm of a "
-            "negative number does this: check the loads there, or take a shorter step."
+            "negative number causes this: check the loads there, or take a shorter step."
         )
 
     def _trajectory(
@@ -363,8 +370,8 @@ class _Run:
         states = np.concatenate([self.start[None], states])
         moments = self.begin + h * np.arange(len(states), dtype=np.float64)
         if len(states) == self.count + 1:
-            moments[-1] = self.end  # and not what the sum of the steps is rounded to
-        if stop is not None:  # within a step: its part up to the event
+            moments[-1] = self.end  # exact: the sum of the steps has round-off
+        if stop is not None:  # within a step: keep its part up to the event
             k = int(np.searchsorted(moments, stop.time, side="left"))
             part = (stop.time - moments[k - 1]) / h
             states, moments = (
@@ -402,7 +409,7 @@ class _Run:
 
 
 def _within(x: Array, kinds: Any, mu: Array) -> Array:
-    """Impulses that rounding left outside of their cones, moved onto them."""
+    """Return the impulses, those that round-off left outside their cones moved onto them."""
     for a in np.flatnonzero(kinds == 1):
         x[a] = max(x[a], 0.0)
         end = a + 1
@@ -424,7 +431,7 @@ _WHOLES = ("rows", "kinds", "coefficient")
 def _memory(
     kernels: Kernels, values: Mapping[str, float], program: Any, shape: Shape, tangents: Sequence[int], m: int
 ) -> dict[str, Array]:
-    """The arrays of the loop, by the names of its arguments."""
+    """Return the arrays of the loop, by the names of its arguments."""
     model = kernels.model
     n, held = model.n_u, len(shape.held)
     most = max(m, n, 1)
@@ -447,11 +454,11 @@ def _memory(
 def _crossings(
     kernels: Kernels, values: Any, specs: Any, expressions: Any, times: Array, states: Array
 ) -> tuple[Crossing, ...]:
-    """Zeros of the user's events between the ends of steps, by the chord.
+    """Return the zero crossings of the user's events, located by linear interpolation within each step.
 
     Raises
     ------
-    SimulationError          an event without a value
+    SimulationError          if an event has no value
     """
     if not specs:
         return ()
@@ -495,7 +502,7 @@ def _crossings(
 
 
 def _through_infinity(value: Callable[[float], float]) -> bool:
-    """Whether a function changes its sign between 0 and 1 at a pole: beside it, it is greater than at either end."""
+    """Return True if a sign change between 0 and 1 is at a pole: near it, |value| far exceeds both end values."""
     low, high = 0.0, 1.0
     before, after = value(low), value(high)
     largest = max(abs(before), abs(after))
