@@ -112,9 +112,7 @@ def _page(name: str, folder: Path, run: bool) -> list[Path]:
     try:
         return Page(entry, folder, entry.run() if run else None).write()
     except Exception as error:
-        raise RuntimeError(
-            f"The page of '{name}' cannot be made: {type(error).__name__}: {error}"
-        ) from error
+        raise RuntimeError(f"The page of '{name}' cannot be made: {type(error).__name__}: {error}") from error
 
 
 class Page:
