@@ -172,8 +172,8 @@ def paradox(
     else:
         what = "no set of modes is consistent"
     return SimulationError(
-        f"Contacts of '{work.model.name}' at t = {t:.9g} s: {what}. Rigid bodies with Coulomb friction do not decide "
-        f"what happens there (Painlevé); the criterion is the normal acceleration per unit of normal force, which "
+        f"Contacts of '{work.model.name}' at t = {t:.9g} s: {what}. Rigid bodies with Coulomb friction do not "
+        f"decide what happens there (Painlevé); the criterion is the normal acceleration per unit of normal force, which "
         f"must be positive: {criteria}. Configuration: {where}. Less friction, or another direction of slip, has "
         f"one motion."
     )

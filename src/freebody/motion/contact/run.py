@@ -66,7 +66,7 @@ def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
 def run(
     work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None] | None
 ) -> Phases:
-    """Return the path from ``state`` (q, u) at ``begin`` to ``end``. ``work`` records happenings and changes of mode."""
+    """Return the path from ``state`` (q, u) at ``begin`` to ``end``; ``work`` records happenings and mode changes."""
     n = work.n + work.model.n_u
     y = np.concatenate([state[:n], [0.0, 0.0]])
     t = begin
@@ -151,8 +151,8 @@ def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> N
             names = ", ".join(f"'{work.names[k]}'" for k in closed)
             raise SimulationError(
                 f"The normal forces of contacts {names} at t = {t:.9g} s are statically indeterminate, and with "
-                "different friction, or a turn as they slide, each distribution moves the machine differently. Give them "
-                "equal friction, or fewer contacts, or take indeterminate='least'."
+                "different friction, or a turn as they slide, each distribution moves the machine differently. Give "
+                "them equal friction, or fewer contacts, or take indeterminate='least'."
             )
 
 

@@ -63,7 +63,8 @@ def starting_modes(
         modes, _, seen = modes_at(work, 0, y, ("",) * len(work.names))
     except (ArithmeticError, ValueError) as error:
         raise SimulationError(
-            f"The contacts of '{work.model.name}' have no direction at its start: {error}. Choose other initial values, initial=."
+            f"The contacts of '{work.model.name}' have no direction at its start: {error}. "
+            "Choose other initial values, initial=."
         ) from None
     dead = work.dead(modes, seen, y)
     result = {}

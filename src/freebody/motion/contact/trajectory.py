@@ -199,7 +199,10 @@ class ContactTrajectory(PhasedTrajectory):
 
     @cached_property
     def energy(self) -> Energy:
-        """Energy ledger. ``work`` includes the work of friction (``-friction`` is its heat) and impacts (``impulses``)."""
+        """Energy ledger.
+
+        ``work`` includes the work of friction (``-friction`` is its heat) and of impacts (``impulses``).
+        """
         ledger = super().energy
         n = self.kernels.model.n_q + self.kernels.model.n_u
         return Energy(
