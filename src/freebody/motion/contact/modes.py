@@ -159,8 +159,8 @@ def paradox(
         closed = ", ".join(f"'{c.name}'" for c in contacts)
         return SimulationError(
             f"The normal forces of contacts {closed} of '{work.model.name}' at t = {t:.9g} s are statically "
-            f"indeterminate, and each distribution moves the machine differently through its friction. Rest the body on "
-            f"fewer contacts (three in space, two in a plane), or take indeterminate='least', which decides for normal "
+            f"indeterminate, and each distribution moves the machine differently through its friction. Rest the body "
+            f"on fewer contacts (three in space, two in a plane), or take indeterminate='least', which decides for normal "
             f"forces least in norm."
         )
     if several:
@@ -173,8 +173,8 @@ def paradox(
         what = "no set of modes is consistent"
     return SimulationError(
         f"Contacts of '{work.model.name}' at t = {t:.9g} s: {what}. Rigid bodies with Coulomb friction do not "
-        f"decide what happens there (Painlevé); the criterion is the normal acceleration per unit of normal force, which "
-        f"must be positive: {criteria}. Configuration: {where}. Less friction, or another direction of slip, has "
+        f"decide what happens there (Painlevé); the criterion is the normal acceleration per unit of normal force, "
+        f"which must be positive: {criteria}. Configuration: {where}. Less friction, or another direction of slip, has "
         f"one motion."
     )
 

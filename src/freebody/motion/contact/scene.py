@@ -46,7 +46,7 @@ Modes = tuple[str, ...]
 """Mode of every contact: open, stick, slip+, slip-, slip or smooth."""
 
 SMOOTH = "smooth"
-"""Mode of a closed contact whose coefficients of friction are zero in this run: the sense of its slip is not watched."""
+"""Mode of a closed contact whose friction is zero in this run: the sense of its slip is not watched."""
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ class Scene:
         return self._phases[key]
 
     def _independent(self, modes: Modes, A: Array) -> list[int]:
-        """Return independent conditions of closed contacts by the Cholesky pivots of A; earlier conditions come first."""
+        """Return independent conditions of closed contacts by Cholesky pivots of A; earlier ones take precedence."""
         held = [
             i
             for k, mode in enumerate(modes)

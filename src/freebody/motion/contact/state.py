@@ -252,7 +252,10 @@ class ContactRun:
         return whole - float(impulses @ self.look(t, states[0]).rate) + float(kinetic[1] - kinetic[2]) / 2
 
     def passed(self, t: float, y: Array, after: Array, impulses: Array) -> tuple[MotionWarning, ...]:
-        """Return warnings of one-sided constraints whose limits an impact exceeds; its impulses: Gᵀ Λ = M Δu - Wᵀ P."""
+        """Return warnings of one-sided constraints whose limits an impact exceeds.
+
+        The impulses Λ of the constraints follow from Gᵀ Λ = M Δu - Wᵀ P.
+        """
         if not limits(self.model):
             return ()
         mine, q = slice(self.n, self.n + self.model.n_u), y[: self.n].tolist()
