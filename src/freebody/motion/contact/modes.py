@@ -160,8 +160,8 @@ def paradox(
         return SimulationError(
             f"The normal forces of contacts {closed} of '{work.model.name}' at t = {t:.9g} s are statically "
             f"indeterminate, and each distribution moves the machine differently through its friction. Rest the body "
-            f"on fewer contacts (three in space, two in a plane), or take indeterminate='least', which decides for normal "
-            f"forces least in norm."
+            f"on fewer contacts (three in space, two in a plane), or take indeterminate='least', which decides for "
+            f"normal forces least in norm."
         )
     if several:
         sets = " or ".join(
