@@ -74,7 +74,7 @@ def test_three_feet_of_different_friction():
     s.planar("plane", s.ground, body, coordinate="x y turn")
     for i, (x, mu) in enumerate(((-0.5, 0.1), (0, 0.3), (0.5, 0.2))):
         s.contact(f"foot{i}", body.point(x, -0.1, 0), s.ground.plane(), friction=mu)
-    with pytest.raises(SimulationError, match="are statically indeterminate, and (with different friction )?each distribution moves the machine otherwise"):  # fmt: skip  # noqa: E501
+    with pytest.raises(SimulationError, match="are statically indeterminate, and (with different friction )?each distribution moves the machine differently"):  # fmt: skip  # noqa: E501
         fb.simulate(s, 0.1, initial={"y": 0.1, "x'": 3})
     # with one coefficient the distribution does not matter
     s2 = fb.System("sledge")

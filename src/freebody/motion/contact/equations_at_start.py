@@ -1,6 +1,7 @@
-"""The equations of a machine, with contacts in the modes in which its motion starts.
+"""Equations of a machine whose contacts are in the modes in which its motion starts.
 
-The room of the equations knows no start, and the room of the motion stands above it: here both are asked.
+The package of the equations does not compute initial values, and the package of the motion is above it. This file uses
+both.
 """
 
 from __future__ import annotations
@@ -29,26 +30,26 @@ def equations(
     values: Mapping[Any, Any] | None = None,
     form: str = "auto",
 ) -> Equations:
-    """The equations of a system: free bodies, motion, reactions, energy, momentum.
+    """Return the equations of a system: free bodies, motion, reactions, energy, momentum.
 
-    Nothing is computed before it is asked for. Equations that fit no page, such as those of a long chain, are printed
-    recursively: angles from the ground, velocities, accelerations and the forces in the joints get names, body by body.
+    Each result is computed when it is first used. Equations too long for a page, such as those of a long chain, are
+    printed recursively: angles from the ground, velocities, accelerations and joint forces get names, body by body.
 
     Parameters
     ----------
     system : System or Model
     modes : mapping of str to str, optional
-        What the contacts do, by name: "open", "stick" (round features roll), "slip+" or "slip-" by the sign of the slip
-        velocity (in 3-D "slip"). Those not named are open. The forces of a closed contact are the unknowns ``N_name``
-        and, where it sticks, ``T_name``; where it slips, friction is -μ N along the slip velocity. If not given, those
-        in which the motion from ``initial`` starts, and a line above the equations names them, or says why the start
-        does not decide them.
+        Modes of the contacts, by name: "open", "stick" (round features roll), "slip+" or "slip-" by the sign of the
+        slip velocity (in 3-D "slip"). Contacts without an entry are open. The forces of a closed contact are the
+        unknowns ``N_name`` and, if it sticks, ``T_name``; if it slips, friction is -μ N along the slip velocity. By
+        default, the modes are those in which the motion from ``initial`` starts. A line above the equations then names
+        these modes, or says why the initial values do not decide them.
     initial, near, values : mapping, optional
-        The start, by which the modes are found, as of :func:`freebody.simulate`.
+        Initial values that decide the modes, as in :func:`freebody.simulate`.
     form : {"auto", "explicit", "recursive"}
-        How the equations of motion are printed: in coordinates alone, or in named quantities, each defined by a short
-        formula; then ``.motion`` and ``.definitions`` are in these too. "auto" names them where the equations have more
-        than 5000 terms.
+        How the equations of motion are printed: "explicit" in coordinates alone, "recursive" in named quantities, each
+        defined by a short formula. With "recursive", ``.motion`` and ``.definitions`` use these quantities too. "auto"
+        is "recursive" if the equations have more than 5000 terms.
 
     Returns
     -------
@@ -57,10 +58,10 @@ def equations(
     Raises
     ------
     ModelError
-        What :func:`freebody.assemble` refuses; unknown contacts, modes and forms; a start beside modes, or without
-        contacts.
+        If :func:`freebody.assemble` refuses the system; for unknown contacts, modes and forms; if initial values are
+        given together with modes, or for a machine without contacts.
     TooManyTermsError
-        On a formula that is asked for and would be too long for memory.
+        If a requested formula would be too long for memory.
 
     Examples
     --------
@@ -92,7 +93,7 @@ def equations(
 
 
 def assembled(system: System | Model) -> Model:
-    """The model, or that of a system."""
+    """Return the model itself, or the assembled model of a system."""
     return system if isinstance(system, Model) else assemble(system)
 
 
@@ -102,7 +103,7 @@ def modes_at_start(
     near: Mapping[Any, Any] | None = None,
     values: Mapping[Any, Any] | None = None,
 ) -> tuple[dict[str, str], str]:
-    """The modes in which a motion starts, and the words that say so; none, and why, where the start does not decide."""
+    """Return the modes in which a motion starts and a note on them, or no modes and the reason if undecided."""
     from .starting_modes import starting_modes
 
     try:

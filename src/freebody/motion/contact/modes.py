@@ -1,7 +1,7 @@
 """Modes of closed contacts just after an event, from the complementarity problem of their accelerations.
 
-Where a law holds with equality (N = 0, |T| = μ_s N, a slip about to begin), the derivatives of accelerations and
-forces along the motion of each candidate decide: they are exact, taken from the trace.
+If a law holds with equality (N = 0, |T| = μ_s N, a slip about to begin), the derivatives of the accelerations and
+forces along the motion of each candidate decide. These derivatives are exact, computed from the trace.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from .state import ContactRun
 
 
 def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Modes, Solution | None, Snapshot]:
-    """Modes of all contacts just after ``t``, in a state in which none approaches.
+    """Modes of all contacts just after ``t``, in a state in which no contact approaches.
 
     Raises
     ------
     SimulationError
-        No set of modes is consistent, or several are that move differently (Painlevé).
+        If no set of modes is consistent, or several sets with different motions are (Painlevé).
     """
     seen = work.look(t, y)
     still = work.still(y)
@@ -46,12 +46,12 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
     A, rows, responses, contacts = work.part(seen, chosen, y)
     found = solutions(A, seen.c[rows], contacts)
     kept = [one for one in found if lasts(work, t, y, seen, chosen, contacts, one)]
-    if not kept:  # those at the limit of friction that others hold, with no slip to come
+    if not kept:  # at the limit of friction, but held by the others: the slip never begins
         kept = [one for one in found if lasts(work, t, y, seen, chosen, contacts, one, True)]
     kept = _held(kept, contacts)
     alike = work.alike(contacts, seen, chosen, y)
     groups = distinct(kept, responses, alike=alike)
-    if len(groups) > 1:  # an inequality that is missed by round-off: a great friction makes much of that
+    if len(groups) > 1:  # inequalities violated by round-off, which large friction amplifies
         groups = distinct([one for one in kept if one.missed <= ROUNDED], responses, alike=alike) or groups
     if len(groups) > 1 and work.least:
         groups = distinct(least_of(kept, A, contacts), responses, alike=alike)
@@ -62,20 +62,21 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
         modes = named(work, chosen, contacts, one)
         same = sum(modes[k] == current[k] for k in range(len(current)))
         sticking = sum(mode == STICK for mode, _ in one.modes)
-        # where a slip in space is about to begin, as many contacts as can take part
+        # if a slip in space is about to begin, prefer the most contacts that take part
         begins = any(law == "onset" and contacts[i].tangents == 2 for i, law in one.ties)
         pressing = sum(m != OPEN and (i, "normal") not in one.ties for i, (m, _) in enumerate(one.modes))
         return (not begins, -sticking if begins else sticking, pressing, same, -one.rank_lack)
 
     best = max(groups[0], key=worth)
     off = work.begins_to_leave(t, y, seen, chosen, seen.free + best.forces @ responses)
-    if off:  # from rest at the end of its side: from now on it is the corner that touches
+    if off:  # from rest at the end of its side: from now on the corner touches
         work.left.update(off)
         return modes_at(work, t, y, current)
     return named(work, chosen, contacts, best), best, seen
 
 
 def named(work: ContactRun, chosen: Sequence[int], contacts: Sequence[Touching], one: Solution) -> Modes:
+    """Return the modes of all contacts for a solution of the chosen contacts."""
     modes = [OPEN] * len(work.names)
     for k, contact, (mode, d) in zip(chosen, contacts, one.modes, strict=True):
         rough = not work.model.contacts[k].frictionless
@@ -89,6 +90,7 @@ def named(work: ContactRun, chosen: Sequence[int], contacts: Sequence[Touching],
 
 
 def smooth(contact: Touching) -> bool:
+    """Return True if the contact has no friction."""
     return contact.tangents == 0 or contact.friction == contact.static == 0
 
 
@@ -102,7 +104,7 @@ def lasts(
     one: Solution,
     limits: bool = False,
 ) -> bool:
-    """Whether the laws that hold with equality go on holding, by the derivatives along this motion."""
+    """Return True if the laws that hold with equality continue to hold, by the derivatives along this motion."""
     if not one.ties:
         return True
     if any(
@@ -111,7 +113,7 @@ def lasts(
     ):
         return True  # in space, slip from rest has no derivative before it has a direction
     a, force = slopes(work, t, y, seen, chosen, contacts, one)
-    still = work.still(y)  # of speeds below it all is constant: what changes then is round-off
+    still = work.still(y)  # at speeds below this everything is constant: any change is round-off
     least_a = max(SMALL * float(np.abs(a).max(initial=0)), still * float(np.abs(seen.c).max(initial=0)))
     least_f = max(
         SMALL * float(np.abs(force).max(initial=0)), still * float(np.abs(one.forces).max(initial=0))
@@ -147,6 +149,7 @@ def paradox(
     groups: Any,
     several: bool,
 ) -> SimulationError:
+    """Return the error for a state with several consistent motions, or with none."""
     names = (*work.model.coordinate_names, *work.model.speed_names)
     where = ", ".join(f"{n} = {x:.6g}" for n, x in zip(names, y.tolist(), strict=False))
     criteria = ", ".join(f"{c.name}: A_NN - mu d.A_NT = {painleve(A, c):.6g} 1/kg" for c in contacts)
@@ -156,9 +159,9 @@ def paradox(
         closed = ", ".join(f"'{c.name}'" for c in contacts)
         return SimulationError(
             f"The normal forces of contacts {closed} of '{work.model.name}' at t = {t:.9g} s are statically "
-            f"indeterminate, and each distribution moves the machine otherwise through its friction. Rest the body on "
-            f"fewer contacts (three in space, two in a plane), or take indeterminate='least', which decides for normal "
-            f"forces least in norm."
+            f"indeterminate, and each distribution moves the machine differently through its friction. Rest the body "
+            f"on fewer contacts (three in space, two in a plane), or take indeterminate='least', which decides for "
+            f"normal forces least in norm."
         )
     if several:
         sets = " or ".join(
@@ -169,15 +172,15 @@ def paradox(
     else:
         what = "no set of modes is consistent"
     return SimulationError(
-        f"Contacts of '{work.model.name}' at t = {t:.9g} s: {what}. Rigid bodies with Coulomb friction do not say "
-        f"what happens there (Painlevé); the criterion is the normal acceleration per unit of normal force, which "
-        f"must be positive: {criteria}. Configuration: {where}. Less friction, or another direction of slip, has "
+        f"Contacts of '{work.model.name}' at t = {t:.9g} s: {what}. Rigid bodies with Coulomb friction do not "
+        f"decide what happens there (Painlevé); the criterion is the normal acceleration per unit of normal force, "
+        f"which must be positive: {criteria}. Configuration: {where}. Less friction, or another direction of slip, has "
         f"one motion."
     )
 
 
 def _held(found: list[Solution], contacts: Sequence[Touching]) -> list[Solution]:
-    """Without slips that begin though static friction, greater than kinetic, holds with the others unchanged."""
+    """Drop slips that begin although static friction, greater than kinetic, can hold with the other modes unchanged."""
     result = []
     for one in found:
         begun = [

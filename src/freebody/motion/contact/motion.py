@@ -1,4 +1,4 @@
-"""A simulation with contacts: from the start to the trajectory."""
+"""Simulation of a machine with contacts, from the initial state to the trajectory."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ def touching_motion(
     impulses: Any,
     between: Callable[[float], None] | None,
 ) -> ContactTrajectory:
-    """The motion of a machine with contacts; arguments as of `simulate`, read.
+    """Return the motion of a machine with contacts. The arguments are those of `simulate`, already read.
 
     Raises
     ------
     SimulationError
-        Coefficients that can not be, a start with contacts in each other, Painlevé's paradoxes, and what
+        For impossible coefficients, initial states with bodies inside each other, Painlevé's paradoxes, and all that
         `simulate` refuses.
     """
     model = kernels.model
@@ -123,7 +123,7 @@ def _trajectory(
 
 
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
-    """Friction and restitution as numbers that contacts can have."""
+    """Raise unless the coefficients of friction and restitution are in their ranges."""
     for c in model.contacts:
         mu = number(model, values, c.friction, f"the friction of contact '{c.name}'")
         static = number(model, values, c.static_friction, f"the static friction of contact '{c.name}'")

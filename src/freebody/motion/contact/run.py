@@ -1,13 +1,12 @@
 """Motion with contacts, from event to event.
 
-    between events   the equations of one set of modes (open, stick, slip), compiled, integrated by the usual loop
-    an event ends it: a gap closes, N falls to zero, |T| reaches μ_s N, the slip stops, a contact leaves its surface
+    between events   the usual loop integrates the compiled equations of one set of modes (open, stick, slip)
+    events           a gap closes, N falls to zero, |T| reaches μ_s N, the slip stops, a contact leaves its surface
     at an event      impulses if contacts approach (`impacts`), then modes from the complementarity problem of the
-                     accelerations (`complementarity`); where it holds with equality, derivatives of the accelerations
+                     accelerations (`complementarity`); if a law holds with equality, derivatives of the accelerations
                      and forces along each candidate decide
 
-Bounces too low to follow are summed (`bounces`); slip in space begins and ends with a straight step
-(`contact_leaps`).
+Bounces too low to follow are summed (`bounces`). Slip in space begins and ends with a straight step (`leaps`).
 """
 
 from __future__ import annotations
@@ -32,12 +31,12 @@ from .scene import Ending, Modes, Phase, Snapshot
 from .state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 
 LOOKS = 32
-"""Steps of a phase, the first and others along it, at which forces that nothing determines are looked at."""
+"""Steps at which indeterminate forces are checked: the first ones of a phase, and as many spread along it."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """A contact's mode from ``start`` to ``end`` [s], and why it began."""
+    """Mode of a contact from ``start`` to ``end`` [s], and the reason why it began."""
 
     contact: str
     mode: str
@@ -50,12 +49,12 @@ class Change:
 
 
 def shown(mode: str) -> str:
-    """A mode as it is printed."""
+    """Return the printed form of a mode."""
     return {"slip+": "slip +", "slip-": "slip -"}.get(mode, mode)
 
 
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
-    """Refuse a start with bodies in each other."""
+    """Raise if bodies are inside each other in the initial state."""
     deepest = min(range(len(work.names)), key=lambda k: seen.gap[k] if seen.reach[k] >= 0 else math.inf)
     if seen.gap[deepest] < -work.near(y) and seen.reach[deepest] >= 0:
         raise SimulationError(
@@ -67,7 +66,7 @@ def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
 def run(
     work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None] | None
 ) -> Phases:
-    """The path from ``state`` (q, u) at ``begin`` to ``end``; happenings and changes of mode are left in ``work``."""
+    """Return the path from ``state`` (q, u) at ``begin`` to ``end``; ``work`` records happenings and mode changes."""
     n = work.n + work.model.n_u
     y = np.concatenate([state[:n], [0.0, 0.0]])
     t = begin
@@ -111,7 +110,7 @@ def run(
         low = LOW * (1 + work.size(y))
         flights = _flights(work, t, y, modes, phase)
         unseen = frozenset(k for k, (v, a) in flights.items() if v * v / (2 * a) < low)
-        if unseen:  # a flight lower than the round-off of its gap: none
+        if unseen:  # a flight lower than the round-off of its gap is no flight
             y = taken_away(work, t, y, seen, unseen)
             work.bounces.clear()
             continue
@@ -139,7 +138,7 @@ def run(
 
 
 def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> None:
-    """Forces that no motion determines must not decide the motion by their friction, unless they may."""
+    """Raise if the friction of indeterminate forces would decide the motion, unless ``work.least`` permits it."""
     if work.least or not phase.spare:
         return
     count = len(path.times)
@@ -152,8 +151,8 @@ def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> N
             names = ", ".join(f"'{work.names[k]}'" for k in closed)
             raise SimulationError(
                 f"The normal forces of contacts {names} at t = {t:.9g} s are statically indeterminate, and with "
-                "different friction, or a turn as they slide, each distribution moves the machine otherwise. Give them "
-                "equal friction, or fewer contacts, or take indeterminate='least'."
+                "different friction, or a turn as they slide, each distribution moves the machine differently. Give "
+                "them equal friction, or fewer contacts, or take indeterminate='least'."
             )
 
 
@@ -161,7 +160,7 @@ def _phase(
     work: ContactRun, phase: Phase, rates: Rates, watch: Any, endings: Sequence[Ending], t: float, y: Array,
     end: float, modes: Modes, between: Any,
 ) -> tuple[float, Array, dict[int, str], str]:  # fmt: skip
-    """Integrate one phase to its end: time, state, reasons by contact, and the status if the run ends."""
+    """Integrate one phase to its end. Return time, state, reasons by contact, and the status if the run ends."""
     path = integrate(
         rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
         # half of the shortest flight: a longer step could jump over the return of a contact
@@ -192,7 +191,7 @@ def _phase(
             y_new = work.struck_by(c.number - work.asked, t_new, y_new)
             reasons = dict.fromkeys(range(len(work.names)), "a blow")
     stopped = []
-    # where a side ends N may reach 0 too: the end is why
+    # at the end of a side N may reach 0 too: the reason is the end
     for c in sorted(mine, key=lambda c: endings[c.number - asked].law != "normal"):
         ending = endings[c.number - asked]
         reasons[ending.contact] = why = _why(work, phase, ending, t_new, y_new)
@@ -210,7 +209,10 @@ def _phase(
 
 
 def _quieted(work: ContactRun, t: float, y: Array) -> Array:
-    """Where bounces end, or events crowd at one moment: all contacts that bounce no higher than 1e-12 m are at rest."""
+    """Return the state with all contacts at rest that bounce no higher than 1e-12 m.
+
+    Used when bounces end, or when events crowd at one moment.
+    """
     seen = work.look(t, y)
     low = 1e-12 * (1 + work.size(y))
     quiet = frozenset(
@@ -231,7 +233,7 @@ def _quieted(work: ContactRun, t: float, y: Array) -> Array:
 def _rest(
     work: ContactRun, t: float, y: Array, settled: Any, current: Modes, past: Modes, end: float, between: Any
 ) -> tuple[float, Array, Modes, Modes, dict[int, str], str]:
-    """The time that is left to bounces too low to follow, as motion in contact."""
+    """Replace the remaining time of bounces that are too low to follow by motion in contact."""
     y, left, contacts = settled
     modes, _, seen = modes_at(work, t, y, current)
     until = min(t + left, end)
@@ -293,7 +295,7 @@ def _note_modes(
 def _flights(
     work: ContactRun, t: float, y: Array, modes: Modes, phase: Phase
 ) -> dict[int, tuple[float, float]]:
-    """(speed, deceleration) of open contacts that leave a surface to which their phase brings them back at once."""
+    """(speed, deceleration) of open contacts that leave a surface and return to it at once in this phase."""
     seen = work.look(t, y)
     near, still = work.near(y), work.still(y)
     leaving = [
@@ -319,7 +321,7 @@ def _flights(
 
 
 def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
-    """An open contact that is deep at the end of a phase was passed over."""
+    """Raise if a closing or a reversal of slip was passed over: a contact ends the phase deep or slipping back."""
     y = path.states[-1]
     if not np.isfinite(y).all():
         return

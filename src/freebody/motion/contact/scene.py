@@ -1,6 +1,6 @@
-"""Compiled code of a machine with contacts: all that mode changes need, and the equations of each phase.
+"""Compiled code of a machine with contacts: the quantities that decide mode changes, and the equations of each phase.
 
-scene    gap, speeds and accelerations of all contacts, A = W M⁻¹ Wᵀ and what one unit of force does to u'
+scene    gap, speeds and accelerations of all contacts, A = W M⁻¹ Wᵀ and the change of u' per unit of force
 phase    equations of one set of modes, contact forces, and the functions that end the phase
 """
 
@@ -39,19 +39,19 @@ from ..ode.dense_output import Array, observe
 from .complementarity import SMALL
 
 STOPPED = 1e-8
-"""Slip speed in space at which the rest of the slip is one straight step to its end [m/s]."""
+"""Slip speed in space below which the slip ends with one straight step [m/s]."""
 _STOPPED_SQUARE = Fraction(1, 10**16)
 
 Modes = tuple[str, ...]
 """Mode of every contact: open, stick, slip+, slip-, slip or smooth."""
 
 SMOOTH = "smooth"
-"""Mode of a closed contact whose coefficients of friction are zero in this run: its slip has no sense to watch."""
+"""Mode of a closed contact whose friction is zero in this run: the sense of its slip is not watched."""
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The contacts at one moment; E elements, m rows in the order of :func:`contact_layout`."""
+    """The contacts at one moment: E elements, m rows in the order of :func:`contact_layout`."""
 
     gap: Array
     reach: Array
@@ -66,7 +66,7 @@ class Snapshot:
 
 
 def scene_of_layout(model: Model) -> tuple[list[int], list[int], int]:
-    """First row and number of tangents of every element, and the number of rows."""
+    """Return the first row and the number of tangents of every element, and the number of rows."""
     layout = contact_layout(model.contacts)
     kinds = [(row.contact, row.kind) for row in layout]
     count = range(len(model.contacts))
@@ -74,7 +74,7 @@ def scene_of_layout(model: Model) -> tuple[list[int], list[int], int]:
 
 
 def _ends(model: Model) -> dict[int, list[tuple[int, int]]]:
-    """Of each corner that ends a side: the side's element, and which of its reaches is zero there."""
+    """For each corner that ends a side: the side's element, and the index of its reach that is zero there."""
     names = {c.name: k for k, c in enumerate(model.contacts)}
     result: dict[int, list[tuple[int, int]]] = {}
     for k, c in enumerate(model.contacts):
@@ -85,25 +85,26 @@ def _ends(model: Model) -> dict[int, list[tuple[int, int]]]:
 
 
 def _described(contact: Contact, mode: str) -> Any:
-    """A mode in the words of `in_modes`."""
+    """Return a mode in the form that `in_modes` expects."""
     if mode != SMOOTH:
         return mode
     return "slip+" if contact.tangents == 1 else ("slip", (1, 0))
 
 
 ROUNDED = Fraction(1, 2**44)
-"""Round-off of a contact force, in parts of what it is a sum of: 256 units in the last place.
+"""Round-off of a contact force relative to the sum of its parts: 256 units in the last place.
 
-A sum of n parts, and a solution of n equations by Cholesky's factors, are off by n units of the size Σ|parts| (Higham,
-Accuracy and Stability, 2002, chapters 4 and 10); so this serves machines of up to some hundred speeds and closed
-contacts. Contacts whose rows all but depend on each other lose more digits, by the condition number of A, and are not
-covered. With it N ends below -ε P and stick above |T| = μ N + ε (1 + μ) P, P the parts of all closed contacts: a
-load that is just at a limit is one decision, and the law that holds goes on at equality.
+A sum of n parts, or the Cholesky solution of n equations, has an error of n units in the last place of Σ|parts|
+(Higham, Accuracy and Stability, 2002, chapters 4 and 10). The value therefore suits machines of up to some hundred
+speeds and closed contacts. Contacts with almost dependent rows lose more digits, by the condition number of A, and are
+not covered. With this ε, contact ends at N < -ε P and stick ends at |T| > μ N + ε (1 + μ) P, where P is the sum of the
+parts of all closed contacts. A load exactly at a limit then causes one decision only: the present law continues at
+equality.
 """
 
 
 class Scene:
-    """The contacts of a model as numbers, by one compiled kernel."""
+    """The contacts of a model as numbers, computed by one compiled kernel."""
 
     def __init__(self, kernels: Kernels) -> None:
         self.kernels = kernels
@@ -139,14 +140,15 @@ class Scene:
 
     @cached_property
     def program(self) -> Program:
+        """The compiled functions of the contacts."""
         return self.kernels.program("scene", self._functions)
 
     def constants(self, parameters: Array) -> Array:
-        """What the kernel needs of the parameters."""
+        """Return the constants of the kernel for these parameters."""
         return self.program.constants(parameters)
 
     def slopes(self, t: float, y: Array, parameters: Array, udot: Array, forces: Array) -> Array:
-        """d(A λ + c)/dt along the motion with the accelerations ``udot``, for constant λ."""
+        """Return d(A λ + c)/dt along the motion with the accelerations ``udot``, for constant λ."""
 
         def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
             along, lam = given[: self.model.n_u], given[self.model.n_u :]
@@ -162,6 +164,7 @@ class Scene:
         )[0]
 
     def at(self, t: float, y: Array, constants: Array) -> Snapshot:
+        """Return the contacts at a state."""
         program = self.program
         values = observe(
             program.address("scene"), program.outputs("scene"), np.array([t]), y[None], constants
@@ -171,7 +174,7 @@ class Scene:
         return self.snapshot(values)
 
     def snapshot(self, values: Array) -> Snapshot:
-        """The outputs of :meth:`_functions` by their names."""
+        """Return the outputs of :meth:`_functions` by their names."""
         n_u, E, m = self.model.n_u, len(self.first), self.rows
         parts, at = [], 0
         for size in (E, m, m, n_u, m * m, m * n_u, 3 * E):
@@ -194,14 +197,14 @@ class Scene:
         return float_state(self.model, y[:n].tolist(), y[n : n + self.model.n_u].tolist(), t)
 
     def phase(self, modes: Modes, seen: Snapshot | None = None) -> Phase:
-        """The equations of a set of modes; conditions of contacts that follow from others are found in ``seen``."""
+        """Return the equations of a set of modes; ``seen`` decides which contact conditions are independent."""
         active = self.kernels.active
         if seen is not None:
             active = (*active, *self._independent(modes, seen.A))
         return self.holding(modes, active)
 
     def holding(self, modes: Modes, active: tuple[int, ...]) -> Phase:
-        """The equations of a set of modes with these independent conditions."""
+        """Return the equations of a set of modes with these independent conditions."""
         if modes not in self._moded:
             named = {
                 c.name: _described(c, mode)
@@ -215,7 +218,7 @@ class Scene:
         return self._phases[key]
 
     def _independent(self, modes: Modes, A: Array) -> list[int]:
-        """Conditions of closed contacts that are independent, the earlier ones kept: by pivots of A (Cholesky)."""
+        """Return independent conditions of closed contacts by Cholesky pivots of A; earlier ones take precedence."""
         held = [
             i
             for k, mode in enumerate(modes)
@@ -240,12 +243,12 @@ class Scene:
 
 @dataclass(frozen=True)
 class Ending:
-    """A function that ends a phase when it falls through zero: of which contact, and what it means."""
+    """A function that ends a phase when it falls through zero: its contact and its meaning."""
 
     contact: int
     law: str  # gap, normal, cone, slip, reach, side
     sign: int = 0
-    place: int = 0  # of the end of a side, among its reaches
+    place: int = 0  # index of the end of a side among its reaches
 
 
 class Phase(Kernels):
@@ -272,8 +275,9 @@ class Phase(Kernels):
     # -- equations -------------------------------------------------------------------------------
 
     def motion(self) -> Program:
-        """Functions ``rates`` (of q, u, work and heat of friction), ``energy`` and, of closed contacts,
-        ``projection``.
+        """Functions ``rates`` (of q, u, work and heat of friction), ``energy`` and ``projection``.
+
+        Only phases with active conditions have ``projection``.
         """
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
@@ -296,7 +300,7 @@ class Phase(Kernels):
         return self.program("motion", functions)
 
     def _motion(self, state: State) -> Motion:
-        """The motion; of forces that the conditions leave open, N is least in norm and T in Σ |T|²/N.
+        """Return the motion; indeterminate normal forces N are least in norm, indeterminate T least in Σ |T|²/N.
 
         Friction shared in proportion to N reaches its limit at all contacts of a sliding body at once.
         """
@@ -311,7 +315,7 @@ class Phase(Kernels):
         return self._shared(state, moving, weights)
 
     def _shared(self, state: State, moving: Motion, weights: Sequence[Any]) -> Motion:
-        """The motion with forces λ that keep the independent conditions too, of which Σ λ²/w is least.
+        """Return the motion with the forces λ of least Σ λ²/w that satisfy the independent conditions.
 
         With K their generalized forces and S = G M⁻¹ Kᵀ:  S λ = S λ₀,  λ = W Sᵀ ν,  (S W Sᵀ) ν = S λ₀.
         """
@@ -327,14 +331,14 @@ class Phase(Kernels):
         multipliers, udot = list(moving.multipliers), list(moving.udot)
         for place, (i, x) in enumerate(zip(mine, X, strict=True)):
             value = _dot([row[place] for row in weighted], nu)
-            if not given.symmetric:  # else the motion is the same
+            if not given.symmetric:  # with symmetric conditions the motion does not change
                 udot = [a + (value - multipliers[i]) * b for a, b in zip(udot, x, strict=True)]
             multipliers[i] = value
         return Motion(tuple(udot), tuple(multipliers), constrained_loading(self.model, state, multipliers))
 
     @cached_property
     def spare(self) -> list[int]:
-        """Conditions of contacts that follow from the others."""
+        """Redundant contact conditions: they follow from the others."""
         names = {c.name for c in self.model.contacts}
         return [i for i, row in enumerate(rows(self.model)) if row.owner in names and i not in self.active]
 
@@ -352,7 +356,7 @@ class Phase(Kernels):
         return {"gap": list(given.gap), "rate": list(given.rate), "acceleration": a, "force": lam}
 
     def _parts(self, state: State) -> Any:
-        """Σ of the parts of the forces of all closed contacts [N]."""
+        """Sum of the parts of the forces of all closed contacts [N]."""
         mine = {c.name for c in self.model.contacts}
         held = [i for i, row in enumerate(rows(self.model)) if row.owner in mine and i in self.active]
         return sum(multiplier_sizes(self.model, state, held).values())
@@ -362,7 +366,7 @@ class Phase(Kernels):
         return self.program("contact", self._quantities)
 
     def _elsewhere(self, k: int) -> bool:
-        """Whether the foot is on the side that this corner ends, or on a corner of this side."""
+        """Return True if the foot is on the side that this corner ends, or on a corner of this side."""
         ends = self.scene.ends
         return any(self.modes[side] != "open" for side, _ in ends.get(k, ())) or any(
             self.modes[j] != "open" and (k, place) in ends[j] for j in ends for place in (0, 1)
@@ -373,7 +377,8 @@ class Phase(Kernels):
     ) -> tuple[Program, tuple[Ending, ...]]:
         """Function ``values``: the user's expressions, then the functions that end the phase.
 
-        ``dead`` are contacts that the others hold: open ones whose gaps, and slipping ones whose slip, stay zero.
+        ``dead`` are contacts that the others hold: open contacts with constant zero gap, slipping contacts with
+        constant zero slip.
         """
         endings: list[Ending] = []
 
@@ -431,12 +436,12 @@ def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
 
 
 def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:
-    """The equations of a set of modes of a machine."""
+    """Return the equations of a set of modes of a machine."""
     return scene_of(kernels).holding(modes, active)
 
 
 def scene_of(kernels: Kernels) -> Scene:
-    """The compiled contacts of a machine, kept for its next run."""
+    """Return the compiled contacts of a machine, kept for its next run."""
     scene = getattr(kernels, "_scene", None)
     if scene is None:
         scene = Scene(kernels)

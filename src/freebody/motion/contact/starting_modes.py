@@ -1,7 +1,7 @@
-"""The modes in which a motion with contacts starts, without the motion: nothing is compiled but where laws tie.
+"""Modes in which a motion with contacts starts, without the motion. Code is compiled only to decide between ties.
 
-What a run does at its first moment: contacts that approach collide, then the complementarity problem of the
-accelerations gives the modes (`contact_modes`).
+This is the first moment of a run: contacts that approach collide, then the complementarity problem of the
+accelerations gives the modes (`modes`).
 """
 
 from __future__ import annotations
@@ -36,14 +36,15 @@ def starting_modes(
     near: Mapping[Any, Any] | None = None,
     values: Mapping[Any, Any] | None = None,
 ) -> dict[str, str]:
-    """The mode of every element of a contact just after the start; arguments as of `simulate`.
+    """Return the mode of every contact element just after the start. The arguments are those of `simulate`.
 
     Raises
     ------
     ModelError, SimulationError
-        Parameters without values, a start off the constraints or with bodies in each other, Painlevé's paradoxes.
+        For parameters without values, initial values that violate the constraints, bodies inside each other,
+        Painlevé's paradoxes.
     """
-    # a model is mostly one of this call, and shall not drive out the machines that run again and again
+    # a Model is mostly made for this call only, and must not push machines that run often out of the cache
     kernels = kernels_of(s) if isinstance(s, System) else Kernels(s)
     numbers = at_time(kernels.model, kernels.values(values), 0)
     if kernels.model.constraints:
@@ -62,7 +63,8 @@ def starting_modes(
         modes, _, seen = modes_at(work, 0, y, ("",) * len(work.names))
     except (ArithmeticError, ValueError) as error:
         raise SimulationError(
-            f"The contacts of '{work.model.name}' have no direction at its start: {error}. Begin elsewhere, initial=."
+            f"The contacts of '{work.model.name}' have no direction at its start: {error}. "
+            "Choose other initial values, initial=."
         ) from None
     dead = work.dead(modes, seen, y)
     result = {}
@@ -73,7 +75,7 @@ def starting_modes(
 
 
 class _Start(ContactRun):
-    """The contacts at the start of a run that goes no further."""
+    """A run that ends at its start."""
 
     def __init__(self, kernels: Kernels, values: Mapping[str, float]) -> None:
         none = np.empty(0)
@@ -88,22 +90,22 @@ class _Start(ContactRun):
     def tell(
         self, t: float, name: str, before: Array, after: Array, text: str, warnings: tuple[MotionWarning, ...] = ()
     ) -> None:  # fmt: skip
-        """Nothing is told."""
+        """No happening is recorded."""
 
 
 class _Evaluated(Scene):
-    """The contacts as numbers, evaluated and not compiled: one state is cheaper than a kernel."""
+    """The contacts as numbers, evaluated without compilation: for one state this is cheaper than a kernel."""
 
     def __init__(self, kernels: Kernels, values: Mapping[str, float]) -> None:
         super().__init__(kernels)
         self._given = values
 
     def constants(self, parameters: Array) -> Array:
-        """The values themselves."""
+        """Return the parameters themselves."""
         return parameters
 
     def at(self, t: float, y: Array, constants: Array) -> Snapshot:
-        """The contacts at a state."""
+        """Return the contacts at a state."""
         del constants
         n = self.model.n_q
         state = float_state(self.model, y[:n].tolist(), y[n : n + self.model.n_u].tolist(), t, self._given)

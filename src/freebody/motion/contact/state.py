@@ -1,4 +1,4 @@
-"""What one run with contacts holds: numbers of its contacts, compiled equations of each set of modes, what happened."""
+"""Data of one run with contacts: contact quantities, compiled equations of each set of modes, happenings."""
 
 from __future__ import annotations
 
@@ -25,30 +25,32 @@ from .impacts import impact
 from .scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
 
 CLOSED = 1e-10
-"""Gap, relative to 1 m or the greatest coordinate, at which a contact is closed."""
+"""Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""
 STILL = 1e-10
 """Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
 LOW = 1e-15
-"""Height of a flight, relative to 1 m or the greatest coordinate, that round-off hides."""
+"""Height of a flight, relative to 1 m or the greatest coordinate, that is lost in round-off."""
 NUDGE = 1e-9
-"""Speed of slip given to one that begins in space without acceleration [m/s]."""
+"""Initial speed of a slip in space that begins without acceleration [m/s]."""
 CROWD = 1e-7
-"""Time between two events that counts as none where they crowd [s]."""
+"""Time between two events below which they count as simultaneous [s]."""
 PHASES = 100_000
-"""Phases of one run at most."""
+"""Largest number of phases of one run."""
 CHOICES = ("refuse", "least")
-"""What becomes of a motion that depends on how forces are shared that nothing determines."""
+"""Values of ``indeterminate``: treatment of a motion that depends on the distribution of indeterminate forces."""
 ENDLESS = 200
-"""Changes of mode at one moment before they are refused as endless."""
-_KEPT = 8  # snapshots that are kept
+"""Number of mode changes at one moment above which they are refused as endless."""
+_KEPT = 8  # number of snapshots kept
 
 
 @dataclass
 class Bounce:
+    """An impact of contacts, one of a possible series of bounces."""
+
     time: float
     contacts: frozenset[int]
     speed: float  # greatest approach speed
-    stuck: bool  # whether none of them slips after it
+    stuck: bool  # True if none of the contacts slips after the impact
 
 
 class ContactRun:
@@ -74,7 +76,7 @@ class ContactRun:
         self.model = kernels.model
         self.scene = scene_of(kernels) if scene is None else scene
         self.parameters = kernels.parameters(values)
-        # events of the user, then those that call for a blow
+        # events of the user, then events that trigger a blow
         self.asked = len(specs)
         calls = tuple(call_of(one) for one in called)
         self.specs = (*specs, *calls)
@@ -101,7 +103,7 @@ class ContactRun:
     # -- numbers ---------------------------------------------------------------------------------
 
     def look(self, t: float, y: Array) -> Snapshot:
-        """The contacts at one moment; what was seen last is asked for several times at each event."""
+        """Return the contacts at one moment. The last snapshots are kept, since each event needs them several times."""
         key = (t, y.tobytes())
         if key not in self._seen:
             if len(self._seen) == _KEPT:
@@ -110,28 +112,32 @@ class ContactRun:
         return self._seen[key]
 
     def u(self, y: Array) -> Array:
+        """Return the generalized speeds of a state."""
         return y[self.n : self.n + self.model.n_u]
 
     def still(self, y: Array) -> float:
+        """Return the speed below which a contact counts as at rest [m/s]."""
         return STILL * (1 + float(np.abs(self.u(y)).max(initial=0)))
 
     def near(self, y: Array) -> float:
+        """Return the gap below which a contact counts as closed [m]."""
         return CLOSED * (1 + float(np.abs(y[: self.n]).max(initial=0)))
 
     def slip(self, seen: Snapshot, k: int) -> Array:
+        """Return the slip velocity of a contact along its tangents [m/s]."""
         at = self.scene.first[k]
         return seen.rate[at + 1 : at + 1 + self.scene.tangents[k]]
 
     def closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
-        """Contacts whose gap is zero and whose foot is within its side: on it, or at its end and not leaving it.
+        """Return the contacts with zero gap and the foot on their side, or at its end and not leaving it.
 
-        At the end of a side, what is round touches the side or the corner, never both. What came around that end is
-        behind the side, and does not touch it.
+        At the end of a side, a round feature touches the side or the corner, never both. A feature that came around
+        that end is behind the side and does not touch it.
         """
         near = self.near(y)
         deep = near * (
             1 + float(np.abs(self.u(y)).max(initial=0))
-        )  # times are located to round-off, not gaps
+        )  # event times are located to round-off, gaps are not
         found = [k for k in range(len(self.names)) if -deep <= seen.gap[k] <= near and seen.reach[k] >= -near]
         at_end = [k for k in found if seen.reach[k] <= near]
         gone = {k for k in at_end if k in self.left or self._leaves(t, y, k)}
@@ -139,7 +145,7 @@ class ContactRun:
         return [k for k in found if not any(side in found for side, _ in self.scene.ends.get(k, ()))]
 
     def _leaves(self, t: float, y: Array, k: int, udot: Array | None = None) -> bool:
-        """Whether the foot of a contact at the end of its side moves off it; with ``udot``, also where it begins to."""
+        """Return True if the foot of a contact moves off the end of its side or, with ``udot``, begins to."""
         state = float_state(self.model, y[: self.n].tolist(), self.u(y).tolist(), t, self.values)
         still = self.still(y)
         given = np.zeros(self.model.n_u) if udot is None else udot
@@ -153,15 +159,16 @@ class ContactRun:
     def begins_to_leave(
         self, t: float, y: Array, seen: Snapshot, chosen: Sequence[int], udot: Array
     ) -> list[int]:
-        """Contacts at rest at the end of their side that these accelerations take off it."""
+        """Return the contacts at rest at the end of their side that these accelerations move off it."""
         near = self.near(y)
         return [k for k in chosen if seen.reach[k] <= near and self._leaves(t, y, k, udot)]
 
     def smooth(self, seen: Snapshot, k: int) -> bool:
-        """Whether the coefficients of friction are zero in this run."""
+        """Return True if the coefficients of friction are zero in this run."""
         return bool(seen.friction[k] == seen.static[k] == 0)
 
     def touching(self, seen: Snapshot, k: int, still: float) -> Touching:
+        """Return a contact as data of the complementarity problem."""
         v = self.slip(seen, k)
         speed = float(np.linalg.norm(v))
         return Touching(
@@ -170,7 +177,7 @@ class ContactRun:
         )  # fmt: skip
 
     def alike(self, contacts: Sequence[Touching], seen: Snapshot, chosen: Sequence[int], y: Array) -> float:
-        """Relative difference of two motions that round-off of the directions of slip makes."""
+        """Return the relative difference of two motions that round-off in the slip directions can cause."""
         slips = [
             float(np.linalg.norm(self.slip(seen, k)))
             for k, c in zip(chosen, contacts, strict=True)
@@ -180,7 +187,7 @@ class ContactRun:
         return max(1e-8, *(noise / v for v in slips)) if slips else 1e-8
 
     def part(self, seen: Snapshot, chosen: Sequence[int], y: Array) -> tuple[Any, ...]:
-        """The problem of the chosen contacts alone: A, their rows, responses, contacts with rows renumbered."""
+        """Return the problem of the chosen contacts: A, their rows, responses, and contacts with renumbered rows."""
         rows: list[int] = []
         contacts = []
         for k in chosen:
@@ -192,7 +199,7 @@ class ContactRun:
     # -- impacts ---------------------------------------------------------------------------------
 
     def collide(self, t: float, y: Array, seen: Snapshot) -> tuple[Array, bool]:
-        """State after the impact of the contacts that approach, if any does."""
+        """Return the state after the impact of approaching contacts, and True if any contact approached."""
         still = self.still(y)
         closed = self.closed(t, seen, y)
         speeds = {k: float(seen.rate[self.scene.first[k]]) for k in closed}
@@ -229,9 +236,10 @@ class ContactRun:
         return after, True
 
     def gained(self, t: float, y: Array, seen: Snapshot, impulses: Array) -> float:
-        """Change of the kinetic energy, T = uᵀM u/2 + b·u + T₀, by impulses on contacts of rates r = W u + w:
+        """Return the change of the kinetic energy T = uᵀM u/2 + b·u + T₀ by impulses on contacts.
 
-        ΔT = Λ·(r⁻ + r⁺)/2 - Λ·w + b·Δu, of which the last two are the work of drives that do not give way.
+        With the contact rates r = W u + w it is ΔT = Λ·(r⁻ + r⁺)/2 - Λ·w + b·Δu. The last two terms are the work of
+        drives that impose their motion.
         """
         whole = float(impulses @ (2 * seen.rate + seen.A @ impulses)) / 2
         program = self.scene.kernels.motion()
@@ -244,7 +252,10 @@ class ContactRun:
         return whole - float(impulses @ self.look(t, states[0]).rate) + float(kinetic[1] - kinetic[2]) / 2
 
     def passed(self, t: float, y: Array, after: Array, impulses: Array) -> tuple[MotionWarning, ...]:
-        """One-sided constraints that the impulses of an impact ask for more than they can: Gᵀ Λ = M Δu - Wᵀ P."""
+        """Return warnings of one-sided constraints whose limits an impact exceeds.
+
+        The impulses Λ of the constraints follow from Gᵀ Λ = M Δu - Wᵀ P.
+        """
         if not limits(self.model):
             return ()
         mine, q = slice(self.n, self.n + self.model.n_u), y[: self.n].tolist()
@@ -264,6 +275,7 @@ class ContactRun:
     def tell(
         self, t: float, name: str, before: Array, after: Array, text: str, warnings: tuple[MotionWarning, ...] = ()
     ) -> None:  # fmt: skip
+        """Record a happening."""
         names = (*self.model.coordinate_names, *self.model.speed_names)
         self.happenings.append(
             Happening(
@@ -280,20 +292,21 @@ class ContactRun:
     # -- blows -----------------------------------------------------------------------------------
 
     def target(self, end: float) -> float:
-        """The time up to which nothing strikes from outside."""
+        """Return the time of the next scheduled blow, or the end of the run."""
         return self.blows[0][0] if self.blows else end
 
     def blows_due(self, t: float) -> bool:
+        """Return True if a scheduled blow is due."""
         return bool(self.blows) and self.blows[0][0] <= t
 
     def struck(self, t: float, y: Array) -> Array:
-        """The state after all blows that are due. Contacts that approach then collide, as after any impact."""
+        """Return the state after all blows that are due. Approaching contacts then collide, as after any impact."""
         while self.blows_due(t):
             y = self._strike(t, y, self.blows.pop(0)[1])
         return y
 
     def struck_by(self, which: int, t: float, y: Array) -> Array:
-        """The state after a blow that was called for."""
+        """Return the state after a blow that an event triggers."""
         if not self.counts[which] > 0:
             return y
         self.counts[which] -= 1
@@ -309,7 +322,7 @@ class ContactRun:
     # -- phases ----------------------------------------------------------------------------------
 
     def setup(self, modes: Modes, y: Array, seen: Snapshot) -> tuple[Phase, Rates, Watch | None, Any]:
-        """Compiled equations of the modes, and the functions to watch."""
+        """Return the compiled equations of the modes and the functions to watch."""
         phase = self.scene.phase(modes, seen)
         dead = self.dead(modes, seen, y)
         key = (id(phase), dead)
@@ -339,7 +352,7 @@ class ContactRun:
         return self._setups[key]
 
     def loose_forces(self, modes: Modes, dead: frozenset[int], seen: Snapshot) -> Any:
-        """Which contact forces the motion does not determine: those in combinations that move nothing."""
+        """Return the mask of indeterminate contact forces: forces in combinations without effect on the motion."""
         rows, columns = [], []
         for k, mode in enumerate(modes):
             if mode == OPEN and k not in dead:
@@ -376,9 +389,9 @@ class ContactRun:
         return mask
 
     def dead(self, modes: Modes, seen: Snapshot, y: Array) -> frozenset[int]:
-        """Contacts that the others hold where they are: open ones at gap zero, and those at the limit of friction.
+        """Return the contacts that the others hold in place: open contacts at zero gap, or slip at zero slip velocity.
 
-        Their rows depend on those of the others, so that what ends their modes never moves off zero.
+        Their rows depend on the rows of the others, so the functions that end their modes stay at zero.
         """
         near, still = self.near(y), self.still(y)
         candidates = [
@@ -409,9 +422,9 @@ class ContactRun:
         return frozenset(dead)
 
     def spread(self, modes: Modes, seen: Snapshot, y: Array) -> float:
-        """Accelerations by forces that press no contact, over those by forces of that size.
+        """Ratio of the accelerations by indeterminate forces to the accelerations by general forces of that size.
 
-        More than 0 where the motion depends on how forces are shared that nothing determines: friction makes it so.
+        It is above 0 if the motion depends on the distribution of indeterminate forces, which friction causes.
         """
         chosen = [k for k, mode in enumerate(modes) if mode != OPEN]
         A, _, responses, contacts = self.part(seen, chosen, y)
@@ -432,6 +445,7 @@ class ContactRun:
     # -- bounces ---------------------------------------------------------------------------------
 
     def size(self, y: Array) -> float:
+        """Return the greatest coordinate in magnitude."""
         return float(np.abs(y[: self.n]).max(initial=0))
 
 

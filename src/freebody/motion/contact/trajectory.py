@@ -1,4 +1,4 @@
-"""The motion of a machine with contacts: modes, contact forces, gaps, and what they mean."""
+"""Trajectory of a machine with contacts: contact modes, contact forces and gaps."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ class ContactMotion:
     gap : ndarray (n,)
         Distance of the surfaces [m].
     normal : ndarray (n,)
-        Normal force N [N]; nan where the motion does not determine it.
+        Normal force N [N]; nan if the motion does not determine it.
     tangential : ndarray (n,) or (n, 2)
-        Friction on the feature along the tangents [N]; nan likewise.
+        Friction on the feature along the tangents [N]; nan if the motion does not determine it.
     slip : ndarray (n,) or (n, 2)
         Slip velocity along the tangents [m/s].
     margin : ndarray (n,)
-        μ_s N - |T|, what friction has left [N]; nan where open.
+        Friction-cone margin μ_s N - |T| [N]; nan while open.
     mode : ndarray of str (n,)
         open, stick, slip+, slip- or slip.
     least : ndarray (n, 1 + tangents)
-        (N, T...) of which forces that the motion leaves open are those least in norm.
+        (N, T...) [N]; of forces that the motion does not determine, those least in norm.
     """
 
     gap: Array
@@ -53,10 +53,10 @@ class ContactMotion:
 
 
 class Timeline(list[Change]):
-    """Modes of all contacts in the order in which they began; printed, a line each."""
+    """Modes of all contacts in the order in which they began, printed one per line."""
 
     def of(self, contact: str) -> list[Change]:
-        """Those of one contact."""
+        """Return the modes of one contact."""
         known = {change.contact for change in self}
         if not isinstance(contact, str) or contact not in known:
             raise SimulationError(f"Unknown contact '{contact}'; {nearest(str(contact), known)}")
@@ -67,22 +67,22 @@ class Timeline(list[Change]):
 
 
 def timeline(text: Any) -> Timeline:
-    """The modes of all contacts in a lane of a batch, from when to when, and why they began.
+    """Return the modes of all contacts in a lane of a batch, with their times and the reasons why they began.
 
     Parameters
     ----------
     text : str or DataArray of one
-        Of the variable ``modes`` of a batch: ``data["modes"][3]``.
+        Entry of the variable ``modes`` of a batch, such as ``data["modes"][3]``.
 
     Returns
     -------
     Timeline
-        As ``trajectory.modes`` of the run alone; empty for a lane that has no motion.
+        The same as ``trajectory.modes`` of a single run; empty for a lane without a motion.
 
     Raises
     ------
     SimulationError
-        What is not the timeline of one lane.
+        If ``text`` is not the timeline of one lane.
 
     Examples
     --------
@@ -104,7 +104,7 @@ class ContactTrajectory(PhasedTrajectory):
     Attributes
     ----------
     modes : Timeline
-        Of every contact: mode, from when to when, and why it began.
+        Modes of every contact, with their times and the reasons why they began.
     """
 
     def __init__(
@@ -122,16 +122,16 @@ class ContactTrajectory(PhasedTrajectory):
 
     @property
     def indeterminate(self) -> tuple[str, ...]:
-        """Reactions, contact forces among them, that no motion determines at some time of the run."""
+        """Reactions and contact forces that the motion does not determine at some time of the run."""
         return (*super().indeterminate, *self._unknown)
 
     def _rates(self) -> Array:
-        """Rates of the state at the output times, in the modes of the contacts then."""
+        """Rates of the state at the output times, each in the contact modes of its time."""
         (found,) = self._by_segment(lambda phase: phase.motion(), ("rates",))
         return found
 
     def _by_segment(self, made: Callable[[Any], Program], functions: Sequence[str]) -> list[Array]:
-        """Outputs of functions of each segment's own program, at the output times."""
+        """Return outputs of functions at the output times, each from the program of its segment."""
         parts: list[tuple[Any, list[Array]]] = []
         programs: dict[int, Any] = {}
         for k, chosen in self.path.split(self.t):
@@ -141,7 +141,7 @@ class ContactTrajectory(PhasedTrajectory):
                 programs[id(segment.kernels)] = (program, program.constants(self._parameters))
             program, constants = programs[id(segment.kernels)]
             times, states = self.t[chosen], self.states[chosen]
-            if type(segment.path).__name__ == "Leap":  # its start has no direction of slip yet
+            if type(segment.path).__name__ == "Leap":  # the start of a leap has no direction of slip yet
                 states, times = (
                     np.broadcast_to(segment.path.states[-1], states.shape),
                     times * 0 + segment.path.end,
@@ -199,8 +199,9 @@ class ContactTrajectory(PhasedTrajectory):
 
     @cached_property
     def energy(self) -> Energy:
-        """The energy ledger; ``work`` holds that of friction (``-friction`` is its heat) and of impacts
-        (``impulses``).
+        """Energy ledger.
+
+        ``work`` includes the work of friction (``-friction`` is its heat) and of impacts (``impulses``).
         """
         ledger = super().energy
         n = self.kernels.model.n_q + self.kernels.model.n_u
@@ -215,7 +216,7 @@ class ContactTrajectory(PhasedTrajectory):
 
     @cached_property
     def reactions(self) -> dict[str, Reaction]:
-        """What every joint transmits to its child; see :attr:`Trajectory.reactions`."""
+        """Force and moment that every joint transmits to its child; see :attr:`Trajectory.reactions`."""
         (found,) = self._by_segment(lambda phase: phase.reactions(), ("reactions",))
         return ByName(
             "joint",
