@@ -243,7 +243,8 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
 
 INTERNAL = {
     # what results are made of: canonical polynomials, tables of a printer, requests that are read
-    "arrange.Lumps", "balance.BodyBalance", "canonical_model.CanonicalModel", "bearings.Shaft", "bodies.NamedBody", "bodies.PointOf",
+    "arrange.Lumps", "balance.BodyBalance", "canonical_model.CanonicalModel", "bearings.Shaft",
+    "bodies.NamedBody", "bodies.PointOf",
     "characteristic.Factor", "constrained_symbols.Motion",
     "derivation.Derivation", "eliminate.Combination",
     "length_bound.Lengths", "length_bound.Terms", "recursive.Definition", "recursive.Names", "recursive.Recursive",
