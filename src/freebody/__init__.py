@@ -16,7 +16,7 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .describe import pictures as _pictures
+from . import rooms_above as _rooms_above
 from .version import VERSION as __version__
 
 if TYPE_CHECKING:
@@ -152,5 +152,12 @@ def __dir__() -> list[str]:
     return sorted({*_EXPORTS, "__version__", "__doc__", "__name__", "__file__", "__path__"})
 
 
-for _kind, _module in (("draw", "machine.draw"), ("plots", "plots.plots"), ("animate", "page.animate")):
-    _pictures.offer(_kind, partial(import_module, f"{__name__}.picture.{_module}"))
+_WORK = {
+    "draw": "picture.machine.draw",
+    "plots": "picture.plots.plots",
+    "animate": "picture.page.animate",
+    "save": "motion.files.save",
+    "load": "motion.files.load",
+}
+for _name, _module in _WORK.items():
+    _rooms_above.offer(_name, partial(import_module, f"{__name__}.{_module}"))

@@ -11,6 +11,7 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError, arguments_named, shown
+from ..rooms_above import module_for
 from ..scalar.algebra import Vector
 from ..space.mass import MassProperties
 from . import controller as _controller
@@ -35,7 +36,6 @@ from .loads import system_loads as _loads
 from .loads.load import Load
 from .looks import drawn_as
 from .names import TIME, check_name, finite
-from .pictures import picture
 
 
 class System(Description):
@@ -247,7 +247,7 @@ class System(Description):
         from ..errors import FreebodyError
 
         try:
-            return str(picture("draw").draw(self)._repr_html_())
+            return str(module_for("draw").draw(self)._repr_html_())
         except FreebodyError:
             return None
 

@@ -21,7 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..model.contact import Contact, Touching, in_modes
+from ..model.contact import Touching, in_modes
 from ..model.model import Model
 from ..scalar.algebra import Scalar
 from .composite import mass_matrix
@@ -151,8 +151,3 @@ def friction_power(model: Model, state: State, forces: Mapping[str, Sequence[Sca
         slip = rows_of(model, state, (contact,)).rate[1:]
         total = total + scalar_product(forces[contact.name][1:], slip)
     return total
-
-
-def closed_contacts(model: Model) -> tuple[Contact, ...]:
-    """Return the closed contacts of a machine in modes."""
-    return tuple(c.contact for c in model.constraints.values() if isinstance(c, Touching))

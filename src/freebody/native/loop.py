@@ -100,6 +100,15 @@ def module_named(name: str) -> Any:
     return importlib.import_module(f"{__name__.partition('.')[0]}.{name}")
 
 
+def sibling(module: str, name: str) -> str:
+    """Return the name of a module in the folder of another one, whose ``__name__`` is given.
+
+    >>> sibling("freebody.motion.ode.loops", "dop853")
+    'motion.ode.dop853'
+    """
+    return f"{module.partition('.')[2].rpartition('.')[0]}.{name}"
+
+
 def key(label: str, *modules: str) -> str:
     """Hash of the sources of a loop and of the sources that compile it."""
     source = sources.identity(*modules, __name__.partition(".")[2])

@@ -21,7 +21,7 @@ import math
 from typing import Any
 
 from ...native.instructions import Compiled, Integers, Parts, Reals, call, greater, lesser, shifted, whole
-from ...native.loop import module_named
+from ...native.loop import module_named, sibling
 from ..ode.layout import (
     BLAME,
     COLLAPSED,
@@ -170,7 +170,7 @@ def functions(method: str) -> dict[str, Compiled]:
     numbers = module_named(place(method)).FUNCTIONS.method
     control = {name: numbers[name] for name in ("PREDICTED", "EXPONENT", "BETA") if name in numbers}
     functions_of_one = of_one(method)
-    wide = module_named(f"{__name__.partition('.')[2].rpartition('.')[0]}.{method}_wide").FUNCTIONS
+    wide = module_named(sibling(__name__, f"{method}_wide")).FUNCTIONS
     compiled_functions = {name: function for name, function in wide.items() if isinstance(function, Compiled)}
     return {
         **functions_of_one,

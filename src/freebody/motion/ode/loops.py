@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...native.loop import Loop, address, made, module_named
+from ...native.loop import Loop, address, made, module_named, sibling
 
 CALLED = ("run", "sample", "observe")
 
@@ -19,7 +19,7 @@ def functions(method: str = "dop853") -> Loop:
 
 def place(method: str) -> str:
     """Return the name of the module of a method, such as ``"motion.ode.dop853"``."""
-    return f"{__name__.partition('.')[2].rpartition('.')[0]}.{method}"
+    return sibling(__name__, method)
 
 
 _loaded: dict[str, Callable[[int], int]] = {}

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
-from ...describe.pictures import picture
 from ...errors import ExpressionError, SimulationError
+from ...rooms_above import module_for
 from ..ode.dense_output import TERMINAL
 from .computed_motion import ComputedMotion
 from .dataset import dataset
 from .extremes import extremes
-from .file_access import file_module
 from .outputs import outputs_of, reduction
 
 if TYPE_CHECKING:
@@ -82,7 +81,7 @@ class Trajectory(ComputedMotion):
         """Write the motion to a netCDF file, whole or not at all: :attr:`data`, which any program can read, the
         description of the machine, and the computed path. :meth:`load` reads the motion back.
         """
-        file_module("save").save(self, path)
+        module_for("save").save(self, path)
 
     @staticmethod
     def load(path: str | FilePath, machine: System | None = None) -> Trajectory:
@@ -118,7 +117,7 @@ class Trajectory(ComputedMotion):
         >>> round(motion.at(1.5)["x"], 12)
         3.0
         """
-        trajectory: Trajectory = file_module("load").load(path, machine)
+        trajectory: Trajectory = module_for("load").load(path, machine)
         return trajectory
 
     def plot(self, names: Any = None, *, ax: Any = None, path: str | FilePath | None = None) -> Any:
@@ -137,7 +136,7 @@ class Trajectory(ComputedMotion):
         -------
         matplotlib Axes, or array of Axes when there are several panels
         """
-        axes = picture("plots").history(self, names, ax)
+        axes = module_for("plots").history(self, names, ax)
         if path is not None:
             np.ravel(np.asarray(axes, dtype=object))[0].figure.savefig(path, dpi=150)
         return axes
@@ -157,13 +156,13 @@ class Trajectory(ComputedMotion):
         -------
         Animation
         """
-        animation = picture("animate").animate(self, **options)
+        animation = module_for("animate").animate(self, **options)
         if path is not None:
             animation.save(path)
         return animation
 
     def _repr_html_(self) -> str:
-        return str(picture("animate").animate(self)._repr_html_())
+        return str(module_for("animate").animate(self)._repr_html_())
 
     def __len__(self) -> int:
         return len(self.t)
