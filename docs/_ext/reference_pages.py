@@ -21,7 +21,7 @@ SUBJECTS = {
     "symbolic": "Equations and analysis",
     "motion": "Motion",
     "program": "Compiled dynamics",
-    "study": "Studies",
+    "studies": "Studies",
     "picture": "Pictures",
     "formats": "Files",
 }

@@ -64,8 +64,8 @@ if TYPE_CHECKING:
     from .space.solids import spherical_shell as spherical_shell
     from .space.solids import torus as torus
     from .space.solids import tube as tube
-    from .study.fit import fit as fit
-    from .study.sweep import sweep as sweep
+    from .studies.fit import fit as fit
+    from .studies.sweep import sweep as sweep
     from .symbolic.linear.linearize import linearize as linearize
     from .symbolic.printing import component_forms as forms  # noqa: F401
     from .symbolic.rotors.balancing import balance as balance
@@ -99,7 +99,7 @@ _EXPORTS = {
     "errors": "errors:",
     "event": "motion.trajectory.event",
     "exact": "exact:",
-    "fit": "study.fit",
+    "fit": "studies.fit",
     "forms": "symbolic.printing.component_forms:",
     "free_body_diagram": "picture.free_body.free_body_diagram",
     "from_density": "space.density",
@@ -119,7 +119,7 @@ _EXPORTS = {
     "sphere": "space.solids",
     "spherical_shell": "space.solids",
     "steady_motions": "symbolic.steady.steady",
-    "sweep": "study.sweep",
+    "sweep": "studies.sweep",
     "testing": "testing:",
     "timeline": "motion.contact.trajectory",
     "torus": "space.solids",

@@ -76,7 +76,7 @@ def sweep(
 ) -> None:
     """Simulate MODEL at every combination of values, and write the motions to one file."""
     from ..motion.kernels.kernels import kernels_of
-    from ..study.sweep import sweep as run
+    from ..studies.sweep import sweep as run
 
     entry = find(model)
     system = entry.build()

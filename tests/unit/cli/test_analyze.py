@@ -14,7 +14,7 @@ import freebody as fb
 from freebody.cli import main
 from freebody.errors import ModelError
 from freebody.gallery import entries
-from freebody.study.analysis import OutOfTimeError, analysis, plain_latex, within
+from freebody.studies.analysis import OutOfTimeError, analysis, plain_latex, within
 
 OSCILLATOR = """\
 name = "oscillator"
