@@ -7,7 +7,7 @@ from typing import Any
 import freebody as fb
 from freebody.gallery import entries
 from freebody.motion.batch.job import job_of
-from freebody.motion.batch.study_identity import identity
+from freebody.studies.identity.study_identity import identity
 from freebody.testing import random_system
 
 NAMES = ("hinged-bar", "pulled-disk", "cart-and-bar", "four-bar", "bouncing-ball", "rattleback")

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from .motion.legs.blow import blow as blow
     from .motion.legs.impulse import centre_of_percussion as centre_of_percussion
     from .motion.legs.impulse import impulse as impulse
-    from .motion.simulate import simulate as simulate
     from .motion.trajectory.event import event as event
     from .motion.trajectory.trajectory import Trajectory as Trajectory
     from .picture.free_body.free_body_diagram import free_body_diagram as free_body_diagram
@@ -65,6 +64,7 @@ if TYPE_CHECKING:
     from .space.solids import torus as torus
     from .space.solids import tube as tube
     from .studies.fit import fit as fit
+    from .studies.simulate import simulate as simulate
     from .studies.sweep import sweep as sweep
     from .symbolic.linear.linearize import linearize as linearize
     from .symbolic.printing import component_forms as forms  # noqa: F401
@@ -114,7 +114,7 @@ _EXPORTS = {
     "revolve": "space.density",
     "ring": "space.solids",
     "signal": "describe.signal",
-    "simulate": "motion.simulate",
+    "simulate": "studies.simulate",
     "slender_bar": "space.solids",
     "sphere": "space.solids",
     "spherical_shell": "space.solids",

@@ -72,7 +72,7 @@ class FileEntry:
     def run(self, values: Mapping[str, float], until: float | None, tolerance: float | None) -> FileOutcome:
         """Derive the equations and simulate."""
         from ..motion.contact.equations_at_start import equations
-        from ..motion.simulate import simulate
+        from ..studies.simulate import simulate
 
         case = self.case
         if until is None and case.until is None:

@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from ..errors import FreebodyError, SimulationError, arguments_named
 from ..motion.kernels.kernels import kernels_of
 from ..motion.legs.sensitivity import unknowns_of
-from ..motion.simulate import simulate
 from ..motion.start.initial import number, quaternions_by_joint
+from .simulate import simulate
 
 if TYPE_CHECKING:
     from ..model.model import Model

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import SimulationError, arguments_named, nearest
-from ..motion.batch.batch import simulate_batch
 from ..motion.batch.start import numbers_in
 from ..motion.kernels.kernels import kernels_of
+from .batch import simulate_batch
 
 if TYPE_CHECKING:
     import xarray

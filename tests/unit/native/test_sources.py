@@ -178,7 +178,7 @@ def test_installation_without_source_keeps_nothing(tmp_path, monkeypatch):
 
 def test_hashing_waits_for_the_first_kernel_and_takes_little():
     done = subprocess.run(
-        [sys.executable, "-c", "import sys, freebody, freebody.motion.simulate\n"
+        [sys.executable, "-c", "import sys, freebody, freebody.studies.simulate\n"
          "from freebody.native import sources\nprint(len(sources._stamps))"],
         env={**os.environ, "PYTHONPATH": str(Path(sources.PACKAGE).parent)},
         capture_output=True, text=True, timeout=120, check=True,

@@ -1,1 +1,1 @@
-"""Many motions of one machine: lanes, threads, processes, results on disk."""
+"""The lanes of a batch, run in this process."""

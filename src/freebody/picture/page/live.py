@@ -15,7 +15,7 @@ from ...errors import FormatError, FreebodyError, ModelError, SimulationError
 from ...formats.case import Case
 from ...model.assemble import assemble
 from ...model.symbols import symbols_of
-from ...motion.simulate import simulate
+from ...studies.simulate import simulate
 from ...symbolic.equations import Equations, equations
 from .animation import animation
 from .longest_phases import longest_contact

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...motion.simulate import simulate
 from ...motion.trajectory.trajectory import Trajectory
 from ...scalar.algebra import floats
+from ...studies.simulate import simulate
 from ...symbolic.linear.checks import SMALL
 from ...symbolic.linear.deviation import deviations, start_of
 from ...symbolic.linear.linear_model import LinearModel

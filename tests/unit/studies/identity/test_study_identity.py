@@ -29,8 +29,8 @@ from freebody.describe.joints.joint import Joint
 from freebody.describe.system import Parameter
 from freebody.errors import SimulationError
 from freebody.motion.batch import study_identity as module
-from freebody.motion.batch.content_digest import NoContentError, digest
-from freebody.motion.batch.study_identity import identity, parts
+from freebody.studies.identity.content_digest import NoContentError, digest
+from freebody.studies.identity.study_identity import identity, parts
 from identities import machines, study
 
 MACHINES = machines()

@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import SimulationError, arguments_named
-from ...scalar.algebra import Expression
-from ..trajectory.progress import Progress
-from .dataset import check_names, dataset_of
-from .interruption import Keyboard
-from .job import Job, check_memory, job_of
-from .lane_loop import LARGEST_BLOCK
-from .pool import Elsewhere, check_executor
-from .results import NO_START, REASON, STATUS, Results
-from .run import run_lanes
-from .store import Store
+from ..errors import SimulationError, arguments_named
+from ..motion.batch.dataset import check_names, dataset_of
+from ..motion.batch.interruption import Keyboard
+from ..motion.batch.job import Job, check_memory, job_of
+from ..motion.batch.lane_loop import LARGEST_BLOCK
+from ..motion.batch.results import NO_START, REASON, STATUS, Results
+from ..motion.batch.run import run_lanes
+from ..motion.trajectory.progress import Progress
+from ..scalar.algebra import Expression
+from .blocks.pool import Elsewhere, check_executor
+from .stores.netcdf import Store
 
 if TYPE_CHECKING:
     import xarray

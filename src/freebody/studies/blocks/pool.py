@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import SimulationError
-from .dataset import TEXTS
-from .job import Job, job_of
-from .results import REASON, Results
-from .run import run_lanes
+from ...motion.batch.dataset import TEXTS
+from ...motion.batch.job import Job, job_of
+from ...motion.batch.results import REASON, Results
+from ...motion.batch.run import run_lanes
 
 _PATIENCE = 2.0  # seconds after Ctrl-C in which running blocks may return the lanes that are done
 _BLOCKS = 64  # least number of blocks, so that results come evenly

@@ -13,10 +13,10 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..errors import SimulationError, arguments_named
+from ..motion.kernels.kernels import kernels_of
+from ..motion.single import single_motion
+from ..motion.start.initial import asks_for_many
 from ..scalar.algebra import Expression
-from .kernels.kernels import kernels_of
-from .single import single_motion
-from .start.initial import asks_for_many
 
 
 @arguments_named
@@ -165,7 +165,7 @@ def simulate(
         or executor is not None
         or asks_for_many(model, initial, values)
     ):
-        from .batch.batch import simulate_batch
+        from .batch import simulate_batch
 
         return simulate_batch(
             s, until, outputs=outputs, store=store, threads=threads, executor=executor, **options

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import SimulationError, path_of
-from ..files.replacing import explained, lock, replacing, reserve
-from .dataset import arrays_of, attributes_of, coordinates_of, labelled, variables_of
-from .job import Job
-from .results import STATUS, WAITING, Results
-from .study_identity import parts
+from ...motion.batch.dataset import arrays_of, attributes_of, coordinates_of, labelled, variables_of
+from ...motion.batch.job import Job
+from ...motion.batch.results import STATUS, WAITING, Results
+from ...motion.files.replacing import explained, lock, replacing, reserve
+from ..identity.study_identity import parts
 
 if TYPE_CHECKING:
     import xarray

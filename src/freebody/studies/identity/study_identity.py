@@ -25,9 +25,9 @@ from ...describe.description import Parameter
 from ...describe.joints.joint import Joint
 from ...errors import SimulationError
 from ...model import Model
-from ..start.arguments import is_number
+from ...motion.batch.job import Job
+from ...motion.start.arguments import is_number
 from .content_digest import NoContentError, digest
-from .job import Job
 
 _NAMED = (Body, Joint, Parameter)
 """Types to which the rest of a machine refers: their content is in the links, their values in those of the lanes."""

@@ -1,0 +1,1 @@
+"""Blocks of lanes: where and in which order they run."""

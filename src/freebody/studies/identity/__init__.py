@@ -1,0 +1,1 @@
+"""The content by which two studies are the same."""

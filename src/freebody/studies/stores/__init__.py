@@ -1,0 +1,1 @@
+"""Files that keep the results of a study."""
