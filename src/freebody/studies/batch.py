@@ -8,23 +8,25 @@ threads share the lanes. Lanes that this loop cannot run are run one by one (`al
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import SimulationError, arguments_named
-from ..motion.batch.dataset import check_names, dataset_of
-from ..motion.batch.interruption import Keyboard
+from ..motion.batch.dataset import check_names
 from ..motion.batch.job import Job, check_memory, job_of
-from ..motion.batch.lane_loop import LARGEST_BLOCK
 from ..motion.batch.results import NO_START, REASON, STATUS, Results
 from ..motion.batch.run import run_lanes
-from ..motion.trajectory.progress import Progress
 from ..scalar.algebra import Expression
-from .blocks.pool import Elsewhere, check_executor
-from .stores.netcdf import Store
+from .blocks.block import Delivery, Report, Work, finished
+from .blocks.executors import sent
+from .blocks.run import run
+from .blocks.source import ByArrays
+from .identity.study_identity import parts
+from .stores.memory import Memory
+from .stores.netcdf import NetCDF
 
 if TYPE_CHECKING:
     import xarray
@@ -72,72 +74,47 @@ def simulate_batch(
         indeterminate=indeterminate, method=method, step=step, times=times, samples=samples, start=start,
         max_step=max_step, max_steps=max_steps, outputs=outputs,
     )  # fmt: skip
+    if executor is not None and executor != "threads":
+        threads = 1
     job = job_of(s, until, initial=initial, values=values, threads=threads, **options)
-    count = job.lanes.count
     check_names(job)
-    elsewhere = None
-    if executor is not None:
-        check_executor(executor, job.kernels.model, (s, until, options))
-        elsewhere = Elsewhere(executor, job, (s, until, options))
-    file = None if store is None else Store(store, job)
-    if file is None:
+    nothing_kept = store is None
+    if nothing_kept:
         check_memory(job)
-    nothing = job.results(0, 0)
-    part = results = nothing if file else job.results(0, count)
-    store_part = file.write if file else results.take
-    with Keyboard() as keyboard, Progress(0.0, float(count), progress) as bar:
+    file = None if nothing_kept else NetCDF(store, job, parts(job))
+    results = job.results(0, job.count if nothing_kept else 0)
+    source = ByArrays.of(job.lanes)
+    work = Work(s, until, options, source.arguments(0, 1), job.count, None)
 
-        def take(part: Results) -> None:
-            with keyboard.held():
-                store_part(part)
+    def sink_of(size: int) -> Any:
+        return file or Memory(job, results)
 
-        def between(done: float) -> None:
-            bar(done)
-            keyboard.check()
-
-        try:
-            keyboard.listening = True
-            if elsewhere is not None:
-                elsewhere.run(_blocks(job, file), take, between)
-            else:
-                for low, high in _blocks(job, file):
-                    part = job.results(low, high) if file else results
-                    run_lanes(job, part, between)
-                    if file:
-                        take(part)
-                        part = nothing
-            keyboard.listening = False
-        except KeyboardInterrupt:  # lanes that are done are kept
-            keyboard.listening = False
-            part.clear(np.flatnonzero(part.waiting))
-            if file:
-                file.write(part)
-        data = file.dataset() if file else dataset_of(job, results)
-    if elsewhere is not None:
-        elsewhere.report_lost_lanes(data)
+    data = run(
+        AllLanes(job, results if nothing_kept else None), source, executor, sink_of, in_order=True, progress=progress,
+        size=job.count if nothing_kept and executor is None else None, pack=lambda: sent(work, job.kernels.model),
+    )  # fmt: skip
     if not job.looped and (data["status"] == STATUS[NO_START]).all():
         raise SimulationError(f"No lane has a start. Lane 0: {data[REASON].values[0]}")
     return data
 
 
-def _blocks(job: Job, file: Store | None) -> Iterator[tuple[int, int]]:
-    """Yield ranges of lanes whose results are held in memory together: all lanes, if there is no store.
+class AllLanes:
+    """A batch whose job holds all lanes, and whose results may have their place already."""
 
-    With a store, a block takes some seconds, so that a run that is stopped by force loses no more.
-    """
-    n = job.lanes.count
-    if file is None:
-        yield 0, n
-        return
-    largest = max(1, min(LARGEST_BLOCK // job.bytes_per_lane, 1 << 16))
-    low, size = 0, min(64 if job.looped else 1, largest)
-    while low < n:
+    def __init__(self, job: Job, results: Results | None) -> None:
+        self.job, self.results = job, results
+
+    def run(
+        self, delivery: Delivery, source: Any, low: int, high: int,
+        between: Callable[[float], None] = lambda done: None,
+    ) -> Report:  # fmt: skip
+        """Run a block."""
+        report = Report(low, high)
         clock = perf_counter()
-        high = min(low + size, n)
-        # ranges of lanes that are still waiting
-        edges = np.flatnonzero(np.diff(file.waiting(low, high), prepend=0, append=0))
-        for first, last in zip(edges[::2], edges[1::2], strict=True):
-            yield low + int(first), low + int(last)
-        low = high
-        if edges.size:
-            size = int(max(1, min(largest, 4 * size, size * _SECONDS / max(perf_counter() - clock, 1e-6))))
+        part = self.job.results(low, high) if self.results is None else self.results.rows(low, high)
+        try:
+            run_lanes(self.job, part, between)
+        except KeyboardInterrupt:  # lanes that are done are kept
+            report.interrupted = True
+            part.clear(np.flatnonzero(part.waiting))
+        return finished(report, part, delivery.deliver(self.job, source, part, report), clock)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,12 +44,12 @@ def variables_of(job: Job) -> dict[str, tuple[tuple[str, ...], Any, dict[str, st
             "f8",
             {"units": "s", "long_name": "last time of each event"},
         )
-        result["event_count"] = (("lane", "event"), "i8", {"long_name": "how often each event happened"})
+        result["event_count"] = (("lane", "event"), "i4", {"long_name": "how often each event happened"})
     result["end"] = (("lane",), "f8", {"units": "s", "long_name": "time at which the run ended"})
-    result["steps"] = (("lane",), "i8", {"long_name": "accepted steps"})
+    result["steps"] = (("lane",), "i4", {"long_name": "accepted steps"})
     for name in job.texts:
         result[name] = (("lane",), "text", {"long_name": TEXTS[name]})
-    result["blame"] = (("lane",), "i8", {"long_name": "component, or event, that stopped a failed lane"})
+    result["blame"] = (("lane",), "i4", {"long_name": "component, or event, that stopped a failed lane"})
     result["status"] = (("lane",), "i1", {"long_name": "how the run ended"})
     return result
 
@@ -171,8 +172,8 @@ def dataset_of(job: Job, part: Results) -> xarray.Dataset:
 
     arrays = arrays_of(job, part)
     variables = {
-        name: (dims, arrays[name], about)
-        for name, (dims, _, about) in variables_of(job).items()
+        name: (dims, arrays[name] if kind == "text" else arrays[name].astype(kind, copy=False), about)
+        for name, (dims, kind, about) in variables_of(job).items()
         if name != "status"
     }
     data = xarray.Dataset(variables, coords=coordinates_of(job), attrs=attributes_of(job))
@@ -194,14 +195,8 @@ def labelled(data: xarray.Dataset, codes: Any, blame: Any, job: Job) -> xarray.D
     for name in job.texts:
         data[name] = data[name].astype(object)
     data["status"] = ("lane", words, {"long_name": "how the run ended"})
-    components, events = list(job.kernels.names), [spec.name for spec in job.specs]
-    names = np.array([*components, *events, ""], dtype=str)
-    of_events = (layout.UNDEFINED, at.UNPHYSICAL, at.STOPPED_UNPHYSICAL)
-    places = np.where(np.isin(codes, of_events), len(components) + blame, blame)
-    blamed = (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED, *of_events)
-    good = ~np.isin(codes, blamed)
     data["blame"] = (
-        "lane", names[np.where(good, len(names) - 1, np.minimum(places, len(names) - 1))],
+        "lane", np.array([*blamable(job), ""], dtype=str)[blamed(codes, blame, job)],
         {"long_name": "coordinate, speed or event that stopped a failed lane, or from which on it is not physical"},
     )  # fmt: skip
     waiting = int((codes == WAITING).sum())
@@ -210,3 +205,22 @@ def labelled(data: xarray.Dataset, codes: Any, blame: Any, job: Job) -> xarray.D
     if job.no_start:
         data.attrs["no_start"] = json.dumps({str(k): v for k, v in list(job.no_start.items())[:20]})
     return data
+
+
+def blamable(job: Job) -> list[str]:
+    """Return the names of what may be to blame for a lane that failed: coordinates, speeds, then events."""
+    return [*job.kernels.names, *(spec.name for spec in job.specs)]
+
+
+def blamed(codes: Any, blame: Any, job: Job) -> Any:
+    """Return, for each lane, the place of what is to blame among the `blamable`; -1 if nothing is."""
+    of_events = (layout.UNDEFINED, at.UNPHYSICAL, at.STOPPED_UNPHYSICAL)
+    failed = np.isin(codes, (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED, *of_events))
+    places = np.where(np.isin(codes, of_events), len(job.kernels.names) + blame, blame)
+    return np.where(failed & (places < len(blamable(job))), places, -1)
+
+
+def flags(texts: Iterable[str], values: Iterable[int]) -> dict[str, Any]:
+    """Return the attributes by which CF tells the meanings of the numbers of a variable."""
+    words = [text.replace(",", "").replace(" ", "_") or "_" for text in texts]
+    return {"flag_values": list(values), "flag_meanings": " ".join(words)}

@@ -61,6 +61,7 @@ class Job:
     ``expressions``      what they watch; then the limits again, with negligible parts of the forces added
     ``machine``          the System or Model, and ``options``, arguments of `single_motion` that all lanes share
     ``looped``           True if the compiled loop runs the lanes; else each runs by `single_motion`
+    ``count``            number of lanes of the study, of which these may be a block
     """
 
     kernels: Kernels
@@ -84,6 +85,25 @@ class Job:
     options: Mapping[str, Any]
     looped: bool
     limits: int
+    count: int
+
+    def over(self, lanes: Lanes) -> Job:
+        """Return the job of other lanes of the same study: a lane runs as it would among any others.
+
+        Raises
+        ------
+        FreebodyError
+            A lane whose values or initial values are impossible.
+        """
+        lanes = replace(lanes, columns={**lanes.columns, **at_time(lanes.model, {}, self.begin)})
+        _check_bodies(self.kernels, lanes)
+        states, no_start, apart = self.states, self.no_start, self.apart
+        if self.looped:
+            states, no_start, _, apart = lanes.states(
+                self.options["near"] or {}, self.begin, self.options["project"], kernels_of(self.machine),
+                self.kernels.active if self.kernels.model.constraints else None,
+            )  # fmt: skip
+        return replace(self, lanes=lanes, states=states, no_start=no_start, apart=apart)
 
     @property
     def bytes_per_lane(self) -> int:
@@ -130,10 +150,7 @@ class Job:
     def wide(self, method: str) -> bool:
         """True if eight lanes run at once: any number of lanes by series, at least eight by stages."""
         return method == "taylor" or (
-            method == "dop853"
-            and self.kernels.size > 0
-            and self.begin != self.end
-            and self.lanes.count >= WIDTH
+            method == "dop853" and self.kernels.size > 0 and self.begin != self.end and self.count >= WIDTH
         )
 
     def program(self, method: str) -> BatchProgram:
@@ -177,8 +194,12 @@ def job_of(
     max_steps: int | None,
     outputs: Any,
     threads: int | None,
+    count: int | None = None,
 ) -> Job:
-    """Return the job that arguments of :func:`freebody.simulate` ask for."""
+    """Return the job that arguments of :func:`freebody.simulate` ask for.
+
+    ``count`` is the number of lanes of a study of which these are some.
+    """
     kernels = kernels_of(machine)
     model = kernels.model
     check_method(method, step)
@@ -202,8 +223,8 @@ def job_of(
     end = _common_time(model, lanes, until, "until")
     times = output_times(times, begin, end)
     if times is None:
-        count = SAMPLES if samples is None else samples
-        times = np.linspace(begin, end, count) if begin != end else np.array([begin])
+        number_of_times = SAMPLES if samples is None else samples
+        times = np.linspace(begin, end, number_of_times) if begin != end else np.array([begin])
     if method != "timestepping":
         check_steps(begin, end, step, max_step, most_steps(max_steps, STORED + model.n_q + model.n_u))
     specs = specs_of(events)
@@ -223,7 +244,7 @@ def job_of(
     job = Job(
         kernels, lanes, np.empty((1, 0)), {}, (), begin, end, times, specs, expressions, asked_outputs, tolerances,
         method, step, math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), machine,
-        options, False, len(one_sided),
+        options, False, len(one_sided), lanes.count if count is None else count,
     )  # fmt: skip
     if (
         model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
@@ -286,10 +307,10 @@ def _check_bodies(kernels: Kernels, lanes: Lanes) -> None:
 
 def check_memory(job: Job) -> None:
     """Refuse results that this computer cannot hold, before anything is computed."""
-    size = job.bytes_per_lane * job.lanes.count
+    size = job.bytes_per_lane * job.count
     if size > largest_memory():
         raise SimulationError(
-            f"Expected results that fit into memory, but {job.lanes.count} lanes of {len(job.outputs.timed)} outputs "
+            f"Expected results that fit into memory, but {job.count} lanes of {len(job.outputs.timed)} outputs "
             f'at {job.times.size} times take {size / 2**30:.3g} GiB. Pass store="lanes.nc", which writes them to a '
             "file as they come, or ask for fewer outputs= or times=."
         )

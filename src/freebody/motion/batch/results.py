@@ -13,7 +13,7 @@ from ..ode import layout
 from ..ode.dense_output import STUCK, Array
 from ..trajectory.one_sided_limits import NOT_PHYSICAL
 
-WAITING, NO_START, REFUSED = -1, 9, 10
+WAITING, NO_START, REFUSED, LOST = -1, 9, 10, 11
 STATUS = {
     WAITING: "waiting",
     layout.FINISHED: "finished",
@@ -27,10 +27,14 @@ STATUS = {
     at.CONTRADICTED: "constraints contradicted",
     NO_START: "no start",
     REFUSED: "refused",
+    LOST: "lost",
     at.UNPHYSICAL: f"finished, {NOT_PHYSICAL}",
     at.STOPPED_UNPHYSICAL: f"terminal event, {NOT_PHYSICAL}",
 }
 """How a lane may end, by its code."""
+GOOD = (layout.FINISHED, layout.TERMINAL)
+"""Codes of lanes that did not fail."""
+_ARRAYS = ("values", "reduced", "event_times", "counts", "outcomes", "end_times", "texts")
 REASON = "reason"
 """Variable that tells why a lane failed."""
 
@@ -61,8 +65,13 @@ class Results:
     def take(self, part: Results) -> None:
         """Copy the results of some of the lanes into their rows."""
         rows = slice(part.low - self.low, part.high - self.low)
-        for name in ("values", "reduced", "event_times", "counts", "outcomes", "end_times", "texts"):
+        for name in _ARRAYS:
             getattr(self, name)[rows] = getattr(part, name)
+
+    def rows(self, low: int, high: int) -> Results:
+        """Return the results of the lanes ``low`` to ``high`` - 1; they share their memory with these."""
+        rows = slice(low - self.low, high - self.low)
+        return Results(low, high, **{name: getattr(self, name)[rows] for name in _ARRAYS})
 
     def clear(self, rows: Any) -> None:
         """Make lanes waiting again."""

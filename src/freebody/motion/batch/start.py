@@ -100,15 +100,16 @@ class Lanes:
         yield from np.flatnonzero(bad).tolist()
 
     def states(
-        self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels
-    ) -> tuple[Array, dict[int, str], tuple[int, ...], tuple[int, ...]]:
+        self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels,
+        active: tuple[int, ...] | None = None,
+    ) -> tuple[Array, dict[int, str], tuple[int, ...], tuple[int, ...]]:  # fmt: skip
         """Return the initial states of the lanes.
 
         They are (q, u), shape (count, n) or (1, n); the reasons of lanes without an initial state; the independent
-        conditions; and the lanes in which other conditions are independent.
+        conditions, ``active`` or else those of the first lane; and the lanes in which other conditions are independent.
         """
         if self.model.constraints:
-            return self._closed(near, begin, project, kernels)
+            return self._closed(near, begin, project, kernels, active)
         y, _ = named_state(self.model, self.values_of(0), self.initial_of(0))
         if not self.varied[0] and not self.varied[1]:
             return y[None], {}, (), ()
@@ -157,14 +158,18 @@ class Lanes:
         return result
 
     def _closed(
-        self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels
+        self,
+        near: Mapping[Any, Any],
+        begin: float,
+        project: bool,
+        kernels: Kernels,
+        active: tuple[int, ...] | None,
     ) -> tuple[Array, dict[int, str], tuple[int, ...], tuple[int, ...]]:
         """Return :meth:`states` of a machine with constraints, solved for in each lane."""
         same = not self.varied[0] and not self.varied[1]
         rows: dict[int, Any] = {}
         no_start: dict[int, str] = {}
         apart: list[int] = []
-        active: tuple[int, ...] | None = None
         for lane in range(1 if same else self.count):
             try:
                 y, independent = closed_start(
@@ -182,7 +187,7 @@ class Lanes:
         if active is None:
             raise SimulationError(f"No lane has a start. Lane 0: {no_start[0]}")
         if same:
-            return rows[0][None], {}, active, ()
+            return rows[0][None], {}, active, tuple(apart)
         result = np.full((self.count, self.model.n_q + self.model.n_u), np.nan)
         for lane, y in rows.items():
             result[lane] = y

@@ -51,9 +51,13 @@ def identity(job: Job) -> str:
     return digest(parts(job))
 
 
-def parts(job: Job) -> dict[str, str]:
-    """Return the digests of the parts of a study, by the name of the part."""
+def parts(job: Job, law: Any = None) -> dict[str, str]:
+    """Return the digests of the parts of a study, by the name of the part.
+
+    A ``law`` stands for the values that vary, of which the job of a study holds some lanes only.
+    """
     model, lanes, options = job.kernels.model, job.lanes, job.options
+    varied = () if law is None else lanes.varied[0] + lanes.varied[1]
     aliases = _aliases(model)
 
     def of(value: Any) -> str:
@@ -67,15 +71,21 @@ def parts(job: Job) -> dict[str, str]:
     machine = [
         getattr(model, x.name) for x in fields(Model) if x.compare and x.name not in ("names", "controllers")
     ]
-    columns = [(aliases.get(name, name), np.array(x, dtype=float)) for name, x in lanes.columns.items()]
+    columns = [
+        (aliases.get(name, name), np.array(x, dtype=float))
+        for name, x in lanes.columns.items()
+        if name not in varied
+    ]
     events = [(x.name, x.direction, x.terminal) for x in job.specs]
-    starts = [_by_name(model, x) for x in (lanes.initial, options["near"])]
+    initial = {name: x for name, x in lanes.initial.items() if name not in varied}
+    starts = [_by_name(model, x) for x in (initial, options["near"])]
     method = [job.method, job.step, job.max_step, job.max_steps, job.tolerances]
     return {
         "machine": of(machine),
         "controllers": digest([_controller(controller, aliases) for controller in model.controllers]),
         "signals": of([vars(placed.signal) for placed in model.signals]),
-        "values": of([lanes.count, lanes.varied, columns]),
+        "values": of([job.count, lanes.varied, columns]),
+        **({} if law is None else {"lanes": of(law)}),
         "starts": of([*starts, bool(options["project"])]),
         "times": of([job.begin, job.end, job.times]),
         "outputs": of(job.outputs),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,9 @@ from ...motion.batch.dataset import arrays_of, attributes_of, coordinates_of, la
 from ...motion.batch.job import Job
 from ...motion.batch.results import STATUS, WAITING, Results
 from ...motion.files.replacing import explained, lock, replacing, reserve
-from ..identity.study_identity import parts
+from ..blocks.block import Report, Whole
+from ..blocks.schedule import Range
+from .memory import with_lost
 
 if TYPE_CHECKING:
     import xarray
@@ -32,8 +35,8 @@ _ADDRESS = 16  # bytes in the file for the length and the address of a text
 _EACH = 1 << 12  # greatest number of bytes that describe a variable
 
 
-class Store:
-    """A netCDF file that is filled lane by lane.
+class NetCDF:
+    """A netCDF file that is filled lane by lane, by the process that runs the study.
 
     Raises
     ------
@@ -41,9 +44,12 @@ class Store:
         No such folder, a file of other runs, or no netCDF file.
     """
 
-    def __init__(self, path: Any, job: Job) -> None:
+    delivery = Whole()
+
+    def __init__(self, path: Any, job: Job, identity: Mapping[str, str]) -> None:
         self.path, self.job = path_of(path, "store=", SimulationError), job
-        self.parts = parts(job)
+        self.lost: dict[int, str] = {}
+        self.parts = dict(identity)
         with explained(self.path):
             if self.path.is_dir():
                 raise SimulationError(
@@ -177,12 +183,24 @@ class Store:
             + _HEAP
         )
 
-    def waiting(self, low: int, high: int) -> Any:
-        """Return 1 for each lane of a range that was not run, else 0."""
+    def missing(self, blocks: Iterable[Range]) -> Iterator[Range]:
+        """Yield the ranges of lanes that were not run, each within a block."""
         import h5py
 
         with h5py.File(self.path, "r") as file:
-            return (file["status"][low:high] == WAITING).astype(np.int64)
+            waiting = file["status"][:] == WAITING
+        for low, high in blocks:
+            edges = np.flatnonzero(np.diff(waiting[low:high], prepend=False, append=False)).tolist()
+            for first, last in zip(edges[::2], edges[1::2], strict=True):
+                yield low + first, low + last
+
+    def receive(self, report: Report) -> None:
+        """Write the results of a block."""
+        self.write(report.content)
+
+    def lose(self, lost: dict[int, str]) -> None:
+        """Note lanes that are lost, and why; in the file they are waiting, and the next call runs them again."""
+        self.lost |= lost
 
     def write(self, part: Results) -> None:
         """Write the results of lanes; lanes that were not run keep their place."""
@@ -215,6 +233,7 @@ class Store:
         codes, blame = opened["status"].values, opened["blame"].values
         opened.attrs.pop(_MARK, None)
         data = labelled(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
+        data = with_lost(data, self.lost)
         data.set_close(opened.close)
         return data
 

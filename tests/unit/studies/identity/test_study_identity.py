@@ -28,7 +28,7 @@ from freebody.describe.body import Body
 from freebody.describe.joints.joint import Joint
 from freebody.describe.system import Parameter
 from freebody.errors import SimulationError
-from freebody.motion.batch import study_identity as module
+from freebody.studies.identity import study_identity as module
 from freebody.studies.identity.content_digest import NoContentError, digest
 from freebody.studies.identity.study_identity import identity, parts
 from identities import machines, study
@@ -196,10 +196,10 @@ def test_a_signal_counts_but_not_the_name_that_it_gets() -> None:
 
 def test_the_sources_that_compute_count(monkeypatch, tmp_path) -> None:
     folder = tmp_path / "freebody"
-    for room in ("motion/batch", "picture"):
+    for room in ("motion", "studies/identity", "picture"):
         (folder / room).mkdir(parents=True)
         (folder / room / "x.py").write_text("1")
-    monkeypatch.setattr(module, "__file__", str(folder / "motion" / "batch" / "study_identity.py"))
+    monkeypatch.setattr(module, "__file__", str(folder / "studies" / "identity" / "study_identity.py"))
     first = module.version.__wrapped__()
     (folder / "picture" / "x.py").write_text("2")
     assert module.version.__wrapped__() == first

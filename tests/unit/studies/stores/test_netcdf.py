@@ -24,7 +24,9 @@ import freebody as fb
 from batch_machines import pendulum
 from freebody.errors import SimulationError
 from freebody.gallery.beyond.bouncing_ball import build as ball
-from freebody.motion.batch import batch, job, lane_loop, store
+from freebody.motion.batch import job, lane_loop
+from freebody.studies.blocks import run as run_of_blocks
+from freebody.studies.stores import memory, netcdf
 from freebody.motion.files import replacing as files
 
 BALLS = {
@@ -78,7 +80,7 @@ def test_a_disk_that_is_full_in_the_course_of_a_run(tmp_path, monkeypatch) -> No
     """Texts make a file longer: it is as it was, bit for bit, and goes on when there is room."""
     whole = fb.simulate(ball(), 3, **BALLS)
     path, written = tmp_path / "x.nc", []
-    write = store.Store.write
+    write = netcdf.NetCDF.write
 
     def twice(self: Any, part: Any) -> None:
         if len(written) == 2:
@@ -88,14 +90,14 @@ def test_a_disk_that_is_full_in_the_course_of_a_run(tmp_path, monkeypatch) -> No
         written.append(None)
         write(self, part)
 
-    monkeypatch.setattr(store.Store, "write", twice)
+    monkeypatch.setattr(netcdf.NetCDF, "write", twice)
     with pytest.raises(
         SimulationError, match="The lanes that were written before are whole, and the same call"
     ) as e:
         fb.simulate(ball(), 3, store=path, **BALLS)
     assert e.value.__cause__.errno == errno.EFBIG and path.read_bytes() == written[-1]
     assert 0 < (statuses(path) >= 0).sum() < 40
-    monkeypatch.setattr(store.Store, "write", write)
+    monkeypatch.setattr(netcdf.NetCDF, "write", write)
     again = fb.simulate(ball(), 3, store=path, **BALLS)
     for name in whole.data_vars:
         assert np.array_equal(again[name].values, whole[name].values), name
@@ -189,9 +191,9 @@ def test_what_killed_runs_left_is_removed_by_the_next(tmp_path) -> None:
 import os, signal, sys
 import freebody as fb
 from batch_machines import pendulum
-from freebody.motion.batch import store
+from freebody.studies.stores import memory, netcdf
 
-store.attributes_of = lambda job: os.kill(os.getpid(), signal.SIGKILL)
+netcdf.attributes_of = lambda job: os.kill(os.getpid(), signal.SIGKILL)
 fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2]}, samples=2, store=sys.argv[1])
 """
     path = tmp_path / "x.nc"
@@ -224,11 +226,11 @@ KILLED = """
 import os, signal, sys
 import h5py, numpy as np, freebody as fb
 from freebody.gallery.beyond.bouncing_ball import build
-from freebody.motion.batch import store
-from test_store import BALLS
+from freebody.studies.stores import memory, netcdf
+from test_netcdf import BALLS
 
 left = int(sys.argv[2])
-write, put = store.Store.write, h5py.Dataset.__setitem__
+write, put = netcdf.NetCDF.write, h5py.Dataset.__setitem__
 
 def counted(self, place, value):
     global left
@@ -241,7 +243,7 @@ def second(self, part):
     write(self, part)
     h5py.Dataset.__setitem__ = counted
 
-store.Store.write = second
+netcdf.NetCDF.write = second
 fb.simulate(build(), 3, store=sys.argv[1], **BALLS)
 """
 
@@ -266,18 +268,18 @@ def test_a_process_killed_as_it_writes_texts_costs_these_lanes_only(tmp_path, mo
 
 MOMENTS = {
     "while it is read": (job, "lanes_of", True),
-    "when the file is begun": (store, "coordinates_of", True),
-    "in the middle of it": (store, "attributes_of", True),
+    "when the file is begun": (netcdf, "coordinates_of", True),
+    "in the middle of it": (netcdf, "attributes_of", True),
     "just before it is there": (os, "replace", True),
-    "before the first lane": (batch, "_blocks", False),
+    "before the first lane": (run_of_blocks, "growing", False),
     "when the loop is made": (job, "batch_program", False),
     "when lanes are shared out": (lane_loop, "share", False),
     "between two lanes": (lane_loop.LaneLoop, "chunk", False),
-    "when results are written": (store.Store, "write", False),
-    "in the middle of writing them": (store, "_runs", False),
+    "when results are written": (netcdf.NetCDF, "write", False),
+    "in the middle of writing them": (netcdf, "_runs", False),
     "before they are in their place": (files, "reserve", False),
-    "when they are read": (store.Store, "dataset", False),
-    "when that is done": (store, "labelled", False),
+    "when they are read": (netcdf.NetCDF, "dataset", False),
+    "when that is done": (netcdf, "labelled", False),
 }
 
 
@@ -312,7 +314,7 @@ def test_ctrl_c_at_any_moment_keeps_what_is_done(tmp_path, monkeypatch, moment: 
         with default_handler(), monkeypatch.context() as m:
             m.setattr(place, name, pressed)
             if name == "reserve":
-                m.setattr(store, name, pressed)
+                m.setattr(netcdf, name, pressed)
             try:
                 data = fb.simulate(pendulum(), 1, store=path, **options)
             except KeyboardInterrupt:
@@ -366,13 +368,13 @@ def test_lanes_that_ctrl_c_finds_stiff_are_run_again(tmp_path, monkeypatch) -> N
 
 
 def test_ctrl_c_while_results_are_put_together_does_not_lose_them(monkeypatch) -> None:
-    called = batch.dataset_of
+    called = memory.dataset_of
 
     def pressed(*given: Any) -> Any:
         os.kill(os.getpid(), signal.SIGINT)
         return called(*given)
 
-    monkeypatch.setattr(batch, "dataset_of", pressed)
+    monkeypatch.setattr(memory, "dataset_of", pressed)
     with default_handler():
         data = fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2]}, samples=3)
         assert set(data.status.values) == {"finished"}

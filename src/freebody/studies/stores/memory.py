@@ -1,0 +1,105 @@
+"""Results of a study in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...motion.batch.dataset import (
+    TEXTS,
+    arrays_of,
+    attributes_of,
+    blamable,
+    blamed,
+    coordinates_of,
+    dataset_of,
+    flags,
+    variables_of,
+)
+from ...motion.batch.job import Job
+from ...motion.batch.results import LOST, REASON, STATUS, Results
+from ..blocks.block import Report, Whole
+from ..blocks.schedule import Range
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class Memory:
+    """Results in memory; ``results`` has a row for each lane."""
+
+    delivery = Whole()
+
+    def __init__(self, job: Job, results: Results) -> None:
+        self.job, self.results = job, results
+        self.lost: dict[int, str] = {}
+        self.reasons: dict[int, str] = {}
+
+    def missing(self, blocks: Iterable[Range]) -> Iterable[Range]:
+        """Return the blocks with lanes that were not run: all of them."""
+        return blocks
+
+    def receive(self, report: Report) -> None:
+        """Take the results of a block."""
+        if report.content is not self.results:
+            self.results.take(report.content)
+        self.reasons |= report.reasons
+
+    def lose(self, lost: dict[int, str]) -> None:
+        """Note lanes that are lost, and why."""
+        self.lost |= lost
+        self.results.outcomes[list(lost), 0] = LOST
+
+    def dataset(self) -> xarray.Dataset:
+        """Return the results as they are given to users of ``simulate`` and ``sweep``."""
+        return with_lost(dataset_of(self.job, self.results), self.lost)
+
+
+class Flagged(Memory):
+    """Results of a study in memory, given back with statuses as numbers."""
+
+    def dataset(self) -> xarray.Dataset:
+        """Return the results; the reasons of lanes that failed stand beside them."""
+        import xarray
+
+        job, reasons = self.job, self.reasons | self.lost
+        arrays = arrays_of(job, self.results)
+        arrays["blame"] = blamed(arrays["status"], arrays["blame"], job)
+        meanings = meanings_of(job)
+        variables: dict[str, Any] = {}
+        for name, (dims, kind, about) in variables_of(job).items():
+            if name != REASON:
+                array = arrays[name] if kind == "text" else arrays[name].astype(kind, copy=False)
+                variables[name] = (dims, array, about | meanings.get(name, {}))
+        coordinates = coordinates_of(job)
+        del coordinates["lane"]
+        if reasons:
+            lanes = sorted(reasons)
+            texts = np.array([reasons[k] for k in lanes], dtype=object)
+            variables[REASON] = ("failed", texts, {"long_name": TEXTS[REASON]})
+            coordinates["failed_lane"] = ("failed", np.array(lanes), {"long_name": "lane that failed"})
+        return xarray.Dataset(variables, coordinates, attributes_of(job))
+
+
+def meanings_of(job: Job) -> dict[str, Any]:
+    """Return the attributes that give the numbers of ``status`` and ``blame`` their meanings."""
+    names = blamable(job)
+    return {
+        "status": flags(STATUS.values(), STATUS),
+        "blame": flags(["nothing", *names], range(-1, len(names))),
+    }
+
+
+def with_lost(data: xarray.Dataset, lost: dict[int, str]) -> xarray.Dataset:
+    """Return a dataset that tells which lanes were lost, and why."""
+    if lost:
+        count = len(data["status"])
+        reasons = data[REASON].values.copy() if REASON in data else np.full(count, "", dtype=object)
+        reasons[list(lost)] = list(lost.values())
+        data[REASON] = ("lane", reasons, {"long_name": TEXTS[REASON]})
+        status = data["status"].values.copy()
+        status[list(lost)] = "lost"
+        data["status"] = ("lane", status, data["status"].attrs)
+    return data

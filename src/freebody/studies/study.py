@@ -1,0 +1,340 @@
+"""study: many motions of one machine as a value, which is run here or elsewhere, kept, continued and reduced."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import SimulationError, arguments_named, path_of
+from ..model import Model
+from ..motion.batch.dataset import check_names
+from ..motion.batch.job import Job, check_memory
+from ..motion.kernels.kernels import kernels_of
+from ..scalar.algebra import Expression
+from .blocks.block import Ready, Work
+from .blocks.crew import Here
+from .blocks.cutting import seconds_per_lane
+from .blocks.executors import sent
+from .blocks.run import run
+from .blocks.source import ByLaw
+from .blocks.tally import spoken
+from .identity.study_identity import parts
+from .lanes.chosen import Chosen
+from .lanes.law import Law
+from .lanes.possible import check_possible
+from .simulate import simulate
+from .stores.memory import Flagged
+from .stores.netcdf import NetCDF
+from .stores.zarr import ZarrStore
+
+if TYPE_CHECKING:
+    import xarray
+
+
+_FIRST = 64  # lanes by which a study is read and checked
+
+
+_DEFAULTS = {
+    name: parameter.default
+    for name, parameter in signature(simulate).parameters.items()
+    if name in signature(job_of).parameters and parameter.default is not parameter.empty
+}
+"""What :func:`freebody.simulate` takes for options that are not given."""
+
+
+@arguments_named
+def study(
+    s: Any,
+    until: Expression,
+    *,
+    lanes: Law,
+    outputs: Any = None,
+    initial: Mapping[Any, Any] | None = None,
+    values: Mapping[Any, Any] | None = None,
+    **options: Any,
+) -> Study:
+    """Return a study: the motions of a machine for all lanes of a law. Nothing runs yet.
+
+    Parameters
+    ----------
+    s : System or Model
+    until : number, expression or text
+        Time at which the runs end [s].
+    lanes : Law
+        What varies: :func:`freebody.grid`, :func:`freebody.table` or :func:`freebody.sample`.
+    outputs : name, expression, sequence or mapping of them, optional
+        Quantities over time, "theta", and numbers of the whole run, "max(theta)"; see :func:`freebody.simulate`. By
+        default all coordinates and speeds.
+    initial, values : mapping, optional
+        Values that are the same in all lanes; expressions of parameters follow the parameters that vary.
+    **options
+        ``events``, ``times``, ``samples``, ``tolerance``, ``method``, ``near``, ... of :func:`freebody.simulate`.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    SimulationError
+        If a name is unknown, or stands both in ``lanes`` and in ``initial`` or ``values``; also as
+        :func:`freebody.simulate`.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> L, g = s.parameters(L=1.0, g=9.81)
+    >>> s.gravity = (0, -g, 0)
+    >>> bob = s.body("bob", fb.particle(1))
+    >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), axis="z", coordinate="theta")
+    >>> swings = fb.study(s, until=5, lanes=fb.grid(L=[1, 2], theta=[0.1, 1.0, 2.0]), outputs="max(theta')")
+    >>> swings
+    Study of 'pendulum' to 5 s: grid of 2 L × 3 theta, 6 lanes; outputs max(theta')
+    >>> data = swings.run()
+    >>> data["max(theta')"].round(4).values
+    array([0.3131, 3.0032, 5.2704, 0.2214, 2.1236, 3.7267])
+    """
+    if not isinstance(lanes, Law):
+        raise SimulationError(
+            f"Expected fb.grid(...), fb.table(...) or fb.sample(...) for lanes=, got {lanes!r}."
+        )
+    for name in ("progress", "threads", "executor", "store"):
+        if name in options:
+            raise SimulationError(f"Expected {name}= where the study is run: study(...).run({name}=...).")
+    model = kernels_of(s).model
+    result = Study(
+        model, until, lanes.resolved(model), outputs, dict(initial or {}), dict(values or {}), options
+    )
+    check_names(result.ready.job)
+    return result
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Study:
+    """Many motions of one machine; made by :func:`freebody.study`.
+
+    Parameters
+    ----------
+    machine : Model
+    until : number, expression or text
+    lanes : Law
+        What varies.
+    outputs : Any
+    initial, values : mapping
+        The same in all lanes.
+    options : mapping
+        Of :func:`freebody.simulate`.
+    """
+
+    machine: Model
+    until: Any
+    lanes: Law
+    outputs: Any
+    initial: Mapping[Any, Any]
+    values: Mapping[Any, Any]
+    options: Mapping[str, Any]
+
+    @property
+    def count(self) -> int:
+        """Number of lanes."""
+        return self.lanes.count
+
+    @cached_property
+    def _source(self) -> ByLaw:
+        names = self.lanes.names
+        parameters = {parameter.name for parameter in self.machine.parameters}
+        self._check_once(names)
+        return ByLaw(self.lanes, tuple(x for x in names if x in parameters), self.values, self.initial)
+
+    def _check_once(self, names: tuple[str, ...]) -> None:
+        """Refuse names that stand in the law and among the values that all lanes share."""
+        model = self.machine
+        symbols = {parameter.symbol: parameter.name for parameter in model.parameters}
+        for where, shared in (("values", self.values), ("initial", self.initial)):
+            for key in shared:
+                name = key if isinstance(key, str) else {**model.names.texts, **symbols}.get(key, str(key))
+                if name in names:
+                    raise SimulationError(f"'{name}' is in lanes= and in {where}=. Leave one out.")
+
+    @cached_property
+    def _work(self) -> Work:
+        """What a process needs to run lanes: a table is left out, its lanes are sent with the blocks."""
+        source = self._source
+        some = np.unique(np.linspace(0, self.count - 1, min(_FIRST, self.count)).astype(np.int64)).tolist()
+        rows = [source.arguments(k, k + 1) for k in some]
+        first = tuple(
+            {
+                name: np.concatenate([row[kind][name] for row in rows]) if name in self.lanes.names else x
+                for name, x in rows[0][kind].items()
+            }
+            for kind in (0, 1)
+        )
+        light = source.part(0, min(1, self.count)) is source
+        options = {**_DEFAULTS, **self.options, "outputs": self.outputs}
+        return Work(self.machine, self.until, options, first, self.count, source if light else None)  # type: ignore[arg-type]
+
+    @cached_property
+    def ready(self) -> Ready:
+        """The study, read and checked, ready to run lanes in this process by one thread."""
+        return Ready(self._work)
+
+    @cached_property
+    def _parts(self) -> dict[str, str]:
+        return parts(self.ready.job, self.lanes)
+
+    @property
+    def identity(self) -> str:
+        """Digest of all that the results depend on; two studies with one identity have the same results."""
+        return hashlib.sha256(repr(sorted(self._parts.items())).encode()).hexdigest()
+
+    def __getstate__(self) -> dict[str, Any]:
+        fields = ("machine", "until", "lanes", "outputs", "initial", "values", "options")
+        return {name: getattr(self, name) for name in fields}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+
+    def __repr__(self) -> str:
+        job = self.ready.job
+        outputs = ", ".join((*job.outputs.timed, *job.outputs.numbers))
+        return f"Study of '{self.machine.name}' to {job.end:g} s: {self.lanes!r}; outputs {outputs}"
+
+    def __str__(self) -> str:
+        """Describe the study, with what it costs, as a few lanes show."""
+        job = self.ready.job
+        size = job.bytes_per_lane * self.count
+        seconds = self.seconds_per_lane
+        cost = "" if seconds is None else (
+            f"about {spoken(seconds * self.count)} of one processor ({spoken(seconds)} a lane), "
+        )  # fmt: skip
+        return f"{self!r}\n{cost}{_bytes(size)} of results"
+
+    @cached_property
+    def seconds_per_lane(self) -> float | None:
+        """Time that a lane takes one processor, from a trial of a few lanes [s]."""
+        return seconds_per_lane(Here(self.ready, self._source, lambda done: None), self.count)
+
+    def run(
+        self,
+        executor: Any = None,
+        *,
+        store: Any = None,
+        progress: bool | Callable[[Any], Any] | None = None,
+        threads: int | None = None,
+    ) -> xarray.Dataset:
+        """Run the lanes, or those that a store does not hold yet.
+
+        Parameters
+        ----------
+        executor : Executor, text or None
+            Who runs the blocks of lanes: anything with ``submit``, such as a ``ProcessPoolExecutor``, the pools of
+            loky and mpi4py, or a ``dask.distributed.Client``; its address as text; "processes". By default the
+            threads of this process.
+        store : path, optional
+            ``x.zarr``: written by the workers, a block at a time, and read by ``xarray.open_zarr`` at any moment. Other
+            names: a netCDF file, written by this process. What a stopped study has kept is not run again.
+        progress : bool or function, optional
+            Show a line with what is done, what failed, and the time that is left; by default on terminals and in
+            notebooks. A function gets the same: a number from 0 to 1 with ``done``, ``failed``, ``rate``, ``remaining``.
+        threads : int, optional
+            Number of threads without an executor; all processors by default.
+
+        Returns
+        -------
+        xarray.Dataset
+            Outputs over ``lane`` and ``time``; ``status`` as a flag, with meanings; ``reason`` of the lanes that failed,
+            over ``failed``, whose numbers ``failed_lane`` holds. A lane that fails raises no error. In a zarr store
+            ``reason`` holds the lanes by reason for each block.
+
+        Raises
+        ------
+        SimulationError
+            An executor without ``submit``, the store of another study, lanes for which the machine is impossible.
+        """
+        check_possible(self.lanes, self.machine, self.values)
+        ready = self.ready
+        if executor is None or executor == "threads":
+            ready = self._ready_here(threads)
+        elif threads is not None:
+            raise SimulationError(
+                "Expected threads= or executor=, got both: each block that an executor runs has one thread. Leave one "
+                "out."
+            )
+        job = ready.job
+        path = None if store is None else path_of(store, "store=", SimulationError)
+        zarr = path is not None and (path.suffix == ".zarr" or path.is_dir())
+        if path is None:
+            check_memory(job)
+
+        def sink_of(size: int) -> Any:
+            if path is None:
+                return Flagged(self._with_all_lanes(job), job.results(0, self.count))
+            if zarr:
+                return ZarrStore(path, job, self._parts, size, self._pickled, repr(self.lanes))
+            return NetCDF(path, self._with_all_lanes(job), self._parts)
+
+        return run(
+            ready, self._source, None if executor == "threads" else executor, sink_of, progress=progress,
+            size=ZarrStore.size_of_block(path) if zarr else None, pack=lambda: sent(self._work, self.machine),
+        )  # fmt: skip
+
+    def _pickled(self) -> bytes:
+        """Return the study as it is kept in a store."""
+        return dumped(self)
+
+    def _with_all_lanes(self, job: Job) -> Job:
+        """Return a job that holds the values of all lanes, as the coordinates of a dataset need them."""
+        return replace(job, lanes=lanes_of(self.machine, *self._source.arguments(0, self.count)))
+
+    def _ready_here(self, threads: int | None) -> Ready:
+        """Return the study, ready to run lanes in this process by several threads."""
+        if threads is None:
+            threads = processors()
+        check_threads(threads)
+        ready = copy(self.ready)
+        ready.job = replace(ready.job, threads=threads)
+        return ready
+
+    def isel(self, lane: Any) -> Any:
+        """Return the motion of one lane, or the study of some lanes.
+
+        Parameters
+        ----------
+        lane : int, slice or sequence of int
+            Numbers of lanes; negative numbers count from the end.
+
+        Returns
+        -------
+        Trajectory
+            For one number: the whole motion, to be drawn and asked.
+        Study
+            For a slice or several numbers.
+
+        Raises
+        ------
+        SimulationError
+            There is no such lane.
+        """
+        if isinstance(lane, slice):
+            return replace(self, lanes=Chosen.of(self.lanes, np.arange(self.count)[lane]))
+        numbers = np.asarray(lane)
+        if numbers.dtype.kind not in "iu" or numbers.ndim > 1 or not numbers.size:
+            raise SimulationError(f"Expected the number of a lane, several, or a slice, got {lane!r}.")
+        if numbers.min() < -self.count or numbers.max() >= self.count:
+            raise SimulationError(f"Expected lanes from 0 to {self.count - 1}, got {lane!r}.")
+        numbers = np.where(numbers < 0, numbers + self.count, numbers)
+        if numbers.ndim:
+            return replace(self, lanes=Chosen.of(self.lanes, numbers))
+        values, initial = self._source.arguments(int(numbers), int(numbers) + 1)
+        names = self.lanes.names
+        values, initial = (
+            {name: float(x[0]) if name in names else x for name, x in part.items()}
+            for part in (values, initial)
+        )
+        return simulate(self.machine, self.until, values=values, initial=initial, **self.options)
