@@ -64,6 +64,9 @@ if TYPE_CHECKING:
     from .space.solids import torus as torus
     from .space.solids import tube as tube
     from .studies.fit import fit as fit
+    from .studies.lanes.grid import grid as grid
+    from .studies.lanes.sample import sample as sample
+    from .studies.lanes.table import table as table
     from .studies.simulate import simulate as simulate
     from .studies.sweep import sweep as sweep
     from .symbolic.linear.linearize import linearize as linearize
@@ -103,6 +106,7 @@ _EXPORTS = {
     "forms": "symbolic.printing.component_forms:",
     "free_body_diagram": "picture.free_body.free_body_diagram",
     "from_density": "space.density",
+    "grid": "studies.lanes.grid",
     "impulse": "motion.legs.impulse",
     "linearize": "symbolic.linear.linearize",
     "mesh": "space.mesh",
@@ -113,6 +117,7 @@ _EXPORTS = {
     "report": "picture.page.report",
     "revolve": "space.density",
     "ring": "space.solids",
+    "sample": "studies.lanes.sample",
     "signal": "describe.signal",
     "simulate": "studies.simulate",
     "slender_bar": "space.solids",
@@ -120,6 +125,7 @@ _EXPORTS = {
     "spherical_shell": "space.solids",
     "steady_motions": "symbolic.steady.steady",
     "sweep": "studies.sweep",
+    "table": "studies.lanes.table",
     "testing": "testing:",
     "timeline": "motion.contact.trajectory",
     "torus": "space.solids",

@@ -16,6 +16,7 @@ from ...model import Model
 from ...scalar.arrays import arrays, column
 from ...scalar.expression import evaluate
 from ...scalar.units import quantity
+from ...space.feasibility import TOLERANCE
 from ...space.rotation import Rotation
 from ..kernels.kernels import Kernels
 from ..start.initial import named_state, quaternions_by_joint, refuse_unit, several
@@ -23,6 +24,9 @@ from ..start.loop_closure import closed_start
 from .kernels import state_of
 
 Array = NDArray[np.float64]
+
+_CLEAR = 1e-9
+"""Share of the greatest number, among the lanes, below which a negative one may be due to round-off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,26 +82,35 @@ class Lanes:
     def suspects(self) -> Iterable[int]:
         """Yield the lanes whose values must be checked: the first, and lanes whose values seem impossible."""
         yield 0
-        if not self.varied[0]:
-            return
+        if self.varied[0]:
+            yield from np.flatnonzero(self.impossible()[0]).tolist()
+
+    def impossible(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return the lanes whose values seem impossible, and those in which they are so beyond round-off.
+
+        Where only the first holds, `check_bodies` and `check_assumptions` decide.
+        """
         columns = {name: column(x) for name, x in self.columns.items()}
-        bad = np.zeros(self.count, dtype=bool)
+        bad, clear = np.zeros(self.count, dtype=bool), np.zeros(self.count, dtype=bool)
         with np.errstate(all="ignore"):
             state = state_of(self.model, arrays, columns)
+            signs = [(x, True) for x in self.model.assumed]
             for place in self.model.bodies.values():
                 if place.properties is None:
                     continue
-                for x in (place.mass, *place.properties.positive):
-                    bad |= ~(np.asarray(state(x), dtype=float) >= 0)
+                signs += [(x, False) for x in (place.mass, *place.properties.positive)]
                 entries = [np.asarray(x, dtype=float) for row in state.matrix(place.inertia) for x in row]
                 matrices = np.stack(np.broadcast_arrays(*entries), axis=-1)
-                matrices = np.broadcast_to(matrices, (*matrices.shape[:-1], 9)).reshape(-1, 3, 3)
-                finite = np.isfinite(matrices).all(axis=(1, 2))
-                moments = np.linalg.eigvalsh(np.where(finite[:, None, None], matrices, 0.0))
-                bad |= (moments[:, 0] < 0) | (moments[:, 0] + moments[:, 1] < moments[:, 2]) | ~finite
-            for expression in self.model.assumed:
-                bad |= ~(np.asarray(state(expression), dtype=float) > 0)
-        yield from np.flatnonzero(bad).tolist()
+                finite = np.isfinite(matrices).all(axis=-1)
+                excess = _excess(np.where(finite[..., None], matrices, 0.0).reshape(-1, 3, 3))
+                # half and twice the round-off that `space.feasibility` allows
+                bad |= ~finite | (excess > TOLERANCE / 2)
+                clear |= finite & (excess > 2 * TOLERANCE)
+            for expression, strictly in signs:
+                x = np.asarray(state(expression), dtype=float)
+                bad |= ~(x > 0) if strictly else ~(x >= 0)
+                clear |= x < -_CLEAR * np.max(np.abs(x), initial=0.0, where=np.isfinite(x))
+        return bad, clear
 
     def states(
         self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels,
@@ -192,6 +205,21 @@ class Lanes:
         for lane, y in rows.items():
             result[lane] = y
         return result, no_start, active, tuple(apart)
+
+
+def _excess(matrices: Array) -> Array:
+    """Return by how much moments of inertia, shape (n, 3, 3), are negative or break the triangle inequality.
+
+    In units of the greatest entry. The moments about the axes of the matrix must obey both as the principal ones do.
+    """
+    scale = np.abs(matrices).max(axis=(1, 2))
+    moments = np.sort(np.diagonal(matrices, axis1=1, axis2=2), axis=1)
+    result = np.maximum(-moments[:, 0], moments[:, 2] - moments[:, 1] - moments[:, 0])
+    if np.count_nonzero(matrices) > np.count_nonzero(moments):
+        moments = np.linalg.eigvalsh(matrices)
+        result = np.maximum(result, -moments[:, 0])
+        result = np.maximum(result, moments[:, 2] - moments[:, 1] - moments[:, 0])
+    return np.divide(result, scale, out=np.zeros_like(result), where=scale > 0)
 
 
 def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]) -> Lanes:
