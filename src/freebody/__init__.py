@@ -67,7 +67,10 @@ if TYPE_CHECKING:
     from .studies.lanes.grid import grid as grid
     from .studies.lanes.sample import sample as sample
     from .studies.lanes.table import table as table
+    from .studies.open_study import open_study as open_study
     from .studies.simulate import simulate as simulate
+    from .studies.study import Study as Study
+    from .studies.study import study as study
     from .studies.sweep import sweep as sweep
     from .symbolic.linear.linearize import linearize as linearize
     from .symbolic.printing import component_forms as forms  # noqa: F401
@@ -119,7 +122,10 @@ _EXPORTS = {
     "ring": "space.solids",
     "sample": "studies.lanes.sample",
     "signal": "describe.signal",
+    "open_study": "studies.open_study",
     "simulate": "studies.simulate",
+    "Study": "studies.study",
+    "study": "studies.study",
     "slender_bar": "space.solids",
     "sphere": "space.solids",
     "spherical_shell": "space.solids",

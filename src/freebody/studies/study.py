@@ -6,14 +6,17 @@ import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from inspect import signature
 from typing import TYPE_CHECKING, Any
 
+import cloudpickle
 import numpy as np
 
 from ..errors import SimulationError, arguments_named, path_of
 from ..model import Model
 from ..motion.batch.dataset import check_names
-from ..motion.batch.job import Job, check_memory
+from ..motion.batch.job import Job, check_memory, job_of
+from ..motion.batch.start import lanes_of
 from ..motion.kernels.kernels import kernels_of
 from ..scalar.algebra import Expression
 from .blocks.block import Ready, Work
@@ -22,11 +25,11 @@ from .blocks.cutting import seconds_per_lane
 from .blocks.executors import sent
 from .blocks.run import run
 from .blocks.source import ByLaw
-from .blocks.tally import spoken
+from .blocks.tally import spoken, spoken_size
 from .identity.study_identity import parts
 from .lanes.chosen import Chosen
+from .lanes.feasibility import check_possible
 from .lanes.law import Law
-from .lanes.possible import check_possible
 from .simulate import simulate
 from .stores.memory import Flagged
 from .stores.netcdf import NetCDF
@@ -36,13 +39,14 @@ if TYPE_CHECKING:
     import xarray
 
 
+_OWN = ("s", "until", "initial", "values", "outputs", "threads")
 _FIRST = 64  # lanes by which a study is read and checked
 
 
 _DEFAULTS = {
     name: parameter.default
     for name, parameter in signature(simulate).parameters.items()
-    if name in signature(job_of).parameters and parameter.default is not parameter.empty
+    if name in signature(job_of).parameters and name not in _OWN
 }
 """What :func:`freebody.simulate` takes for options that are not given."""
 
@@ -149,18 +153,7 @@ class Study:
     def _source(self) -> ByLaw:
         names = self.lanes.names
         parameters = {parameter.name for parameter in self.machine.parameters}
-        self._check_once(names)
         return ByLaw(self.lanes, tuple(x for x in names if x in parameters), self.values, self.initial)
-
-    def _check_once(self, names: tuple[str, ...]) -> None:
-        """Refuse names that stand in the law and among the values that all lanes share."""
-        model = self.machine
-        symbols = {parameter.symbol: parameter.name for parameter in model.parameters}
-        for where, shared in (("values", self.values), ("initial", self.initial)):
-            for key in shared:
-                name = key if isinstance(key, str) else {**model.names.texts, **symbols}.get(key, str(key))
-                if name in names:
-                    raise SimulationError(f"'{name}' is in lanes= and in {where}=. Leave one out.")
 
     @cached_property
     def _work(self) -> Work:
@@ -213,7 +206,7 @@ class Study:
         cost = "" if seconds is None else (
             f"about {spoken(seconds * self.count)} of one processor ({spoken(seconds)} a lane), "
         )  # fmt: skip
-        return f"{self!r}\n{cost}{_bytes(size)} of results"
+        return f"{self!r}\n{cost}{spoken_size(size)} of results"
 
     @cached_property
     def seconds_per_lane(self) -> float | None:
@@ -237,19 +230,20 @@ class Study:
             loky and mpi4py, or a ``dask.distributed.Client``; its address as text; "processes". By default the
             threads of this process.
         store : path, optional
-            ``x.zarr``: written by the workers, a block at a time, and read by ``xarray.open_zarr`` at any moment. Other
-            names: a netCDF file, written by this process. What a stopped study has kept is not run again.
+            ``x.zarr``: written by the workers, a block at a time, and read by ``xarray.open_zarr`` at any moment.
+            Other names: a netCDF file, written by this process. What a stopped study has kept is not run again.
         progress : bool or function, optional
             Show a line with what is done, what failed, and the time that is left; by default on terminals and in
-            notebooks. A function gets the same: a number from 0 to 1 with ``done``, ``failed``, ``rate``, ``remaining``.
+            notebooks. A function gets the same: a number from 0 to 1 with ``done``, ``failed``, ``rate`` and
+            ``remaining``.
         threads : int, optional
             Number of threads without an executor; all processors by default.
 
         Returns
         -------
         xarray.Dataset
-            Outputs over ``lane`` and ``time``; ``status`` as a flag, with meanings; ``reason`` of the lanes that failed,
-            over ``failed``, whose numbers ``failed_lane`` holds. A lane that fails raises no error. In a zarr store
+            Outputs over ``lane`` and ``time``; ``status`` as a flag, with meanings; ``reason`` of the lanes that
+            failed, over ``failed``, whose numbers ``failed_lane`` holds. A lane that fails raises no error. In a zarr store
             ``reason`` holds the lanes by reason for each block.
 
         Raises
@@ -260,7 +254,7 @@ class Study:
         check_possible(self.lanes, self.machine, self.values)
         ready = self.ready
         if executor is None or executor == "threads":
-            ready = self._ready_here(threads)
+            ready = Ready(self._work, threads)
         elif threads is not None:
             raise SimulationError(
                 "Expected threads= or executor=, got both: each block that an executor runs has one thread. Leave one "
@@ -286,20 +280,11 @@ class Study:
 
     def _pickled(self) -> bytes:
         """Return the study as it is kept in a store."""
-        return dumped(self)
+        return bytes(cloudpickle.dumps(self))
 
     def _with_all_lanes(self, job: Job) -> Job:
         """Return a job that holds the values of all lanes, as the coordinates of a dataset need them."""
         return replace(job, lanes=lanes_of(self.machine, *self._source.arguments(0, self.count)))
-
-    def _ready_here(self, threads: int | None) -> Ready:
-        """Return the study, ready to run lanes in this process by several threads."""
-        if threads is None:
-            threads = processors()
-        check_threads(threads)
-        ready = copy(self.ready)
-        ready.job = replace(ready.job, threads=threads)
-        return ready
 
     def isel(self, lane: Any) -> Any:
         """Return the motion of one lane, or the study of some lanes.
@@ -322,7 +307,7 @@ class Study:
             There is no such lane.
         """
         if isinstance(lane, slice):
-            return replace(self, lanes=Chosen.of(self.lanes, np.arange(self.count)[lane]))
+            return replace(self, lanes=Chosen(self.lanes, np.arange(self.count)[lane]))
         numbers = np.asarray(lane)
         if numbers.dtype.kind not in "iu" or numbers.ndim > 1 or not numbers.size:
             raise SimulationError(f"Expected the number of a lane, several, or a slice, got {lane!r}.")
@@ -330,7 +315,7 @@ class Study:
             raise SimulationError(f"Expected lanes from 0 to {self.count - 1}, got {lane!r}.")
         numbers = np.where(numbers < 0, numbers + self.count, numbers)
         if numbers.ndim:
-            return replace(self, lanes=Chosen.of(self.lanes, numbers))
+            return replace(self, lanes=Chosen(self.lanes, numbers))
         values, initial = self._source.arguments(int(numbers), int(numbers) + 1)
         names = self.lanes.names
         values, initial = (

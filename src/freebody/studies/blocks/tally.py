@@ -45,6 +45,14 @@ def spoken(seconds: float) -> str:
     return f"{seconds:.2g} s" if seconds < 1 else f"{seconds:.3g} s"
 
 
+def spoken_size(size: float) -> str:
+    """Return a number of bytes in the unit that a reader would use."""
+    for power, unit in ((4, "TB"), (3, "GB"), (2, "MB"), (1, "kB")):
+        if size >= 1000**power:
+            return f"{size / 1000**power:.3g} {unit}"
+    return f"{size:.3g} bytes"
+
+
 class Tally:
     """Context in which lanes are counted, and a line shows how far a long study is.
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import shutil
 import sys
 import warnings
@@ -114,16 +115,12 @@ class ZarrStore:
         """Return the number of lanes of a block of a store; None if there is none."""
         if not path.exists():
             return None
-        mark = _mark(path)
+        mark = mark_of(path)
         return int(mark["block"]) if "block" in mark else None
 
     def check(self) -> None:
         """Refuse the store of another study."""
         check(self.path, self.parts)
-        import zarr
-
-        self.group = zarr.open_group(str(self.path), mode="r", use_consolidated=False)
-        self.size = int(self.group["status"].chunks[0])
 
     def _create(self, size: int, study: bytes, law: str) -> None:
         """Lay out the store beside its place, and rename it."""
@@ -169,8 +166,8 @@ class ZarrStore:
                 REASON, shape=(-(-job.count // size),), chunks=(1,), dtype=str, fill_value="",
                 dimension_names=("block",), attributes={"long_name": "lanes that failed, by the reason"},
             )  # fmt: skip
-            pickle = np.frombuffer(study, dtype="u1")
-            group.create_group("study").create_array("pickle", shape=pickle.shape, dtype="u1")[:] = pickle
+            content = np.frombuffer(study, dtype="u1")
+            group.create_group("study").create_array("pickle", shape=content.shape, dtype="u1")[:] = content
             zarr.consolidate_metadata(str(new))
             try:
                 new.rename(self.path)
@@ -180,10 +177,9 @@ class ZarrStore:
             finally:
                 shutil.rmtree(new, ignore_errors=True)
 
-    def missing(self, blocks: Iterable[Range]) -> Iterator[Range]:
-        """Yield ranges of lanes that are waiting, each within a block."""
-        del blocks
-        yield from missing(self.group)
+    def missing(self, blocks: Iterable[Range]) -> Iterable[Range]:
+        """Return the ranges of lanes that are waiting, each within a block of the store."""
+        return missing(self.path)
 
     def receive(self, report: Report) -> None:
         """Do nothing: the worker has written the block."""
@@ -202,20 +198,34 @@ class ZarrStore:
         return opened(self.path)
 
 
-def missing(group: Any) -> Iterator[Range]:
+def statuses(path: Path) -> Any:
+    """Return the codes of the statuses of all lanes."""
+    import zarr
+
+    return zarr.open_group(str(path), mode="r", use_consolidated=False)["status"][:]
+
+
+def missing(path: Path) -> Iterator[Range]:
     """Yield ranges of lanes that are waiting, each within a block of a store."""
-    statuses = group["status"]
-    count, size = statuses.shape[0], statuses.chunks[0]
-    for low, high in cut(count, size):
-        waiting = np.diff(np.asarray(statuses[low:high]) == WAITING, prepend=False, append=False)
-        edges = np.flatnonzero(waiting).tolist()
+    waiting = statuses(path) == WAITING
+    for low, high in cut(len(waiting), int(mark_of(path)["block"])):
+        edges = np.flatnonzero(np.diff(waiting[low:high], prepend=False, append=False)).tolist()
         for first, last in zip(edges[::2], edges[1::2], strict=True):
             yield low + first, low + last
 
 
+def loaded(path: Path) -> Any:
+    """Return what the store keeps as a pickle, which is run by reading it."""
+    import zarr
+
+    return pickle.loads(
+        zarr.open_group(str(path), mode="r", use_consolidated=False)["study/pickle"][:].tobytes()
+    )
+
+
 def check(path: Path, parts: Mapping[str, str]) -> None:
     """Refuse the store of another study."""
-    stored = _mark(path).get("parts", {})
+    stored = mark_of(path).get("parts", {})
     others = [name for name, digest in parts.items() if stored.get(name) != digest]
     if others:
         what = f"a study that differs in the {', the '.join(others)}" if stored else "something else"
@@ -225,7 +235,7 @@ def check(path: Path, parts: Mapping[str, str]) -> None:
         )
 
 
-def _mark(path: Path) -> dict[str, Any]:
+def mark_of(path: Path) -> dict[str, Any]:
     """Return what a store tells of its study; nothing if it is no store of a study."""
     import zarr
 

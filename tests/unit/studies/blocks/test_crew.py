@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any
@@ -18,6 +19,7 @@ import freebody as fb
 from batch_machines import pendulum
 from freebody.errors import SimulationError
 from freebody.motion.batch import alone
+from freebody.studies.blocks import run
 
 
 def cart(law: Any, name: str | None = None) -> fb.System:
@@ -62,12 +64,9 @@ def test_a_process_that_dies_costs_its_lanes_only(tmp_path, store: bool) -> None
     assert np.isnan(data["x"].values[~done]).all()
     assert (data.reason.values[done] == "").all()
     assert all(
-        "a process of the pool ended abruptly" in x and "BrokenProcessPool" in x
-        for x in data.reason.values[~done]
+        "its process ended abruptly" in x and "BrokenProcessPool" in x for x in data.reason.values[~done]
     )
-    assert data.attrs["interrupted"].startswith(
-        f"{(~done).sum()} of 12 lanes were not run; {(~done).sum()} were lost"
-    )
+    assert data.attrs["lost"].startswith("1 of 12 lanes, the first 11: its process ended abruptly")
     data.close()
     if store:  # the same call goes on with the others, here in a process that does not die
         with h5py.File(tmp_path / "x.nc", "r") as file:
@@ -76,98 +75,95 @@ def test_a_process_that_dies_costs_its_lanes_only(tmp_path, store: bool) -> None
         assert np.array_equal(again["x"], whole["x"]) and set(again.status.values) == {"finished"}
 
 
-def test_machines_in_one_loop_tell_it_too() -> None:
-    class Half(Executor):
-        """Runs every other block."""
-
-        calls = 0
+def test_a_block_that_breaks_is_halved_until_the_lane_is_alone() -> None:
+    class Small(Executor):
+        """Has no room for lane 2."""
 
         def submit(self, function, /, *arguments, **options):
             task: Future = Future()
-            self.calls += 1
-            if self.calls % 2:
-                task.set_result(function(*arguments, **options))
-            else:
+            low, high = arguments[-2:]
+            if low <= 2 < high:
                 task.set_exception(MemoryError("no room"))
+            else:
+                task.set_result(function(*arguments, **options))
             return task
 
     start = {"theta": [0.1, 0.2, 0.3, 0.4]}
-    data = fb.simulate(pendulum(), 1, initial=start, samples=2, executor=Half(), progress=False)
-    assert list(data.status.values) == ["finished", "waiting"] * 2
-    assert list(data.reason.values) == ["", "not finished: MemoryError: no room"] * 2
+    data = fb.simulate(pendulum(), 1, initial=start, samples=2, executor=Small(), progress=False)
+    assert list(data.status.values) == ["finished", "finished", "lost", "finished"]
+    assert list(data.reason.values) == ["", "", "MemoryError: no room", ""]
+    assert data.attrs["lost"] == "1 of 4 lanes, the first 2: MemoryError: no room"
     grid = fb.sweep(
-        pendulum(), {"theta": [0.1, 0.2], "m": [1, 2]}, 1, samples=2, executor=Half(), progress=False
+        pendulum(), {"theta": [0.1, 0.2], "m": [1, 2]}, 1, samples=2, executor=Small(), progress=False
     )
-    assert grid.reason.dims == ("theta_start", "m") and list(grid.reason.values[:, 0]) == ["", ""]
+    assert grid.reason.dims == ("theta_start", "m") and grid.reason.values[1, 0] == "MemoryError: no room"
     with pytest.raises(SimulationError, match="Expected another name for the output 'reason'"):
         fb.simulate(pendulum(), 1, initial=start, outputs={"reason": "theta"})
 
 
 def test_an_executor_that_takes_no_more_leaves_what_it_has_done() -> None:
     class Tired(Executor):
-        """Runs one block, leaves another, and takes no third."""
+        """Runs one block, and takes no second."""
 
-        _max_workers = 1
         calls = 0
 
         def submit(self, function, /, *arguments, **options):
             task: Future = Future()
             self.calls += 1
-            if self.calls == 3:
+            if self.calls == 2:
                 raise RuntimeError("cannot schedule new futures after shutdown")
-            if self.calls == 1:
-                task.set_result(function(*arguments, **options))
-            else:
-                task.set_exception(SystemExit(1))
+            task.set_result(function(*arguments, **options))
             return task
 
     start = {"theta": np.linspace(0.1, 1, 9)}
     data = fb.simulate(pendulum(), 1, initial=start, samples=2, executor=Tired(), progress=False)
     assert list(data.status.values) == ["finished"] + 8 * ["waiting"]
-    assert list(data.reason.values[:2]) == ["", "not finished: SystemExit: 1"]
-    assert set(data.reason.values[2:]) == {
-        "not begun: RuntimeError: cannot schedule new futures after shutdown"
-    }
+    why = "not begun: RuntimeError: cannot schedule new futures after shutdown"
+    assert data.attrs["interrupted"] == f"8 of 9 lanes were not run; {why}"
 
 
 def test_where_no_lane_was_run_it_is_an_error() -> None:
     options = {"initial": {"x": [0.6, 0.7]}, "samples": 2, "progress": False}
     with (
         ProcessPoolExecutor(1) as pool,
-        pytest.raises(
-            SimulationError,
-            match="No lane was run; the first was not finished: a process of the pool ended abruptly",
-        ) as error,
+        pytest.raises(SimulationError, match="No lane of 2 was run; the first was its process ended abruptly"),
     ):
         fb.simulate(cart(Mortal(), "law"), 1, executor=pool, **options)
-    assert type(error.value.__cause__).__name__ == "BrokenProcessPool"
 
 
 def closed(gain: float) -> Any:
     return lambda t, x: -gain * x["x"]
 
 
-def test_a_law_that_no_other_process_finds_is_refused_before_anything_starts(tmp_path) -> None:
-    path = tmp_path / "x.nc"
-
+def test_a_law_of_this_process_only_goes_along_by_value() -> None:
     def local(t: float, x: Any) -> float:
         return -x["x"]
 
     for law in (closed(2.0), local):
-        with ProcessPoolExecutor(1) as pool:
-            with pytest.raises(
-                SimulationError,
-                match=r"controller that other processes find by its name, .* 'pull' is <function .*: AttributeError: .*"
-                r"Define it with def at the top level of a module .* leave out executor=, or pass a .*Thread",
-            ):
-                fb.simulate(cart(law, "pull"), 1, executor=pool, store=path, **STARTS)
-            assert not path.exists() and not pool._processes
-        with ThreadPoolExecutor(2) as pool:
-            there = fb.simulate(cart(law, "pull"), 1, executor=pool, **STARTS)
-        assert there.equals(fb.simulate(cart(law, "pull"), 1, **STARTS))
+        here = fb.simulate(cart(law, "pull"), 1, **STARTS)
+        for pool in (ProcessPoolExecutor(1), ThreadPoolExecutor(2)):
+            with pool:
+                assert fb.simulate(cart(law, "pull"), 1, executor=pool, **STARTS).equals(here)
+
+
+def test_a_law_that_cannot_be_sent_is_refused_before_anything_starts() -> None:
+    lock = threading.Lock()
+
+    def guarded(t: float, x: Any) -> float:
+        with lock:
+            return -x["x"]
+
     with ProcessPoolExecutor(1) as pool:
-        few = fb.simulate(cart(pull), 1, executor=pool, **STARTS)
-    assert np.array_equal(few["x"], fb.simulate(cart(pull), 1, **STARTS)["x"])
+        with pytest.raises(
+            SimulationError,
+            match=r"controller that can be sent to other processes, but 'pull' is <function .*: TypeError: .*lock.*"
+            r"Open or make what it holds within the function, .* leave out executor=",
+        ):
+            fb.simulate(cart(guarded, "pull"), 1, executor=pool, **STARTS)
+        assert not pool._processes
+    with ThreadPoolExecutor(2) as pool:
+        there = fb.simulate(cart(guarded, "pull"), 1, executor=pool, **STARTS)
+    assert there.equals(fb.simulate(cart(guarded, "pull"), 1, **STARTS))
 
 
 PRESSED = """
@@ -206,12 +202,12 @@ def test_ctrl_c_of_a_terminal_keeps_lanes_of_blocks_that_are_run(tmp_path) -> No
 
 
 def test_a_block_that_hears_ctrl_c_gives_back_the_lanes_that_are_done(monkeypatch) -> None:
-    run = alone.Alone.lane
+    lane_of = alone.Alone.lane
 
     def pressed(self: Any, lane: int) -> None:
         if lane == 2:
             raise KeyboardInterrupt
-        run(self, lane)
+        lane_of(self, lane)
 
     class Here(Executor):
         """One block of all lanes."""
@@ -222,7 +218,7 @@ def test_a_block_that_hears_ctrl_c_gives_back_the_lanes_that_are_done(monkeypatc
             return task
 
     monkeypatch.setattr(alone.Alone, "lane", pressed)
-    monkeypatch.setattr(pool, "_BLOCKS", 1)
+    monkeypatch.setattr(run, "growing", lambda ranges, *more: iter(ranges))
     data = fb.simulate(cart(pull), 1, executor=Here(), **STARTS)
     assert list(data.status.values) == 2 * ["finished"] + 10 * ["waiting"]
     assert data.attrs["interrupted"] == "10 of 12 lanes were not run" and set(data.reason.values) == {""}
