@@ -64,6 +64,14 @@ if TYPE_CHECKING:
     from .space.solids import torus as torus
     from .space.solids import tube as tube
     from .studies.fit import fit as fit
+    from .studies.reducers.extremes import largest as largest
+    from .studies.reducers.extremes import smallest as smallest
+    from .studies.reducers.histogram import histogram as histogram
+    from .studies.reducers.mean import mean as mean
+    from .studies.reducers.quantile import quantile as quantile
+    from .studies.reducers.stopping import error as error
+    from .studies.reducers.variance import covariance as covariance
+    from .studies.reducers.variance import variance as variance
     from .studies.simulate import simulate as simulate
     from .studies.sweep import sweep as sweep
     from .symbolic.linear.linearize import linearize as linearize
@@ -91,11 +99,13 @@ _EXPORTS = {
     "compare_linear": "picture.plots.compare_linear",
     "compile": "program.program:compile_system",
     "cone": "space.solids",
+    "covariance": "studies.reducers.variance",
     "cylinder": "space.solids",
     "disk": "space.solids",
     "draw": "picture.machine.draw",
     "ellipsoid": "space.solids",
     "equations": "motion.contact.equations_at_start",
+    "error": "studies.reducers.stopping",
     "errors": "errors:",
     "event": "motion.trajectory.event",
     "exact": "exact:",
@@ -103,12 +113,16 @@ _EXPORTS = {
     "forms": "symbolic.printing.component_forms:",
     "free_body_diagram": "picture.free_body.free_body_diagram",
     "from_density": "space.density",
+    "histogram": "studies.reducers.histogram",
     "impulse": "motion.legs.impulse",
+    "largest": "studies.reducers.extremes",
     "linearize": "symbolic.linear.linearize",
+    "mean": "studies.reducers.mean",
     "mesh": "space.mesh",
     "particle": "space.solids",
     "plate": "space.solids",
     "plot": "picture.plots.plot:",
+    "quantile": "studies.reducers.quantile",
     "read": "formats",
     "report": "picture.page.report",
     "revolve": "space.density",
@@ -116,6 +130,7 @@ _EXPORTS = {
     "signal": "describe.signal",
     "simulate": "studies.simulate",
     "slender_bar": "space.solids",
+    "smallest": "studies.reducers.extremes",
     "sphere": "space.solids",
     "spherical_shell": "space.solids",
     "steady_motions": "symbolic.steady.steady",
@@ -124,6 +139,7 @@ _EXPORTS = {
     "timeline": "motion.contact.trajectory",
     "torus": "space.solids",
     "tube": "space.solids",
+    "variance": "studies.reducers.variance",
     "write": "formats",
 }
 
