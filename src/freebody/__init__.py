@@ -68,6 +68,14 @@ if TYPE_CHECKING:
     from .studies.lanes.sample import sample as sample
     from .studies.lanes.table import table as table
     from .studies.open_study import open_study as open_study
+    from .studies.reducers.extremes import largest as largest
+    from .studies.reducers.extremes import smallest as smallest
+    from .studies.reducers.histogram import histogram as histogram
+    from .studies.reducers.mean import mean as mean
+    from .studies.reducers.quantile import quantile as quantile
+    from .studies.reducers.stopping import error as error
+    from .studies.reducers.variance import covariance as covariance
+    from .studies.reducers.variance import variance as variance
     from .studies.simulate import simulate as simulate
     from .studies.study import Study as Study
     from .studies.study import study as study
@@ -97,11 +105,13 @@ _EXPORTS = {
     "compare_linear": "picture.plots.compare_linear",
     "compile": "program.program:compile_system",
     "cone": "space.solids",
+    "covariance": "studies.reducers.variance",
     "cylinder": "space.solids",
     "disk": "space.solids",
     "draw": "picture.machine.draw",
     "ellipsoid": "space.solids",
     "equations": "motion.contact.equations_at_start",
+    "error": "studies.reducers.stopping",
     "errors": "errors:",
     "event": "motion.trajectory.event",
     "exact": "exact:",
@@ -110,12 +120,16 @@ _EXPORTS = {
     "free_body_diagram": "picture.free_body.free_body_diagram",
     "from_density": "space.density",
     "grid": "studies.lanes.grid",
+    "histogram": "studies.reducers.histogram",
     "impulse": "motion.legs.impulse",
+    "largest": "studies.reducers.extremes",
     "linearize": "symbolic.linear.linearize",
+    "mean": "studies.reducers.mean",
     "mesh": "space.mesh",
     "particle": "space.solids",
     "plate": "space.solids",
     "plot": "picture.plots.plot:",
+    "quantile": "studies.reducers.quantile",
     "read": "formats",
     "report": "picture.page.report",
     "revolve": "space.density",
@@ -127,6 +141,7 @@ _EXPORTS = {
     "Study": "studies.study",
     "study": "studies.study",
     "slender_bar": "space.solids",
+    "smallest": "studies.reducers.extremes",
     "sphere": "space.solids",
     "spherical_shell": "space.solids",
     "steady_motions": "symbolic.steady.steady",
@@ -136,6 +151,7 @@ _EXPORTS = {
     "timeline": "motion.contact.trajectory",
     "torus": "space.solids",
     "tube": "space.solids",
+    "variance": "studies.reducers.variance",
     "write": "formats",
 }
 
