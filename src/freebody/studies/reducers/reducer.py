@@ -86,7 +86,7 @@ def check_groups(by: Sequence[str], sizes: Sequence[int], limit: int) -> None:
         counts = " x ".join(map(str, sizes))
         raise SimulationError(
             f"Expected at most {limit} groups by {', '.join(by)}, got {counts}. Group by fewer names, or by a coarser "
-            f'number such as by="floor({by[0]})".'
+            f'number such as by="floor({by[0]})"{"" if limit == GROUPS else ", or take fewer buckets, bins or values"}.'
         )
 
 
