@@ -19,13 +19,16 @@ from .intervals import CONFIDENCE, DEVIATIONS, rank_of, ranks_around
 from .number import Array
 from .reducer import ENTRIES, Reducer, Variable, is_skipped, numbers_of
 
+BUCKETS = 4096
 _CHUNK = 1 << 16
 _SIGN = np.uint64(1 << 63)
 _LARGEST = float(np.finfo(float).max)
 
 
 @arguments_named
-def quantile(what: str, q: Any, by: Any = None, *, buckets: int = 4096, missing: str = "raise") -> Quantile:
+def quantile(
+    what: str, q: Any, by: Any = None, *, buckets: int = BUCKETS, missing: str = "raise"
+) -> Quantile:
     """Return the reducer for quantiles of a number over all runs.
 
         x_q = the least value x of a run for which at least q n runs have a value <= x
@@ -177,7 +180,8 @@ class Quantile(Reducer):
     def options(self) -> list[str]:
         """Return the other arguments, as in a call."""
         q = self.probabilities
-        return [f"{list(q) if isinstance(q, tuple) else q}"]
+        more = [] if self.buckets == BUCKETS else [f"buckets={self.buckets}"]
+        return [str(list(q) if isinstance(q, tuple) else q), *more]
 
     @property
     def entries(self) -> int:

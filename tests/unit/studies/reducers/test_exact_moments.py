@@ -51,7 +51,9 @@ def test_of_full_limbs_and_many_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_weights_in_all_blocks_or_in_none() -> None:
-    with pytest.raises(SimulationError, match="Expected weights in all blocks of a study or in none, got both"):
+    with pytest.raises(
+        SimulationError, match="Expected weights in all blocks of a study or in none, got both"
+    ):
         Moments(((1,),), 0, (0,)).merge(Moments(((1, 1),), 0, (0,)))
 
 

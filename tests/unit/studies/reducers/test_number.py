@@ -57,7 +57,9 @@ def test_no_finite_value() -> None:
     np.testing.assert_array_equal(of("1/max(theta')"), [-0.5, np.nan, 2, 1 / 3])
     np.testing.assert_array_equal(of("log(max(theta')) > -9"), [np.nan, np.nan, 1, 1])
     np.testing.assert_array_equal(of("exp(1e9*I) > 0"), [np.nan] * 4)
-    np.testing.assert_array_equal(Number("a", ("a",), (), (("column", "a"),), False).of({"a": [np.inf, 1]}, 2), [np.nan, 1])
+    np.testing.assert_array_equal(
+        Number("a", ("a",), (), (("column", "a"),), False).of({"a": [np.inf, 1]}, 2), [np.nan, 1]
+    )
 
 
 def test_a_condition_of_an_event_that_did_not_happen() -> None:
@@ -87,7 +89,9 @@ def test_bits_do_not_depend_on_the_block() -> None:
     """Functions of NumPy have loops for whole vectors and for what remains: they give the same bits."""
     rng = np.random.default_rng(0)
     x = rng.normal(size=1003)
-    number = number_of("sin(x) + exp(x)*cos(3*x) + abs(x)**1.7 + tanh(x) + log(abs(x)) + atan2(x, sinh(x))", "mean")
+    number = number_of(
+        "sin(x) + exp(x)*cos(3*x) + abs(x)**1.7 + tanh(x) + log(abs(x)) + atan2(x, sinh(x))", "mean"
+    )
     whole = number.of({"x": x}, len(x))
     for low in range(0, 1003, 17):
         high = min(1003, low + 1 + low % 17)
@@ -156,5 +160,7 @@ def test_a_value_is_no_text() -> None:
 
 def test_unknown_names() -> None:
     check_names(("I",), ("I", "end"), "mean('I')")
-    with pytest.raises(SimulationError, match=r"Unknown name 'thet' in mean\('thet'\); did you mean 'theta'\? Of a quan"):
+    with pytest.raises(
+        SimulationError, match=r"Unknown name 'thet' in mean\('thet'\); did you mean 'theta'\? Of a quan"
+    ):
         check_names(("thet",), ("theta", "I"), "mean('thet')")
