@@ -42,12 +42,14 @@ def test_of_two_columns(rows: list[tuple[float, float]]) -> None:
 
 
 def test_of_full_limbs_and_many_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The largest mantissa, as many times as a product of matrices takes and more: Σ x^k = n x^k."""
-    x, n = 1 - 2.0**-53, 3 * exact_moments._CHUNK + 5
+    """The largest mantissas, as many as a product of matrices takes and more: no sum of limbs loses its last bit."""
+    integers = 2**53 - 1 - 2 * np.random.default_rng(0).integers(0, 2**10, 3 * exact_moments._CHUNK + 5)
     monkeypatch.setattr(exact_moments, "_LARGEST", 2 * exact_moments._CHUNK)  # also in two runs of chunks
-    part = moments([np.full(n, -x)], ONE)
+    part = moments([-integers.astype(float)], ONE)
+    values, counts = np.unique(integers, return_counts=True)
     for k, s in enumerate(part.sums, 1):
-        assert Fraction(s, 2 ** (UNIT * k)) == n * Fraction(-x) ** k
+        exact = sum(n * (-x) ** k for x, n in zip(values.tolist(), counts.tolist(), strict=True))
+        assert s == exact << UNIT * k
 
 
 def test_weights_in_all_blocks_or_in_none() -> None:

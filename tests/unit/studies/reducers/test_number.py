@@ -56,6 +56,7 @@ def test_no_finite_value() -> None:
     """Neither infinite nor undefined: nan, and a comparison with it is no condition that fails."""
     np.testing.assert_array_equal(of("1/max(theta')"), [-0.5, np.nan, 2, 1 / 3])
     np.testing.assert_array_equal(of("log(max(theta')) > -9"), [np.nan, np.nan, 1, 1])
+    np.testing.assert_array_equal(of("-9 < log(max(theta'))"), [np.nan, np.nan, 1, 1])
     np.testing.assert_array_equal(of("exp(1e9*I) > 0"), [np.nan] * 4)
     np.testing.assert_array_equal(
         Number("a", ("a",), (), (("column", "a"),), False).of({"a": [np.inf, 1]}, 2), [np.nan, 1]

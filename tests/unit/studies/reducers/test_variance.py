@@ -95,6 +95,18 @@ def test_the_error_is_the_scatter_of_samples(name: str) -> None:
     assert abs((errors**2).mean() / values.var() - 1) < 4 * math.sqrt(5 / samples) + 8 / n
 
 
+def test_the_error_of_a_covariance() -> None:
+    """The variance of a sample covariance (Kendall and Stuart 1977), by fractions."""
+    x, y = [Fraction(v) for v in (1, 4, 2, 8, 5)], [Fraction(v) for v in (3, 1, 4, 1, -7)]
+    n = len(x)
+    a, b = [v - sum(x) / n for v in x], [v - sum(y) / n for v in y]
+    c, sx, sy = (sum(v * w for v, w in zip(p, q, strict=True)) / (n - 1) for p, q in ((a, b), (a, a), (b, b)))
+    central = sum((v * w) ** 2 for v, w in zip(a, b, strict=True)) / n
+    exact = (central - Fraction(n - 2, n - 1) * c**2 + sx * sy / (n - 1)) / n
+    data = result(fb.covariance("x", "y"), x=[float(v) for v in x], y=[float(v) for v in y])
+    assert math.isclose(data["error"].item(), math.sqrt(exact), rel_tol=4e-16)
+
+
 def test_a_variance_beyond_floats() -> None:
     with pytest.raises(
         SimulationError, match="Expected a variance or covariance below 1.8e308, got a larger one"
