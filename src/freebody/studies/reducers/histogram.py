@@ -69,6 +69,8 @@ def histogram(
     if type(bins) is not int or not 1 <= bins <= 1 << 16:
         raise SimulationError(f"Expected from 1 to 65536 for bins= of histogram, got {shown(bins)}.")
     bounds = None
+    if range is None and bins == 1:  # 0 is between two bins of any width
+        raise SimulationError("Expected at least 2 bins for a histogram without range=, got bins=1.")
     if range is not None:
         try:
             low, high = map(float, range)

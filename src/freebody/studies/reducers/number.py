@@ -264,7 +264,7 @@ class _Reader:
                 place = token.end()
             else:
                 piece, place = self.named(text, token[0], token.end())
-                yield piece
+                yield f" {piece} "  # 2x is not 2_0
 
     def named(self, text: str, name: str, end: int) -> tuple[str, int]:
         """Return the Python text of a name with what belongs to it, and the place behind."""
@@ -380,6 +380,8 @@ class _Reader:
 
     def visit_Call(self, node: ast.Call, depth: int) -> bool:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
+            name = f"{node.func.value.id}.{node.func.attr}"
         if name not in FUNCTIONS and name not in _EXTREMES:
             if name in REDUCTIONS:
                 raise self.error(f"write {name}() of one quantity, such as {name}(theta).")

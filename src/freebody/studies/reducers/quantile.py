@@ -19,20 +19,23 @@ from .intervals import CONFIDENCE, DEVIATIONS, rank_of, ranks_around
 from .number import Array
 from .reducer import ENTRIES, Reducer, Variable, is_skipped, numbers_of
 
+BUCKETS = 4096
 _CHUNK = 1 << 16
 _SIGN = np.uint64(1 << 63)
 _LARGEST = float(np.finfo(float).max)
 
 
 @arguments_named
-def quantile(what: str, q: Any, by: Any = None, *, buckets: int = 4096, missing: str = "raise") -> Quantile:
+def quantile(
+    what: str, q: Any, by: Any = None, *, buckets: int = BUCKETS, missing: str = "raise"
+) -> Quantile:
     """Return the reducer for quantiles of a number over all runs.
 
         x_q = the least value x of a run for which at least q n runs have a value <= x
 
     Up to ``buckets`` different values are kept as they are: the quantiles are then those of ``numpy.quantile(...,
-    method="inverted_cdf")``. Beyond, values are counted in buckets, whose width relative to the value is about 2 k /
-    ``buckets`` where the values lie within a factor 2^k. The result states the bucket.
+    method="inverted_cdf")``. Beyond, values are counted in buckets, whose width relative to the value is at most about
+    2 k / ``buckets`` where the values lie within a factor 2^k. The result states the bucket.
 
     Parameters
     ----------
@@ -50,9 +53,9 @@ def quantile(what: str, q: Any, by: Any = None, *, buckets: int = 4096, missing:
     Returns
     -------
     Quantile
-        Its result has ``value``, in the middle of the bucket from ``lower`` to ``upper``; ``low`` and ``high``, the
-        ends of an interval of 95 % by order statistics, infinite where there are too few runs; ``error``, their
-        distance in standard deviations; and ``count``. The dimension is ``quantile``.
+        Its result has ``value``, within the bucket from ``lower`` to ``upper`` by linear interpolation; ``low`` and
+        ``high``, the ends of an interval of 95 % by order statistics, widened to whole buckets, infinite where there
+        are too few runs; ``error``, their distance over 2·1.96; and ``count``. The dimension is ``quantile``.
 
     Raises
     ------
@@ -107,9 +110,20 @@ class Sketch:
         beginnings = np.concatenate([_cut(x.beginnings, x.bits - bits) for x in (self, other)])
         return _sketch(self.buckets, bits, beginnings, np.concatenate([self.lanes, other.lanes]))
 
+    def place(self, rank: int) -> int:
+        """Return the place of the bucket that holds the value of a rank, from 1 to n."""
+        return int(np.searchsorted(np.cumsum(self.lanes), rank))
+
+    def value(self, rank: int) -> float:
+        """Return the value of a rank, as if the lanes of its bucket were evenly distributed over it."""
+        place = self.place(rank)
+        lower, upper = self.bounds(rank)
+        before = int(self.lanes[:place].sum())
+        return lower + (rank - before - 0.5) / int(self.lanes[place]) * (upper - lower)
+
     def bounds(self, rank: int) -> tuple[float, float]:
         """Return the bounds of the bucket that holds the value of a rank, from 1 to n."""
-        first = int(self.beginnings[np.searchsorted(np.cumsum(self.lanes), rank)])
+        first = int(self.beginnings[self.place(rank)])
         rest = 64 - self.bits
         keys = np.array([first << rest, ((first + 1) << rest) - 1], dtype=np.uint64)
         low, high = np.where(keys & _SIGN, keys ^ _SIGN, ~keys).view(np.float64).tolist()
@@ -166,7 +180,8 @@ class Quantile(Reducer):
     def options(self) -> list[str]:
         """Return the other arguments, as in a call."""
         q = self.probabilities
-        return [f"{list(q) if isinstance(q, tuple) else q}"]
+        more = [] if self.buckets == BUCKETS else [f"buckets={self.buckets}"]
+        return [str(list(q) if isinstance(q, tuple) else q), *more]
 
     @property
     def entries(self) -> int:
@@ -200,7 +215,7 @@ class Quantile(Reducer):
         }
         about: dict[str, dict[str, Any]] = {
             "value": {"long_name": f"quantile of {self.numbers[0].text}"},
-            "error": {"long_name": "width of the interval in standard deviations"},
+            "error": {"long_name": "width of the interval, in the unit of a standard error"},
             "lower": {"long_name": "lower end of the bucket that holds the quantile of the runs"},
             "upper": {"long_name": "upper end of the bucket that holds the quantile of the runs"},
             "low": interval,
@@ -225,5 +240,4 @@ def _statistics(part: Sketch, q: float) -> tuple[float, ...]:
     first, last = ranks_around(q, n)
     low = part.bounds(first)[0] if first > 0 else -np.inf
     high = part.bounds(last)[1] if last <= n else np.inf
-    value = lower if lower == upper else lower / 2 + upper / 2
-    return value, (high / 2 - low / 2) / DEVIATIONS, lower, upper, low, high
+    return part.value(rank_of(q, n)), (high / 2 - low / 2) / DEVIATIONS, lower, upper, low, high

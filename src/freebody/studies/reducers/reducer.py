@@ -3,6 +3,8 @@
     state of all lanes = state of block 1 ⊕ state of block 2 ⊕ ...
 
 ⊕ is exactly associative and commutative: neither the blocks, nor the workers, nor their order change a bit.
+
+Source: Owen, Monte Carlo variance of scrambled net quadrature (1997), for the errors of Latin hypercubes.
 """
 
 from __future__ import annotations
@@ -86,7 +88,7 @@ def check_groups(by: Sequence[str], sizes: Sequence[int], limit: int) -> None:
         counts = " x ".join(map(str, sizes))
         raise SimulationError(
             f"Expected at most {limit} groups by {', '.join(by)}, got {counts}. Group by fewer names, or by a coarser "
-            f'number such as by="floor({by[0]})".'
+            f'number such as by="floor({by[0]})"{"" if limit == GROUPS else ", or take fewer buckets, bins or values"}.'
         )
 
 
