@@ -71,6 +71,8 @@ def random_body() -> tuple[fb.Model, dict[str, np.ndarray]]:
     )
     moments[::4, 2] *= 1 + 1e-3 * random.normal(size=moments[::4, 2].size)
     matrices = np.einsum("nij,nj,nkj->nik", turns, moments, turns)
+    # and 20 units of round-off beyond the limit, where a run still allows it
+    matrices[:20] = np.diag([1.0, 1.0, 2.0 + 40 * np.finfo(float).eps])
     places = {"A": (0, 0), "B": (1, 1), "C": (2, 2), "D": (1, 2), "E": (0, 2), "F": (0, 1)}
     return fb.assemble(s), {name: matrices[:, i, j] for name, (i, j) in places.items()}
 
@@ -86,5 +88,6 @@ def test_the_fast_count_is_that_of_the_checks_one_by_one() -> None:
     assert law.impossible(machine) == (int(slow.sum()), law.count, int(slow.argmax()))
     suspects = set(lanes.suspects())
     assert set(np.flatnonzero(slow).tolist()) <= suspects
-    # disks at the limit are no suspects: round-off of the matrix is allowed for
-    assert len(suspects) < 1.2 * slow.sum()
+    # but for these, disks at the limit are no suspects: round-off of the matrix is allowed for
+    assert len(suspects) < 1.2 * slow.sum() + 20
+    assert not slow[:20].any() and set(range(20)) <= suspects
