@@ -216,7 +216,7 @@ def _excess(matrices: Array) -> Array:
     moments = np.sort(np.diagonal(matrices, axis1=1, axis2=2), axis=1)
     result = np.maximum(-moments[:, 0], moments[:, 2] - moments[:, 1] - moments[:, 0])
     if np.count_nonzero(matrices) > np.count_nonzero(moments):
-        moments = np.linalg.eigvalsh(matrices)
+        moments = np.asarray(np.linalg.eigvalsh(matrices), dtype=np.float64)
         result = np.maximum(result, -moments[:, 0])
         result = np.maximum(result, moments[:, 2] - moments[:, 1] - moments[:, 0])
     return np.divide(result, scale, out=np.zeros_like(result), where=scale > 0)

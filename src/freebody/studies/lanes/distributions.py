@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
+import pickle
+import sys
 from collections.abc import Mapping
-from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
 
+import cloudpickle
 import numpy as np
 
 from ...errors import SimulationError, shown
@@ -55,6 +58,9 @@ class Distribution:
     text: str
     distribution: Any = field(compare=False)
 
+    def __reduce__(self) -> Any:
+        return _unpacked, (self.content, self.text, _packed(self.distribution))
+
     def quantile(self, p: Array) -> Array:
         """Return the values below which lies the probability p."""
         d = self.distribution
@@ -68,8 +74,11 @@ class Distribution:
     @property
     def discrete(self) -> bool:
         """True if values have probabilities, not densities."""
-        d = self.distribution
-        return hasattr(d, "pmf") and bool(d.pmf(self.quantile(np.array([0.5]))[0]) > 0)
+        kind = type(self.distribution)
+        # the newer distributions of SciPy have both; pmf of some of its continuous ones never ends
+        return hasattr(kind, "pmf") and (
+            not hasattr(kind, "pdf") or any(base.__name__ == "DiscreteDistribution" for base in kind.__mro__)
+        )
 
     def support(self) -> tuple[float, float]:
         """Return the smallest and the greatest value."""
@@ -92,37 +101,36 @@ def marginal(value: Any, name: str) -> Marginal:
     if isinstance(value, tuple | list) and len(value) == 2:
         return _between(value, name, "the sample", None)
     pair = f"or a pair (low, high) for '{name}'"
-    if (
-        isinstance(value, type)
-        or hasattr(value, "freeze")
-        or not (hasattr(value, "ppf") or hasattr(value, "icdf"))
-    ):
+    if isinstance(value, type) or _is_family(value) or not (hasattr(value, "ppf") or hasattr(value, "icdf")):
         raise SimulationError(
             f"Expected a distribution with its parameters, such as scipy.stats.norm(0.5, 0.05), {pair}, got "
             f"{shown(value)}."
         )
     try:
-        own = deepcopy(value)
+        own = pickle.loads(_packed(value))
         content = digest(_content(value))
-    except (NoContentError, TypeError) as error:
+    except (NoContentError, TypeError, AttributeError, pickle.PicklingError) as error:
         raise SimulationError(
             f"Expected a distribution whose content can be read and sent to other processes, {pair}, got "
             f"{shown(value)}: {error.args[0]!r}."
         ) from None
     result = Distribution(content, _text(value), own)
-    _probe(result, name)
+    _probe(result, value, name)
     return result
 
 
-def _probe(result: Distribution, name: str) -> None:
-    """Refuse distributions of several numbers, and quantile functions that do not increase."""
+def _probe(result: Distribution, original: Any, name: str) -> None:
+    """Refuse distributions of several numbers, quantile functions that do not increase, and copies that differ."""
+    p = np.array([0.25, 0.5, 0.75])
     try:
-        values = result.quantile(np.array([0.25, 0.5, 0.75]))
+        values = result.quantile(p)
+        others = Distribution("", "", original).quantile(p)
+        shapes = (values.shape, result.quantile(p[:2]).shape)
     except Exception as error:
         raise SimulationError(
             f"Expected a distribution with quantiles for '{name}', but {result} has none: {error}."
         ) from None
-    if values.shape != (3,):
+    if shapes != ((3,), (2,)):
         raise SimulationError(
             f"Expected a distribution of one number for '{name}', but {result} has quantiles of shape {values.shape} "
             "for 3 probabilities. Name each number."
@@ -131,6 +139,12 @@ def _probe(result: Distribution, name: str) -> None:
         raise SimulationError(
             f"Expected finite quantiles that do not decrease for '{name}', but {result} has {values.tolist()} at 25, "
             "50 and 75 %. Check its parameters."
+        )
+    if not np.array_equal(values, others):
+        raise SimulationError(
+            f"Expected a distribution whose copies are equal to it, so that it can be sent to other processes, for "
+            f"'{name}', but {result} has {others.tolist()} at 25, 50 and 75 %, and its copy {values.tolist()}. Take a "
+            "distribution of scipy.stats, such as scipy.stats.norm(0.5, 0.05)."
         )
 
 
@@ -172,7 +186,13 @@ def _between(pair: Any, name: str, where: str, model: Model | None) -> Uniform:
     return Uniform(low, high)
 
 
-_FORGOTTEN = ("_random_state", "rng", "_rng")
+def _is_family(x: Any) -> bool:
+    """Return True for a family of distributions, such as scipy.stats.norm without parameters."""
+    families = sys.modules.get("scipy.stats")
+    return hasattr(x, "freeze") and getattr(families, str(getattr(x, "name", None)), None) is x
+
+
+_FORGOTTEN = ("_random_state", "rng", "_rng", "_moment_methods")
 
 
 def _content(x: Any) -> Any:
@@ -185,7 +205,7 @@ def _content(x: Any) -> Any:
     if isinstance(x, list | tuple):
         return [_content(value) for value in x]
     kind = type(x)
-    if isinstance(x, type) or not any(base.__module__.startswith("scipy.stats") for base in kind.__mro__):
+    if isinstance(x, type) or not _is_of_scipy(kind):
         return x
     state = x.__getstate__()
     if not isinstance(state, Mapping):
@@ -195,6 +215,41 @@ def _content(x: Any) -> Any:
         for name, value in sorted(state.items())
         if not name.endswith("_cache") and name not in _FORGOTTEN
     }
+
+
+class _Packer(cloudpickle.Pickler):
+    """Pickles distributions; the newer ones of SciPy as class and state, without their caches.
+
+    In SciPy 1.17 a plain copy of Normal(mu=1, sigma=2), also by pickle, is a StandardNormal, since Normal.__new__ makes
+    one if it is called without arguments.
+    """
+
+    def reducer_override(self, x: Any) -> Any:
+        if isinstance(x, type) or not (hasattr(type(x), "icdf") and _is_of_scipy(type(x))):
+            return super().reducer_override(x)
+        state = {
+            name: _emptied(value) if name.endswith("_cache") else value for name, value in vars(x).items()
+        }
+        return object.__new__, (type(x),), state
+
+
+def _emptied(cache: Any) -> Any:
+    return {} if isinstance(cache, dict) else None
+
+
+def _packed(x: Any) -> bytes:
+    """Return a distribution as bytes that `pickle.loads` reads."""
+    with io.BytesIO() as file:
+        _Packer(file).dump(x)
+        return file.getvalue()
+
+
+def _unpacked(content: str, text: str, distribution: bytes) -> Distribution:
+    return Distribution(content, text, pickle.loads(distribution))
+
+
+def _is_of_scipy(kind: type) -> bool:
+    return any(base.__module__.startswith("scipy.stats") for base in kind.__mro__)
 
 
 def _text(x: Any) -> str:

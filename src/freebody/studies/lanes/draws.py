@@ -60,7 +60,7 @@ class LatinHypercube(Draws):
         if self.count <= _SMALL:
             order = np.argsort(words(self.seed, _PERMUTATION, j, 0, self.count), kind="stable")
             return order[low:high].astype(np.uint64)
-        keys = _sequence(self.seed, _PERMUTATION, j).generate_state(2 * _ROUNDS, np.uint64)
+        keys = _key(self.seed, _PERMUTATION, j, 2 * _ROUNDS)
         bits = (self.count - 1).bit_length()
         result = np.arange(low, high, dtype=np.uint64)
         for start in range(0, result.size, _PIECE):
@@ -128,7 +128,7 @@ KINDS: dict[str, type[Draws]] = {"sobol": Sobol, "lhs": LatinHypercube, "random"
 
 def words(seed: int, stream: int, j: int, low: int, high: int) -> Words:
     """Return random words of 64 bits by number; each count of Philox makes four."""
-    key = _sequence(seed, stream, j).generate_state(2, np.uint64)
+    key = _key(seed, stream, j, 2)
     first = low // 4
     result: Words = np.random.Philox(key=key, counter=first).random_raw(high - 4 * first)[low - 4 * first :]
     return result
@@ -155,8 +155,11 @@ def feistel(numbers: Words, bits: int, keys: Words) -> Words:
     return left
 
 
-def _sequence(seed: int, stream: int, j: int) -> np.random.SeedSequence:
-    return np.random.SeedSequence(seed, spawn_key=(stream, j))
+def _key(seed: int, stream: int, j: int, count: int) -> Words:
+    """Return words that the seed makes for a stream of dimension j."""
+    return np.asarray(
+        np.random.SeedSequence(seed, spawn_key=(stream, j)).generate_state(count, np.uint64), np.uint64
+    )
 
 
 def _between(integers: Words, bits: int) -> NDArray[np.float64]:

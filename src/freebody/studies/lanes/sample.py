@@ -72,10 +72,11 @@ class Sample(Law):
         first, last = low // _BLOCK * _BLOCK, min(-(-high // _BLOCK) * _BLOCK, self.lanes)
         columns = self.columns(first, max(first, last))
         result = np.ones(max(first, last) - first)
-        for name, proposal in self.proposals:
-            for start in range(0, result.size, _BLOCK):
-                x = columns[name][start : start + _BLOCK]
-                result[start : start + _BLOCK] *= targets[name].density(x) / proposal.density(x)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for name, proposal in self.proposals:
+                for start in range(0, result.size, _BLOCK):
+                    x = columns[name][start : start + _BLOCK]
+                    result[start : start + _BLOCK] *= targets[name].density(x) / proposal.density(x)
         result = result[low - first : high - first]
         if not np.isfinite(result).all():
             lane = int(np.flatnonzero(~np.isfinite(result))[0])
