@@ -246,12 +246,10 @@ class Crossing:
         n_q, n_u = kernels.model.n_q, kernels.model.n_u
         moved = np.ascontiguousarray(states[:, : n_q + n_u])
         constants = program.constants(parameters)
-        size = m + m * n_u
+        # one state at a time in the same memory: G of all states would need much
+        kernel, room = program.compiled["conditions"], np.empty(m + m * n_u)
         residuals = np.array(
-            [
-                observe(program.address("conditions"), size, times[[k]], moved[[k]], constants)[0, :m]
-                for k in range(len(times))
-            ]
+            [kernel(t, y, constants, room)[:m].copy() for t, y in zip(times.tolist(), moved, strict=True)]
         )
         scale = 1 + np.abs(moved[:, :n_q]).max(axis=1, keepdims=True)
         return bool((np.abs(residuals) <= max(CLOSED, self.finest) * scale).all())
