@@ -258,10 +258,12 @@ def independence(model: Model, state: State, active: Sequence[int]) -> Scalar:
                 most = length(i) if most is None else state.field.apply("max", most, length(i))
         longest |= dict.fromkeys(group, most)
     nonzero = [i for i in active if entries(G[i])]
-    weighed = [
-        [x if j not in dict(entries(G[i])) else divide(x, masses[j][j]) for j, x in enumerate(G[i])]
-        for i in nonzero
-    ]
+    weighed: list[list[Scalar]] = []
+    for i in nonzero:
+        row: list[Scalar] = [0] * model.n_u
+        for j, x in entries(G[i]):
+            row[j] = divide(x, masses[j][j])
+        weighed.append(row)
     factors = Factorization(products(weighed, [G[i] for i in nonzero]))
     least: Scalar = 1
     for k, pivot in zip(factors.order, factors.D, strict=True):

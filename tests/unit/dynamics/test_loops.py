@@ -147,3 +147,22 @@ def test_a_coordinate_that_moves_two_joints_has_no_recursion():
     s.hinge("A", s.ground, one, axis="z", coordinate=a)
     s.hinge("B", one, two, at=(1, 0, 0), axis="z", coordinate=-2 * a)
     assert own_speeds(fb.assemble(s)) is None
+
+
+def test_independence_of_a_row_is_found_at_a_cost_linear_in_its_length():
+    """Operations of s² for a row of four-bars: each further loop adds the same."""
+    counts = []
+    for n in (4, 8, 12):
+        s = fb.System("row")
+        crank = s.body("crank0", fb.slender_bar(1, 1, axis="x"))
+        s.hinge("A0", s.ground, crank, to=(-0.5, 0, 0), axis="z")
+        for i in range(1, n + 1):
+            coupler, following = (s.body(f"{x}{i}", fb.slender_bar(1, 1, axis="x")) for x in ("b", "crank"))
+            s.hinge(f"B{i}", crank, coupler, at=(0.5, 0, 0), to=(-0.5, 0, 0), axis="z")
+            s.hinge(f"A{i}", s.ground, following, at=(i, 0, 0), to=(-0.5, 0, 0), axis="z")
+            s.hinge(f"C{i}", coupler, following, at=(0.5, 0, 0), to=(0.5, 0, 0), axis="z")
+            crank = following
+        model, tape = fb.assemble(s), Tape()
+        least = constrained.independence(model, traced_state(model, tape), planar(model))
+        counts.append(len(tape.used([least])))
+    assert counts[2] - counts[1] == counts[1] - counts[0]

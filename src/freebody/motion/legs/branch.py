@@ -17,13 +17,12 @@ from functools import cache
 
 import numpy as np
 
-from ...dynamics.state import float_state
 from ...native import loop
 from ..kernels.kernels import Kernels
 from ..ode.crossing import ROUNDED
 from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
 from ..ode.integration import Halt
-from ..start.loop_closure import nearly_dependent
+from ..start.loop_closure import names_of_dependent
 from ..trajectory.event import Happening
 
 LIMIT = 0.2
@@ -247,7 +246,11 @@ class Crossing:
         n_q, n_u = kernels.model.n_q, kernels.model.n_u
         moved = np.ascontiguousarray(states[:, : n_q + n_u])
         constants = program.constants(parameters)
-        residuals = observe(program.address("conditions"), m + m * n_u, times, moved, constants)[:, :m]
+        # one state at a time in the same memory: G of all states would need much
+        kernel, room = program.compiled["conditions"], np.empty(m + m * n_u)
+        residuals = np.array(
+            [kernel(t, y, constants, room)[:m].copy() for t, y in zip(times.tolist(), moved, strict=True)]
+        )
         scale = 1 + np.abs(moved[:, :n_q]).max(axis=1, keepdims=True)
         return bool((np.abs(residuals) <= max(CLOSED, self.finest) * scale).all())
 
@@ -283,11 +286,16 @@ def _met(kernels: Kernels, rates: Rates, step: Path) -> float | None:
 
 def _event(kernels: Kernels, parameters: Array, step: Path, meeting: float) -> Happening:
     """Return the event of a singular position, which names the conditions that become dependent."""
-    model = kernels.model
-    values = {p.name: x for p, x in zip(model.parameters, parameters.tolist(), strict=True)}
+    model, m = kernels.model, len(kernels.on_speeds)
+    n = model.n_u
     y = step.sample([meeting])[0]
-    q, u = y[: model.n_q].tolist(), y[model.n_q : model.n_q + model.n_u].tolist()
-    names = nearly_dependent(model, float_state(model, q, u, meeting, values), kernels.active, LIMIT)
+    program = kernels.closing()
+    moved = np.ascontiguousarray(y[None, : model.n_q + n])
+    numbers = observe(
+        program.address("motion"), m + m * n + n * n, np.array([meeting]), moved, program.constants(parameters)
+    )[0]  # fmt: skip
+    G, M = numbers[m : m + m * n].reshape(m, n), numbers[m + m * n :].reshape(n, n)
+    names = names_of_dependent(model, G, M, kernels.active, LIMIT)
     shown = [*map(repr, names[:SHOWN]), *([f"{len(names) - SHOWN} others"] if len(names) > SHOWN else [])]
     state = dict(zip(kernels.names, y.tolist(), strict=False))
     text = (

@@ -135,10 +135,13 @@ def least(a: Reals, m: int, n: int, b: Reals, x: Reals, small: float, room: Real
 @compiled
 def cholesky(M: Reals, n: int) -> None:
     """Replace ``M`` by its lower factor, which is nan if ``M`` is not positive definite."""
-    for j in range(n):
-        for i in range(j, n):
+    for i in range(n):
+        first = 0  # entries before the first of a row stay zero
+        while first < i and M[i * n + first] == 0.0:
+            first += 1
+        for j in range(first, i + 1):
             s = M[i * n + j]
-            for k in range(j):
+            for k in range(first, j):
                 s -= M[i * n + k] * M[j * n + k]
             M[i * n + j] = root(s) if i == j else s / M[j * n + j]
 

@@ -136,6 +136,13 @@ def nearly_dependent(
     """
     G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])
     M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
+    return names_of_dependent(model, G, M, active, nearly)
+
+
+def names_of_dependent(
+    model: Model, G: NDArray[np.float64], M: NDArray[np.float64], active: tuple[int, ...], nearly: float
+) -> tuple[str, ...]:
+    """Return the names as :func:`nearly_dependent` does, from the matrix of the conditions and the mass matrix."""
     if not (np.isfinite(G).all() and np.isfinite(M).all()):
         return ()
     W = G / np.sqrt(M.diagonal())

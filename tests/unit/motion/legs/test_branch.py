@@ -7,6 +7,10 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import freebody as fb
+from freebody.dynamics import float_state
+from freebody.dynamics.constrained import independent_rows
+from freebody.motion.legs.branch import LIMIT
+from freebody.motion.start.loop_closure import nearly_dependent
 
 G = 9.81
 
@@ -201,3 +205,19 @@ def test_what_gauss_can_not_pass_is_refused_by_name():
             assert "take method='auto'" in str(refused)
         else:
             assert error < 1e-6
+
+
+def test_the_name_told_is_that_of_the_algorithm_on_floats():
+    """G and M of the event come from compiled code, those of `nearly_dependent` from floats."""
+    s = row(1)
+    motion = fb.simulate(s, 1.0, initial=upright(1))
+    (event,) = motion.events
+    model = fb.assemble(s)
+    q, u = (
+        [motion.at(event.time)[name] for name in names]
+        for names in (model.coordinate_names, model.speed_names)
+    )
+    state = float_state(model, q, u, event.time)
+    active = independent_rows(model, float_state(model, [*map(upright(1).get, model.coordinate_names)]))
+    names = nearly_dependent(model, state, active, LIMIT)
+    assert names == (event.name,) == ("C1_x",)

@@ -163,3 +163,24 @@ def test_memory_of_the_search():
     positions = n + m + m * n + m * n + m + n + n_q + 4 * n + n * n
     speeds = m + m * n + n * n + n * n + m * n + m + n + 4 * n + n * n
     assert layout.closing(n_q, n, m) >= max(positions, speeds, m + m * n + 2 * n * n + n)
+
+
+@pytest.mark.parametrize("n", [1, 5, 12])
+def test_factors_of_matrices_with_zeros(n):
+    """Arrow and band: L Lᵀ = M to the round-off of n products, with zeros where M begins with zeros."""
+    rng = np.random.default_rng(n)
+    L = np.tril(rng.normal(size=(n, n))) * (np.abs(np.subtract.outer(range(n), range(n))) < 3)
+    L[-1] = rng.normal(size=n)
+    np.fill_diagonal(L, rng.uniform(1, 2, n))
+    M = L @ L.T
+    factor = M.copy()
+    loop.code("motion.start.gauss_newton", "cholesky")(factor, n)
+    assert (
+        np.abs(np.tril(factor) @ np.tril(factor).T - M).max()
+        <= 4 * n * np.finfo(float).eps * M.diagonal().max()
+    )
+    assert (np.tril(factor)[:-1][np.tril(L)[:-1] == 0] == 0).all()
+    bad = M.copy()
+    bad[0, 0] = -1.0
+    loop.code("motion.start.gauss_newton", "cholesky")(bad, n)
+    assert np.isnan(bad[0, 0])
