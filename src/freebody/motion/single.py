@@ -244,9 +244,7 @@ def _motion_in_one_leg(
     return trajectory
 
 
-def _motion_in_legs(
-    request: Request, blows: tuple[Blow, ...], state: Array, legs: _Legs
-) -> Trajectory:
+def _motion_in_legs(request: Request, blows: tuple[Blow, ...], state: Array, legs: _Legs) -> Trajectory:
     r, kernels = request, request.kernels
     happenings: tuple[Happening, ...] = ()
     path: Any

@@ -74,9 +74,7 @@ def meets(kernels: Kernels, rates: Rates, path: Path) -> bool:
     )  # fmt: skip
     if not approached:
         return False
-    return (
-        ahead(kernels, rates, times, states, closeness(kernels, rates, times, states), None) is not None
-    )
+    return ahead(kernels, rates, times, states, closeness(kernels, rates, times, states), None) is not None
 
 
 @cache

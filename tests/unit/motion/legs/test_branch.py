@@ -161,9 +161,7 @@ def test_backwards_through_positions_in_line(method, tolerance):
     machine, there = row(1), float(angle(1, 5.0))
     rate = -np.sqrt(1 + 2 * 2 * G / (5 / 3) * (1 - np.sin(there)))
     start = {"phi0": there, "phi1": there, "beta1": -there, "phi0'": rate, "phi1'": rate, "beta1'": -rate}
-    back = fb.simulate(
-        machine, 0.0, start=5.0, initial=start, method=method, tolerance=tolerance, samples=51
-    )
+    back = fb.simulate(machine, 0.0, start=5.0, initial=start, method=method, tolerance=tolerance, samples=51)
     assert back.status == "finished" and len(back.events) == 5
     times = [event.time for event in back.events]
     assert times == sorted(times, reverse=True)
@@ -200,6 +198,8 @@ def test_lanes_whose_step_collapses_go_across_alone(method):
 def test_long_steps_of_gauss_are_looked_into(tolerance):
     """Steps of half a second lead over a position and show nothing of it at their ends."""
     for n in (1, 2):
-        motion = fb.simulate(row(n), 5.0, initial=upright(n), method="gauss", tolerance=tolerance, samples=101)
+        motion = fb.simulate(
+            row(n), 5.0, initial=upright(n), method="gauss", tolerance=tolerance, samples=101
+        )
         assert len(motion.events) == 5
         assert np.abs(motion["phi0"] - angle(n, motion.t)).max() < 0.1 * tolerance
