@@ -201,11 +201,15 @@ def _smooth_motion(request: Request, between: Progress) -> Trajectory:
     if kernels.works:
         state = np.append(state, 0.0)
         absolute = _absolute_tolerances(request, state, rates)
-    if not (blows or kernels.model.switched or kernels.dropped):
+    in_one_leg = not (blows or kernels.model.switched or kernels.dropped)
+    if in_one_leg:
         trajectory = _motion_in_one_leg(request, parameters, rates, state, absolute, between)
         if trajectory is not None:
             return trajectory
-    return _motion_in_legs(request, blows, parameters, rates, state, absolute, between)
+    legs = _Legs(request, blows, parameters, rates, absolute, between)
+    if in_one_leg and legs.conditions.crossing is not None:
+        legs.conditions.crossing.refine()
+    return _motion_in_legs(request, blows, state, legs)
 
 
 def _absolute_tolerances(request: Request, state: Array, rates: Rates) -> Array:
@@ -232,7 +236,7 @@ def _motion_in_one_leg(
         watch=watching(kernels, parameters, r.specs, r.expressions),
     )  # fmt: skip
     path = way.path(state, r.begin, r.end, absolute, between)
-    if kernels.active and r.step is None and r.begin < r.end and meets(kernels, rates, path):
+    if kernels.active and r.step is None and meets(kernels, rates, path):
         return None
     trajectory = Trajectory(kernels, r.numbers, path, r.specs, r.tolerances, r.times, r.samples)
     if path.status in runs.FAILED:
@@ -240,12 +244,8 @@ def _motion_in_one_leg(
     return trajectory
 
 
-def _motion_in_legs(
-    request: Request, blows: tuple[Blow, ...], parameters: Array, rates: Rates, state: Array, absolute: Array,
-    between: Progress,
-) -> Trajectory:  # fmt: skip
+def _motion_in_legs(request: Request, blows: tuple[Blow, ...], state: Array, legs: _Legs) -> Trajectory:
     r, kernels = request, request.kernels
-    legs = _Legs(request, blows, parameters, rates, absolute, between)
     happenings: tuple[Happening, ...] = ()
     path: Any
     if blows:
@@ -257,7 +257,10 @@ def _motion_in_legs(
     arguments = (kernels, r.numbers, path, r.specs, r.tolerances, r.times, r.samples)
     trajectory: Trajectory
     if isinstance(path, Phases):
-        in_order = sorted((*happenings, *legs.conditions.happenings), key=lambda happening: happening.time)
+        sense = 1.0 if r.end >= r.begin else -1.0
+        in_order = sorted(
+            (*happenings, *legs.conditions.happenings), key=lambda happening: sense * happening.time
+        )
         trajectory = PhasedTrajectory(*arguments, happenings=in_order)
     else:
         trajectory = Trajectory(*arguments)
@@ -290,7 +293,7 @@ class _Legs:
         self.watch: Watch | None = watching_blows(kernels, parameters, r.specs, blows)
         self.remaining_steps = r.most_steps
         finest = float(r.tolerances.min(initial=1.0)) if r.step is None else None
-        self.conditions = Holding(kernels, finest)
+        self.conditions = Holding(kernels, finest, r.method)
         self.drives = (
             Drives(kernels, r.numbers, r.begin, r.end, r.most_steps) if kernels.model.switched else None
         )
@@ -314,15 +317,16 @@ class _Legs:
             kernels: Kernels, rates: Rates, state: Array, start: float, until: float, halt: Halt | None,
             method: str = usual, watched: bool = True,
         ) -> Path:  # fmt: skip
-            step, longest = r.step, _longest(r)
+            step, finer = r.step, self.conditions.finer
+            longest = min(_longest(r), self.conditions.longest)
             if method != usual:  # across a position in which conditions are dependent: one step
-                step, longest = abs(until - start), math.inf
+                step, longest, finer = abs(until - start), math.inf, 1.0
             watch = options if watched else {**options, "watch": None}
             way = Way(
-                kernels, parameters, method, rates, r.tolerances, step=step, max_step=longest,
+                kernels, parameters, method, rates, finer * r.tolerances, step=step, max_step=longest,
                 max_steps=self.remaining_steps, **watch,
             )  # fmt: skip
-            path = way.path(state, start, until, self.absolute, self.between, halt)
+            path = way.path(state, start, until, finer * self.absolute, self.between, halt)
             self.remaining_steps -= path.steps
             return path
 

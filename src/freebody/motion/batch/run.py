@@ -18,6 +18,8 @@ from .results import NO_START, Results
 
 _CONDITIONS_LOST = (at.CONTRADICTED, layout.COLLAPSED, layout.NOT_FINITE)
 """How a lane ends in the loop if other conditions should take over."""
+_NOT_CROSSED = (layout.COLLAPSED, layout.NOT_FINITE, layout.DIVERGED)
+"""How a lane ends in the loop before a position in which its conditions are dependent."""
 
 
 def run_lanes(job: Job, results: Results, between: Callable[[float], None]) -> None:
@@ -61,6 +63,8 @@ def _run_loop(job: Job, results: Results, between: Callable[[float], None]) -> N
     loop = LaneLoop(job, job.first_method, results, until_stiff)
     # a single run changes its conditions on the way
     lost: tuple[int, ...] = _CONDITIONS_LOST if loop.program.dropped else ()
+    if job.kernels.active and job.step is None:  # a single run has a step across positions that are singular
+        lost = (*lost, *_NOT_CROSSED)
     if loop.limit < job.most_steps:  # a single run sees whether it sticks on a law that switches
         lost = (*lost, at.TOO_MANY, layout.COLLAPSED)
     try:

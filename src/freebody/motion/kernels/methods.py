@@ -199,12 +199,14 @@ def _has_short_series(kernels: Kernels, products: int) -> bool:
 
 def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:
     """Return the rates with the further kernels that a method calls."""
-    if method not in rates.equipped:
-        with_kernels = _with_method_kernels(kernels, parameters, method, rates)
-        if with_kernels is not rates:
-            with_kernels = replace(with_kernels, recipe=(made_by, kernels, parameters, method))
+    if method in rates.equipped:
+        return rates.equipped[method]
+    with_kernels = _with_method_kernels(kernels, parameters, method, rates)
+    if with_kernels is not rates:
+        with_kernels = replace(with_kernels, recipe=(made_by, kernels, parameters, method))
+    if method != "crossing":  # it writes to memory of its own, which lanes in several threads must not share
         rates.equipped[method] = with_kernels
-    return rates.equipped[method]
+    return with_kernels
 
 
 def made_by(kernels: Kernels, parameters: NDArray[np.float64], method: str) -> Rates:

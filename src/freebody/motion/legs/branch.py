@@ -21,7 +21,7 @@ from ...native import loop
 from ..kernels.kernels import Kernels
 from ..ode.crossing import ROUNDED
 from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
-from ..ode.integration import Halt
+from ..ode.integration import FINEST_OF_SUMS, Halt
 from ..start.loop_closure import names_of_dependent
 from ..trajectory.event import Happening
 
@@ -37,9 +37,20 @@ AGREED = 1e3
 CLOSED = 1e-11
 """Greatest residual of a condition along a step, if the tolerance is smaller: some ten thousand units in the last
 place, since the stages divide by s."""
+FINER = 0.1
+"""Part of the tolerance that ordinary steps keep in a run that meets such positions. Near them a state that is off the
+conditions by e is moved by e/s, and a linkage that turns over separates from its neighbours (docs/integrators.md). A
+step across costs more than a hundred ordinary steps."""
 COMPARED = 12  # times at which two steps are compared
 LONGEST = 10_000  # steps near a position, after which it is forgotten
 SHOWN = 3  # names of conditions in a sentence
+
+LONG = "gauss"
+"""Method with steps so long that they may lead over a position and show nothing of it at their ends."""
+INSIDE = np.arange(1, 16)[:, None] / 16
+"""Parts of such a step at which s is computed."""
+SHORTER = 0.25
+"""Part of a step that led over a position, which later steps do not exceed."""
 
 Leg = Callable[..., Path]
 """(kernels, rates, state, start, end, halt) and, for a step across, its method and True if events are watched."""
@@ -54,15 +65,15 @@ def closeness(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Ar
 def meets(kernels: Kernels, rates: Rates, path: Path) -> bool:
     """Return True if a run has met a singular position, or was about to."""
     times, states, room = path.times, path.states, np.empty(1)
+    if path.method == LONG and leaps(kernels, rates, times, states) is not None:
+        return True
     approached = _approached().code(
         kernels.motion().address("hold"), times.size, loop.address(times), loop.address(states), states.shape[1],
         rates.arguments[-1], loop.address(room), LIMIT,
     )  # fmt: skip
     if not approached:
         return False
-    return (
-        ahead(kernels, rates, times, states, closeness(kernels, rates, times, states), path.start) is not None
-    )
+    return ahead(kernels, rates, times, states, closeness(kernels, rates, times, states), None) is not None
 
 
 @cache
@@ -85,11 +96,12 @@ class Ahead:
 
 
 def ahead(
-    kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array, behind: float
+    kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array, behind: float | None
 ) -> Ahead | None:
-    """Return the first singular position met in these steps, or just after them, but after the time ``behind``; ``s``
+    """Return the first singular position met in these steps, or just after them, but beyond the time ``behind``; ``s``
     holds its values at the states.
     """
+    sense = 1.0 if times[-1] >= times[0] else -1.0
     near = s < LIMIT
     entered = near[1:] & ~near[:-1]
     if (
@@ -97,7 +109,9 @@ def ahead(
     ):  # a step may lead from one side to the other: s falls towards 0 before it, and has risen after it
         ends = s[1:-1] + (s[1:-1] - s[:-2]) * np.diff(times)[1:] / np.diff(times)[:-1]
         entered[1:] |= ~near[1:-1] & ~near[2:] & (ends < LIMIT)
-    for k in np.flatnonzero(entered & (times[:-1] >= behind)):
+    if behind is not None:
+        entered &= sense * (times[:-1] - behind) >= 0
+    for k in np.flatnonzero(entered):
         rising = np.flatnonzero(np.diff(s[k:]) >= 0)
         i = int(k + rising[0]) if len(rising) else len(s) - 1
         if i == len(s) - 1 and s[i] > CLOSE * LIMIT:
@@ -113,8 +127,33 @@ def ahead(
                 if (distances < LIMIT).any()
                 else moments[-1]
             )
-            return Ahead(float(times[k]), float(before), min(met, key=lambda meeting: meeting[1])[0])
+            # the first; if both are the same position, the one that is nearer to s = 0
+            first = sense * min(sense * moment for moment, _ in met)
+            same = [meeting for meeting in met if abs(meeting[0] - first) <= SHORTER * abs(first - times[k])]
+            return Ahead(float(times[k]), float(before), min(same, key=lambda meeting: meeting[1])[0])
     return None
+
+
+def leaps(kernels: Kernels, rates: Rates, times: Array, states: Array) -> int | None:
+    """Return the first step with s below half the limit in it, and above the limit at its ends: along the cubic through
+    the coordinates at both ends with their rates.
+    """
+    if len(times) < 2:
+        return None
+    n_q, h = kernels.model.n_q, np.diff(times)[:, None]
+    speeds = observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
+    inside = np.repeat(states[:-1], len(INSIDE), axis=0)
+    q0, d, v0, v1 = (
+        x[:, None, :]
+        for x in (states[:-1, :n_q], np.diff(states[:, :n_q], axis=0), h * speeds[:-1], h * speeds[1:])
+    )
+    q = q0 + INSIDE * (v0 + INSIDE * ((3 * d - 2 * v0 - v1) + INSIDE * (v0 + v1 - 2 * d)))
+    inside[:, :n_q] = q.reshape(-1, n_q)
+    moments = (times[:-1, None] + h * INSIDE[:, 0]).ravel()
+    least = closeness(kernels, rates, moments, inside).reshape(len(h), -1).min(axis=1)
+    s = closeness(kernels, rates, times, states)
+    over = np.flatnonzero((least < LIMIT / 2) & (np.minimum(s[:-1], s[1:]) > LIMIT))
+    return int(over[0]) if len(over) else None
 
 
 def _between(
@@ -152,16 +191,23 @@ class Crossing:
     """Steps of one run across singular positions.
 
     ``finest``   the tolerance
+    ``finer``    part of the tolerance that ordinary steps keep: 1 until a position is met
+    ``long``     True if steps may lead over a position, and ``longest`` what they do not exceed
     ``ahead``    the position for which the run was halted
-    ``behind``   time of the last position that was passed
+    ``behind``   time of the last position that was passed; None before the first
     ``tail``     times and states that are evaluated again together with the steps that follow
     """
 
-    def __init__(self, finest: float) -> None:
-        self.finest, self.most = finest, max(AGREED * finest, ROUNDED)
+    def __init__(self, finest: float, method: str) -> None:
+        self.long, self.longest = method == LONG, np.inf
+        self.finest, self.most, self.finer = finest, max(AGREED * finest, ROUNDED), 1.0
         self.ahead: Ahead | None = None
-        self.behind = -np.inf
+        self.behind: float | None = None
         self.tail: tuple[Array, Array] | None = None
+
+    def refine(self) -> None:
+        """Let ordinary steps keep a part of the tolerance, but none that needs another method."""
+        self.finer = max(FINER, min(1.0, FINEST_OF_SUMS / self.finest))
 
     def halt(self, kernels: Kernels, rates: Rates) -> Halt | None:
         """Return a function that stops a run that has met a singular position, or is about to."""
@@ -170,17 +216,21 @@ class Crossing:
         self.ahead = self.tail = None
 
         def met(times: Array, states: Array) -> tuple[int, str, int] | None:
-            if times[-1] < times[0]:  # parts of a backward run are not joined
-                return None
-            begin = times[0]
+            begin, sense = times[0], 1.0 if times[-1] >= times[0] else -1.0
             if self.tail is not None:
                 times, states = (
                     np.concatenate([a, b[1:]]) for a, b in zip(self.tail, (times, states), strict=True)
                 )
             s = closeness(kernels, rates, times, states)
             self.ahead = ahead(kernels, rates, times, states, s, self.behind)
+            over = leaps(kernels, rates, times, states) if self.long else None
+            if over is not None and (self.ahead is None or sense * (times[over] - self.ahead.start) <= 0):
+                self.longest, self.ahead = SHORTER * abs(times[over + 1] - times[over]), None
+                first = int(np.searchsorted(sense * times, sense * begin))
+                return max(over - first, 0), RELEASED, 0
             if self.ahead is not None:
-                return int(np.searchsorted(times[times >= begin], self.ahead.start)), RELEASED, 0
+                here = sense * times[sense * (times - begin) >= 0]
+                return int(np.searchsorted(here, sense * self.ahead.start)), RELEASED, 0
             # if a position is not passed yet, the steps before it are evaluated again with the steps that follow
             outside = np.flatnonzero(s >= LIMIT)
             last = int(outside[-1]) if len(outside) and len(s) - outside[-1] < LONGEST else len(s) - 1
@@ -199,17 +249,20 @@ class Crossing:
         """
         position, self.ahead = self.ahead, None
         assert position is not None
+        self.refine()
         self.behind = position.meeting
-        approach = cut(before, int(np.searchsorted(before.times, position.start)), RELEASED)
+        sense = 1.0 if until >= before.start else -1.0
+        steps = int(np.searchsorted(sense * before.times, sense * position.start))
+        approach = cut(before, steps, RELEASED)
         start, y = approach.end, approach.states[-1]
-        if until <= position.meeting:
+        if sense * (until - position.meeting) <= 0:
             return [approach], []
         meeting, near = position.meeting, position.before
         best: tuple[float, Path | None, Path] | None = None
         last: Path | None = None
         for share in SHARES:
-            begin = max(start, meeting - share * (meeting - near))
-            lead = leg(kernels, rates, y, start, begin, None) if begin > start else None
+            begin = sense * max(sense * start, sense * (meeting - share * (meeting - near)))
+            lead = leg(kernels, rates, y, start, begin, None) if begin != start else None
             if lead is not None and lead.status != FINISHED:
                 break
             state, end = y if lead is None else lead.states[-1], meeting + (meeting - begin)
@@ -232,11 +285,12 @@ class Crossing:
         step = leg(kernels, rates, step.states[0], step.start, end, None, "crossing")
         if step.status == FINISHED:
             step.states[-1] = projected(rates, step.end, step.states[-1])
-        if step.end >= until:
+        if sense * (step.end - until) >= 0:
             step = _until(step, until)
         self.behind = step.end
         parts = [path for path in (approach, lead, step) if path is not None and path.steps]
-        return parts, [_event(kernels, parameters, step, meeting)] if step.end >= meeting else []
+        passes = sense * (step.end - meeting) >= 0
+        return parts, [_event(kernels, parameters, step, meeting)] if passes else []
 
     def _closed(self, kernels: Kernels, parameters: Array, step: Path) -> bool:
         """Return True if the conditions hold along a step."""
@@ -257,7 +311,8 @@ class Crossing:
 
 def _difference(step: Path, other: Path, n_q: int) -> float:
     """Return the greatest difference of a coordinate between two steps across, relative to 1 + |value|."""
-    times = np.linspace(max(step.start, other.start), min(step.end, other.end), COMPARED)
+    (begin, end), (other_begin, other_end) = sorted((step.start, step.end)), sorted((other.start, other.end))
+    times = np.linspace(max(begin, other_begin), min(end, other_end), COMPARED)
     a, b = step.sample(times)[:, :n_q], other.sample(times)[:, :n_q]
     return float((np.abs(a - b) / (1 + np.abs(b))).max(initial=0.0))
 
@@ -266,8 +321,8 @@ def _until(step: Path, until: float) -> Path:
     """Return the part of a step up to a time."""
     times = np.array([step.start, until])
     states = np.stack([step.states[0], step.sample([until])[0]])
-    crossings = tuple(crossing for crossing in step.crossings if crossing.time <= until)
-    return replace(step, times=times, states=states, crossings=crossings, status=FINISHED)
+    passed = (crossing for crossing in step.crossings if (until - crossing.time) * (until - step.start) >= 0)
+    return replace(step, times=times, states=states, crossings=tuple(passed), status=FINISHED)
 
 
 def _met(kernels: Kernels, rates: Rates, step: Path) -> float | None:

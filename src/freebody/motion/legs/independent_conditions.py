@@ -48,10 +48,20 @@ class Holding:
     ``happenings``   changes of the conditions, in order
     """
 
-    def __init__(self, kernels: Kernels, finest: float | None = None) -> None:
+    def __init__(self, kernels: Kernels, finest: float | None = None, method: str = "auto") -> None:
         self.initial = self.current = kernels
         self.happenings: list[Happening] = []
-        self.crossing = Crossing(finest) if finest is not None and kernels.active else None
+        self.crossing = Crossing(finest, method) if finest is not None and kernels.active else None
+
+    @property
+    def finer(self) -> float:
+        """Part of the tolerance that ordinary steps keep."""
+        return 1.0 if self.crossing is None else self.crossing.finer
+
+    @property
+    def longest(self) -> float:
+        """Length that ordinary steps do not exceed."""
+        return np.inf if self.crossing is None else self.crossing.longest
 
     def path(
         self, leg: Callable[..., Path], parameters: Array, rates: Rates, y: Array, start: float, until: float,
@@ -74,6 +84,7 @@ class Holding:
             current = rates if kernels is self.initial else kernels.rates(parameters)
             change = self._halt(parameters, current)
             near = None if crossing is None else crossing.halt(kernels, current)
+            longest = self.longest
             part = leg(kernels, current, y, start, until, first_halt(near, change))
             if crossing is not None and crossing.ahead is not None and part.status == RELEASED:
                 parts, happenings = crossing.across(leg, kernels, parameters, current, part, until)
@@ -83,9 +94,13 @@ class Holding:
                 if parts[-1].status not in (RELEASED, FINISHED) or start == until:
                     break
                 continue
-            segments.append(Segment(part, kernels, work))
+            if part.steps or not self.longest < longest:
+                segments.append(Segment(part, kernels, work))
             if part.status != RELEASED:
                 break
+            if self.longest < longest:  # the same steps again, but shorter ones
+                start, y = part.end, part.states[-1]
+                continue
             start, y = part.end, self._changed(parameters, part.end, part.states[-1])
         if self.current is self.initial and len(segments) == 1:
             return part

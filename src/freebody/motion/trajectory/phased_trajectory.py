@@ -53,8 +53,9 @@ class PhasedTrajectory(Trajectory):
     @cached_property
     def events(self) -> list[Event]:
         """Events that happened, in their order; ``print`` shows a sentence for each."""
-        entries = [(event.time, 0, i, event) for i, event in enumerate(super().events)]
-        entries += [(event.time, 1, i, event) for i, event in enumerate(self.happenings)]
+        sense = self.path.sense
+        entries = [(sense * event.time, 0, i, event) for i, event in enumerate(super().events)]
+        entries += [(sense * event.time, 1, i, event) for i, event in enumerate(self.happenings)]
         return EventList(event for *_, event in sorted(entries, key=lambda entry: entry[:3]))
 
     def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:

@@ -75,6 +75,11 @@ class Phases:
         """Time at which the run ends [s]."""
         return self.segments[-1].path.end
 
+    @property
+    def sense(self) -> float:
+        """1 if the run goes forwards in time, -1 if it goes backwards."""
+        return 1.0 if self.end >= self.start else -1.0
+
     @cached_property
     def times(self) -> Array:
         """Starts of the steps and ends of the segments [s]."""
@@ -112,7 +117,7 @@ class Phases:
         for segment in self.segments:
             begin = segment.path.start
             for crossing in segment.path.crossings:
-                if crossing.time - begin <= 4 * np.finfo(float).eps * max(1.0, abs(begin)) and any(
+                if abs(crossing.time - begin) <= 4 * np.finfo(float).eps * max(1.0, abs(begin)) and any(
                     before.number == crossing.number and abs(before.time - crossing.time) <= 1e-12
                     for before in result[-8:]
                 ):
@@ -127,15 +132,18 @@ class Phases:
 
     def places(self, times: ArrayLike) -> Any:
         """Return the number of the segment in which each time lies; the last, if several segments start then."""
-        return np.clip(np.searchsorted(self.starts, times, side="right") - 1, 0, len(self.segments) - 1)
+        in_order = self.sense * np.asarray(times)
+        before = np.searchsorted(self.sense * self.starts, in_order, side="right")
+        return np.clip(before - 1, 0, len(self.segments) - 1)
 
     def sample(self, times: ArrayLike, dense: bool = False) -> Array:
         """Return states at ``times``; see :meth:`Path.sample`."""
         moments = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
-        outside = ~((moments >= self.start) & (moments <= self.end))
+        first, last = sorted((self.start, self.end))
+        outside = ~((moments >= first) & (moments <= last))
         if outside.any():
             raise ValueError(
-                f"Expected times within the run, {self.start:g} to {self.end:g}; got {moments[outside][0]}. "
+                f"Expected times within the run, {first:g} to {last:g}; got {moments[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
         result = np.empty((moments.size, self.rates.size))

@@ -125,6 +125,11 @@ def polhode(
         inertia = np.asarray(moments, dtype=float)
         w = np.stack([trajectory[name] for name in body], axis=-1)
     twice_T = float(inertia @ w[0] ** 2)
+    if twice_T == 0:
+        raise SimulationError(
+            f"Expected a body that turns at t = {float(trajectory.t[0]):g} s for its polhode, got one at rest, whose "
+            "energy ellipsoid is a point. Start it with an angular velocity."
+        )
     radii = np.sqrt(twice_T / inertia)
     ax = _axes(ax, view, size=0.88 * float(radii.max()), height=5.4)
     _surface(ax, radii)

@@ -101,6 +101,19 @@ MACHINES = {
     "four-bar": (four_bar, {"initial": {"a": 0.3, "a'": 3.0}, "near": {"b": 0.4, "d": 0.9}}, 0.8),
 }
 
+
+@pytest.mark.parametrize("method", ["dop54", "dop853", "gauss"])
+def test_stages_are_at_their_times(method):
+    """One step integrates a force t³ exactly, and another moment of any stage does not."""
+    s = fb.System("pushed mass")
+    mass = s.body("mass", fb.particle(1))
+    s.slider("guide", s.ground, mass, axis="x", coordinate="x")
+    s.force("push", mass.origin, ("20*t^3", 0, 0))
+    motion = fb.simulate(s, 1, method=method, step=1.0)
+    assert motion.steps == 1
+    assert motion["x'"][-1] == pytest.approx(5, abs=1e-13)
+
+
 # --- order -------------------------------------------------------------------------------------------
 
 ORDERS = {

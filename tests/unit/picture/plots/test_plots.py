@@ -124,6 +124,13 @@ def test_polhode_lies_on_its_ellipsoid(tumble):
     assert "$\\omega_1$" in [text.get_text() for text in ax.texts]
 
 
+def test_polhode_of_a_body_at_rest_is_refused():
+    s = fb.System("stone")
+    s.free("flight", s.ground, s.body("stone", fb.box(6, (3, 2, 1))))
+    with pytest.raises(fb.FreebodyError, match="got one at rest, whose energy ellipsoid is a point"):
+        fb.plot.polhode(fb.simulate(s, 1), "stone")
+
+
 def test_polhode_of_a_bar_is_refused(swing):
     with pytest.raises(SimulationError, match="three moments of inertia above zero"):
         fb.plot.polhode(swing, "bar")
