@@ -61,8 +61,6 @@ def simulate_batch(
     sensitivities: Any = None,
 ) -> xarray.Dataset:
     """Return the dataset of a batch; arguments as of :func:`freebody.simulate`, some of them arrays of one length."""
-    if sensitivities is not None:
-        raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
     if threads is not None and executor is not None:
         raise SimulationError(
             "Expected threads= or executor=, got both: each block that an executor runs has one thread. Leave one out."
@@ -71,6 +69,7 @@ def simulate_batch(
         near=near, project=project, tolerance=tolerance, events=events, impulses=impulses, impacts=impacts,
         indeterminate=indeterminate, method=method, step=step, times=times, samples=samples, start=start,
         max_step=max_step, max_steps=max_steps, outputs=outputs,
+        sensitivities=sensitivities,
     )  # fmt: skip
     job = job_of(s, until, initial=initial, values=values, threads=threads, **options)
     count = job.lanes.count

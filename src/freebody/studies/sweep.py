@@ -150,7 +150,7 @@ def _shaped(data: Any, axes: list[tuple[str, int, np.ndarray]], shape: tuple[int
         name: (name, array, data[name].attrs if name in data.coords else {})
         for name, (_, _, array) in zip(names, axes, strict=True)
     }
-    for name in ("time", "event"):
+    for name in ("time", "event", "by"):
         if name in data.coords:
             coordinates[name] = data[name].variable
     result = xarray.Dataset(variables, coords=coordinates, attrs=data.attrs)

@@ -98,8 +98,8 @@ def test_equal_extremes_with_different_derivatives_have_none() -> None:
 
 
 def test_an_event_that_touches_zero_has_no_derivative() -> None:
-    graze = fb.event("y - v^2/(2*g)".replace("v^2", "9"), name="top")
-    motion = fb.simulate(throw(), 0.5, initial={"y'": 3.0}, events=[graze, "(y' - 1)^2"], sensitivities=["g"])
+    graze = fb.event("y - 9/(2*g) + 1e-9", name="top")
+    motion = fb.simulate(throw(), 0.5, initial={"y'": 3.0}, events=[graze], sensitivities=["g"])
     assert motion.events
     with pytest.raises(SimulationError, match="it only touches zero"):
         motion.sensitivity.times(motion.events[0].name)
