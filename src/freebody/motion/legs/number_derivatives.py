@@ -85,7 +85,8 @@ class NumberDerivatives:
                 "it jumps from one sign to the other. Watch for what makes it jump."
             )
         # between the two zeros of g = g' τ + g'' τ²/2 is a dip of the depth g'²/(2 g'')
-        near = np.clip([t - step / 1024, t + step / 1024], *sorted((path.start, path.end)))
+        low, high = sorted((path.start, path.end))
+        near = np.array([max(low, t - step / 1024), min(high, t + step / 1024)])
         bend = 0.0
         if near[1] > near[0]:
             before, after = self._observed(program, "course", near, path.sample(near))[:, 1]
@@ -190,7 +191,8 @@ class NumberDerivatives:
 
     def _edges(self, program: Program, sign: int, best: float) -> list[tuple[Array, ...]]:
         """Return the same of the ends of the run that may reach ``best``."""
-        path, result = self.motion.path, []
+        path = self.motion.path
+        result: list[tuple[Array, ...]] = []
         ends = ("initial", "final") if path.steps else ("initial",)
         ascent = sign if path.end >= path.start else -sign
         for how, outwards in zip(ends, (-ascent, ascent), strict=False):

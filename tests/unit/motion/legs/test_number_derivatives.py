@@ -8,12 +8,12 @@ import pytest
 import freebody as fb
 from freebody.errors import SimulationError
 
-M, D, I, G = 2.0, 0.3, 0.5, 9.81
+M, D, INERTIA, G = 2.0, 0.3, 0.5, 9.81
 
 
 def pendulum() -> fb.System:
     s = fb.System("pendulum")
-    m, d, inertia = s.parameters(m=M, d=D, I=I)
+    m, d, inertia = s.parameters(m=M, d=D, I=INERTIA)
     s.gravity = (0, -G, 0)
     bar = s.body("bar", fb.MassProperties(m, (0, -d, 0), ((1, 0, 0), (0, 1, 0), (0, 0, inertia))))
     s.hinge("pin", s.ground, bar, axis="z", coordinate="theta")
@@ -35,7 +35,7 @@ def test_extremes_of_a_pendulum_by_energy() -> None:
     """w² = 2 m g d (1 - cos θ₀)/J at the lowest point; errors of 1e-11 a step, some hundred steps."""
     s, start = pendulum(), 1.0
     motion = fb.simulate(s, 10, initial={"theta": start}, sensitivities=["I", "theta"], tolerance=1e-11)
-    J, torque = I + M * D**2, M * G * D
+    J, torque = INERTIA + M * D**2, M * G * D
     w = np.sqrt(2 * torque / J * (1 - np.cos(start)))
     slopes = motion.sensitivity
     assert slopes["max(theta')", "I"] == pytest.approx(-w / (2 * J), abs=1e-9)
