@@ -79,12 +79,6 @@ def test_of_one_motion_and_of_a_batch(pendulum):
         pytest.raises(SimulationError, match="Expected threads= or executor=, got both"),
     ):
         fb.simulate(pendulum, 0.1, values={"m": [1, 2]}, threads=2, executor=pool)
-    for run in (
-        lambda: fb.simulate(pendulum, 0.1, values={"m": [1, 2]}, sensitivities=["L"]),
-        lambda: fb.sweep(pendulum, {"m": [1, 2]}, 0.1, sensitivities=["L"]),
-    ):
-        with pytest.raises(SimulationError, match="Expected one motion for sensitivities=, got a batch"):
-            run()
 
 
 def test_shared_contact_forces_of_a_batch_are_those_of_a_run_alone(table):

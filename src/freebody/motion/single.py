@@ -141,7 +141,9 @@ def single_motion(
     )  # fmt: skip
     with Progress(begin, end, progress) as between:
         if sensitivities is not None:
-            return _sensitive_motion(request, sensitivities, initial or {}, near or {}, project, between)
+            return _sensitive_motion(
+                request, sensitivities, initial or {}, near or {}, project, (start, until), between
+            )
         if method == "timestepping":
             return _stepped_motion(request, between)
         if model.contacts:
@@ -151,17 +153,15 @@ def single_motion(
 
 def _sensitive_motion(
     request: Request, unknowns: Any, initial: Mapping[Any, Any], near: Mapping[Any, Any], project: bool,
-    between: Progress,
+    moments: tuple[Expression, Expression], between: Progress,
 ) -> Trajectory:  # fmt: skip
-    from .legs.sensitivity import sensitive_motion
+    from .legs.sensitivity import check_sensitive, sensitive_motion
 
     r = request
-    refuse_switched(r.kernels.model, "sensitivities=")
-    if tuple(r.impulses if isinstance(r.impulses, list | tuple) else [r.impulses]):
-        raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
+    check_sensitive(r.kernels.model, r.method, project, r.impulses)
     trajectory = sensitive_motion(
         r.kernels, r.numbers, unknowns, initial, near, r.state, r.begin, r.end, r.specs, r.expressions, r.tolerances,
-        r.times, r.samples, method=r.method, step=r.step, max_step=r.max_step, max_steps=r.max_steps, project=project,
+        r.times, r.samples, moments=moments, method=r.method, step=r.step, max_step=r.max_step, max_steps=r.max_steps,
         between=between,
     )  # fmt: skip
     if trajectory.path.status in runs.FAILED:

@@ -21,6 +21,7 @@ from ..motion.batch.results import NO_START, REASON, STATUS, Results
 from ..motion.batch.run import run_lanes
 from ..scalar.algebra import Expression
 from .blocks.block import Delivery, Report, Work, finished
+from .blocks.cutting import FEW
 from .blocks.executors import sent
 from .blocks.run import run
 from .blocks.source import ByArrays
@@ -63,8 +64,6 @@ def simulate_batch(
     sensitivities: Any = None,
 ) -> xarray.Dataset:
     """Return the dataset of a batch; arguments as of :func:`freebody.simulate`, some of them arrays of one length."""
-    if sensitivities is not None:
-        raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
     if threads is not None and executor is not None:
         raise SimulationError(
             "Expected threads= or executor=, got both: each block that an executor runs has one thread. Leave one out."
@@ -72,7 +71,7 @@ def simulate_batch(
     options = dict(
         near=near, project=project, tolerance=tolerance, events=events, impulses=impulses, impacts=impacts,
         indeterminate=indeterminate, method=method, step=step, times=times, samples=samples, start=start,
-        max_step=max_step, max_steps=max_steps, outputs=outputs,
+        max_step=max_step, max_steps=max_steps, outputs=outputs, sensitivities=sensitivities,
     )  # fmt: skip
     if executor is not None and executor != "threads":
         threads = 1
@@ -84,7 +83,7 @@ def simulate_batch(
     file = None if nothing_kept else NetCDF(store, job, parts(job))
     results = job.results(0, job.count if nothing_kept else 0)
     source = ByArrays.of(job.lanes)
-    work = Work(s, until, options, source.arguments(0, 1), job.count, None)
+    work = Work(s, until, options, source.arguments(0, min(FEW, job.count)), job.count, None)
 
     def sink_of(size: int) -> Any:
         return file or Memory(job, results)

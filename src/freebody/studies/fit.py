@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ..errors import FreebodyError, SimulationError, arguments_named
 from ..motion.kernels.kernels import kernels_of
-from ..motion.legs.sensitivity import unknowns_of
+from ..motion.legs.variation import unknowns_of
 from ..motion.start.initial import number, quaternions_by_joint
 from .simulate import simulate
 

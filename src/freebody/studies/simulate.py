@@ -121,7 +121,8 @@ def simulate(
         and ``reason`` says why.
     sensitivities : sequence of names, optional
         Parameters, and coordinates and speeds at the start, by which the motion is differentiated:
-        ``trajectory.sensitivity["theta", "m"]``. Step-size control covers the derivatives.
+        ``trajectory.sensitivity["theta", "m"]``. Step-size control covers the derivatives. In a batch, "d(theta)" has
+        those of the output "theta", over the dimension ``by``.
 
     Returns
     -------

@@ -11,15 +11,19 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import partial
 from threading import Lock
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FreebodyError
+from ...errors import FreebodyError, SimulationError
 from ..lanes import lanes_layout as at
 from ..legs.failure import culprit
+from ..legs.sensitivity import Sensitivity
 from ..ode import dense_output, layout
+from ..ode.dense_output import Crossing
 from ..single import single_motion
 from ..trajectory.extremes import extremes, values
 from ..trajectory.trajectory import Trajectory
@@ -94,6 +98,9 @@ class Alone:
         if motion is None:
             results.outcomes[row] = (NO_START, 0, 0, 0)
             return
+        if job.unknowns:
+            missing = self.keep_slopes(row, motion)
+            results.texts[row, -1] = " ".join(filter(None, (results.texts[row, -1], missing)))
         path = motion.path
         blame = culprit(path, motion.kernels) if path.status in dense_output.FAILED else 0
         self.keep(row, motion)
@@ -122,6 +129,34 @@ class Alone:
         if outputs.timeline:
             changes = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]  # type: ignore[attr-defined]
             results.texts[row, 0] = json.dumps(changes)
+
+    def keep_slopes(self, row: int, motion: Trajectory) -> str:
+        """Put the derivatives in place; return why some of them do not exist, and are nan."""
+        job, outputs, slopes = self.job, self.job.outputs, self.results.slopes
+        sensitivity: Sensitivity = motion.sensitivity  # type: ignore[attr-defined]
+        numbers, missing = sensitivity.numbers, []
+
+        def put(name: str, place: Any, derivatives: Callable[[], Any]) -> None:
+            try:
+                slopes[name][row, *place] = derivatives()
+            except SimulationError as error:
+                missing.append(str(error))
+
+        first, last = sorted((motion.path.start, motion.path.end))
+        reached = (job.times >= first) & (job.times <= last)
+        for name, value in zip(outputs.timed, outputs.timed_values, strict=True):
+            put(f"d({name})", (reached,), partial(sensitivity.of_value, value))
+        for name, (how, place) in outputs.numbers.items():
+            put(f"d({name})", (), partial(numbers.number, how, outputs.reduced_values[place], name))
+        put("d(end)", (), lambda: numbers.end)
+        events: dict[int, list[Crossing]] = {}
+        for crossing in motion.path.crossings:
+            if not (job.specs[crossing.number].terminal and crossing.time == job.begin):
+                events.setdefault(crossing.number, []).append(crossing)
+        for k, crossings in events.items():
+            put("d(event_time)", (k,), partial(numbers.event, crossings[0]))
+            put("d(event_last)", (k,), partial(numbers.event, crossings[-1]))
+        return " ".join(dict.fromkeys(missing))
 
     def _count(self, row: int, event: int, time: float) -> None:
         """Count an event at a time."""

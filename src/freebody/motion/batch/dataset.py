@@ -45,6 +45,12 @@ def variables_of(job: Job) -> dict[str, tuple[tuple[str, ...], Any, dict[str, st
             {"units": "s", "long_name": "last time of each event"},
         )
         result["event_count"] = (("lane", "event"), "i4", {"long_name": "how often each event happened"})
+    for name, dims in job.slopes.items():
+        result[name] = (
+            ("lane", *dims),
+            "f8",
+            {"long_name": f"derivative of {name[2:-1]} by each of the names of by"},
+        )
     result["end"] = (("lane",), "f8", {"units": "s", "long_name": "time at which the run ended"})
     result["steps"] = (("lane",), "i4", {"long_name": "accepted steps"})
     for name in job.texts:
@@ -83,6 +89,8 @@ def coordinates_of(job: Job) -> dict[str, Any]:
         result["time"] = ("time", job.times, {"units": "s", "long_name": "time"})
     if job.specs:
         result["event"] = ("event", np.array([spec.name for spec in job.specs], dtype=object))
+    if job.unknowns:
+        result["by"] = ("by", np.array(job.unknowns, dtype=object))
     for name in lanes.varied[0]:
         result[name] = ("lane", np.asarray(lanes.columns[name]), {"long_name": f"parameter {name}"})
     model = job.kernels.model
@@ -111,6 +119,8 @@ def check_names(job: Job) -> None:
         [*fixed, "event_time", "event_last", "event_count", "event", "status", REASON],
         "tells how lanes ended",
     )
+    if job.unknowns:
+        taken["by"] = "names what is differentiated by"
     taken |= dict.fromkeys(("lane", "time"), "counts the lanes and the times")
     for name in job.lanes.varied[0]:
         if name in taken:
@@ -159,6 +169,7 @@ def arrays_of(job: Job, part: Results) -> dict[str, Any]:
         m = len(job.specs)
         result["event_time"], result["event_last"] = part.event_times[:, :m, 0], part.event_times[:, :m, 1]
         result["event_count"] = part.counts[:, :m]
+    result |= part.slopes
     for i, name in enumerate(job.texts):
         result[name] = part.texts[:, i]
     result["end"], result["steps"], result["blame"] = part.end_times, part.outcomes[:, 1], part.outcomes[:, 3]

@@ -24,6 +24,8 @@ from ..kernels.methods import FINE, check_method, check_method_of_contacts, firs
 from ..lanes import lanes_layout as at
 from ..legs.blow import blows_of
 from ..legs.driven import at_time, check_signals
+from ..legs.sensitivity import check_sensitive
+from ..legs.variation import unknowns_of
 from ..ode.dense_output import Array
 from ..start.arguments import (
     STORED,
@@ -86,6 +88,7 @@ class Job:
     looped: bool
     limits: int
     count: int
+    unknowns: tuple[str, ...] = ()
 
     def over(self, lanes: Lanes) -> Job:
         """Return the job of other lanes of the same study: a lane runs as it would among any others.
@@ -106,11 +109,24 @@ class Job:
         return replace(self, lanes=lanes, states=states, no_start=no_start, apart=apart)
 
     @property
+    def slopes(self) -> dict[str, tuple[str, ...]]:
+        """Dimensions, after the lane, of the derivatives by the unknowns, by name such as "d(theta)"."""
+        if not self.unknowns:
+            return {}
+        result: dict[str, tuple[str, ...]] = {f"d({name})": ("time", "by") for name in self.outputs.timed}
+        result |= {f"d({name})": ("by",) for name in self.outputs.numbers}
+        if self.specs:
+            result |= {f"d({name})": ("event", "by") for name in ("event_time", "event_last")}
+        return {**result, "d(end)": ("by",)}
+
+    @property
     def bytes_per_lane(self) -> int:
         """Memory for the results of one lane."""
         timed = len(self.outputs.timed)
         numbers = 4 * len(self.outputs.reduced) + 3 * len(self.expressions) + 6
-        return 8 * (self.times.size * timed + numbers)
+        sizes = {"time": self.times.size, "event": len(self.specs), "by": len(self.unknowns)}
+        slopes = sum(math.prod(sizes[d] for d in dims) for dims in self.slopes.values())
+        return 8 * (self.times.size * timed + numbers + slopes)
 
     @property
     def texts(self) -> tuple[str, ...]:
@@ -141,7 +157,12 @@ class Job:
             and self.method in ("auto", "dop853")
             and not (self.method == "auto" and self.tolerances.min() < FINE)
             and not (model.contacts or model.controllers or model.signals or options["impulses"])
-            and not (self.specs or outputs.reduced or any(isinstance(x, str) for x in outputs.timed_values))
+            and not (
+                self.unknowns
+                or self.specs
+                or outputs.reduced
+                or any(isinstance(x, str) for x in outputs.timed_values)
+            )
             and not self.lanes.varied[0]
             and self.step is None
             and self.begin != self.end
@@ -160,6 +181,7 @@ class Job:
 
     def results(self, low: int, high: int) -> Results:
         """Return empty results of the lanes ``low`` to ``high`` - 1."""
+        sizes = {"time": self.times.size, "event": len(self.specs), "by": len(self.unknowns)}
         n, events, outputs = high - low, len(self.expressions), self.outputs
         times = self.times.size if outputs.timed else 0
         outcomes = np.zeros((n, at.OUTCOME_SIZE), dtype=np.int64)
@@ -169,6 +191,7 @@ class Job:
             np.full((n, len(outputs.reduced), at.EXTREMES), math.nan), np.full((n, events, 2), math.nan),
             np.zeros((n, events), dtype=np.int64), outcomes, np.full(n, self.begin),
             np.full((n, len(self.texts)), "", dtype=object),
+            {name: np.full((n, *(sizes[d] for d in dims)), math.nan) for name, dims in self.slopes.items()},
         )  # fmt: skip
 
 
@@ -195,6 +218,7 @@ def job_of(
     outputs: Any,
     threads: int | None,
     count: int | None = None,
+    sensitivities: Any = None,
 ) -> Job:
     """Return the job that arguments of :func:`freebody.simulate` ask for.
 
@@ -238,16 +262,23 @@ def job_of(
         near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
         indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,
     )  # fmt: skip
+    unknowns: tuple[str, ...] = ()
+    if sensitivities is not None:
+        check_sensitive(model, method, project, blows)
+        unknowns = tuple(
+            x.name for x in unknowns_of(model, sensitivities, lanes.initial_of(0), "sensitivities")
+        )
+        options["sensitivities"] = list(unknowns)
     one_sided = limits(model)
     specs = (*specs, *(EventSpec(limit.event, limit.event, -1) for limit in one_sided))
     expressions = (*expressions, *(OfLimit(k) for k in range(2 * len(one_sided))))
     job = Job(
         kernels, lanes, np.empty((1, 0)), {}, (), begin, end, times, specs, expressions, asked_outputs, tolerances,
         method, step, math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), machine,
-        options, False, len(one_sided), lanes.count if count is None else count,
+        options, False, len(one_sided), lanes.count if count is None else count, unknowns,
     )  # fmt: skip
     if (
-        model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
+        unknowns or model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
         or (method == "taylor" and (begin == end or kernels.size == 0)) or job.over_links
     ):  # fmt: skip
         if method == "timestepping" and "work_rate" in asked_outputs.values:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,7 @@ class Results:
     ``counts``        how often each event happened
     ``outcomes``      code of the status, steps, rejected steps, component or event to blame
     ``end_times``     time at which the run ended
+    ``slopes``        derivatives by the unknowns, by the name of their variable; the unknowns are the last axis
     ``texts``         results that are texts: the timeline of modes, the reason of a failure
     """
 
@@ -61,21 +63,25 @@ class Results:
     outcomes: NDArray[np.int64]
     end_times: Array
     texts: NDArray[Any]
+    slopes: Mapping[str, Array] = field(default_factory=dict)
 
     def take(self, part: Results) -> None:
         """Copy the results of some of the lanes into their rows."""
         rows = slice(part.low - self.low, part.high - self.low)
         for name in _ARRAYS:
             getattr(self, name)[rows] = getattr(part, name)
+        for name, array in self.slopes.items():
+            array[rows] = part.slopes[name]
 
     def rows(self, low: int, high: int) -> Results:
         """Return the results of the lanes ``low`` to ``high`` - 1; they share their memory with these."""
         rows = slice(low - self.low, high - self.low)
-        return Results(low, high, **{name: getattr(self, name)[rows] for name in _ARRAYS})
+        slopes = {name: array[rows] for name, array in self.slopes.items()}
+        return Results(low, high, **{name: getattr(self, name)[rows] for name in _ARRAYS}, slopes=slopes)
 
     def clear(self, rows: Any) -> None:
         """Make lanes waiting again."""
-        for array in (self.values, self.reduced, self.event_times):
+        for array in (self.values, self.reduced, self.event_times, *self.slopes.values()):
             array[rows] = np.nan
         self.texts[rows] = ""
         self.counts[rows] = 0

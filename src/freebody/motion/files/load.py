@@ -21,7 +21,7 @@ from ...model import Model
 from ..contact.scene import phase_of, scene_of_layout
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
-from ..legs.sensitivity import Variation, unknowns_of
+from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
 from ..timestepping.stepped_trajectory import Impulses
@@ -155,6 +155,10 @@ def _trajectory(
         options |= {"changes": about["changes"], "unknown": about["unknown"]}
     if kind == "sensitivities":
         arguments = (variation, *arguments)
+        shifts = np.array(about.get("shifts", np.zeros((2, len(variation.unknowns)))), dtype=float)
+        if shifts.shape != (2, len(variation.unknowns)):
+            raise ValueError("its derivatives of times do not fit its unknowns")
+        options["shifts"] = shifts
     if kind == "steps":
         first, tangents, m = scene_of_layout(model)
         steps, E = path.steps, len(first)

@@ -150,6 +150,7 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
         about["unknown"] = motion._unknown
     if isinstance(motion, SensitiveTrajectory):
         about["unknowns"] = [unknown.name for unknown in motion.variation.unknowns]
+        about["shifts"] = motion.shifts
     if isinstance(motion, SteppedTrajectory):
         impulses, texts = motion.impulses, motion.kernels.model.names.texts
         arrays |= {

@@ -1,12 +1,12 @@
 """Derivatives of a motion by parameters and initial values: the variational equations, integrated with the motion.
 
-    y' = f(t, y, p),    s_j = ∂y/∂p_j:    s_j' = (∂f/∂y) s_j + ∂f/∂p_j,    s_j(t₀) = ∂y₀/∂p_j
+    y' = f(t, y, p),    s_j = ∂y/∂p_j:    s_j' = (∂f/∂y) s_j + ∂f/∂p_j,    s_j(t₀) = ∂y₀/∂p_j - f ∂t₀/∂p_j
 
-f and its derivatives along the s_j come from one trace and are one kernel. The s_j are components of the state:
-step-size control covers them, with the same tolerance, |error| <= ε (1 + |s|). The four components of a quaternion have
-derivatives tangent to the unit sphere: e · ∂e/∂p = 0.
+The s_j are components of the state: step-size control covers them, with the same tolerance, |error| <= ε (1 + |s|). The
+four components of a quaternion have derivatives tangent to the unit sphere: e · ∂e/∂p = 0.
 
-`start_sensitivity` computes the s_j at the start.
+`variation` has the equations, `start_sensitivity` the s_j at the start, `number_derivatives` what becomes of extremes,
+ends and times of events.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
 """
@@ -14,8 +14,7 @@ Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -23,190 +22,62 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
-from ...dynamics.motion import motion, total_power
-from ...errors import ExpressionError, SimulationError, nearest
+from ...errors import SimulationError, nearest
 from ...model import Model
-from ...program.kernels import compile_tape
-from ...scalar.algebra import Expression, Scalar
-from ...scalar.derivative import forward
-from ...scalar.trace import Tape
-from ..kernels.kernels import Kernels, Program
-from ..kernels.method_kernels import series_of
-from ..kernels.methods import FINE, with_series
-from ..ode.dense_output import Rates, observe
+from ...scalar.algebra import Expression, floats
+from ...scalar.expression import evaluate
+from ..kernels.kernels import Kernels
+from ..kernels.methods import FINE
+from ..kernels.reading import expression_of
+from ..ode.dense_output import observe
 from ..ode.integration import integrate
 from ..start.arguments import most_steps
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.event import EventSpec, watching
-from ..trajectory.outputs import reduction
+from ..trajectory.outputs import outputs_of
 from ..trajectory.trajectory import Trajectory
+from .driven import refuse_switched
+from .number_derivatives import NumberDerivatives
+from .variation import Unknown, Variation, unknowns_of
 
 Array = NDArray[np.float64]
 
-
-@dataclass(frozen=True)
-class Unknown:
-    """A parameter, or the initial value of a coordinate or speed (``place`` is its index in the state)."""
-
-    name: str
-    symbol: Any = None
-    place: int = -1
-
-
-def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str) -> tuple[Unknown, ...]:
-    """Return parameters and initial values by name.
-
-    Raises
-    ------
-    SimulationError
-        An unknown name, a name given twice, or an initial value that is an expression of parameters.
-    """
-    if isinstance(names, str | sympy.Basic):
-        names = [names]
-    if not isinstance(names, Iterable) or isinstance(names, np.ndarray):
-        raise SimulationError(f"Expected a list of names for {what}, got {names!r}.")
-    texts = model.names.texts
-    parameters = {p.name: p.symbol for p in model.parameters}
-    starts = [*model.coordinate_names, *model.speed_names]
-    result: list[Unknown] = []
-    for key in names:
-        name = model.names.text_of(key)
-        if any(unknown.name == name for unknown in result):
-            raise SimulationError(f"'{name}' is named twice in {what}. Leave one out.")
-        if name in parameters:
-            result.append(Unknown(name, parameters[name]))
-        elif name in starts:
-            result.append(Unknown(name, None, starts.index(name)))
-        else:
-            raise SimulationError(f"Unknown name '{name}' in {what}; {nearest(name, [*parameters, *starts])}")
-    if not result:
-        raise SimulationError(f"Expected at least one parameter or initial value in {what}, got none.")
-    for unknown in result:
-        for key, value in initial.items():
-            name = key if isinstance(key, str) else texts.get(key, str(key))
-            if name != unknown.name or unknown.symbol is not None:
-                continue
-            expression = model.names.expression(value, f"the initial value of '{name}'")
-            if isinstance(expression, sympy.Basic) and expression.free_symbols:
-                others = ", ".join(sorted(map(str, expression.free_symbols)))
-                raise SimulationError(
-                    f"Expected a number for the initial value of '{name}', since its derivative is asked for in "
-                    f"{what}, got '{value}'. Ask for the derivatives by {others}."
-                )
-    return tuple(result)
-
-
-class Variation:
-    """The programs of a machine and of its variational equations."""
-
-    def __init__(self, kernels: Kernels, unknowns: Sequence[Unknown]) -> None:
-        self.kernels, self.unknowns = kernels, tuple(unknowns)
-
-    @property
-    def size(self) -> int:
-        """Number of components of the state and all derivatives."""
-        return self.kernels.size * (1 + len(self.unknowns))
-
-    def rates(self, parameters: Array, method: str) -> Rates:
-        """Return the right-hand side of the state and all derivatives, for a method."""
-        kernels, program = self.kernels, self.program()
-        rates = Rates(
-            program.address("rates"),
-            self.size,
-            program.constants(parameters),
-            kernels.model.quaternions,
-            program,
-        )
-        if kernels.active:
-            rates = replace(rates, projection=program.address("projection"), projected=self.size)
-        if method == "taylor":
-            rates = with_series(rates, self.series(), parameters, kernels)
-        return replace(rates, recipe=(self.rates, parameters, method))
-
-    def series(self) -> Program:
-        """Return the function ``series`` of (y, s_1, s_2, ...): the coefficients of their Taylor series."""
-        key = ("variation series", tuple(unknown.name for unknown in self.unknowns))
-        programs = self.kernels._programs
-        if key not in programs:
-            tape, state, inputs, rates, parameters = self._rates()
-            programs[key] = series_of(self.kernels.model, tape, rates, state.t, inputs, parameters)
-        return programs[key]
-
-    def _traced(self) -> tuple[Tape, State, list[Scalar], list[list[Scalar]], list[Scalar]]:
-        """Return tape, state, y, the s_j, parameters."""
-        model, tape = self.kernels.model, Tape()
-        state = traced_state(model, tape)
-        y = [*state.q, *state.u]
-        if self.kernels.works:
-            y.append(tape.input("work done"))
-        rows = [[tape.input(f"derivative {i} by {x.name}") for i in range(len(y))] for x in self.unknowns]
-        return tape, state, y, rows, [state.values[p.symbol] for p in model.parameters]
-
-    def _along(
-        self, tape: Tape, state: State, y: list[Scalar], rows: list[list[Scalar]], outputs: Sequence[Scalar]
-    ) -> list[list[Scalar]]:
-        """Return the derivatives of outputs by every unknown."""
-        result = []
-        for unknown, row in zip(self.unknowns, rows, strict=True):
-            inputs, seeds = list(y), list(row)
-            if unknown.symbol is not None:
-                inputs.append(state.values[unknown.symbol])
-                seeds.append(1)
-            result.append(forward(tape, outputs, inputs, seeds))
-        return result
-
-    def program(self) -> Program:
-        """Return the functions ``rates`` of (y, s_1, s_2, ...) and ``energy``.
-
-        For constrained machines ``projection`` moves y onto the constraints, and the s_j onto the linearized ones.
-        """
-        key = ("variation", tuple(unknown.name for unknown in self.unknowns))
-        programs = self.kernels._programs
-        if key not in programs:
-            tape, state, inputs, rates, parameters = self._rates()
-            n, model = self.kernels.size, self.kernels.model
-            y, rows = inputs[:n], [inputs[k : k + n] for k in range(n, len(inputs), n)]
-            functions: dict[str, Sequence[Any]] = {
-                "rates": rates,
-                "energy": [kinetic_energy(model, state), potential_energy(model, state)],
-            }
-            if self.kernels.active:
-                moved = self.kernels._projected(state)
-                if self.kernels.works:
-                    moved = [*moved, y[-1]]
-                functions["projection"] = [
-                    *moved, *(x for row in self._along(tape, state, y, rows, moved) for x in row)
-                ]  # fmt: skip
-            programs[key] = Program(compile_tape(tape, functions, state.t, inputs, parameters))
-        return programs[key]
-
-    def _rates(self) -> tuple[Tape, State, list[Scalar], list[Scalar], list[Scalar]]:
-        """Return tape, state, (y, s_1, s_2, ...), their rates, parameters."""
-        tape, state, y, rows, parameters = self._traced()
-        model = self.kernels.model
-        moving = motion(model, state, self.kernels.active)
-        rates = [*coordinate_rates(model, state), *moving.udot]
-        if self.kernels.works:
-            rates.append(total_power(model, state, moving))
-        along = self._along(tape, state, y, rows, rates)
-        inputs = [*y, *(x for row in rows for x in row)]
-        return tape, state, inputs, [*rates, *(x for row in along for x in row)], parameters
-
-    def expression(self, expression: Expression) -> Program:
-        """Return the function ``values``: derivatives of an expression by every unknown."""
-        key = ("variation of", tuple(unknown.name for unknown in self.unknowns), expression)
-        programs = self.kernels._programs
-        if key not in programs:
-            tape, state, y, rows, parameters = self._traced()
-            value = [state(expression)]
-            functions = {"values": [row[0] for row in self._along(tape, state, y, rows, value)]}
-            inputs = [*y, *(x for row in rows for x in row)]
-            programs[key] = Program(compile_tape(tape, functions, state.t, inputs, parameters))
-        return programs[key]
-
-
 METHODS = ("auto", "dop853", "dop54", "gauss", "taylor")
+
+
+def check_sensitive(model: Model, method: str, project: bool, impulses: Any) -> None:
+    """Refuse motions without variational equations."""
+    if model.contacts:
+        raise SimulationError(
+            f"Expected a machine without contacts for sensitivities=, but '{model.name}' has "
+            f"{', '.join(map(repr, model.contacts))}: their events move with the parameters."
+        )
+    if method not in METHODS:
+        raise SimulationError(
+            f"Expected one of {', '.join(map(repr, METHODS))} for sensitivities=, got method={method!r}."
+        )
+    if model.constraints and project:
+        raise SimulationError(
+            "Expected a start on the constraints for sensitivities=, got project=True, which moves named values. "
+            "Name fewer coordinates and speeds: the others follow."
+        )
+    refuse_switched(model, "sensitivities=")
+    if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
+        raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
+
+
+def _slopes_of(
+    model: Model, unknowns: Sequence[Unknown], numbers: Mapping[str, float], value: Expression
+) -> list[float]:
+    """Return the derivatives of a time that may be an expression of parameters."""
+    expression = expression_of(model, value, "a time")
+    if not isinstance(expression, sympy.Basic):
+        return [0.0] * len(unknowns)
+    lookup = {parameter.symbol: numbers[parameter.name] for parameter in model.parameters}
+    return [
+        0.0 if x.symbol is None else float(evaluate(sympy.diff(expression, x.symbol), lookup, floats))
+        for x in unknowns
+    ]
 
 
 def sensitive_motion(
@@ -224,37 +95,31 @@ def sensitive_motion(
     times: Any,
     samples: int | None,
     *,
+    moments: tuple[Expression, Expression],
     method: str,
     step: float | None,
     max_step: float | None,
     max_steps: int | None,
-    project: bool,
     between: Any,
 ) -> SensitiveTrajectory:
-    """Return the motion with its derivatives; arguments as of :func:`freebody.simulate`, checked."""
+    """Return the motion with its derivatives; arguments as of :func:`freebody.simulate`, checked.
+
+    ``moments`` are the expressions of ``begin`` and ``end``, which may depend on parameters.
+    """
     model = kernels.model
-    if model.contacts:
-        raise SimulationError(
-            f"Expected a machine without contacts for sensitivities=, but '{model.name}' has "
-            f"{', '.join(map(repr, model.contacts))}: their events move with the parameters."
-        )
-    if method not in METHODS:
-        raise SimulationError(
-            f"Expected one of {', '.join(map(repr, METHODS))} for sensitivities=, got method={method!r}."
-        )
     variation = Variation(kernels, unknowns_of(model, unknowns, initial, "sensitivities"))
     program, parameters = variation.program(), kernels.parameters(numbers)
-    if model.constraints and project:
-        raise SimulationError(
-            "Expected a start on the constraints for sensitivities=, got project=True, which moves named values. "
-            "Name fewer coordinates and speeds: the others follow."
-        )
+    shifts = np.array([_slopes_of(model, variation.unknowns, numbers, moment) for moment in moments])
     rows = start_slopes(kernels, variation.unknowns, state, numbers, initial, near, begin)
     n, k = kernels.size, len(variation.unknowns)
     y = np.concatenate([state, np.zeros(n - state.size), rows.ravel()])
     if method == "auto":
         method = "gauss" if np.min(tolerances, initial=1.0) < FINE else "dop853"
     rates = variation.rates(parameters, method)
+    if shifts[0].any():
+        constants = program.constants(parameters)
+        f = observe(program.address("rates"), y.size, np.array([begin]), y[None], constants)[0, :n]
+        y[n:] -= np.outer(shifts[0], f).ravel()
     relative, absolute = np.tile(tolerances, 1 + k), np.tile(tolerances, 1 + k)
     if kernels.works:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
@@ -266,68 +131,120 @@ def sensitive_motion(
         max_step=math.inf if max_step is None else float(max_step), max_steps=most_steps(max_steps, y.size + 2),
         between=between,
     )  # fmt: skip
-    return SensitiveTrajectory(variation, kernels, numbers, path, specs, tolerances, times, samples)
+    return SensitiveTrajectory(
+        variation, kernels, numbers, path, specs, tolerances, times, samples, shifts=shifts
+    )
 
 
 class SensitiveTrajectory(Trajectory):
-    """A trajectory with derivatives by parameters and initial values.
+    """A trajectory with derivatives by parameters and initial values (:class:`Sensitivity`)."""
 
-    ``trajectory.sensitivity["theta", "m"]`` is ∂theta/∂m at the output times; the first may be any coordinate, speed or
-    expression of the machine's names, whose own dependence on the parameter counts.
-    """
-
-    def __init__(self, variation: Variation, *arguments: Any, **options: Any) -> None:
+    def __init__(
+        self, variation: Variation, *arguments: Any, shifts: Array | None = None, **options: Any
+    ) -> None:
         super().__init__(*arguments, **options)
         self.variation = variation
+        self.shifts = np.zeros((2, len(variation.unknowns))) if shifts is None else shifts
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
-        """Derivatives at the output times, by (quantity, parameter or initial value)."""
+        """Derivatives by (quantity, parameter or initial value)."""
         return Sensitivity(self)
 
 
 class Sensitivity(Mapping[Any, Array]):
-    """Derivatives of quantities by unknowns at the output times; iterates over coordinates and speeds."""
+    """Derivatives of a motion by its unknowns, parameters and initial values.
+
+    ``trajectory.sensitivity["theta", "m"]`` is ∂theta/∂m at the output times; the first may be any coordinate, speed,
+    energy or expression of the machine's names, whose own dependence on the parameter counts.
+    ``["max(theta)", "m"]``, and likewise min, range, initial and final, is the derivative of that number.
+    :meth:`times` has derivatives of times of events. Iterates over coordinates and speeds.
+    """
 
     def __init__(self, trajectory: SensitiveTrajectory) -> None:
         self._trajectory = trajectory
         self.unknowns = tuple(unknown.name for unknown in trajectory.variation.unknowns)
+        self.numbers = NumberDerivatives(trajectory, trajectory.variation, trajectory.shifts)
 
-    def __getitem__(self, key: Any) -> Array:
+    def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, tuple) or len(key) != 2:
             raise SimulationError(f"Expected a quantity and an unknown, such as ['theta', 'm'], got {key!r}.")
         column = self._place(key[1])
-        trajectory = self._trajectory
-        model = trajectory.kernels.model
-        text = key[0] if isinstance(key[0], str) else model.names.texts.get(key[0])
-        n = trajectory.kernels.size
-        if text in trajectory.names:
-            return trajectory.states[:, n * (1 + column) + trajectory.names.index(text)]
-        return self.of(key[0])[:, column]
+        result = self.of(key[0])[..., column]
+        return result if result.ndim else float(result)
 
     def of(self, quantity: Any) -> Array:
-        """Return the derivatives of a quantity by all unknowns, shape (times, unknowns)."""
+        """Return the derivatives of a quantity by all unknowns, shape (times, unknowns); (unknowns,) for a number of
+        the whole run.
+
+        Raises
+        ------
+        SimulationError
+            An unknown name, or a number without a derivative, such as the greatest of two equal extremes.
+        """
         trajectory = self._trajectory
         model = trajectory.kernels.model
         text = quantity if isinstance(quantity, str) else model.names.texts.get(quantity)
-        n, k = trajectory.kernels.size, len(self.unknowns)
         if text in trajectory.names:
-            i = trajectory.names.index(text)
-            return trajectory.states[:, [n * (1 + j) + i for j in range(k)]]
-        if isinstance(quantity, str) and reduction(quantity)[0]:
-            raise SimulationError(
-                f"Expected a quantity over time for trajectory.sensitivity, got '{quantity}', one number of the whole "
-                "run. Ask for the quantity itself. At its greatest or smallest value inside the run, its derivative is "
-                "the derivative of that number."
-            )
-        try:
-            expression = model.names.expression(quantity, "trajectory.sensitivity[...]")
-        except ExpressionError as error:
-            raise SimulationError(
-                f"Expected a coordinate, a speed or an expression of them. {error}"
-            ) from None
-        program = trajectory.variation.expression(expression)
+            return self._of_component(text)
+        output = outputs_of(model, [quantity])
+        for name, (how, place) in output.numbers.items():
+            return self.numbers.number(how, output.reduced_values[place], name)
+        return self.of_value(output.timed_values[0])
+
+    def of_value(self, quantity: Expression) -> Array:
+        """Return the derivatives of an expression, or of an energy by name, at the output times."""
+        trajectory = self._trajectory
+        texts = trajectory.kernels.model.names.texts
+        text = texts.get(quantity) if isinstance(quantity, sympy.Basic) else None
+        if text in trajectory.names:
+            return self._of_component(text)
+        program = trajectory.variation.expression(quantity)
         return trajectory._observed(program, "values", trajectory.t, trajectory.states)
+
+    def _of_component(self, name: str) -> Array:
+        """Return the derivatives of a coordinate or speed."""
+        trajectory = self._trajectory
+        n = trajectory.kernels.size
+        return np.asarray(trajectory.states[:, n + trajectory.names.index(name) :: n])
+
+    def times(self, event: Any, unknown: Any = None) -> Array:
+        """Return the derivatives of the times of an event, one for each time it happened, shape (times, unknowns).
+
+        With an ``unknown`` they are the derivatives by it, shape (times,).
+
+        Parameters
+        ----------
+        event : str or EventSpec
+            Name of the event.
+        unknown : name, optional
+
+        Raises
+        ------
+        SimulationError
+            An event that only touches zero, so that its time has no derivative.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("throw")
+        >>> g = s.parameters(g=9.81)
+        >>> s.gravity = (0, -g, 0)
+        >>> rail = s.slider("rail", s.ground, s.body("stone", fb.particle(1)), axis="y", coordinate="y")
+        >>> hit = fb.event("y", name="hit", direction=-1, terminal=True)
+        >>> motion = fb.simulate(s, 9, initial={"y'": 4.905}, events=[hit], sensitivities=["y'"])
+        >>> motion.sensitivity.times("hit", "y'").round(9)  # t = 2 v/g
+        array([0.20387360])
+        """
+        trajectory = self._trajectory
+        specs = [spec.name for spec in trajectory.specs]
+        name = event.name if isinstance(event, EventSpec) else event
+        if name not in specs:
+            cure = nearest(str(name), specs) if specs else "The run has no events=."
+            raise SimulationError(f"Unknown event '{name}' in trajectory.sensitivity.times; {cure}")
+        rows = [self.numbers.event(x) for x in trajectory.path.crossings if specs[x.number] == name]
+        result = np.array(rows).reshape(len(rows), len(self.unknowns))
+        return result if unknown is None else result[:, self._place(unknown)]
 
     def _place(self, unknown: Any) -> int:
         name = self._trajectory.kernels.model.names.text_of(unknown)

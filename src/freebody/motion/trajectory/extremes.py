@@ -71,7 +71,7 @@ def extremes(motion: ComputedMotion, quantities: tuple[Expression | OfContact, .
     """Return greatest, smallest, first and last value of each quantity over a motion, shape (quantities, 4)."""
     ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), quantities)
     best = np.full((2, len(quantities)), -np.inf)  # greatest values of the quantities, and of their negatives
-    for leg, times, curved in _legs(motion.path):
+    for leg, times, curved in search_blocks(motion.path):
 
         def both_signs(moments: Array, leg: Any = leg) -> Array:
             result = values(_at(motion, moments, leg), quantities)
@@ -127,7 +127,7 @@ def _refined(times: Array, samples: Array, best: Array, function: Callable[[Arra
     return best
 
 
-def _legs(whole: Any) -> Iterator[tuple[Any, Array, bool]]:
+def search_blocks(whole: Any) -> Iterator[tuple[Any, Array, bool]]:
     """Yield parts of a path between jumps, in blocks: the part, times to search, True if it is curved between them."""
     segments = whole.segments if isinstance(whole, Phases) else (None,)
     for segment in segments:

@@ -92,6 +92,7 @@ def parts(job: Job, law: Any = None) -> dict[str, str]:
         "events": of([events, job.expressions]),
         "blows": of(options["impulses"]),
         "method or tolerance": of([*method, options["impacts"], options["indeterminate"]]),
+        "derivatives": of(job.unknowns),
         "version of freebody": version(),
     }
 

@@ -83,7 +83,7 @@ class Grid(Law):
             names[name]: (names[name], array, data[names[name]].attrs if names[name] in data.coords else {})
             for name, array in self.axes
         }
-        for name in ("time", "event"):
+        for name in ("time", "event", "by"):
             if name in data.coords:
                 coordinates[name] = data[name].variable
         result = xarray.Dataset(variables, coords=coordinates, attrs=data.attrs)

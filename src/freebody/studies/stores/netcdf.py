@@ -131,6 +131,8 @@ class NetCDF:
                 sizes["time"] = job.times.size
             if job.specs:
                 sizes["event"] = len(job.specs)
+            if job.unknowns:
+                sizes["by"] = len(job.unknowns)
             file.dimensions = sizes
             for name, (dims, values, *about) in coordinates_of(job).items():
                 values = np.asarray(values)
@@ -167,7 +169,12 @@ class NetCDF:
     def _size(self) -> int:
         """Return the greatest size of the file before the first lane runs."""
         job = self.job
-        sizes = {"lane": job.lanes.count, "time": job.times.size, "event": len(job.specs)}
+        sizes = {
+            "lane": job.lanes.count,
+            "time": job.times.size,
+            "event": len(job.specs),
+            "by": len(job.unknowns),
+        }
         variables = variables_of(job).values()
         columns = [np.asarray(values).size for _, values, *_ in coordinates_of(job).values()]
         return (

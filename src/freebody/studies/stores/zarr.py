@@ -142,13 +142,18 @@ class ZarrStore:
             shutil.rmtree(new, ignore_errors=True)
             group = zarr.create_group(str(new), zarr_format=3, attributes=about)
             for name, (dims, values, *more) in coordinates_of(job).items():
-                if name in ("time", "event"):
+                if name in ("time", "event", "by"):
                     texts = np.asarray(values).dtype == object
                     group.create_array(
                         name, shape=np.shape(values), dtype=str if texts else "f8", dimension_names=(dims,),
                         attributes=more[0] if more else {},
                     )[:] = values  # fmt: skip
-            sizes = {"lane": job.count, "time": job.times.size, "event": len(job.specs)}
+            sizes = {
+                "lane": job.count,
+                "time": job.times.size,
+                "event": len(job.specs),
+                "by": len(job.unknowns),
+            }
             variables = {
                 name: (("lane",), "f8", {"long_name": f"{name} of the lane"}) for name in _varied(job)
             } | variables_of(job)

@@ -126,7 +126,9 @@ def test_where_no_lane_was_run_it_is_an_error() -> None:
     options = {"initial": {"x": [0.6, 0.7]}, "samples": 2, "progress": False}
     with (
         ProcessPoolExecutor(1) as pool,
-        pytest.raises(SimulationError, match="No lane of 2 was run; the first was its process ended abruptly"),
+        pytest.raises(
+            SimulationError, match="No lane of 2 was run; the first was its process ended abruptly"
+        ),
     ):
         fb.simulate(cart(Mortal(), "law"), 1, executor=pool, **options)
 

@@ -25,9 +25,9 @@ from batch_machines import pendulum
 from freebody.errors import SimulationError
 from freebody.gallery.beyond.bouncing_ball import build as ball
 from freebody.motion.batch import job, lane_loop
+from freebody.motion.files import replacing as files
 from freebody.studies.blocks import run as run_of_blocks
 from freebody.studies.stores import memory, netcdf
-from freebody.motion.files import replacing as files
 
 BALLS = {
     "initial": {"y": "h"}, "values": {"h": np.linspace(1, 2, 40)}, "samples": 2, "outputs": ["y", "modes"],

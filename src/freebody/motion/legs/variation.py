@@ -1,0 +1,234 @@
+"""The variational equations of a machine: programs of a motion together with its derivatives.
+
+    y' = f(t, y, p),    s_j = ∂y/∂p_j:    s_j' = (∂f/∂y) s_j + ∂f/∂p_j
+
+f and its derivatives along the s_j come from one trace and are one kernel.
+
+Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ...dynamics.motion import motion, total_power
+from ...errors import SimulationError, nearest
+from ...model import Model
+from ...program.kernels import compile_tape
+from ...scalar.algebra import Expression, Scalar
+from ...scalar.derivative import forward, reverse
+from ...scalar.trace import Tape
+from ..kernels.kernels import Kernels, Program
+from ..kernels.method_kernels import series_of
+from ..kernels.methods import with_series
+from ..ode.dense_output import Rates
+
+Array = NDArray[np.float64]
+Functions = dict[str, Sequence[Scalar]]
+"""Outputs by the name of a function."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A parameter, or the initial value of a coordinate or speed (``place`` is its index in the state)."""
+
+    name: str
+    symbol: Any = None
+    place: int = -1
+
+
+def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str) -> tuple[Unknown, ...]:
+    """Return parameters and initial values by name.
+
+    Raises
+    ------
+    SimulationError
+        An unknown name, a name given twice, or an initial value that is an expression of parameters.
+    """
+    if isinstance(names, str | sympy.Basic):
+        names = [names]
+    if not isinstance(names, Iterable) or isinstance(names, np.ndarray):
+        raise SimulationError(f"Expected a list of names for {what}, got {names!r}.")
+    texts = model.names.texts
+    parameters = {p.name: p.symbol for p in model.parameters}
+    starts = [*model.coordinate_names, *model.speed_names]
+    result: list[Unknown] = []
+    for key in names:
+        name = model.names.text_of(key)
+        if any(unknown.name == name for unknown in result):
+            raise SimulationError(f"'{name}' is named twice in {what}. Leave one out.")
+        if name in parameters:
+            result.append(Unknown(name, parameters[name]))
+        elif name in starts:
+            result.append(Unknown(name, None, starts.index(name)))
+        else:
+            raise SimulationError(f"Unknown name '{name}' in {what}; {nearest(name, [*parameters, *starts])}")
+    if not result:
+        raise SimulationError(f"Expected at least one parameter or initial value in {what}, got none.")
+    for unknown in result:
+        for key, value in initial.items():
+            name = key if isinstance(key, str) else texts.get(key, str(key))
+            if name != unknown.name or unknown.symbol is not None:
+                continue
+            expression = model.names.expression(value, f"the initial value of '{name}'")
+            if isinstance(expression, sympy.Basic) and expression.free_symbols:
+                others = ", ".join(sorted(map(str, expression.free_symbols)))
+                raise SimulationError(
+                    f"Expected a number for the initial value of '{name}', since its derivative is asked for in "
+                    f"{what}, got '{value}'. Ask for the derivatives by {others}."
+                )
+    return tuple(result)
+
+
+class Variation:
+    """The programs of a machine and of its variational equations."""
+
+    def __init__(self, kernels: Kernels, unknowns: Sequence[Unknown]) -> None:
+        self.kernels, self.unknowns = kernels, tuple(unknowns)
+
+    @property
+    def size(self) -> int:
+        """Number of components of the state and all derivatives."""
+        return self.kernels.size * (1 + len(self.unknowns))
+
+    def rates(self, parameters: Array, method: str) -> Rates:
+        """Return the right-hand side of the state and all derivatives, for a method."""
+        kernels, program = self.kernels, self.program()
+        rates = Rates(
+            program.address("rates"),
+            self.size,
+            program.constants(parameters),
+            kernels.model.quaternions,
+            program,
+        )
+        if kernels.active:
+            rates = replace(rates, projection=program.address("projection"), projected=self.size)
+        if method == "taylor":
+            rates = with_series(rates, self.series(), parameters, kernels)
+        return replace(rates, recipe=(self.rates, parameters, method))
+
+    def series(self) -> Program:
+        """Return the function ``series`` of (y, s_1, s_2, ...): the coefficients of their Taylor series."""
+        key = ("variation series", tuple(unknown.name for unknown in self.unknowns))
+        programs = self.kernels._programs
+        if key not in programs:
+            tape, state, inputs, rates, parameters = self._rates()
+            programs[key] = series_of(self.kernels.model, tape, rates, state.t, inputs, parameters)
+        return programs[key]
+
+    def _traced(self) -> tuple[Tape, State, list[Scalar], list[list[Scalar]], list[Scalar]]:
+        """Return tape, state, y, the s_j, parameters."""
+        model, tape = self.kernels.model, Tape()
+        state = traced_state(model, tape)
+        y = [*state.q, *state.u]
+        if self.kernels.works:
+            y.append(tape.input("work done"))
+        rows = [[tape.input(f"derivative {i} by {x.name}") for i in range(len(y))] for x in self.unknowns]
+        return tape, state, y, rows, [state.values[p.symbol] for p in model.parameters]
+
+    def _along(
+        self, tape: Tape, state: State, y: list[Scalar], rows: list[list[Scalar]], outputs: Sequence[Scalar]
+    ) -> list[list[Scalar]]:
+        """Return the derivatives of outputs by every unknown."""
+        result = []
+        for unknown, row in zip(self.unknowns, rows, strict=True):
+            inputs, seeds = list(y), list(row)
+            if unknown.symbol is not None:
+                inputs.append(state.values[unknown.symbol])
+                seeds.append(1)
+            result.append(forward(tape, outputs, inputs, seeds))
+        return result
+
+    def program(self) -> Program:
+        """Return the functions ``rates`` of (y, s_1, s_2, ...) and ``energy``.
+
+        For constrained machines ``projection`` moves y onto the constraints, and the s_j onto the linearized ones.
+        """
+        key = ("variation", tuple(unknown.name for unknown in self.unknowns))
+        programs = self.kernels._programs
+        if key not in programs:
+            tape, state, inputs, rates, parameters = self._rates()
+            n, model = self.kernels.size, self.kernels.model
+            y, rows = inputs[:n], [inputs[k : k + n] for k in range(n, len(inputs), n)]
+            functions: dict[str, Sequence[Any]] = {
+                "rates": rates,
+                "energy": [kinetic_energy(model, state), potential_energy(model, state)],
+            }
+            if self.kernels.active:
+                moved = self.kernels._projected(state)
+                if self.kernels.works:
+                    moved = [*moved, y[-1]]
+                functions["projection"] = [
+                    *moved, *(x for row in self._along(tape, state, y, rows, moved) for x in row)
+                ]  # fmt: skip
+            programs[key] = Program(compile_tape(tape, functions, state.t, inputs, parameters))
+        return programs[key]
+
+    def _rates(self) -> tuple[Tape, State, list[Scalar], list[Scalar], list[Scalar]]:
+        """Return tape, state, (y, s_1, s_2, ...), their rates, parameters."""
+        tape, state, y, rows, parameters = self._traced()
+        rates = self._rates_of_state(state)
+        along = self._along(tape, state, y, rows, rates)
+        inputs = [*y, *(x for row in rows for x in row)]
+        return tape, state, inputs, [*rates, *(x for row in along for x in row)], parameters
+
+    def _rates_of_state(self, state: State) -> list[Scalar]:
+        """Return y'."""
+        model = self.kernels.model
+        moving = motion(model, state, self.kernels.active)
+        rates = [*coordinate_rates(model, state), *moving.udot]
+        return [*rates, total_power(model, state, moving)] if self.kernels.works else rates
+
+    def expression(self, quantity: Expression) -> Program:
+        """Return the function ``values``: derivatives of an expression, or of an energy, by every unknown."""
+
+        def functions(tape: Tape, state: State, y: list[Scalar], rows: list[list[Scalar]]) -> Functions:
+            value = [self._value(quantity, state, y)]
+            return {"values": [row[0] for row in self._along(tape, state, y, rows, value)]}
+
+        return self._program("variation of", quantity, functions)
+
+    def course(self, quantity: Expression) -> Program:
+        """Return the functions ``course``: x and x' of a quantity x; ``slopes``: x, x', ∂x/∂y and Dx by every unknown.
+
+        Dx = (∂x/∂y) s + ∂x/∂p is the derivative at a fixed time.
+        """
+
+        def functions(tape: Tape, state: State, y: list[Scalar], rows: list[list[Scalar]]) -> Functions:
+            value = self._value(quantity, state, y)
+            rates = self._rates_of_state(state)
+            course = [value, *forward(tape, [value], [state.t, *y], [1, *rates])]
+            along = [row[0] for row in self._along(tape, state, y, rows, [value])]
+            return {"course": course, "slopes": [*course, *reverse(tape, value, y), *along]}
+
+        return self._program("course of", quantity, functions)
+
+    def _program(self, what: str, quantity: Expression, functions: Callable[..., Functions]) -> Program:
+        """Return the program of functions of (y, s_1, s_2, ...), compiled once."""
+        key = (what, tuple(unknown.name for unknown in self.unknowns), quantity)
+        programs = self.kernels._programs
+        if key not in programs:
+            tape, state, y, rows, parameters = self._traced()
+            inputs = [*y, *(x for row in rows for x in row)]
+            named = functions(tape, state, y, rows)
+            programs[key] = Program(compile_tape(tape, named, state.t, inputs, parameters))
+        return programs[key]
+
+    def _value(self, quantity: Expression, state: State, y: list[Scalar]) -> Scalar:
+        """Return an expression, or one of `ENERGIES`, of a state."""
+        model = self.kernels.model
+        if not isinstance(quantity, str):
+            return state(quantity)
+        if quantity == "work":
+            return y[-1] if self.kernels.works else 0
+        if quantity == "work_rate":
+            return total_power(model, state, motion(model, state, self.kernels.active))
+        parts = {"kinetic_energy": kinetic_energy, "potential_energy": potential_energy}
+        return sum((part(model, state) for name, part in parts.items() if quantity in (name, "energy")), 0)
