@@ -90,7 +90,7 @@ MOTION = [
     Term("time stepping", "", "", "method of Moreau and Jean: contact as impulses of a step", "motion/timestepping/timestepping.py:stepped_motion"),
     Term("batch", "", "", "many motions of one machine in one call", "studies/batch.py:simulate_batch"),
     Term("lane", "", "", "one motion of a batch", "motion/lanes/lanes.py:functions"),
-    Term("store", "", "", "file that a batch fills lane by lane, and resumes from", "studies/stores/netcdf.py:Store"),
+    Term("store", "", "", "file that a batch fills lane by lane, and resumes from", "studies/stores/netcdf.py:NetCDF"),
 ]  # fmt: skip
 PICTURES = [
     Term("sheet", "", "pt", "lines, arrows and labels on paper", "picture/paper/sheet.py:Sheet"),

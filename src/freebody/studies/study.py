@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import cloudpickle
 import numpy as np
 
-from ..errors import SimulationError, arguments_named, path_of
+from ..errors import SimulationError, arguments_named, nearest, path_of
 from ..model import Model
 from ..motion.batch.dataset import check_names
 from ..motion.batch.job import Job, check_memory, job_of
@@ -29,7 +29,7 @@ from .blocks.tally import spoken, spoken_size
 from .identity.study_identity import parts
 from .lanes.chosen import Chosen
 from .lanes.feasibility import check_possible
-from .lanes.law import Law
+from .lanes.law import Law, check_apart
 from .simulate import simulate
 from .stores.memory import Flagged
 from .stores.netcdf import NetCDF
@@ -86,8 +86,8 @@ def study(
     Raises
     ------
     SimulationError
-        If a name is unknown, or stands both in ``lanes`` and in ``initial`` or ``values``; also as
-        :func:`freebody.simulate`.
+        If a name is unknown, or stands both in ``lanes`` and in ``initial`` or ``values``; if no machine can have the
+        values of some lanes; also as :func:`freebody.simulate`.
 
     Examples
     --------
@@ -111,10 +111,16 @@ def study(
     for name in ("progress", "threads", "executor", "store"):
         if name in options:
             raise SimulationError(f"Expected {name}= where the study is run: study(...).run({name}=...).")
+    unknown = [name for name in options if name not in _DEFAULTS]
+    if unknown:
+        raise SimulationError(
+            f"Unknown argument '{unknown[0]}' of study(); {nearest(unknown[0], [*_DEFAULTS])}"
+        )
     model = kernels_of(s).model
-    result = Study(
-        model, until, lanes.resolved(model), outputs, dict(initial or {}), dict(values or {}), options
-    )
+    law = lanes.resolved(model)
+    check_apart(model, law, values, initial)
+    check_possible(law, model, values)
+    result = Study(model, until, law, outputs, dict(initial or {}), dict(values or {}), options)
     check_names(result.ready.job)
     return result
 
@@ -243,15 +249,14 @@ class Study:
         -------
         xarray.Dataset
             Outputs over ``lane`` and ``time``; ``status`` as a flag, with meanings; ``reason`` of the lanes that
-            failed, over ``failed``, whose numbers ``failed_lane`` holds. A lane that fails raises no error. In a zarr store
-            ``reason`` holds the lanes by reason for each block.
+            failed, over ``failed``, whose numbers ``failed_lane`` holds. A lane that fails raises no error. In a zarr
+            store ``reason`` holds the lanes by reason for each block.
 
         Raises
         ------
         SimulationError
-            An executor without ``submit``, the store of another study, lanes for which the machine is impossible.
+            An executor without ``submit``, a controller that cannot be sent, the store of another study.
         """
-        check_possible(self.lanes, self.machine, self.values)
         ready = self.ready
         if executor is None or executor == "threads":
             ready = Ready(self._work, threads)
@@ -266,6 +271,8 @@ class Study:
         if path is None:
             check_memory(job)
 
+        size = ZarrStore.size_of_block(path) if path is not None and zarr else None
+
         def sink_of(size: int) -> Any:
             if path is None:
                 return Flagged(self._with_all_lanes(job), job.results(0, self.count))
@@ -275,7 +282,7 @@ class Study:
 
         return run(
             ready, self._source, None if executor == "threads" else executor, sink_of, progress=progress,
-            size=ZarrStore.size_of_block(path) if zarr else None, pack=lambda: sent(self._work, self.machine),
+            size=size, pack=lambda: sent(self._work, self.machine),
         )  # fmt: skip
 
     def _pickled(self) -> bytes:

@@ -81,7 +81,8 @@ class Crew:
     delivery: Delivery = Whole()
 
     def __init__(self, executor: Any, ready: Any, work: bytes | None, source: Any, name: str) -> None:
-        self.executor, self.ready, self.source, self.name = executor, ready, source, name
+        self.executor: Any = executor
+        self.ready, self.source, self.name = ready, source, name
         self.work = work or b""
         self.key = hashlib.sha256(self.work).hexdigest()
         self.ended: SimpleQueue[tuple[tuple[int, int], Any]] = SimpleQueue()
@@ -163,16 +164,17 @@ class Crew:
         if self.client:
             return True
         if type(old).__module__.startswith("loky"):
-            from loky import get_reusable_executor
+            from loky import get_reusable_executor  # type: ignore[import-untyped, unused-ignore]
 
             self.executor = get_reusable_executor(old._max_workers)
             return True
-        if type(old) is ProcessPoolExecutor:
+        if issubclass(type(old), ProcessPoolExecutor):
             self.close()
-            self.executor = self.own = ProcessPoolExecutor(
+            self.own = ProcessPoolExecutor(
                 old._max_workers, mp_context=old._mp_context, initializer=old._initializer,
                 initargs=old._initargs,
             )  # fmt: skip
+            self.executor = self.own
             return True
         return False
 

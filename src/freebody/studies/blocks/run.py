@@ -81,10 +81,6 @@ def run(
             tally.within(done)
             keyboard.check()
 
-        def receive(report: Report) -> None:
-            with keyboard.held():
-                sink.receive(report)
-
         crew: Any = Here(ready, source, between)
         if workers is not None:
             work = None if isinstance(workers, ThreadPoolExecutor) else pack()
@@ -95,7 +91,12 @@ def run(
                 seconds = seconds_per_lane(crew, count, check) if count > FEW else None
                 size = size_of_block(count, seconds, crew.workers, job.bytes_per_lane)
             sink = sink_of(size or count)
-            crew.delivery = sink.delivery
+            crew.delivery, take = sink.delivery, sink.receive
+
+            def receive(report: Report) -> None:
+                with keyboard.held():
+                    take(report)
+
             missing = list(sink.missing(cut(count, size or count)))
             tally.begin(count - sum(high - low for low, high in missing))
             blocks: Iterable[Range] = shuffled(missing)

@@ -65,7 +65,7 @@ class Written:
         import zarr
 
         with explained(Path(self.path), more=_REST):
-            group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
+            group: Any = zarr.open_group(self.path, mode="r+", use_consolidated=False)
             rows = slice(part.low, part.high)
             values, initial = source.arguments(part.low, part.high)
             for name, (values_of, key) in _varied(job).items():
@@ -193,7 +193,7 @@ class ZarrStore:
         """Write which lanes are lost, and why."""
         import zarr
 
-        group = zarr.open_group(str(self.path), mode="r+", use_consolidated=False)
+        group: Any = zarr.open_group(str(self.path), mode="r+", use_consolidated=False)
         for lane, reason in lost.items():
             Written.explain(group, lane, {lane: reason})
             group["status"][lane] = LOST
@@ -207,7 +207,8 @@ def statuses(path: Path) -> Any:
     """Return the codes of the statuses of all lanes."""
     import zarr
 
-    return zarr.open_group(str(path), mode="r", use_consolidated=False)["status"][:]
+    group: Any = zarr.open_group(str(path), mode="r", use_consolidated=False)
+    return group["status"][:]
 
 
 def missing(path: Path) -> Iterator[Range]:
@@ -223,9 +224,8 @@ def loaded(path: Path) -> Any:
     """Return what the store keeps as a pickle, which is run by reading it."""
     import zarr
 
-    return pickle.loads(
-        zarr.open_group(str(path), mode="r", use_consolidated=False)["study/pickle"][:].tobytes()
-    )
+    group: Any = zarr.open_group(str(path), mode="r", use_consolidated=False)
+    return pickle.loads(group["study/pickle"][:].tobytes())
 
 
 def check(path: Path, parts: Mapping[str, str]) -> None:
