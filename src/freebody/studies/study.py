@@ -22,7 +22,7 @@ from ..scalar.algebra import Expression
 from .blocks.block import Ready, Work
 from .blocks.crew import Here
 from .blocks.cutting import seconds_per_lane
-from .blocks.executors import sent
+from .blocks.executors import executor_of, sent
 from .blocks.run import run
 from .blocks.source import ByLaw
 from .blocks.tally import spoken, spoken_size
@@ -30,6 +30,10 @@ from .identity.study_identity import parts
 from .lanes.chosen import Chosen
 from .lanes.feasibility import check_possible
 from .lanes.law import Law, check_apart
+from .reducers.failures import check_failed
+from .reducers.reducer import Reducer
+from .reducers.stopping import rules_of
+from .reduction import Reduction, known_names, stages
 from .simulate import simulate
 from .stores.memory import Flagged
 from .stores.netcdf import NetCDF
@@ -99,10 +103,10 @@ def study(
     >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), axis="z", coordinate="theta")
     >>> swings = fb.study(s, until=5, lanes=fb.grid(L=[1, 2], theta=[0.1, 1.0, 2.0]), outputs="max(theta')")
     >>> swings
-    Study of 'pendulum' to 5 s: grid of 2 L × 3 theta, 6 lanes; outputs max(theta')
+    Study of 'pendulum' to 5 s: grid of 2 L × 3 theta: 6 lanes; outputs max(theta')
     >>> data = swings.run()
     >>> data["max(theta')"].round(4).values
-    array([0.3131, 3.0032, 5.2704, 0.2214, 2.1236, 3.7267])
+    array([0.3131, 3.0032, 5.2711, 0.2214, 2.1236, 3.7273])
     """
     if not isinstance(lanes, Law):
         raise SimulationError(
@@ -292,6 +296,96 @@ class Study:
     def _with_all_lanes(self, job: Job) -> Job:
         """Return a job that holds the values of all lanes, as the coordinates of a dataset need them."""
         return replace(job, lanes=lanes_of(self.machine, *self._source.arguments(0, self.count)))
+
+    def reduce(
+        self,
+        reducers: Mapping[str, Reducer],
+        executor: Any = None,
+        *,
+        until: Any = None,
+        most: int | None = None,
+        failed: str = "raise",
+        progress: bool | Callable[[Any], Any] | None = None,
+        threads: int | None = None,
+    ) -> xarray.Dataset:
+        """Return statistics of the lanes, computed where they run; nothing else of them is kept.
+
+        Parameters
+        ----------
+        reducers : mapping of name to reducer
+            :func:`freebody.mean`, :func:`freebody.quantile`, ... The outputs of the study do not matter: reducers name
+            their own.
+        executor, progress, threads
+            As of :meth:`run`.
+        until : rule or list of rules, optional
+            :func:`freebody.error`: stop as soon as errors are small enough. The rule is asked after 1024 lanes, and
+            then whenever half as many more have ended.
+        most : int, optional
+            Greatest number of lanes; all by default.
+        failed : {"raise", "skip", "count"}
+            What a lane that failed means: an error; a lane that is left out, and counted; or one in which the
+            conditions hold, which makes a fraction an upper bound.
+
+        Returns
+        -------
+        xarray.Dataset
+            For each name ``p`` its value, its standard error ``p_error``, the number of lanes ``p_count`` and more by
+            the kind of the reducer. Attributes tell the numbers of lanes and of failed ones. The bits do not depend on
+            workers, blocks or order.
+
+        Raises
+        ------
+        SimulationError
+            Unknown names, a lane without the number that is asked for, a failed lane with ``failed="raise"``.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("stone")
+        >>> stone = s.body("stone", fb.particle(1))
+        >>> fall = s.slider("fall", s.ground, stone, axis="y", coordinate="y")
+        >>> s.gravity = (0, -9.81, 0)
+        >>> study = fb.study(s, until=1, lanes=fb.sample({"y'": (0, 10)}, n=2000, by="random", seed=1))
+        >>> study.reduce({"p": fb.mean("final(y) > 0"), "high": fb.largest("max(y)", 2)}).p.round(2).item()
+        0.51
+        """
+        if not isinstance(reducers, Mapping) or not reducers:
+            raise SimulationError(
+                f"Expected reducers by name, such as {{'p': fb.mean('max(x) > 1')}}, got {reducers!r}."
+            )
+        for name, reducer in reducers.items():
+            if not isinstance(name, str) or not isinstance(reducer, Reducer):
+                raise SimulationError(
+                    f"Expected a reducer such as fb.mean('max(x) > 1') for {name!r}, got {reducer!r}."
+                )
+        check_failed(failed, reducers.values())
+        rules = rules_of(until)
+        for rule in rules:
+            rule.check(reducers)
+        most = self.count if most is None else int(most)
+        if not 0 < most <= self.count:
+            raise SimulationError(f"Expected most= from 1 to {self.count}, the number of lanes, got {most}.")
+        wanted = list(dict.fromkeys(x for reducer in reducers.values() for x in reducer.wanted))
+        study = replace(self, outputs=wanted or [f"final({self.machine.coordinate_names[0]})"])
+        ready = Ready(study._work, threads if executor in (None, "threads") else 1)
+        for reducer in reducers.values():
+            reducer.check(known_names(ready.job))
+        sink, size = Reduction(reducers, failed), None
+
+        def sink_of(measured: int) -> Reduction:
+            nonlocal size
+            size = measured
+            return sink
+
+        with executor_of(executor) as workers:
+            for lanes in stages(most, bool(rules)):
+                data = run(
+                    ready, study._source, workers, sink_of, size=size, progress=progress, lanes=lanes,
+                    pack=lambda: sent(study._work, study.machine),
+                )  # fmt: skip
+                if sink.done < lanes or (rules and all(rule.met(sink.results) for rule in rules)):
+                    break
+        return data
 
     def isel(self, lane: Any) -> Any:
         """Return the motion of one lane, or the study of some lanes.
