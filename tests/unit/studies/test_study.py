@@ -51,7 +51,7 @@ def test_lanes_are_those_of_simulate_wherever_they_run() -> None:
     assert np.array_equal(here["m"], columns["m"]) and np.array_equal(here["theta_start"], columns["theta"])
     assert set(here.status.values.tolist()) == {1} and here.status.dtype == np.int8
     words = dict(zip(here.status.flag_values, here.status.flag_meanings.split(), strict=True))
-    assert words[1] == "finished" and words[11] == "lost"
+    assert words[1] == "finished" and words[15] == "lost"
     for pool in (ProcessPoolExecutor(2), ThreadPoolExecutor(2)):
         with pool:
             assert study.run(pool, progress=False).identical(here)

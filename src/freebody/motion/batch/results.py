@@ -14,7 +14,7 @@ from ..ode import layout
 from ..ode.dense_output import STUCK, Array
 from ..trajectory.one_sided_limits import NOT_PHYSICAL
 
-WAITING, NO_START, REFUSED, LOST = -1, 9, 10, 11
+WAITING, NO_START, REFUSED, LOST = -1, 9, 10, 15
 STATUS = {
     WAITING: "waiting",
     layout.FINISHED: "finished",

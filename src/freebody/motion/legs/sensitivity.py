@@ -234,7 +234,7 @@ class Sensitivity(Mapping[Any, Array]):
         >>> hit = fb.event("y", name="hit", direction=-1, terminal=True)
         >>> motion = fb.simulate(s, 9, initial={"y'": 4.905}, events=[hit], sensitivities=["y'"])
         >>> motion.sensitivity.times("hit", "y'").round(9)  # t = 2 v/g
-        array([0.20387360])
+        array([0.2038736])
         """
         trajectory = self._trajectory
         specs = [spec.name for spec in trajectory.specs]
