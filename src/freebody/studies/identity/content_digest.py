@@ -364,7 +364,10 @@ def _installed(file: str) -> bool:
     if file.startswith("<"):
         return file.startswith("<frozen")
     parents = Path(file).resolve().parents
-    return any(folder in parents for folder in (Path(__file__).parents[2], *_folders()))
+    if any(folder in parents for folder in (Path(__file__).parents[2], *_folders())):
+        return True
+    # packages of another environment, which a .pth file or PYTHONPATH adds
+    return any(folder.name in ("site-packages", "dist-packages") for folder in parents)
 
 
 def _versioned(module: str) -> str:

@@ -9,6 +9,7 @@ import pytest
 
 PAGE = Path(__file__).parents[4] / "docs" / "batches.md"
 BLOCK = re.compile(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", re.DOTALL)
+COST = re.compile(r"about \S+ s of one processor \(\S+ s a lane\)")  # differs from run to run
 
 
 def test_the_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
@@ -17,4 +18,5 @@ def test_the_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert len(blocks) >= 6
     for code, expected in blocks:
         exec(compile(code, PAGE.name, "exec"), space)
-        assert capsys.readouterr().out.split() == expected.split(), code
+        printed, promised = (COST.sub("", text).split() for text in (capsys.readouterr().out, expected))
+        assert printed == promised, code

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import functools
+import importlib
 import json
 import math
 import os
@@ -471,3 +472,14 @@ def test_a_store_is_not_gone_on_with_by_another_machine(tmp_path) -> None:
     fb.simulate(pendulum(9.81), 1, **options).close()
     with pytest.raises(SimulationError, match="to hold results of the same runs, .* differ in the machine"):
         fb.simulate(pendulum(1.62), 1, **options)
+
+
+def test_packages_of_another_environment_count_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "site-packages"  # as a .pth file or PYTHONPATH adds it
+    folder.mkdir()
+    (folder / "package_elsewhere.py").write_text("import numpy as np\n\nclass Law:\n    kind = np.ndarray\n")
+    monkeypatch.syspath_prepend(folder)
+    law = importlib.import_module("package_elsewhere").Law
+    before = digest(law)
+    monkeypatch.setattr(law, "kind", int)
+    assert digest(law) == before
