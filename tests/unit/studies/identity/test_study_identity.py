@@ -474,7 +474,9 @@ def test_a_store_is_not_gone_on_with_by_another_machine(tmp_path) -> None:
         fb.simulate(pendulum(1.62), 1, **options)
 
 
-def test_packages_of_another_environment_count_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_packages_of_another_environment_count_by_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = tmp_path / "site-packages"  # as a .pth file or PYTHONPATH adds it
     folder.mkdir()
     (folder / "package_elsewhere.py").write_text("import numpy as np\n\nclass Law:\n    kind = np.ndarray\n")
