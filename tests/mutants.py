@@ -2,11 +2,12 @@
 
     python -m tests.mutants --sample 40 --seed 1
 
-Each mutant changes one operation of `src/freebody`: a sign, an operator, a comparison, a number, a branch. The tests
-whose text names the changed module run first, then all of them. The first that fails kills the mutant, and so does a
-run beyond the limit of time. What survives is printed, for a reader to judge: some change no result. Mutants that were
-judged before are read from the file of results, so that an interrupted run goes on. A survivor takes as long as the
-whole suite, which has to pass without a fault first.
+Each mutant changes one operation of `src/freebody`: a sign, an operator, a comparison, a number, a branch. The nearest
+tests run first: the twin of the changed module and the tests whose text names it, then the tests of its room, then all
+of them. The first that fails kills the mutant, and so does a run beyond the limit of time. What survives is printed,
+for a reader to judge: some change no result. Mutants that were judged before are read from the file of results, so that
+an interrupted run goes on. A survivor takes as long as the whole suite, which has to pass without a fault first;
+``--stages 2`` leaves the whole suite out.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import perf_counter
+
+from tests import twins
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = Path("src/freebody")
@@ -131,7 +134,7 @@ def sample(count: int, seed: int) -> list[Mutant]:
     return random.Random(seed).sample(every, min(count, len(every)))
 
 
-def judged(mutant: Mutant | None, limit: float) -> tuple[bool, str]:
+def judged(mutant: Mutant | None, limit: float, stages: int = 3) -> tuple[bool, str]:
     """Whether a test notices the fault, and which, or why; None is no fault at all."""
     with tempfile.TemporaryDirectory() as folder:
         for name in COPIED:
@@ -145,29 +148,40 @@ def judged(mutant: Mutant | None, limit: float) -> tuple[bool, str]:
             return _run(folder, [], limit)
         path = Path(folder, mutant.file)
         path.write_text(mutant.written(path.read_text("utf-8")), "utf-8")
-        named = tests_of(mutant.file)
-        for chosen in ([*named, mutant.file], []) if named else ([],):
+        for chosen in ([*tests_of(mutant.file), mutant.file], tests_of_room(mutant.file), [])[:stages]:
             killed, why = _run(folder, chosen, limit)
             if killed:
                 return True, why
-    return False, "all tests pass"
+    return False, "all tests pass" if stages > 2 else "the tests of its room pass"
 
 
 def tests_of(file: str) -> list[str]:
-    """Files of tests whose text, or name, names the module."""
-    module = Path(file).stem
+    """Files of tests nearest to a module: its twin, and those whose text or name names it."""
+    source = Path(file).relative_to(SOURCE)
     dotted = file.removeprefix("src/").removesuffix(".py").replace("/", ".")
+    near = {twins.twin(source.as_posix()), twins.UNIT / twins.table().get(source.as_posix(), "-")}
     return [
         path.relative_to(ROOT).as_posix()
         for path in sorted((ROOT / "tests").rglob("test_*.py"))
-        if module in path.stem or dotted in path.read_text("utf-8")
+        if path in near or source.stem in path.stem or dotted in path.read_text("utf-8")
     ]
+
+
+def tests_of_room(file: str) -> list[str]:
+    """Folders and files of tests that bear the name of the module's room."""
+    room = Path(file).relative_to(SOURCE).parts[0]
+    near = [
+        *(ROOT / "tests").glob(room),
+        *(ROOT / "tests").glob(f"*/{room}"),
+        *(ROOT / "tests").glob(f"test_{room}.py"),
+    ]
+    return [path.relative_to(ROOT).as_posix() for path in sorted(near)]
 
 
 def _run(folder: str, chosen: list[str], limit: float) -> tuple[bool, str]:
     command = [
         sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider",
-        *(chosen if chosen else ["-n", "auto", "--dist", "loadfile"]),
+        *(["-n", "auto", "--dist", "loadfile"] if len(chosen) != 1 else []), *chosen,
     ]  # fmt: skip
     environment = {
         **os.environ,
@@ -197,6 +211,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=str(__doc__).splitlines()[0])
     parser.add_argument("--sample", type=int, default=40, help="number of mutants")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--stages", type=int, default=3, help="1: the nearest tests; 2: its room's too; 3: all tests"
+    )
     parser.add_argument("--limit", type=float, default=1800.0, help="seconds of one run of tests")
     parser.add_argument(
         "--results", type=Path, default=Path("results/mutants.jsonl"), help="file that is gone on with"
@@ -208,7 +225,7 @@ def main(arguments: list[str] | None = None) -> int:
             one = json.loads(line)
             known[json.dumps(one["mutant"])] = one
     given.results.parent.mkdir(parents=True, exist_ok=True)
-    if not known:
+    if not known and given.stages > 2:
         failed, why = judged(None, given.limit)
         if failed:
             sys.exit(f"Expected tests that pass without a fault, but: {why}. Mend that first.")
@@ -217,7 +234,7 @@ def main(arguments: list[str] | None = None) -> int:
         key = json.dumps(asdict(mutant))
         begun = perf_counter()
         if key not in known:
-            killed, why = judged(mutant, given.limit)
+            killed, why = judged(mutant, given.limit, given.stages)
             known[key] = {"mutant": asdict(mutant), "killed": killed, "why": why}
             with given.results.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(known[key]) + "\n")
