@@ -16,6 +16,7 @@ from ...motion.batch.dataset import (
     coordinates_of,
     dataset_of,
     flags,
+    tell_waiting,
     variables_of,
 )
 from ...motion.batch.job import Job
@@ -80,7 +81,9 @@ class Flagged(Memory):
             texts = np.array([reasons[k] for k in lanes], dtype=object)
             variables[REASON] = ("failed", texts, {"long_name": TEXTS[REASON]})
             coordinates["failed_lane"] = ("failed", np.array(lanes), {"long_name": "lane that failed"})
-        return xarray.Dataset(variables, coordinates, attributes_of(job))
+        data = xarray.Dataset(variables, coordinates, attributes_of(job))
+        tell_waiting(data, arrays["status"])
+        return data
 
 
 def meanings_of(job: Job) -> dict[str, Any]:
