@@ -37,7 +37,7 @@ from .reducers.stopping import rules_of
 from .reduction import Reduction, known_names, stages
 from .simulate import simulate
 from .stores.memory import Flagged
-from .stores.netcdf import NetCDF
+from .stores.netcdf import FlaggedNetCDF
 from .stores.zarr import ZarrStore
 
 if TYPE_CHECKING:
@@ -283,7 +283,7 @@ class Study:
                 return Flagged(self._with_all_lanes(job), job.results(0, self.count))
             if zarr:
                 return ZarrStore(path, job, self._parts, size, self._pickled, repr(self.lanes))
-            return NetCDF(path, self._with_all_lanes(job), self._parts)
+            return FlaggedNetCDF(path, self._with_all_lanes(job), self._parts)
 
         return run(
             ready, self._source, None if executor == "threads" else executor, sink_of, progress=progress,
