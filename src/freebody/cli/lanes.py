@@ -124,7 +124,8 @@ def distribution_of(system: Any, name: str, distribution: str, arguments: str) -
             f"Expected {distribution}({', '.join(places)}), got {distribution}({arguments}): {missing[0]} is missing.",
             param_hint=hint,
         )
-    return family(**numbers)
+    in_order = [numbers[key] for key in places[: len(numbers)] if key in numbers]
+    return family(*in_order) if len(in_order) == len(numbers) else family(**numbers)
 
 
 def _generic() -> tuple[type, type]:
