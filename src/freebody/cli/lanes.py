@@ -114,7 +114,8 @@ def distribution_of(system: Any, name: str, distribution: str, arguments: str) -
         key = key.strip() if sign else places[k] if k < len(places) else "another"
         if key not in places or key in numbers:
             raise click.BadParameter(
-                f"Expected {distribution}({', '.join(places)}), got {distribution}({arguments}).", param_hint=hint
+                f"Expected {distribution}({', '.join(places)}), got {distribution}({arguments}).",
+                param_hint=hint,
             )
         numbers[key] = (
             _shape(value, key, hint) if key in shapes else number_of(system, name, value.strip(), "--sample")
@@ -154,7 +155,9 @@ def law_of(system: Any, options: dict[str, Any]) -> Any:
         return sample(system, options["sample"], options["n"], options["by"] or "sobol", options["seed"] or 1)
     for name in ("n", "by", "seed"):
         if options[name] is not None:
-            raise click.UsageError(f"Expected --sample with --{name}: it says how lanes are drawn. Leave it out.")
+            raise click.UsageError(
+                f"Expected --sample with --{name}: it says how lanes are drawn. Leave it out."
+            )
     if not options["vary"]:
         raise click.UsageError(
             "Expected what varies: --vary NAME=FROM:TO:COUNT, or --sample 'NAME=norm(0.5,0.05)' --n 1000."

@@ -53,7 +53,9 @@ def runs_motions(command: Callable[..., Any]) -> Callable[..., Any]:
               help="Draw a parameter or initial value: 'I=norm(0.5,0.05)', a distribution of scipy.stats with its "
               "parameters, or I=LOW:HIGH. Repeatable.")  # fmt: skip
 @click.option("--n", type=float, default=None, metavar="N", help="Number of lanes of --sample.")
-@click.option("--by", type=click.Choice(["sobol", "lhs", "random"]), default=None, help="How lanes are drawn (sobol).")
+@click.option(
+    "--by", type=click.Choice(["sobol", "lhs", "random"]), default=None, help="How lanes are drawn (sobol)."
+)
 @click.option("--seed", type=int, default=None, metavar="SEED", help="Seed of the draws (1).")
 @click.option("--executor", default=None, metavar="WHERE",
               help="threads (default), processes, or dask://HOST:PORT, the address of a scheduler of dask.")  # fmt: skip
@@ -66,7 +68,7 @@ def study(model: str, executor: str | None, out: Path | None, **options: Any) ->
     \b
     freebody study gyroscope --sample "R=norm(0.06,0.002)" --n 1000 --output "max(theta)" -o x.zarr
     freebody study x.zarr -o x.png
-    """  # noqa: D301
+    """
     path = Path(model)
     if path.suffix == ".zarr" or (path.is_dir() and path.suffix != ".toml"):
         show_store(path, out, executor, options)
@@ -110,7 +112,9 @@ def study_of(model: str, options: dict[str, Any]) -> Any:
     law = law_of(system, options)
     until = entry.until if options["until"] is None else options["until"]
     if until is None:
-        raise click.UsageError(f"Expected the length of the runs, which '{model}' does not give: add --until 10.")
+        raise click.UsageError(
+            f"Expected the length of the runs, which '{model}' does not give: add --until 10."
+        )
     near = dict(entry.near or {}) if kernels_of(system).model.constraints else {}
     start = {name: value for name, value in dict(entry.start or {}).items() if name not in law.names}
     tolerance = options["tolerance"]
@@ -131,7 +135,9 @@ def show_store(path: Path, out: Path | None, executor: str | None, options: dict
             "command that made it."
         )
     if out is not None and out.suffix not in PICTURES:
-        raise click.BadParameter(f"Expected a picture for -o, {', '.join(PICTURES)}, got '{out}'.", param_hint="-o")
+        raise click.BadParameter(
+            f"Expected a picture for -o, {', '.join(PICTURES)}, got '{out}'.", param_hint="-o"
+        )
     stored = open_study(path)
     data = stored.data
     click.echo(f"{stored!r}")
@@ -157,7 +163,9 @@ def show(data: Any) -> None:
     outputs = [
         name
         for name, x in data.data_vars.items()
-        if name not in ("steps", "event_count", "status", "blame") and x.dtype.kind in "fi" and "lane" in x.dims
+        if name not in ("steps", "event_count", "status", "blame")
+        and x.dtype.kind in "fi"
+        and "lane" in x.dims
     ]
     for name in outputs[:MOST]:
         low, high = range_of(data[name])

@@ -117,9 +117,12 @@ class StudyFunction:
 
         law = self.arguments[0].lanes
         if not isinstance(law, Sample):
-            raise SimulationError(f"Expected the distributions of lanes=fb.sample(...), but the lanes are a {law!r}.")
+            raise SimulationError(
+                f"Expected the distributions of lanes=fb.sample(...), but the lanes are a {law!r}."
+            )
         return [
-            uniform(x.low, x.high - x.low) if isinstance(x, Uniform) else x.distribution for _, x in law.marginals
+            uniform(x.low, x.high - x.low) if isinstance(x, Uniform) else x.distribution
+            for _, x in law.marginals
         ]
 
     def __call__(self, x: Any) -> Any:
@@ -142,7 +145,11 @@ class StudyFunction:
         """
         x = self._values(x)
         if x.ndim not in (1, 2) or len(x) != len(self.names):
-            rows = f" For an array with one row for each lane, call .rows(x)." if x.shape[1:] == (len(self.names),) else ""
+            rows = (
+                " For an array with one row for each lane, call .rows(x)."
+                if x.shape[1:] == (len(self.names),)
+                else ""
+            )
             raise SimulationError(
                 f"Expected an array of shape ({len(self.names)},) or ({len(self.names)}, n), whose rows are "
                 f"{', '.join(self.names)}, got shape {x.shape}.{rows}"
@@ -222,12 +229,18 @@ class StudyFunction:
             result[:, bad] = self.value
         return result
 
-    def _refuse(self, data: xarray.Dataset, lane: int, bad: Any, columns: Mapping[str, Array], count: int) -> None:
+    def _refuse(
+        self, data: xarray.Dataset, lane: int, bad: Any, columns: Mapping[str, Array], count: int
+    ) -> None:
         """Raise the error of a lane without outputs."""
         reason = "an output is not determined"
         if bad[lane]:
             reason = STATUS[int(data["status"].values[lane])]
-            told = dict(zip(data["failed_lane"].values, data["reason"].values, strict=True)) if "reason" in data else {}
+            told = (
+                dict(zip(data["failed_lane"].values, data["reason"].values, strict=True))
+                if "reason" in data
+                else {}
+            )
             reason += f": {told[lane]}" if lane in told else ""
         values = ", ".join(f"{name} = {x[lane]:.6g}" for name, x in columns.items())
         raise SimulationError(

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-
 import numpy as np
 import pytest
 import scipy.stats
 
 import freebody as fb
 from freebody.cli import main
-
 
 
 @pytest.fixture

@@ -121,19 +121,27 @@ def test_lanes_that_fail_raise_or_have_a_number() -> None:
     for failed in ("nan", math.inf, -1):
         y = stone(["max(y)", "min(y)"]).as_function(failed=failed)(x)
         assert np.array_equal(y[:, 1], [float(failed)] * 2, equal_nan=True) and np.isfinite(y[:, 0]).all()
-    with pytest.raises(SimulationError, match='Expected "raise", or the number .* for failed=, got \'skip\''):
+    with pytest.raises(SimulationError, match="Expected \"raise\", or the number .* for failed=, got 'skip'"):
         stone().as_function(failed="skip")
 
 
 def test_what_is_refused() -> None:
-    with pytest.raises(SimulationError, match=r"one number of a whole run .* got 'y' over time. Write outputs=\['final\(y"):
+    with pytest.raises(
+        SimulationError, match=r"one number of a whole run .* got 'y' over time. Write outputs=\['final\(y"
+    ):
         stone("y").as_function()
     f = stone().as_function()
-    with pytest.raises(SimulationError, match=r"shape \(3,\) or \(3, n\), whose rows are y', y, m, got shape \(2,\)"):
+    with pytest.raises(
+        SimulationError, match=r"shape \(3,\) or \(3, n\), whose rows are y', y, m, got shape \(2,\)"
+    ):
         f([1, 2])
-    with pytest.raises(SimulationError, match=r"got shape \(5, 3\). For an array with one row for each lane, call .rows"):
+    with pytest.raises(
+        SimulationError, match=r"got shape \(5, 3\). For an array with one row for each lane, call .rows"
+    ):
         f(np.ones((5, 3)))
-    with pytest.raises(SimulationError, match=r"shape \(n, 3\), whose columns are y', y, m, got shape \(3, 5\)"):
+    with pytest.raises(
+        SimulationError, match=r"shape \(n, 3\), whose columns are y', y, m, got shape \(3, 5\)"
+    ):
         f.rows(np.ones((3, 5)))
     with pytest.raises(SimulationError, match="Expected finite numbers for y', y, m, got nan"):
         f([1, math.nan, 1])
@@ -144,7 +152,9 @@ def test_what_is_refused() -> None:
     with pytest.raises(SimulationError, match="Expected threads= or executor=, got both"):
         stone().as_function("processes", threads=2)
     lanes = fb.grid({"y'": [1.0]})
-    with pytest.raises(SimulationError, match=r"distributions of lanes=fb.sample\(...\), but the lanes are a grid of"):
+    with pytest.raises(
+        SimulationError, match=r"distributions of lanes=fb.sample\(...\), but the lanes are a grid of"
+    ):
         _ = fb.study(stone().machine, 1, lanes=lanes, outputs="max(y)").as_function().distributions
 
 
@@ -156,5 +166,7 @@ class Dead:
 
 
 def test_an_executor_that_takes_nothing_is_an_error() -> None:
-    with pytest.raises(SimulationError, match="No lane of 2 was run; the first was not begun: RuntimeError: closed"):
+    with pytest.raises(
+        SimulationError, match="No lane of 2 was run; the first was not begun: RuntimeError: closed"
+    ):
         stone().as_function(Dead())(np.ones((3, 2)))

@@ -87,7 +87,14 @@ def _cloud(ax: Any, x: Any, y: Any, good: Any, bad: Any) -> None:
     size = 12 if good.sum() < 500 else 2
     ax.scatter(x[good], y[good], s=size, color=COLORS[0], linewidths=0)
     if bad.any():
-        ax.plot(x[bad], np.zeros(int(bad.sum())), "|", color=COLORS[1], transform=ax.get_xaxis_transform(), markersize=8)
+        ax.plot(
+            x[bad],
+            np.zeros(int(bad.sum())),
+            "|",
+            color=COLORS[1],
+            transform=ax.get_xaxis_transform(),
+            markersize=8,
+        )
 
 
 def _band(row: Any, time: Any, values: Any) -> None:

@@ -111,7 +111,7 @@ def ray_pool(address: str) -> RayPool:
         except (ConnectionError, OSError, ValueError, RuntimeError) as error:
             raise SimulationError(
                 f"Expected a cluster of ray at '{address}', but none answered: {error}. Start one with 'ray start "
-                "--head', or pass \"ray\" to use the processors of this computer."
+                '--head\', or pass "ray" to use the processors of this computer.'
             ) from error
     return RayPool(ray)
 

@@ -17,9 +17,7 @@ class TerminalLine:
         from rich.progress import BarColumn, Progress, TextColumn
 
         console = Console(stderr=True, force_terminal=True if forced else None)
-        self.line = Progress(
-            BarColumn(), TextColumn("{task.description}"), console=console, transient=True
-        )
+        self.line = Progress(BarColumn(), TextColumn("{task.description}"), console=console, transient=True)
         self.line.start()
         self.bar = self.line.add_task("", total=1.0)
 

@@ -128,5 +128,7 @@ def _told(data: xarray.Dataset, trouble: Trouble | None) -> xarray.Dataset:
         lane, reason = next(iter(trouble.lost.items()))
         data.attrs["lost"] = f"{len(trouble.lost)} of {len(data['status'])} lanes, the first {lane}: {reason}"
     if trouble is not None and trouble.error is not None:
-        data.attrs["interrupted"] = f"{data.attrs.get('interrupted', 'some lanes were not run')}; {trouble.reason}"
+        data.attrs["interrupted"] = (
+            f"{data.attrs.get('interrupted', 'some lanes were not run')}; {trouble.reason}"
+        )
     return data

@@ -119,7 +119,9 @@ def test_ray_itself() -> None:
     assert study.run("ray", progress=False).identical(study.run(progress=False))
 
 
-@pytest.mark.parametrize("name", ["pendulum", "prob-6-18", "two gears", "3 gears, open", "ex-6-4 (b)", "a-deadbeef"])
+@pytest.mark.parametrize(
+    "name", ["pendulum", "prob-6-18", "two gears", "3 gears, open", "ex-6-4 (b)", "a-deadbeef"]
+)
 def test_dask_shows_blocks_under_the_name_of_the_machine(name: str) -> None:
     key_split = pytest.importorskip("dask.utils").key_split
     assert key_split(f"{prefix_of(name)}-0a1b2c3d-0-100-140") == name.replace("-", "_").replace(",", "_")
@@ -135,7 +137,9 @@ def test_keys_on_a_scheduler_begin_with_the_name_of_the_machine() -> None:
     ):
         data = study.run(client, progress=False)
         prefixes = set(client.run_on_scheduler(lambda dask_scheduler: list(dask_scheduler.task_prefixes)))
-    assert "pendulum" in prefixes and np.array_equal(data["max(theta')"], study.run(progress=False)["max(theta')"])
+    assert "pendulum" in prefixes and np.array_equal(
+        data["max(theta')"], study.run(progress=False)["max(theta')"]
+    )
 
 
 class Weak:
