@@ -22,6 +22,7 @@ from .equations import equations
 from .gallery import gallery
 from .report import report
 from .run import run
+from .study import study
 from .sweep import sweep
 from .view import view
 
@@ -47,7 +48,7 @@ def command() -> None:
     """
 
 
-for subcommand in (gallery, run, sweep, report, view, equations, analyze, check, draw, chapter):
+for subcommand in (gallery, run, sweep, study, report, view, equations, analyze, check, draw, chapter):
     command.add_command(subcommand)
 
 

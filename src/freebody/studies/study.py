@@ -26,6 +26,7 @@ from .blocks.executors import executor_of, sent
 from .blocks.run import run
 from .blocks.source import ByLaw
 from .blocks.tally import spoken, spoken_size
+from .function import StudyFunction
 from .identity.study_identity import parts
 from .lanes.chosen import Chosen
 from .lanes.feasibility import check_possible
@@ -36,7 +37,7 @@ from .reducers.stopping import rules_of
 from .reduction import Reduction, known_names, stages
 from .simulate import simulate
 from .stores.memory import Flagged
-from .stores.netcdf import NetCDF
+from .stores.netcdf import FlaggedNetCDF
 from .stores.zarr import ZarrStore
 
 if TYPE_CHECKING:
@@ -282,7 +283,7 @@ class Study:
                 return Flagged(self._with_all_lanes(job), job.results(0, self.count))
             if zarr:
                 return ZarrStore(path, job, self._parts, size, self._pickled, repr(self.lanes))
-            return NetCDF(path, self._with_all_lanes(job), self._parts)
+            return FlaggedNetCDF(path, self._with_all_lanes(job), self._parts)
 
         return run(
             ready, self._source, None if executor == "threads" else executor, sink_of, progress=progress,
@@ -386,6 +387,59 @@ class Study:
                 if sink.done < lanes or (rules and all(rule.met(sink.results) for rule in rules)):
                     break
         return data
+
+    def as_function(
+        self,
+        executor: Any = None,
+        *,
+        failed: Any = "raise",
+        progress: bool | Callable[[Any], Any] | None = False,
+        threads: int | None = None,
+    ) -> StudyFunction:
+        """Return the outputs as a function of what varies, for sensitivity analysis and optimization.
+
+        f(x) takes x of shape (d, n), one row for each name of ``f.names`` (the order of ``lanes``), and returns shape
+        (s, n), one row for each output; x of shape (d,) is one lane, and one output that is not in a list is a number
+        or shape (n,). ``f.rows(X)`` takes and returns one row for each lane. The lanes of the study give the names
+        only; of ``fb.sample``, ``f.distributions`` are the distributions in the same order.
+
+        Parameters
+        ----------
+        executor, progress, threads
+            As of :meth:`run`. Workers that are started here end with ``f.close()``, or with ``f``.
+        failed : "raise" or number
+            What a lane that failed gives: an error, or a number such as nan or inf.
+
+        Returns
+        -------
+        StudyFunction
+
+        Raises
+        ------
+        SimulationError
+            Outputs over time.
+
+        Examples
+        --------
+        The height of a throw, v²/2g, depends on the speed alone, and not on the mass:
+
+        >>> import freebody as fb
+        >>> from scipy.stats import sobol_indices
+        >>> s = fb.System("stone")
+        >>> m = s.parameters(m=1.0)
+        >>> fall = s.slider("fall", s.ground, s.body("stone", fb.particle(m)), axis="y", coordinate="y")
+        >>> s.gravity = (0, -9.81, 0)
+        >>> lanes = fb.sample({"y'": (1, 3), "m": (1, 2)}, n=1)
+        >>> f = fb.study(s, until=1, lanes=lanes, outputs="max(y)").as_function()
+        >>> f.names, f.outputs
+        (("y'", 'm'), ('max(y)',))
+        >>> f([2.0, 1.0]).round(6), f([[2.0, 3.0], [1.0, 1.0]]).round(6)
+        (np.float64(0.203874), array([0.203874, 0.458716]))
+        >>> indices = sobol_indices(func=f, n=1024, dists=f.distributions)
+        >>> indices.first_order.round(1), indices.total_order.round(1)
+        (array([1., 0.]), array([1., 0.]))
+        """
+        return StudyFunction(self, executor, failed, threads, progress)
 
     def isel(self, lane: Any) -> Any:
         """Return the motion of one lane, or the study of some lanes.

@@ -105,7 +105,7 @@ def test_command_line(tmp_path) -> None:
     assert result.exit_code == 0 and "6 finished" in result.output and f"wrote {path}" in result.output
     assert "max(theta)" in result.output and "6 runs of" in result.output
     result = run(command, arguments)
-    assert result.exit_code == 0 and "Add -o FILE.nc" in result.output
+    assert result.exit_code == 0 and "Add -o FILE.zarr or -o FILE.nc to keep" in result.output
     result = run(command, ["sweep", "bouncing-ball", "--vary", "h=1,2", "--until", "0.5"])  # which has texts
     assert result.exit_code == 0 and "2 finished" in result.output and "reason" not in result.output
     for wrong in ("R", "R=1:2", "R=1:2:x", "R=a:2:3"):

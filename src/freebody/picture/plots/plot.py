@@ -11,6 +11,7 @@
     mode_shapes       mode shapes of linear equations
     root_locus        eigenvalues along a parameter
     bifurcation       steady motions along a parameter
+    lanes             results of a study: numbers against what varies, bands over time
 
 Each function returns matplotlib axes, and draws into the axes ``ax=`` if given; nothing opens a window.
 """
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 from .cones import cones
 from .contact_plots import contact_forces, contact_gaps, friction_margin
+from .lane_plots import lanes
 from .linear_plots import bifurcation, mode_shapes, root_locus
 from .plots import energy, energy_residual, history, phase, reaction
 from .sphere import axis_path, polhode
@@ -33,6 +35,7 @@ __all__ = [
     "energy_residual",
     "friction_margin",
     "history",
+    "lanes",
     "mode_shapes",
     "phase",
     "polhode",

@@ -34,6 +34,14 @@ def gone(error: BaseException) -> bool:
     return isinstance(error, GoneError) or type(error).__name__ in _GONE
 
 
+def prefix_of(name: str) -> str:
+    """Return the name of a machine as the first part of dask's keys, by which its dashboard names tasks.
+
+    dask cuts keys at "-", and at "," of names that begin with another sign than a letter.
+    """
+    return name.replace("-", "_").replace(",", "_") or "study"
+
+
 class Here:
     """The process itself: blocks one after the other, each shared by its threads.
 
@@ -128,7 +136,7 @@ class Crew:
             elif self.client:
                 task = self.executor.submit(
                     run_block, self.key, self.sent, *arguments, pure=False,
-                    key=f"{self.name}-{self.key[:8]}-{low}-{high}-{id(arguments)}",
+                    key=f"{prefix_of(self.name)}-{self.key[:8]}-{low}-{high}-{id(arguments)}",
                 )  # fmt: skip
             else:
                 task = self.executor.submit(run_block, self.key, self.work, *arguments)

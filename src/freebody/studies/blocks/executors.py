@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 from ...errors import SimulationError
@@ -31,12 +32,14 @@ def executor_of(executor: Any) -> Iterator[Any]:
     elif isinstance(executor, str) and executor.startswith(ADDRESSES):
         with _client(executor) as client:
             yield client
+    elif isinstance(executor, str) and (executor == "ray" or executor.startswith("ray://")):
+        yield ray_pool(executor)
     elif executor == "threads":
         yield None
     elif executor is not None and (isinstance(executor, type) or not hasattr(executor, "submit")):
         raise SimulationError(
-            'Expected an executor with submit(), such as concurrent.futures.ProcessPoolExecutor(), "processes", a '
-            f"dask Client, or its address, got {executor!r}."
+            'Expected an executor with submit(), such as concurrent.futures.ProcessPoolExecutor(), "processes", "ray", '
+            f"a dask Client, or its address, got {executor!r}."
         )
     else:
         yield executor
@@ -58,6 +61,59 @@ def _client(address: str) -> Any:
             f"Expected a scheduler of dask at '{address}', but none answered: {error}. Start one with "
             "'dask scheduler', or pass the address that it prints."
         ) from error
+
+
+class RayPool:
+    """Tasks of ray as an executor: ``submit`` returns a future, and a block that is large is put into ray's store once."""
+
+    def __init__(self, ray: Any) -> None:
+        self.ray = ray
+        self.num_workers = max(1, int(ray.cluster_resources().get("CPU", 1)))
+        self.tasks: dict[Any, Any] = {}
+        self.objects: dict[int, Any] = {}
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return the future of a call. A call whose worker dies is not repeated here: the study does it."""
+        if function not in self.tasks:
+            self.tasks[function] = self.ray.remote(max_retries=0)(function)
+        reference = self.tasks[function].remote(*map(self._kept, arguments))
+        future = reference.future()
+        future.add_done_callback(lambda future: future.cancelled() and self.ray.cancel(reference))
+        return future
+
+    def _kept(self, argument: Any) -> Any:
+        """Return the reference of bytes, which are the same for all blocks, and other arguments as they are."""
+        if not isinstance(argument, bytes):
+            return argument
+        key = hash(argument)
+        if key not in self.objects:
+            self.objects[key] = self.ray.put(argument)
+        return self.objects[key]
+
+
+def ray_pool(address: str) -> RayPool:
+    """Return an executor of ray, here ("ray") or at an address ("ray://host:10001").
+
+    Raises
+    ------
+    SimulationError
+        ray is not installed, or none answers.
+    """
+    try:
+        ray = import_module("ray")
+    except ImportError:
+        raise SimulationError(
+            f"Expected ray for executor='{address}', but it is not installed. Run: pip install ray."
+        ) from None
+    if not ray.is_initialized():
+        try:
+            ray.init(None if address == "ray" else address, log_to_driver=False)
+        except (ConnectionError, OSError, ValueError, RuntimeError) as error:
+            raise SimulationError(
+                f"Expected a cluster of ray at '{address}', but none answered: {error}. Start one with 'ray start "
+                '--head\', or pass "ray" to use the processors of this computer.'
+            ) from error
+    return RayPool(ray)
 
 
 def sent(work: Work, model: Model) -> bytes:

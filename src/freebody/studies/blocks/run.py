@@ -127,6 +127,8 @@ def _told(data: xarray.Dataset, trouble: Trouble | None) -> xarray.Dataset:
     if trouble is not None and trouble.lost:
         lane, reason = next(iter(trouble.lost.items()))
         data.attrs["lost"] = f"{len(trouble.lost)} of {len(data['status'])} lanes, the first {lane}: {reason}"
-    if trouble is not None and trouble.error is not None and "interrupted" in data.attrs:
-        data.attrs["interrupted"] += f"; {trouble.reason}"
+    if trouble is not None and trouble.error is not None:
+        data.attrs["interrupted"] = (
+            f"{data.attrs.get('interrupted', 'some lanes were not run')}; {trouble.reason}"
+        )
     return data

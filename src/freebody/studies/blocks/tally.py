@@ -12,6 +12,7 @@ from typing import Any
 from ...errors import SimulationError
 from ...motion.batch.results import GOOD, LOST, STATUS, WAITING
 from .block import Report
+from .line import NotebookLine, TerminalLine
 
 _PATIENCE = 1.0  # seconds before the line appears
 
@@ -135,17 +136,10 @@ class Tally:
         if not self.begun or perf_counter() - self.clock < _PATIENCE or not self.shown:
             return
         if self.line is None:
-            from rich.console import Console
-            from rich.progress import BarColumn, Progress, TextColumn
-
-            console = Console(stderr=True, force_terminal=True if self.display is True else None)
-            self.line = Progress(
-                BarColumn(), TextColumn("{task.description}"), console=console, transient=True
-            )
-            self.line.start()
-            self.bar = self.line.add_task("", total=1.0)
+            in_notebook = "ipykernel" in sys.modules
+            self.line = NotebookLine() if in_notebook else TerminalLine(forced=self.display is True)
         state = self.state
-        self.line.update(self.bar, completed=float(state), description=f"{self.task}, {state}")
+        self.line.show(float(state), f"{self.task}, {state}")
 
     def __enter__(self) -> Tally:
         return self

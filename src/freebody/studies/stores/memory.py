@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from ...motion.batch.dataset import (
     coordinates_of,
     dataset_of,
     flags,
+    tell_waiting,
     variables_of,
 )
 from ...motion.batch.job import Job
@@ -64,23 +65,34 @@ class Flagged(Memory):
         """Return the results; the reasons of lanes that failed stand beside them."""
         import xarray
 
-        job, reasons = self.job, self.reasons | self.lost
-        arrays = arrays_of(job, self.results)
-        arrays["blame"] = blamed(arrays["status"], arrays["blame"], job)
-        meanings = meanings_of(job)
-        variables: dict[str, Any] = {}
-        for name, (dims, kind, about) in variables_of(job).items():
-            if name != REASON:
-                array = arrays[name] if kind == "text" else arrays[name].astype(kind, copy=False)
-                variables[name] = (dims, array, about | meanings.get(name, {}))
+        job, arrays = self.job, arrays_of(self.job, self.results)
+        variables = {
+            name: (dims, arrays[name] if kind == "text" else arrays[name].astype(kind, copy=False), about)
+            for name, (dims, kind, about) in variables_of(job).items()
+            if name != REASON
+        }
         coordinates = coordinates_of(job)
         del coordinates["lane"]
-        if reasons:
-            lanes = sorted(reasons)
-            texts = np.array([reasons[k] for k in lanes], dtype=object)
-            variables[REASON] = ("failed", texts, {"long_name": TEXTS[REASON]})
-            coordinates["failed_lane"] = ("failed", np.array(lanes), {"long_name": "lane that failed"})
-        return xarray.Dataset(variables, coordinates, attributes_of(job))
+        data = xarray.Dataset(variables, coordinates, attributes_of(job))
+        return flagged(data, arrays["status"], arrays["blame"], job, self.reasons | self.lost)
+
+
+def flagged(
+    data: xarray.Dataset, codes: Any, blame: Any, job: Job, reasons: Mapping[int, str]
+) -> xarray.Dataset:
+    """Return the dataset with statuses as flags, and the reasons of the lanes that failed."""
+    meanings = meanings_of(job)
+    for name, array in (("blame", blamed(codes, blame, job)), ("status", codes)):
+        kind, about = variables_of(job)[name][1:]
+        data[name] = ("lane", np.asarray(array).astype(kind, copy=False), about | meanings[name])
+    if reasons:
+        lanes = sorted(reasons)
+        texts = np.array([reasons[k] for k in lanes], dtype=object)
+        data[REASON] = ("failed", texts, {"long_name": TEXTS[REASON]})
+        about = {"long_name": "lane that failed"}
+        data = data.assign_coords(failed_lane=("failed", np.array(lanes), about))
+    tell_waiting(data, codes)
+    return data
 
 
 def meanings_of(job: Job) -> dict[str, Any]:

@@ -17,11 +17,11 @@ import numpy as np
 from ...errors import SimulationError, path_of
 from ...motion.batch.dataset import arrays_of, attributes_of, coordinates_of, labelled, variables_of
 from ...motion.batch.job import Job
-from ...motion.batch.results import STATUS, WAITING, Results
+from ...motion.batch.results import LOST, REASON, STATUS, WAITING, Results
 from ...motion.files.replacing import explained, lock, replacing, reserve
 from ..blocks.block import Report, Whole
 from ..blocks.schedule import Range
-from .memory import with_lost
+from .memory import flagged, with_lost
 
 if TYPE_CHECKING:
     import xarray
@@ -239,10 +239,40 @@ class NetCDF:
             opened.close()
         codes, blame = opened["status"].values, opened["blame"].values
         opened.attrs.pop(_MARK, None)
-        data = labelled(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
-        data = with_lost(data, self.lost)
+        data = self._labelled(opened, codes, blame)
         data.set_close(opened.close)
         return data
+
+    def _labelled(self, opened: xarray.Dataset, codes: Any, blame: Any) -> xarray.Dataset:
+        """Return the results with words for the statuses."""
+        data = labelled(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
+        return with_lost(data, self.lost)
+
+
+class FlaggedNetCDF(NetCDF):
+    """A netCDF file of a study, given back with statuses as numbers.
+
+    The file tells how each lane ended, but not why: reasons are those of lanes that this process ran.
+    """
+
+    def __init__(self, path: Any, job: Job, identity: Mapping[str, str]) -> None:
+        super().__init__(path, job, identity)
+        self.reasons: dict[int, str] = {}
+
+    def receive(self, report: Report) -> None:
+        """Write the results of a block, and remember why lanes failed."""
+        super().receive(report)
+        self.reasons |= report.reasons
+
+    def _labelled(self, opened: xarray.Dataset, codes: Any, blame: Any) -> xarray.Dataset:
+        codes = codes.copy()
+        codes[list(self.lost)] = LOST
+        reasons = self.reasons
+        if REASON in opened:
+            texts = opened[REASON].values
+            reasons = {int(k): texts[k] for k in np.flatnonzero(texts != "")} | reasons
+            opened = opened.drop_vars(REASON)
+        return flagged(opened.drop_vars("lane"), codes, blame, self.job, reasons | self.lost)
 
 
 def _runs(places: Any) -> list[tuple[int, int]]:
