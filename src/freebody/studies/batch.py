@@ -104,7 +104,7 @@ class AllLanes:
         self.job, self.results = job, results
 
     def run(
-        self, delivery: Delivery, source: Any, low: int, high: int,
+        self, low: int, high: int, delivery: Delivery, source: Any = None,
         between: Callable[[float], None] = lambda done: None,
     ) -> Report:  # fmt: skip
         """Run a block."""

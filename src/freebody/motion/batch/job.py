@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -99,7 +99,7 @@ class Job:
             A lane whose values or initial values are impossible.
         """
         lanes = replace(lanes, columns={**lanes.columns, **at_time(lanes.model, {}, self.begin)})
-        _check_bodies(self.kernels, lanes)
+        _check_bodies(self.kernels.model, lanes, lanes.suspects())
         states, no_start, apart = self.states, self.no_start, self.apart
         if self.looped:
             states, no_start, _, apart = lanes.states(
@@ -256,7 +256,7 @@ def job_of(
     asked_outputs = outputs_of(model, outputs, bool(model.contacts) and method != "timestepping")
     check_signals(model)
     lanes = replace(lanes, columns={**lanes.columns, **at_time(model, {}, begin)})
-    _check_bodies(kernels, lanes)
+    _check_bodies(model, lanes, (0, *lanes.suspects()))  # lane 0 tells what is the same in all
     tolerances = tolerances_of(kernels, tolerance, method)
     options = dict(
         near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
@@ -326,12 +326,12 @@ def _common_time(model: Model, lanes: Lanes, value: Expression, what: str) -> fl
     return first
 
 
-def _check_bodies(kernels: Kernels, lanes: Lanes) -> None:
+def _check_bodies(model: Model, lanes: Lanes, suspects: Iterable[int]) -> None:
     """Refuse impossible bodies, and values that contradict an assumption, and name the lane."""
-    for lane in lanes.suspects():
+    for lane in suspects:
         try:
-            check_bodies(kernels.model, lanes.values_of(lane))
-            check_assumptions(kernels.model, lanes.values_of(lane))
+            check_bodies(model, lanes.values_of(lane))
+            check_assumptions(model, lanes.values_of(lane))
         except ModelError as error:
             raise type(error)(f"Lane {lane}: {error}" if lanes.count > 1 else str(error)) from None
 

@@ -10,7 +10,7 @@ from ...errors import SimulationError
 from ...motion.batch.interruption import Keyboard
 from ...motion.batch.job import Job
 from .block import Delivery, Report
-from .crew import Crew, Here
+from .crew import Here, crew_of
 from .cutting import FEW, cut, growing, seconds_per_lane, size_of_block
 from .executors import executor_of
 from .schedule import Range, Trouble, run_blocks, shuffled
@@ -84,7 +84,7 @@ def run(
         crew: Any = Here(ready, source, between)
         if workers is not None:
             work = None if isinstance(workers, ThreadPoolExecutor) else pack()
-            crew = Crew(workers, ready, work, source, job.kernels.model.name)
+            crew = crew_of(workers, ready, work, source, job.kernels.model.name)
         try:
             keyboard.listening = True
             if size is None and not in_order:
