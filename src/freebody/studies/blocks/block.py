@@ -161,3 +161,8 @@ def ready(work_key: str, work: bytes) -> Ready:
 def run_block(low: int, high: int, delivery: Delivery, source: Any, work_key: str, work: bytes) -> Report:
     """Run a block in this process."""
     return ready(work_key, work).run(low, high, delivery, source)
+
+
+def packed_block(low: int, high: int, delivery: Delivery, source: Any, work_key: str, work: bytes) -> bytes:
+    """Run a block, and return its report pickled: a message of one part, which dask sends twice as fast as ten."""
+    return pickle.dumps(run_block(low, high, delivery, source, work_key, work), protocol=5)

@@ -7,6 +7,7 @@ they say that a worker died, and in whether they live on after it.
 from __future__ import annotations
 
 import hashlib
+import pickle
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
@@ -15,7 +16,7 @@ from queue import Empty, SimpleQueue
 from time import perf_counter
 from typing import Any
 
-from .block import Delivery, Report, Whole, run_block
+from .block import Delivery, Report, Whole, packed_block, run_block
 
 _DEATHS = ("KilledWorker", "TerminatedWorkerError", "WorkerCrashedError", "NodeDiedError", "OutOfMemoryError")
 """Errors of libraries that tell of a worker that died; those of concurrent.futures are `BrokenExecutor`."""
@@ -166,7 +167,8 @@ class Crew:
         if isinstance(task, BaseException):
             return block, task
         try:
-            return block, task.result()
+            report = task.result()
+            return block, pickle.loads(report) if isinstance(report, bytes) else report
         except (Exception, SystemExit) as error:
             return block, error
         except BaseException as error:  # dask's CancelledError is no Exception
@@ -249,7 +251,7 @@ class Cluster(Crew):
         lanes = [self._lanes(low, high) for low, high in blocks]
         try:
             tasks = self.executor.map(
-                run_block, lows, highs, [self.delivery] * len(blocks), lanes, key=names, pure=False, work_key=self.key,
+                packed_block, lows, highs, [self.delivery] * len(blocks), lanes, key=names, pure=False, work_key=self.key,
                 work=self.sent,
             )  # fmt: skip
         except Exception as error:
@@ -286,7 +288,7 @@ class Cluster(Crew):
         blocks = [block for block, _ in good]
         for block in blocks:
             self.running.pop(block, None)
-        self.outcomes.extend(zip(blocks, reports, strict=True))
+        self.outcomes.extend((block, pickle.loads(report)) for block, report in zip(blocks, reports, strict=True))
         self.outcomes.extend(self._outcome(block, task) for block, task in ended if block not in set(blocks))
 
     def cancel(self) -> None:
