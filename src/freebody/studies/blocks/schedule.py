@@ -121,7 +121,6 @@ class _Run:
             raise
         finally:
             self.crew.cancel()
-            self.crew.close()
         return self.trouble
 
     def _start(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,7 +37,7 @@ class Memory:
         self.lost: dict[int, str] = {}
         self.reasons: dict[int, str] = {}
 
-    def missing(self, blocks: Iterable[Range]) -> Iterable[Range]:
+    def missing(self, blocks: Sequence[Range]) -> Iterable[Range]:
         """Return the blocks with lanes that were not run: all of them."""
         return blocks
 
@@ -51,6 +51,10 @@ class Memory:
         """Note lanes that are lost, and why."""
         self.lost |= lost
         self.results.outcomes[list(lost), 0] = LOST
+
+    def enough(self) -> bool:
+        """Return False: all lanes are kept."""
+        return False
 
     def dataset(self) -> xarray.Dataset:
         """Return the results as they are given to users of ``simulate`` and ``sweep``."""

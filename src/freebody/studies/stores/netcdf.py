@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -190,7 +190,7 @@ class NetCDF:
             + _HEAP
         )
 
-    def missing(self, blocks: Iterable[Range]) -> Iterator[Range]:
+    def missing(self, blocks: Sequence[Range]) -> Iterator[Range]:
         """Yield the ranges of lanes that were not run, each within a block."""
         import h5py
 
@@ -228,6 +228,10 @@ class NetCDF:
                     if array.size:
                         for first, last in _runs(done):
                             file[_escaped(name)][part.low + first : part.low + last] = array[first:last]
+
+    def enough(self) -> bool:
+        """Return False: all lanes are kept."""
+        return False
 
     def dataset(self) -> xarray.Dataset:
         """Return the results in the file: read into memory, or on demand if the file is large."""
