@@ -36,8 +36,6 @@ from .stores.zarr import size_of_block
 if TYPE_CHECKING:
     import xarray
 
-    from .study import Study
-
 _FIRST = 1024  # lanes after which a rule is asked first
 
 
@@ -92,8 +90,9 @@ class Reduction:
     """
 
     def __init__(
-        self, reducers: Mapping[str, Reducer], failed: str, rules: Sequence[ErrorRule] = (), store: StateStore | None = None
-    ) -> None:
+        self, reducers: Mapping[str, Reducer], failed: str, rules: Sequence[ErrorRule] = (),
+        store: StateStore | None = None,
+    ) -> None:  # fmt: skip
         self.reducers, self.failed, self.rules, self.store = reducers, failed, rules, store
         reduced = Reduced(reducers, failed)
         self.delivery: Delivery = reduced if store is None else store.delivery(reduced)
@@ -198,7 +197,7 @@ class ReducerOptions:
 
 
 def reduce(
-    study: Study,
+    study: Any,
     reducers: Mapping[str, Reducer],
     options: ReducerOptions,
     executor: Any,
@@ -236,7 +235,7 @@ def reduce(
 
 
 def _checked(
-    study: Study, reducers: Mapping[str, Reducer], options: ReducerOptions
+    study: Any, reducers: Mapping[str, Reducer], options: ReducerOptions
 ) -> tuple[tuple[ErrorRule, ...], int]:
     """Return the rules and the greatest number of lanes; refuse what cannot be reduced."""
     if not isinstance(reducers, Mapping) or not reducers:
