@@ -98,12 +98,13 @@ class Reduction:
         self.delivery: Delivery = reduced if store is None else store.delivery(reduced)
         self.states: dict[str, State] = {}
         self.failures = Failures()
-        self.before = self.done = 0
+        self.before = self.done = self.stage = 0
 
     def missing(self, blocks: Sequence[Range]) -> Iterator[Range]:
         """Yield the ranges of a stage, behind the stages before, whose states are missing; kept states are merged."""
         self.before = self.done
         size, count = blocks[0][1], blocks[-1][1]
+        self.stage = count
         kept = self.store.kept(self.before, count) if self.store else [((self.before, count), None)]
         for (low, high), content in kept:
             if content is None:
@@ -169,6 +170,8 @@ class Reduction:
             )
         data = xarray.merge(parts, join="outer", combine_attrs="drop", compat="no_conflicts")
         data.attrs = {"lanes": self.done, "failed": self.failures.count, "failed_means": self.failed}
+        if self.done < self.stage:
+            data.attrs["interrupted"] = f"{self.stage - self.done} of {self.stage} lanes were not run"
         data.attrs |= {name: result.attrs["summary"] for name, result in self.results.items()}
         return data
 
@@ -182,7 +185,7 @@ def stages(most: int, has_rule: bool) -> Iterator[int]:
     yield most
 
 
-_RESERVED = ("lanes", "failed", "failed_means")
+_RESERVED = ("lanes", "failed", "failed_means", "lost", "interrupted")
 """Attributes of the dataset, beside which a result of the same name would not be seen."""
 
 

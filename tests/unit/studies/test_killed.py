@@ -112,8 +112,10 @@ class Killer:
         elif who == "scheduler":
             self.cluster.kill()
             self.cluster.wait()
+            self.client.wait(timeout=60)  # ten seconds for the scheduler to come back, then it ends
         else:
-            workers = [x for x in psutil.Process(self.cluster.pid).children(True) if "spawn_main" in " ".join(x.cmdline())]
+            children = psutil.Process(self.cluster.pid).children(recursive=True)
+            workers = [x for x in children if "spawn_main" in " ".join(x.cmdline())]
             if not workers:
                 return
             os.kill(self.random.choice(workers).pid, signal.SIGKILL)
@@ -165,6 +167,7 @@ class Killer:
             if process is not None:
                 process.kill()
                 process.wait()
+                process.stdout.close()
 
 
 def killed(folder: Path, count: int, seed: int) -> Killer:

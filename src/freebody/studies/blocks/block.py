@@ -166,3 +166,8 @@ def run_block(low: int, high: int, delivery: Delivery, source: Any, work_key: st
 def packed_block(low: int, high: int, delivery: Delivery, source: Any, work_key: str, work: bytes) -> bytes:
     """Run a block, and return its report pickled: a message of one part, which dask sends twice as fast as ten."""
     return pickle.dumps(run_block(low, high, delivery, source, work_key, work), protocol=5)
+
+
+def same(work: bytes) -> bytes:
+    """Return the work that is given."""
+    return work

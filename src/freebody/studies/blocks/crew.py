@@ -16,7 +16,7 @@ from queue import Empty, SimpleQueue
 from time import perf_counter
 from typing import Any
 
-from .block import Delivery, Report, Whole, packed_block, run_block
+from .block import Delivery, Report, Whole, packed_block, run_block, same
 
 _DEATHS = ("KilledWorker", "TerminatedWorkerError", "WorkerCrashedError", "NodeDiedError", "OutOfMemoryError")
 """Errors of libraries that tell of a worker that died; those of concurrent.futures are `BrokenExecutor`."""
@@ -213,7 +213,8 @@ class Cluster(Crew):
 
     def __init__(self, executor: Any, ready: Any, work: bytes, source: Any, name: str) -> None:
         super().__init__(executor, ready, work, source, name)
-        self.sent = executor.scatter(work, broadcast=True, hash=False)
+        # a task, since what is scattered is lost with the workers that hold it, and tasks then wait without end
+        self.sent = executor.submit(same, work, key=f"{name}-{self.key[:8]}-work-{id(self)}", pure=False)
         self.begun: list[Range] = []
         self.outcomes: deque[tuple[Range, Report | BaseException]] = deque()
         self.count = 0

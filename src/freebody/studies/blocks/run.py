@@ -125,7 +125,7 @@ def run(
             crew.close()
         if trouble is not None and not tally.before + tally.run:
             _refuse_lost(trouble, tally.total)
-        return _told(sink.dataset(), trouble)
+        return _told(sink.dataset(), trouble, tally.total)
 
 
 def _refuse_lost(trouble: Trouble, count: int) -> None:
@@ -135,11 +135,11 @@ def _refuse_lost(trouble: Trouble, count: int) -> None:
         raise SimulationError(f"No lane of {count} was run; the first was {first}.") from trouble.error
 
 
-def _told(data: xarray.Dataset, trouble: Trouble | None) -> xarray.Dataset:
+def _told(data: xarray.Dataset, trouble: Trouble | None, count: int) -> xarray.Dataset:
     """Return a dataset whose attributes tell what kept lanes from being run."""
     if trouble is not None and trouble.lost:
         lane, reason = next(iter(trouble.lost.items()))
-        data.attrs["lost"] = f"{len(trouble.lost)} of {len(data['status'])} lanes, the first {lane}: {reason}"
+        data.attrs["lost"] = f"{len(trouble.lost)} of {count} lanes, the first {lane}: {reason}"
     if trouble is not None and trouble.error is not None and "interrupted" in data.attrs:
         data.attrs["interrupted"] += f"; {trouble.reason}"
     return data
