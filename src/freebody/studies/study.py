@@ -278,7 +278,7 @@ class Study:
 
         def sink_of(size: int) -> Any:
             if path is None:
-                return Flagged(self._with_all_lanes(job), job.results(0, self.count))
+                return Flagged(job, job.room(0, self.count), lambda: self._with_all_lanes(job))
             if zarr:
                 return ZarrStore(path, job, self._parts, size, self._pickled, repr(self.lanes))
             return NetCDF(path, self._with_all_lanes(job), self._parts)

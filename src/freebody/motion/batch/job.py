@@ -181,17 +181,25 @@ class Job:
 
     def results(self, low: int, high: int) -> Results:
         """Return empty results of the lanes ``low`` to ``high`` - 1."""
+        result = self.room(low, high)
+        result.clear(slice(None))
+        return result
+
+    def room(self, low: int, high: int) -> Results:
+        """Return room for the results of the lanes ``low`` to ``high`` - 1, which are waiting; other numbers are not set.
+
+        Memory is taken from the system as lanes are written.
+        """
         sizes = {"time": self.times.size, "event": len(self.specs), "by": len(self.unknowns)}
         n, events, outputs = high - low, len(self.expressions), self.outputs
         times = self.times.size if outputs.timed else 0
-        outcomes = np.zeros((n, at.OUTCOME_SIZE), dtype=np.int64)
+        outcomes = np.empty((n, at.OUTCOME_SIZE), dtype=np.int64)
         outcomes[:, 0] = WAITING
         return Results(
-            low, high, np.full((n, times, len(outputs.timed)), math.nan),
-            np.full((n, len(outputs.reduced), at.EXTREMES), math.nan), np.full((n, events, 2), math.nan),
-            np.zeros((n, events), dtype=np.int64), outcomes, np.full(n, self.begin),
+            low, high, np.empty((n, times, len(outputs.timed))), np.empty((n, len(outputs.reduced), at.EXTREMES)),
+            np.empty((n, events, 2)), np.empty((n, events), dtype=np.int64), outcomes, np.empty(n),
             np.full((n, len(self.texts)), "", dtype=object),
-            {name: np.full((n, *(sizes[d] for d in dims)), math.nan) for name, dims in self.slopes.items()},
+            {name: np.empty((n, *(sizes[d] for d in dims))) for name, dims in self.slopes.items()}, self.begin,
         )  # fmt: skip
 
 

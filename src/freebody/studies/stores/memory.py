@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,13 +62,22 @@ class Memory:
 
 
 class Flagged(Memory):
-    """Results of a study in memory, given back with statuses as numbers."""
+    """Results of a study in memory, given back with statuses as numbers.
+
+    ``whole``   returns the job with the values of all lanes, which are the coordinates of the dataset
+    """
+
+    def __init__(self, job: Job, results: Results, whole: Callable[[], Job]) -> None:
+        super().__init__(job, results)
+        self.whole = whole
 
     def dataset(self) -> xarray.Dataset:
         """Return the results; the reasons of lanes that failed stand beside them."""
         import xarray
 
-        job, reasons = self.job, self.reasons | self.lost
+        self.results.clear(np.flatnonzero(self.results.waiting | (self.results.outcomes[:, 0] == LOST)))
+        self.results.outcomes[list(self.lost), 0] = LOST
+        job, reasons = self.whole(), self.reasons | self.lost
         arrays = arrays_of(job, self.results)
         arrays["blame"] = blamed(arrays["status"], arrays["blame"], job)
         meanings = meanings_of(job)
