@@ -219,11 +219,19 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
     rows = [["fixed cost of a block", "< 1 ms", time_text(block(repeats))]]
     if module("distributed") is not None:
         with cluster() as client:
-            rows.append(["block of a dask cluster, client and workers", "< 5 ms", time_text(dask_block(client, 400, repeats))])
+            rows.append(
+                [
+                    "block of a dask cluster, client and workers",
+                    "< 5 ms",
+                    time_text(dask_block(client, 400, repeats)),
+                ]
+            )
             share, elapsed = dask_efficiency(client, 4 if quick else 8, repeats)
             text = f"{100 * share:.0f} % (elapsed {100 * elapsed:.0f} %)"
             rows.append(["two dask workers beside two threads, blocks of 1 s", ">= 90 %", text])
-    rows.append(["a zarr store", "< 10 %", f"{100 * store(400_000 if quick else 1_000_000, min(repeats, 3)):.1f} %"])
+    rows.append(
+        ["a zarr store", "< 10 %", f"{100 * store(400_000 if quick else 1_000_000, min(repeats, 3)):.1f} %"]
+    )
     rows.append(["dataset beyond outputs and coordinates", "<= 25 bytes a run", f"{size():.0f} bytes"])
     of_law, of_arrays = preparation(lanes, min(repeats, 2))
     rows.append([f"preparation of {lanes:.0e} lanes of a law", "< 1 s at 1e7", time_text(of_law)])

@@ -64,7 +64,10 @@ class Killer:
 
     def __init__(self, folder: Path, seed: int) -> None:
         self.folder, self.random = folder, random.Random(seed)
-        self.environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, os.path.dirname(__file__)])}
+        self.environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([*sys.path, os.path.dirname(__file__)]),
+        }
         self.whole = swings().run(progress=False)["max(theta')"].values
         self.answer = swings().reduce(reducers(), progress=False)
         self.kills: dict[str, int] = {"worker": 0, "client": 0, "scheduler": 0}

@@ -210,12 +210,17 @@ def labelled(data: xarray.Dataset, codes: Any, blame: Any, job: Job) -> xarray.D
         "lane", np.array([*blamable(job), ""], dtype=str)[blamed(codes, blame, job)],
         {"long_name": "coordinate, speed or event that stopped a failed lane, or from which on it is not physical"},
     )  # fmt: skip
-    waiting = int((codes == WAITING).sum())
-    if waiting:
-        data.attrs["interrupted"] = f"{waiting} of {len(codes)} lanes were not run"
+    tell_waiting(data, codes)
     if job.no_start:
         data.attrs["no_start"] = json.dumps({str(k): v for k, v in list(job.no_start.items())[:20]})
     return data
+
+
+def tell_waiting(data: xarray.Dataset, codes: Any) -> None:
+    """Note in the attributes of a dataset how many lanes were not run, if any."""
+    waiting = int((codes == WAITING).sum())
+    if waiting:
+        data.attrs["interrupted"] = f"{waiting} of {len(codes)} lanes were not run"
 
 
 def blamable(job: Job) -> list[str]:

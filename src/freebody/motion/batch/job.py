@@ -46,6 +46,8 @@ from .start import Lanes, lanes_of
 
 METHODS = ("auto", "dop853", "dop54", "gauss", "radau", "taylor")
 """Methods for which there is a compiled loop over lanes."""
+FEW = 64
+"""Number of lanes whose starts are solved for, in a machine with constraints, before any lane runs."""
 SAMPLES = 101
 """Number of output times if none are given."""
 
@@ -56,7 +58,8 @@ class Job:
 
     ``kernels``          programs of the machine, with the conditions that are independent in the first lane
     ``lanes``            parameters and initial values
-    ``states``           (q, u) at ``begin``, one row per lane, or one row for all
+    ``states``           (q, u) at ``begin``, one row per lane, or one row for all; of a machine with constraints the
+                         first lanes may have them only, since each start is solved for: `over` has those of others
     ``no_start``         lanes without an initial state, and why
     ``apart``            lanes in which other conditions are independent
     ``specs``            events; the last ``limits`` of them are limits of one-sided forces
@@ -107,6 +110,11 @@ class Job:
                 self.kernels.active if self.kernels.model.constraints else None,
             )  # fmt: skip
         return replace(self, lanes=lanes, states=states, no_start=no_start, apart=apart)
+
+    @property
+    def has_starts(self) -> bool:
+        """True if ``states`` holds those of all lanes."""
+        return len(self.states) in (1, self.lanes.count)
 
     @property
     def slopes(self) -> dict[str, tuple[str, ...]]:
@@ -298,7 +306,13 @@ def job_of(
             model, lanes.values_of(0), lanes.initial_of(0)
         )  # refuses names that are unknown in all lanes
         return job
-    states, no_start, active, apart = lanes.states(near or {}, begin, project, kernels)
+    first = lanes if not model.constraints else lanes.first(FEW)
+    try:
+        states, no_start, active, apart = first.states(near or {}, begin, project, kernels)
+    except SimulationError:
+        if first.count == lanes.count:
+            raise
+        states, no_start, active, apart = lanes.states(near or {}, begin, project, kernels)
     if model.constraints:
         kernels = kernels.holding(active)
     return replace(job, kernels=kernels, states=states, no_start=no_start, apart=apart, looped=True)

@@ -79,7 +79,13 @@ class Results:
         """Return the results of the lanes ``low`` to ``high`` - 1; they share their memory with these."""
         rows = slice(low - self.low, high - self.low)
         slopes = {name: array[rows] for name, array in self.slopes.items()}
-        return Results(low, high, **{name: getattr(self, name)[rows] for name in _ARRAYS}, slopes=slopes, begin=self.begin)
+        return Results(
+            low,
+            high,
+            **{name: getattr(self, name)[rows] for name in _ARRAYS},
+            slopes=slopes,
+            begin=self.begin,
+        )
 
     def clear(self, rows: Any) -> None:
         """Make lanes waiting again."""

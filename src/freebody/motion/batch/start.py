@@ -67,6 +67,14 @@ class Lanes:
         }
         return columns, start
 
+    def first(self, count: int) -> Lanes:
+        """Return the first lanes."""
+        if self.count <= count:
+            return self
+        columns = {name: x[:count] if np.ndim(x) else x for name, x in self.columns.items()}
+        initial = {name: x[:count] if name in self.varied[1] else x for name, x in self.initial.items()}
+        return Lanes(self.model, count, columns, initial, self.varied)
+
     @property
     def extremes(self) -> tuple[int, ...]:
         """A few lanes that show whether a value depends on the lane."""

@@ -246,7 +246,10 @@ class Cluster(Crew):
     def _send(self) -> None:
         """Send the blocks that were begun, in one message."""
         blocks, self.begun = self.begun, []
-        names = [f"{self.name}-{self.key[:8]}-{low}-{high}-{self.count + k}" for k, (low, high) in enumerate(blocks)]
+        names = [
+            f"{self.name}-{self.key[:8]}-{low}-{high}-{self.count + k}"
+            for k, (low, high) in enumerate(blocks)
+        ]
         self.count += len(blocks)
         lows, highs = zip(*blocks, strict=True)
         lanes = [self._lanes(low, high) for low, high in blocks]
@@ -289,7 +292,9 @@ class Cluster(Crew):
         blocks = [block for block, _ in good]
         for block in blocks:
             self.running.pop(block, None)
-        self.outcomes.extend((block, pickle.loads(report)) for block, report in zip(blocks, reports, strict=True))
+        self.outcomes.extend(
+            (block, pickle.loads(report)) for block, report in zip(blocks, reports, strict=True)
+        )
         self.outcomes.extend(self._outcome(block, task) for block, task in ended if block not in set(blocks))
 
     def cancel(self) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from ...motion.batch.dataset import (
     coordinates_of,
     dataset_of,
     flags,
+    tell_waiting,
     variables_of,
 )
 from ...motion.batch.job import Job
@@ -58,7 +60,7 @@ class Memory:
 
     def dataset(self) -> xarray.Dataset:
         """Return the results as they are given to users of ``simulate`` and ``sweep``."""
-        return with_lost(dataset_of(self.job, self.results), self.lost)
+        return with_lost(dataset_of(explained_starts(self.job, self.reasons), self.results), self.lost)
 
 
 class Flagged(Memory):
@@ -93,7 +95,9 @@ class Flagged(Memory):
             texts = np.array([reasons[k] for k in lanes], dtype=object)
             variables[REASON] = ("failed", texts, {"long_name": TEXTS[REASON]})
             coordinates["failed_lane"] = ("failed", np.array(lanes), {"long_name": "lane that failed"})
-        return xarray.Dataset(variables, coordinates, attributes_of(job))
+        data = xarray.Dataset(variables, coordinates, attributes_of(job))
+        tell_waiting(data, arrays["status"])
+        return data
 
 
 def meanings_of(job: Job) -> dict[str, Any]:
@@ -103,6 +107,13 @@ def meanings_of(job: Job) -> dict[str, Any]:
         "status": flags(STATUS.values(), STATUS),
         "blame": flags(["nothing", *names], range(-1, len(names))),
     }
+
+
+def explained_starts(job: Job, reasons: Mapping[int, str]) -> Job:
+    """Return a job that knows why lanes have no start whose starts were solved for in blocks."""
+    if job.has_starts or not job.looped:
+        return job
+    return replace(job, no_start={**job.no_start, **dict(sorted(reasons.items()))})
 
 
 def with_lost(data: xarray.Dataset, lost: dict[int, str]) -> xarray.Dataset:

@@ -21,7 +21,7 @@ from ...motion.batch.results import STATUS, WAITING, Results
 from ...motion.files.replacing import explained, lock, replacing, reserve
 from ..blocks.block import Report, Whole
 from ..blocks.schedule import Range
-from .memory import with_lost
+from .memory import explained_starts, with_lost
 
 if TYPE_CHECKING:
     import xarray
@@ -49,6 +49,7 @@ class NetCDF:
     def __init__(self, path: Any, job: Job, identity: Mapping[str, str]) -> None:
         self.path, self.job = path_of(path, "store=", SimulationError), job
         self.lost: dict[int, str] = {}
+        self.reasons: dict[int, str] = {}
         self.parts = dict(identity)
         with explained(self.path):
             if self.path.is_dir():
@@ -203,6 +204,7 @@ class NetCDF:
 
     def receive(self, report: Report) -> None:
         """Write the results of a block."""
+        self.reasons |= report.reasons
         self.write(report.content)
 
     def lose(self, lost: dict[int, str]) -> None:
@@ -243,7 +245,8 @@ class NetCDF:
             opened.close()
         codes, blame = opened["status"].values, opened["blame"].values
         opened.attrs.pop(_MARK, None)
-        data = labelled(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
+        job = explained_starts(self.job, self.reasons)
+        data = labelled(opened.drop_vars(["status", "blame"]), codes, blame, job)
         data = with_lost(data, self.lost)
         data.set_close(opened.close)
         return data

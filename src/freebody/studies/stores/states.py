@@ -82,7 +82,13 @@ class StateStore:
     """
 
     def __init__(
-        self, path: Path, parts: Mapping[str, str], size: int, study: Callable[[], bytes], law: str, lanes: int
+        self,
+        path: Path,
+        parts: Mapping[str, str],
+        size: int,
+        study: Callable[[], bytes],
+        law: str,
+        lanes: int,
     ) -> None:
         self.path = path
         if not path.exists():

@@ -28,7 +28,14 @@ from typing import Any
 import numpy as np
 
 from ...errors import SimulationError
-from ...motion.batch.dataset import arrays_of, attributes_of, blamed, coordinates_of, variables_of
+from ...motion.batch.dataset import (
+    arrays_of,
+    attributes_of,
+    blamed,
+    coordinates_of,
+    tell_waiting,
+    variables_of,
+)
 from ...motion.batch.job import Job
 from ...motion.batch.results import LOST, REASON, WAITING, Results
 from ...motion.files.replacing import explained
@@ -78,7 +85,9 @@ def laid_out(path: Path, mark: Mapping[str, Any], about: Mapping[str, Any], stud
     with explained(path), _quiet():
         shutil.rmtree(new, ignore_errors=True)
         try:
-            group = zarr.create_group(str(new), zarr_format=3, attributes={**about, MARK: dict(mark), **system})
+            group = zarr.create_group(
+                str(new), zarr_format=3, attributes={**about, MARK: dict(mark), **system}
+            )
             yield group
             content = np.frombuffer(study, dtype="u1")
             group.require_group("study").create_array("pickle", shape=content.shape, dtype="u1")[:] = content
@@ -212,7 +221,9 @@ class ZarrStore:
 
     def dataset(self) -> Any:
         """Return the results, read on demand."""
-        return opened(self.path)
+        data = opened(self.path)
+        tell_waiting(data, statuses(self.path))
+        return data
 
 
 def size_of_block(path: Path) -> int | None:
