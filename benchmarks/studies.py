@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -63,9 +63,13 @@ def processor(call: Callable[[], Any], repeats: int = 3) -> float:
 def in_blocks(of: fb.Study, executor: Any, size: int) -> None:
     """Run a study in blocks of some lanes."""
     job = of.ready.job
+
+    def sink_of(size: int) -> Flagged:
+        return Flagged(job, job.room(0, of.count), lambda: of._with_all_lanes(job))
+
     run(
-        of.ready, of._source, executor, lambda size: Flagged(job, job.room(0, of.count), lambda: of._with_all_lanes(job)),
-        size=size, pack=lambda: sent(of._work, of.machine), progress=False,
+        of.ready, of._source, executor, sink_of, size=size, pack=lambda: sent(of._work, of.machine),
+        progress=False,
     )  # fmt: skip
 
 
@@ -168,20 +172,16 @@ def preparation(lanes: int, repeats: int) -> tuple[float, float]:
         law = fb.sample({"theta": (0.1, 2.0), "m": (1, 2)}, n=lanes, by="random", seed=1)
         some = fb.study(s, until=1, lanes=law, outputs="max(theta')")
         str(some)
-        try:
+        with suppress(Begun):
             some.run(progress=begun)
-        except Begun:
-            pass
 
     theta, m = (np.random.default_rng(k).uniform(1, 2, lanes) for k in (1, 2))
 
     def of_arrays() -> None:
-        try:
+        with suppress(Begun):
             fb.simulate(
                 s, 1, initial={"theta": theta}, values={"m": m}, outputs="max(theta')", progress=begun
             )
-        except Begun:
-            pass
 
     fb.simulate(s, 1, initial={"theta": theta[:100]}, values={"m": m[:100]}, outputs="max(theta')")
     return processor(of_law, repeats), processor(of_arrays, repeats)
@@ -241,7 +241,8 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
     show(
         "The engine of studies", ["", "wanted", "measured"], rows,
         [
-            "pendulums of 10 s (1 s where they are prepared, or reduced) at the default tolerance; processor time of all processes, least of the repeats",
+            "pendulums of 10 s (1 s where they are prepared, or reduced) at the default tolerance; processor time of all",
+            "processes, least of the repeats",
             f"blocks of a cluster have {SHORT} lanes here, whose own time is left out; its blocks take "
             f"{cutting.SECONDS:g} s else",
         ],

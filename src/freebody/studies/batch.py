@@ -92,7 +92,8 @@ def simulate_batch(
 
     data = run(
         AllLanes(job, results if nothing_kept else None), source, executor, sink_of, in_order=True, progress=progress,
-        size=job.count if nothing_kept and executor is None and job.has_starts else None, pack=lambda: sent(work, job.kernels.model),
+        size=job.count if nothing_kept and executor is None and job.has_starts else None,
+        pack=lambda: sent(work, job.kernels.model),
     )  # fmt: skip
     if not job.looped and (data["status"] == STATUS[NO_START]).all():
         raise SimulationError(f"No lane has a start. Lane 0: {data[REASON].values[0]}")

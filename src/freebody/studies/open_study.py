@@ -156,7 +156,8 @@ class StoredStudy:
     def __repr__(self) -> str:
         left = self.missing
         if self.reduced:
-            return f"Reduced study in '{self.path}': {self.mark['law']}; {self.count - left} of {self.count} lanes are kept"
+            kept = f"{self.count - left} of {self.count} lanes are kept"
+            return f"Reduced study in '{self.path}': {self.mark['law']}; {kept}"
         failed = "".join(f", {n} {status}" for status, n in self.failed.items())
         state = "all lanes are kept" if not left else f"{left} of {self.count} lanes are missing"
         return f"Study in '{self.path}': {self.mark['law']}; {state}{failed}"

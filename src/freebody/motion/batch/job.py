@@ -194,9 +194,9 @@ class Job:
         return result
 
     def room(self, low: int, high: int) -> Results:
-        """Return room for the results of the lanes ``low`` to ``high`` - 1, which are waiting; other numbers are not set.
+        """Return room for the results of the lanes ``low`` to ``high`` - 1, all of them waiting.
 
-        Memory is taken from the system as lanes are written.
+        Other numbers are not set: memory is taken from the system as lanes are written.
         """
         sizes = {"time": self.times.size, "event": len(self.specs), "by": len(self.unknowns)}
         n, events, outputs = high - low, len(self.expressions), self.outputs

@@ -255,8 +255,8 @@ class Cluster(Crew):
         lanes = [self._lanes(low, high) for low, high in blocks]
         try:
             tasks = self.executor.map(
-                packed_block, lows, highs, [self.delivery] * len(blocks), lanes, key=names, pure=False, work_key=self.key,
-                work=self.sent,
+                packed_block, lows, highs, [self.delivery] * len(blocks), lanes, key=names, pure=False,
+                work_key=self.key, work=self.sent,
             )  # fmt: skip
         except Exception as error:
             gone = GoneError(f"{type(error).__name__}: {error}")

@@ -44,7 +44,8 @@ class Sink(Protocol):
 
 def run(
     ready: Any, source: Any, executor: Any, sink_of: Callable[[int], Sink], *, size: int | None = None,
-    in_order: bool = False, progress: Any = None, pack: Callable[[], bytes] = bytes, stages: Iterable[int] | None = None,
+    in_order: bool = False, progress: Any = None, pack: Callable[[], bytes] = bytes,
+    stages: Iterable[int] | None = None,
 ) -> xarray.Dataset:  # fmt: skip
     """Run the blocks of a study, and return its results.
 
