@@ -241,8 +241,8 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
     show(
         "The engine of studies", ["", "wanted", "measured"], rows,
         [
-            "pendulums of 10 s (1 s where they are prepared, or reduced) at the default tolerance; processor time of all",
-            "processes, least of the repeats",
+            "pendulums of 10 s (1 s where they are prepared, or reduced) at the default tolerance; processor time",
+            "of all processes, least of the repeats",
             f"blocks of a cluster have {SHORT} lanes here, whose own time is left out; its blocks take "
             f"{cutting.SECONDS:g} s else",
         ],

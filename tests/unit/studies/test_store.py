@@ -1,4 +1,4 @@
-"""Stores of studies while they run, with two clients, after lanes were lost; and what is refused before anything runs."""
+"""Stores of studies: read while they run, written by two clients, rerun of lost lanes, and what is refused at once."""
 
 from __future__ import annotations
 
@@ -108,7 +108,9 @@ def test_a_grid_has_its_names_as_axes(tmp_path) -> None:
         assert shaped.status.sizes == {"m": 2, "theta_start": 3}
     with pytest.raises(SimulationError, match=r"Expected a study over fb.grid\(...\), whose names are axes"):
         swings(3).on_grid(data)
-    with pytest.raises(SimulationError, match="Expected results of this study over 6 lanes, got the dimensions"):
+    with pytest.raises(
+        SimulationError, match="Expected results of this study over 6 lanes, got the dimensions"
+    ):
         study.on_grid(swept)
 
 
@@ -159,7 +161,9 @@ def test_what_cannot_be_run_is_refused_before_anything_runs(tmp_path) -> None:
 
         law = fb.study(cart(guarded), until=1, lanes=fb.grid(x=[0.1, 0.2]), outputs="final(x)")
         for call in (lambda: law.run(pool), lambda: law.reduce({"p": fb.mean("end")}, pool)):
-            with pytest.raises(SimulationError, match="controller that can be sent to other processes, but 'law' is"):
+            with pytest.raises(
+                SimulationError, match="controller that can be sent to other processes, but 'law' is"
+            ):
                 call()
         assert not started(pool)
     with pytest.raises(SimulationError, match="Expected values for which every lane is possible, but 0.1"):

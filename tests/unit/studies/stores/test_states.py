@@ -82,14 +82,20 @@ def test_a_store_of_something_else_is_refused(tmp_path) -> None:
         ({"p": fb.mean("range(theta') > 3")}, {}, "reducers"), ({"q": REDUCERS["p"]}, {}, "reducers"),
         ({"p": REDUCERS["p"]}, {"failed": "skip"}, "reducers"),
     ):  # fmt: skip
-        with pytest.raises(SimulationError, match=f"those of a study that differs in the {what}. Choose another"):
+        with pytest.raises(
+            SimulationError, match=f"those of a study that differs in the {what}. Choose another"
+        ):
             study.reduce(reducers, store=path, progress=False, **options)
     with pytest.raises(SimulationError, match="that differs in the method or tolerance"):
         swings(200, tolerance=1e-7).reduce({"p": REDUCERS["p"]}, store=path, progress=False)
     study.run(store=lanes, progress=False)
-    with pytest.raises(SimulationError, match="to hold a study that is reduced, but it holds the lanes of one"):
+    with pytest.raises(
+        SimulationError, match="to hold a study that is reduced, but it holds the lanes of one"
+    ):
         study.reduce({"p": REDUCERS["p"]}, store=lanes, progress=False)
-    with pytest.raises(SimulationError, match="Expected lanes, which study.run.* keeps, but '.*' keeps statistics"):
+    with pytest.raises(
+        SimulationError, match="Expected lanes, which study.run.* keeps, but '.*' keeps statistics"
+    ):
         fb.open_study(path).data  # noqa: B018
     with pytest.raises(SimulationError, match="those of a study that differs in"):
         study.run(store=path, progress=False)
@@ -106,13 +112,19 @@ def test_a_state_that_runs_code_is_not_read(tmp_path) -> None:
     group: Any = zarr.open_group(str(path), mode="r+")
     end = str(group["study/states"][0]).split()[0]
     group["study/states"][0] = f"{end} {base64.b64encode(pickle.dumps(Planted())).decode()}"
-    with pytest.raises(SimulationError, match="but those of lane 0 cannot be read: .*mkdir is no part of a state"):
+    with pytest.raises(
+        SimulationError, match="but those of lane 0 cannot be read: .*mkdir is no part of a state"
+    ):
         study.reduce({"p": REDUCERS["p"]}, store=path, progress=False)
     assert not (tmp_path / "planted").exists()
 
 
-@pytest.mark.parametrize("name", ["lanes", "failed", "failed_means", "lost", "interrupted", "p_error", "p_low", "end"])
+@pytest.mark.parametrize(
+    "name", ["lanes", "failed", "failed_means", "lost", "interrupted", "p_error", "p_low", "end"]
+)
 def test_a_name_that_hides_something_is_refused(name: str) -> None:
     reducers = {"p": fb.mean("range(theta') > 2", by="end"), name: fb.mean("end")}
-    with pytest.raises(SimulationError, match=f"Expected another name for the reducer '{name}', which in the result"):
+    with pytest.raises(
+        SimulationError, match=f"Expected another name for the reducer '{name}', which in the result"
+    ):
         swings(10).reduce(reducers, progress=False)
