@@ -9,6 +9,7 @@ threads share the lanes. Lanes that this loop cannot run are run one by one (`al
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from ..motion.batch.dataset import check_names
 from ..motion.batch.job import Job, check_memory, job_of
 from ..motion.batch.results import NO_START, REASON, STATUS, Results
 from ..motion.batch.run import run_lanes
+from ..motion.batch.start import lanes_of
 from ..scalar.algebra import Expression
 from .blocks.block import Delivery, Report, Work, finished
 from .blocks.cutting import FEW
@@ -90,7 +92,8 @@ def simulate_batch(
 
     data = run(
         AllLanes(job, results if nothing_kept else None), source, executor, sink_of, in_order=True, progress=progress,
-        size=job.count if nothing_kept and executor is None else None, pack=lambda: sent(work, job.kernels.model),
+        size=job.count if nothing_kept and executor is None and job.has_starts else None,
+        pack=lambda: sent(work, job.kernels.model),
     )  # fmt: skip
     if not job.looped and (data["status"] == STATUS[NO_START]).all():
         raise SimulationError(f"No lane has a start. Lane 0: {data[REASON].values[0]}")
@@ -104,7 +107,7 @@ class AllLanes:
         self.job, self.results = job, results
 
     def run(
-        self, delivery: Delivery, source: Any, low: int, high: int,
+        self, low: int, high: int, delivery: Delivery, source: Any = None,
         between: Callable[[float], None] = lambda done: None,
     ) -> Report:  # fmt: skip
         """Run a block."""
@@ -112,7 +115,12 @@ class AllLanes:
         clock = perf_counter()
         part = self.job.results(low, high) if self.results is None else self.results.rows(low, high)
         try:
-            run_lanes(self.job, part, between)
+            if self.job.has_starts:
+                run_lanes(self.job, part, between)
+            else:  # the starts of this block are solved for here
+                job = self.job.over(lanes_of(self.job.kernels.model, *source.arguments(low, high)))
+                run_lanes(job, replace(part, low=0, high=high - low), lambda done: between(low + done))
+                report.reasons = {low + lane: reason for lane, reason in job.no_start.items()}
         except KeyboardInterrupt:  # lanes that are done are kept
             report.interrupted = True
             part.clear(np.flatnonzero(part.waiting))

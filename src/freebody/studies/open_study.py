@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,9 @@ import numpy as np
 
 from ..errors import SimulationError, path_of
 from ..motion.batch.results import GOOD, STATUS, WAITING
-from .stores.zarr import loaded, mark_of, missing, opened, statuses
+from .reduction import reduce
+from .stores.states import REDUCED, kept_lanes
+from .stores.zarr import forget_lost, loaded, mark_of, missing, opened, statuses
 from .study import Study
 
 if TYPE_CHECKING:
@@ -69,13 +72,21 @@ class StoredStudy:
         return int(self.mark["lanes"])
 
     @property
+    def reduced(self) -> bool:
+        """True if statistics of the lanes are kept, by ``study.reduce(store=...)``, not the lanes."""
+        return REDUCED in self.mark
+
+    @property
     def missing(self) -> int:
         """Number of lanes that are not kept yet."""
+        if self.reduced:
+            return self.count - kept_lanes(self.path, self.count)
         return sum(high - low for low, high in missing(self.path))
 
     @property
     def ended(self) -> dict[str, int]:
         """Number of lanes by how they ended."""
+        self._need_lanes()
         codes, counts = np.unique(statuses(self.path), return_counts=True)
         return {STATUS[int(code)]: int(n) for code, n in zip(codes, counts, strict=True)}
 
@@ -88,6 +99,7 @@ class StoredStudy:
     @property
     def data(self) -> xarray.Dataset:
         """What is kept so far, read on demand."""
+        self._need_lanes()
         return opened(self.path)
 
     @property
@@ -97,26 +109,55 @@ class StoredStudy:
         It is a pickle: reading it runs what the pickle says, so ask for it only of stores that you trust. Lanes, data
         and statuses are read without it.
         """
-        study = loaded(self.path)
-        if not isinstance(study, Study):
-            raise SimulationError(f"Expected a study in '{self.path}', got {type(study).__name__}.")
-        return study
+        return self._kept[0]
+
+    @property
+    def _kept(self) -> tuple[Study, Any]:
+        content = loaded(self.path)
+        if not (isinstance(content, tuple) and len(content) == 2 and isinstance(content[0], Study)):
+            raise SimulationError(f"Expected a study in '{self.path}', got {type(content).__name__}.")
+        return content
+
+    def _need_lanes(self) -> None:
+        if self.reduced:
+            raise SimulationError(
+                f"Expected lanes, which study.run(store=...) keeps, but '{self.path}' keeps statistics of them. "
+                "fb.open_study(...).resume() returns these."
+            )
 
     def resume(
         self,
         executor: Any = None,
         *,
+        lost: bool = False,
         progress: bool | Callable[[Any], Any] | None = None,
         threads: int | None = None,
     ) -> xarray.Dataset:
-        """Run the lanes that are missing; arguments and result as of :meth:`freebody.Study.run`.
+        """Run the lanes that are missing; arguments and result as of `Study.run`, or of `Study.reduce`.
 
         The study is read from the store, which runs what its pickle says: resume only stores that you trust.
+
+        Parameters
+        ----------
+        lost : bool
+            True to also run lanes again that were lost: that ended their process (for want of memory, by a signal), or
+            whose block broke. A study that is reduced keeps no lost lanes, and always runs them again.
         """
-        return self.study.run(executor, store=self.path, progress=progress, threads=threads)
+        study, reduced = self._kept
+        if reduced is None:
+            if lost:
+                forget_lost(self.path)
+            return study.run(executor, store=self.path, progress=progress, threads=threads)
+        reducers, options = reduced
+        return reduce(
+            study, reducers, replace(options, store=self.path), executor, progress=progress, threads=threads
+        )
 
     def __repr__(self) -> str:
         left = self.missing
+        if self.reduced:
+            kept = f"{self.count - left} of {self.count} lanes are kept"
+            return f"Reduced study in '{self.path}': {self.mark['law']}; {kept}"
         failed = "".join(f", {n} {status}" for status, n in self.failed.items())
         state = "all lanes are kept" if not left else f"{left} of {self.count} lanes are missing"
         return f"Study in '{self.path}': {self.mark['law']}; {state}{failed}"

@@ -22,7 +22,7 @@ from ..scalar.algebra import Expression
 from .blocks.block import Ready, Work
 from .blocks.crew import Here
 from .blocks.cutting import seconds_per_lane
-from .blocks.executors import executor_of, sent
+from .blocks.executors import sent
 from .blocks.run import run
 from .blocks.source import ByLaw
 from .blocks.tally import spoken, spoken_size
@@ -30,15 +30,14 @@ from .function import StudyFunction
 from .identity.study_identity import parts
 from .lanes.chosen import Chosen
 from .lanes.feasibility import check_possible
+from .lanes.grid import Grid
 from .lanes.law import Law, check_apart
-from .reducers.failures import check_failed
 from .reducers.reducer import Reducer
-from .reducers.stopping import rules_of
-from .reduction import Reduction, known_names, stages
+from .reduction import ReducerOptions, reduce
 from .simulate import simulate
 from .stores.memory import Flagged
 from .stores.netcdf import FlaggedNetCDF
-from .stores.zarr import ZarrStore
+from .stores.zarr import ZarrStore, size_of_block
 
 if TYPE_CHECKING:
     import xarray
@@ -276,11 +275,11 @@ class Study:
         if path is None:
             check_memory(job)
 
-        size = ZarrStore.size_of_block(path) if path is not None and zarr else None
+        size = size_of_block(path) if path is not None and zarr else None
 
         def sink_of(size: int) -> Any:
             if path is None:
-                return Flagged(self._with_all_lanes(job), job.results(0, self.count))
+                return Flagged(job, job.room(0, self.count), lambda: self._with_all_lanes(job))
             if zarr:
                 return ZarrStore(path, job, self._parts, size, self._pickled, repr(self.lanes))
             return FlaggedNetCDF(path, self._with_all_lanes(job), self._parts)
@@ -292,7 +291,7 @@ class Study:
 
     def _pickled(self) -> bytes:
         """Return the study as it is kept in a store."""
-        return bytes(cloudpickle.dumps(self))
+        return bytes(cloudpickle.dumps((self, None)))
 
     def _with_all_lanes(self, job: Job) -> Job:
         """Return a job that holds the values of all lanes, as the coordinates of a dataset need them."""
@@ -306,6 +305,7 @@ class Study:
         until: Any = None,
         most: int | None = None,
         failed: str = "raise",
+        store: Any = None,
         progress: bool | Callable[[Any], Any] | None = None,
         threads: int | None = None,
     ) -> xarray.Dataset:
@@ -326,6 +326,10 @@ class Study:
         failed : {"raise", "skip", "count"}
             What a lane that failed means: an error; a lane that is left out, and counted; or one in which the
             conditions hold, which makes a fraction an upper bound.
+        store : path, optional
+            ``x.zarr``: keeps what each block gives, a few kilobytes, written by the worker that made it. The same call,
+            or ``fb.open_study("x.zarr").resume()``, goes on with the blocks that are missing after a stop of any kind,
+            to the same bits.
 
         Returns
         -------
@@ -337,7 +341,8 @@ class Study:
         Raises
         ------
         SimulationError
-            Unknown names, a lane without the number that is asked for, a failed lane with ``failed="raise"``.
+            Unknown names, names that the result has for something else, a lane without the number that is asked for,
+            a failed lane with ``failed="raise"``, the store of another study or of other reducers.
 
         Examples
         --------
@@ -350,43 +355,48 @@ class Study:
         >>> study.reduce({"p": fb.mean("final(y) > 0"), "high": fb.largest("max(y)", 2)}).p.round(2).item()
         0.51
         """
-        if not isinstance(reducers, Mapping) or not reducers:
+        options = ReducerOptions(until, self.count if most is None else most, failed, store)
+        return reduce(self, reducers, options, executor, progress=progress, threads=threads)
+
+    def on_grid(self, data: xarray.Dataset) -> xarray.Dataset:
+        """Return results of :meth:`run` with the axes of the grid in place of the lanes, as `freebody.sweep` does.
+
+        Parameters
+        ----------
+        data : xarray.Dataset
+            Of this study: from :meth:`run`, or ``fb.open_study("x.zarr").data``.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimensions by the names of the grid (``theta_start`` for the initial value of ``theta``), then ``time`` and
+            ``event``. What belongs to the lanes that failed keeps their numbers.
+
+        Raises
+        ------
+        SimulationError
+            The lanes are no grid, or the dataset is not one of this study.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("stone")
+        >>> stone = s.body("stone", fb.particle(1))
+        >>> fall = s.slider("fall", s.ground, stone, axis="y", coordinate="y")
+        >>> study = fb.study(s, until=1, lanes=fb.grid({"y": [0, 1, 2], "y'": [3, 4]}), outputs="final(y)")
+        >>> study.on_grid(study.run())["final(y)"].sel({"y_start": 2, "y'_start": 4}).item()
+        6.0
+        """
+        if not isinstance(self.lanes, Grid):
             raise SimulationError(
-                f"Expected reducers by name, such as {{'p': fb.mean('max(x) > 1')}}, got {reducers!r}."
+                f"Expected a study over fb.grid(...), whose names are axes, got a {self.lanes!r}, whose lanes have one "
+                "axis."
             )
-        for name, reducer in reducers.items():
-            if not isinstance(name, str) or not isinstance(reducer, Reducer):
-                raise SimulationError(
-                    f"Expected a reducer such as fb.mean('max(x) > 1') for {name!r}, got {reducer!r}."
-                )
-        check_failed(failed, reducers.values())
-        rules = rules_of(until)
-        for rule in rules:
-            rule.check(reducers)
-        most = self.count if most is None else int(most)
-        if not 0 < most <= self.count:
-            raise SimulationError(f"Expected most= from 1 to {self.count}, the number of lanes, got {most}.")
-        wanted = list(dict.fromkeys(x for reducer in reducers.values() for x in reducer.wanted))
-        study = replace(self, outputs=wanted or [f"final({self.machine.coordinate_names[0]})"])
-        ready = Ready(study._work, threads if executor in (None, "threads") else 1)
-        for reducer in reducers.values():
-            reducer.check(known_names(ready.job))
-        sink, size = Reduction(reducers, failed), None
-
-        def sink_of(measured: int) -> Reduction:
-            nonlocal size
-            size = measured
-            return sink
-
-        with executor_of(executor) as workers:
-            for lanes in stages(most, bool(rules)):
-                data = run(
-                    ready, study._source, workers, sink_of, size=size, progress=progress, lanes=lanes,
-                    pack=lambda: sent(study._work, study.machine),
-                )  # fmt: skip
-                if sink.done < lanes or (rules and all(rule.met(sink.results) for rule in rules)):
-                    break
-        return data
+        if data.sizes.get("lane") != self.count:
+            raise SimulationError(
+                f"Expected results of this study over {self.count} lanes, got the dimensions {dict(data.sizes)}."
+            )
+        return self.lanes.shaped(data)
 
     def as_function(
         self,

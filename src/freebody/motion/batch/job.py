@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -46,6 +46,8 @@ from .start import Lanes, lanes_of
 
 METHODS = ("auto", "dop853", "dop54", "gauss", "radau", "taylor")
 """Methods for which there is a compiled loop over lanes."""
+FEW = 64
+"""Number of lanes whose starts are solved for, in a machine with constraints, before any lane runs."""
 SAMPLES = 101
 """Number of output times if none are given."""
 
@@ -56,7 +58,8 @@ class Job:
 
     ``kernels``          programs of the machine, with the conditions that are independent in the first lane
     ``lanes``            parameters and initial values
-    ``states``           (q, u) at ``begin``, one row per lane, or one row for all
+    ``states``           (q, u) at ``begin``, one row per lane, or one row for all; of a machine with constraints the
+                         first lanes may have them only, since each start is solved for: `over` has those of others
     ``no_start``         lanes without an initial state, and why
     ``apart``            lanes in which other conditions are independent
     ``specs``            events; the last ``limits`` of them are limits of one-sided forces
@@ -99,7 +102,7 @@ class Job:
             A lane whose values or initial values are impossible.
         """
         lanes = replace(lanes, columns={**lanes.columns, **at_time(lanes.model, {}, self.begin)})
-        _check_bodies(self.kernels, lanes)
+        _check_bodies(self.kernels.model, lanes, lanes.suspects())
         states, no_start, apart = self.states, self.no_start, self.apart
         if self.looped:
             states, no_start, _, apart = lanes.states(
@@ -107,6 +110,11 @@ class Job:
                 self.kernels.active if self.kernels.model.constraints else None,
             )  # fmt: skip
         return replace(self, lanes=lanes, states=states, no_start=no_start, apart=apart)
+
+    @property
+    def has_starts(self) -> bool:
+        """True if ``states`` holds those of all lanes."""
+        return len(self.states) in (1, self.lanes.count)
 
     @property
     def slopes(self) -> dict[str, tuple[str, ...]]:
@@ -181,17 +189,25 @@ class Job:
 
     def results(self, low: int, high: int) -> Results:
         """Return empty results of the lanes ``low`` to ``high`` - 1."""
+        result = self.room(low, high)
+        result.clear(slice(None))
+        return result
+
+    def room(self, low: int, high: int) -> Results:
+        """Return room for the results of the lanes ``low`` to ``high`` - 1, all of them waiting.
+
+        Other numbers are not set: memory is taken from the system as lanes are written.
+        """
         sizes = {"time": self.times.size, "event": len(self.specs), "by": len(self.unknowns)}
         n, events, outputs = high - low, len(self.expressions), self.outputs
         times = self.times.size if outputs.timed else 0
-        outcomes = np.zeros((n, at.OUTCOME_SIZE), dtype=np.int64)
+        outcomes = np.empty((n, at.OUTCOME_SIZE), dtype=np.int64)
         outcomes[:, 0] = WAITING
         return Results(
-            low, high, np.full((n, times, len(outputs.timed)), math.nan),
-            np.full((n, len(outputs.reduced), at.EXTREMES), math.nan), np.full((n, events, 2), math.nan),
-            np.zeros((n, events), dtype=np.int64), outcomes, np.full(n, self.begin),
+            low, high, np.empty((n, times, len(outputs.timed))), np.empty((n, len(outputs.reduced), at.EXTREMES)),
+            np.empty((n, events, 2)), np.empty((n, events), dtype=np.int64), outcomes, np.empty(n),
             np.full((n, len(self.texts)), "", dtype=object),
-            {name: np.full((n, *(sizes[d] for d in dims)), math.nan) for name, dims in self.slopes.items()},
+            {name: np.empty((n, *(sizes[d] for d in dims))) for name, dims in self.slopes.items()}, self.begin,
         )  # fmt: skip
 
 
@@ -256,7 +272,7 @@ def job_of(
     asked_outputs = outputs_of(model, outputs, bool(model.contacts) and method != "timestepping")
     check_signals(model)
     lanes = replace(lanes, columns={**lanes.columns, **at_time(model, {}, begin)})
-    _check_bodies(kernels, lanes)
+    _check_bodies(model, lanes, (0, *lanes.suspects()))  # lane 0 tells what is the same in all
     tolerances = tolerances_of(kernels, tolerance, method)
     options = dict(
         near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
@@ -290,7 +306,13 @@ def job_of(
             model, lanes.values_of(0), lanes.initial_of(0)
         )  # refuses names that are unknown in all lanes
         return job
-    states, no_start, active, apart = lanes.states(near or {}, begin, project, kernels)
+    first = lanes if not model.constraints else lanes.first(FEW)
+    try:
+        states, no_start, active, apart = first.states(near or {}, begin, project, kernels)
+    except SimulationError:
+        if first.count == lanes.count:
+            raise
+        states, no_start, active, apart = lanes.states(near or {}, begin, project, kernels)
     if model.constraints:
         kernels = kernels.holding(active)
     return replace(job, kernels=kernels, states=states, no_start=no_start, apart=apart, looped=True)
@@ -326,12 +348,12 @@ def _common_time(model: Model, lanes: Lanes, value: Expression, what: str) -> fl
     return first
 
 
-def _check_bodies(kernels: Kernels, lanes: Lanes) -> None:
+def _check_bodies(model: Model, lanes: Lanes, suspects: Iterable[int]) -> None:
     """Refuse impossible bodies, and values that contradict an assumption, and name the lane."""
-    for lane in lanes.suspects():
+    for lane in suspects:
         try:
-            check_bodies(kernels.model, lanes.values_of(lane))
-            check_assumptions(kernels.model, lanes.values_of(lane))
+            check_bodies(model, lanes.values_of(lane))
+            check_assumptions(model, lanes.values_of(lane))
         except ModelError as error:
             raise type(error)(f"Lane {lane}: {error}" if lanes.count > 1 else str(error)) from None
 

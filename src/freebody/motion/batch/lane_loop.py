@@ -24,6 +24,8 @@ from .threads import share
 
 BEFORE_SWITCHING = 20_000
 """Steps of a lane with a law that switches, after which it runs alone: a single run stops if it sticks on the law."""
+_BLAMED = (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED)
+"""How a lane ends if a coordinate or speed is to blame."""
 LARGEST_BLOCK = 1 << 26
 """Bytes of results that are held before they are stored."""
 _ROOM = 64  # steps between two looks at the output times
@@ -164,8 +166,10 @@ class LaneLoop:
             self.quaternions, job.tolerances, job.tolerances, self.directions, self.terminal, *memory, new.values,
             new.reduced, new.event_times, new.counts, new.outcomes, new.end_times,
         )  # fmt: skip
-        failed = np.isin(new.outcomes[:, 0], (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED))
-        for k in np.flatnonzero(failed):
+        others = np.flatnonzero(new.outcomes[:, 0] != layout.FINISHED)
+        if others.size:
+            others = others[np.isin(new.outcomes[others, 0], _BLAMED)]
+        for k in others:
             rates = job.kernels.rates(parameters[k])
             blame, end = int(new.outcomes[k, 3]), float(new.end_times[k])
             blame = to_blame(job.kernels, blame, self.method, rates, end, initial[k, : self.n])

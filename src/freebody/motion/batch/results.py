@@ -52,6 +52,7 @@ class Results:
     ``end_times``     time at which the run ended
     ``slopes``        derivatives by the unknowns, by the name of their variable; the unknowns are the last axis
     ``texts``         results that are texts: the timeline of modes, the reason of a failure
+    ``begin``         time at which runs begin
     """
 
     low: int
@@ -64,6 +65,7 @@ class Results:
     end_times: Array
     texts: NDArray[Any]
     slopes: Mapping[str, Array] = field(default_factory=dict)
+    begin: float = 0.0
 
     def take(self, part: Results) -> None:
         """Copy the results of some of the lanes into their rows."""
@@ -77,12 +79,19 @@ class Results:
         """Return the results of the lanes ``low`` to ``high`` - 1; they share their memory with these."""
         rows = slice(low - self.low, high - self.low)
         slopes = {name: array[rows] for name, array in self.slopes.items()}
-        return Results(low, high, **{name: getattr(self, name)[rows] for name in _ARRAYS}, slopes=slopes)
+        return Results(
+            low,
+            high,
+            **{name: getattr(self, name)[rows] for name in _ARRAYS},
+            slopes=slopes,
+            begin=self.begin,
+        )
 
     def clear(self, rows: Any) -> None:
         """Make lanes waiting again."""
         for array in (self.values, self.reduced, self.event_times, *self.slopes.values()):
             array[rows] = np.nan
+        self.end_times[rows] = self.begin
         self.texts[rows] = ""
         self.counts[rows] = 0
         self.outcomes[rows] = (WAITING, 0, 0, 0)

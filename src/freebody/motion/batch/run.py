@@ -76,7 +76,8 @@ def _run_loop(job: Job, results: Results, between: Callable[[float], None]) -> N
             again = Alone(job, results) if job.kernels.model.signals else LaneLoop(job, "radau", results)
             again.run(stiff + low, between)
         rows = [k - low for k in job.apart if low <= k < high]
-        rows += np.flatnonzero(np.isin(outcomes[:, 0], lost)).tolist()
+        if lost and not (outcomes[:, 0] == layout.FINISHED).all():
+            rows += np.flatnonzero(np.isin(outcomes[:, 0], lost)).tolist()
         if rows:
             results.clear(rows)
             Alone(job, results).run(np.array(rows, dtype=np.int64) + low, between)

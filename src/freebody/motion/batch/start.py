@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,8 @@ from .kernels import state_of
 
 Array = NDArray[np.float64]
 
+_CHUNK = 1 << 14
+"""Number of lanes that are checked at a time: their numbers stay in the cache of a processor."""
 _CLEAR = 1e-9
 """Share of the greatest number, among the lanes, below which a negative one may be due to round-off."""
 
@@ -65,6 +67,14 @@ class Lanes:
         }
         return columns, start
 
+    def first(self, count: int) -> Lanes:
+        """Return the first lanes."""
+        if self.count <= count:
+            return self
+        columns = {name: x[:count] if np.ndim(x) else x for name, x in self.columns.items()}
+        initial = {name: x[:count] if name in self.varied[1] else x for name, x in self.initial.items()}
+        return Lanes(self.model, count, columns, initial, self.varied)
+
     @property
     def extremes(self) -> tuple[int, ...]:
         """A few lanes that show whether a value depends on the lane."""
@@ -79,37 +89,43 @@ class Lanes:
             result[:, j] = x[lanes] if np.ndim(x) else x
         return np.ascontiguousarray(result[:, : len(self.model.parameters)])
 
-    def suspects(self) -> Iterable[int]:
-        """Yield the lanes whose values must be checked: the first, and lanes whose values seem impossible."""
-        yield 0
-        if self.varied[0]:
-            yield from np.flatnonzero(self.impossible()[0]).tolist()
+    def suspects(self) -> list[int]:
+        """Return the lanes whose values seem impossible; those that are the same in all lanes are left out."""
+        return np.flatnonzero(self.impossible()[0]).tolist() if self.varied[0] else []
 
-    def impossible(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    def impossible(self, constants: bool = False) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return the lanes whose values seem impossible, and those in which they are so beyond round-off.
 
-        Where only the first holds, `check_bodies` and `check_assumptions` decide.
+        Where only the first holds, `check_bodies` and `check_assumptions` decide. What is the same in all lanes is left
+        out, since any lane tells it, unless ``constants`` is True.
         """
-        columns = {name: column(x) for name, x in self.columns.items()}
+        varied = {p.symbol for p in self.model.parameters if p.name in self.varied[0]}
+
+        def varies(*expressions: Any) -> bool:
+            return constants or any(varied & getattr(x, "free_symbols", set()) for x in expressions)
+
+        signs = [(x, True) for x in self.model.assumed if varies(x)]
+        inertias = []
+        for place in self.model.bodies.values():
+            if place.properties is not None:
+                signs += [(x, False) for x in (place.mass, *place.properties.positive) if varies(x)]
+                if varies(*(x for row in place.inertia for x in row)):
+                    inertias.append(place.inertia)
         bad, clear = np.zeros(self.count, dtype=bool), np.zeros(self.count, dtype=bool)
-        with np.errstate(all="ignore"):
-            state = state_of(self.model, arrays, columns)
-            signs = [(x, True) for x in self.model.assumed]
-            for place in self.model.bodies.values():
-                if place.properties is None:
-                    continue
-                signs += [(x, False) for x in (place.mass, *place.properties.positive)]
-                entries = [np.asarray(x, dtype=float) for row in state.matrix(place.inertia) for x in row]
-                matrices = np.stack(np.broadcast_arrays(*entries), axis=-1)
-                finite = np.isfinite(matrices).all(axis=-1)
-                excess = _excess(np.where(finite[..., None], matrices, 0.0).reshape(-1, 3, 3))
-                # half and twice the round-off that `space.feasibility` allows
-                bad |= ~finite | (excess > TOLERANCE / 2)
-                clear |= finite & (excess > 2 * TOLERANCE)
-            for expression, strictly in signs:
-                x = np.asarray(state(expression), dtype=float)
-                bad |= ~(x > 0) if strictly else ~(x >= 0)
-                clear |= x < -_CLEAR * np.max(np.abs(x), initial=0.0, where=np.isfinite(x))
+        for low in range(0, self.count, _CHUNK) if signs or inertias else ():
+            rows = slice(low, low + _CHUNK)
+            columns = {name: column(x[rows] if np.ndim(x) else x) for name, x in self.columns.items()}
+            with np.errstate(all="ignore"):
+                state = state_of(self.model, arrays, columns)
+                for inertia in inertias:
+                    finite, excess = _excess(state.matrix(inertia))
+                    # half and twice the round-off that `space.feasibility` allows
+                    bad[rows] |= ~finite | (excess > TOLERANCE / 2)
+                    clear[rows] |= finite & (excess > 2 * TOLERANCE)
+                for expression, strictly in signs:
+                    x = np.asarray(state(expression), dtype=float)
+                    bad[rows] |= ~(x > 0) if strictly else ~(x >= 0)
+                    clear[rows] |= x < -_CLEAR * np.max(np.abs(x), initial=0.0, where=np.isfinite(x))
         return bad, clear
 
     def states(
@@ -207,19 +223,35 @@ class Lanes:
         return result, no_start, active, tuple(apart)
 
 
-def _excess(matrices: Array) -> Array:
-    """Return by how much moments of inertia, shape (n, 3, 3), are negative or break the triangle inequality.
+def _excess(inertia: Any) -> tuple[Any, Any]:
+    """Return whether the entries of inertia matrices are finite, and by how much these cannot be.
 
-    In units of the greatest entry. The moments about the axes of the matrix must obey both as the principal ones do.
+    Moments that are negative or break the triangle inequality count, in units of the greatest entry. The moments about
+    the axes of the matrix must obey both as the principal ones do.
+
+    Parameters
+    ----------
+    inertia : 3 rows of 3 numbers or arrays of one length
     """
-    scale = np.abs(matrices).max(axis=(1, 2))
-    moments = np.sort(np.diagonal(matrices, axis1=1, axis2=2), axis=1)
-    result = np.maximum(-moments[:, 0], moments[:, 2] - moments[:, 1] - moments[:, 0])
-    if np.count_nonzero(matrices) > np.count_nonzero(moments):
+    entries = [np.asarray(x, dtype=float) for row in inertia for x in row]
+    scale = np.abs(entries[0])
+    for x in entries[1:]:
+        if x.ndim or x:
+            scale = np.maximum(scale, np.abs(x))
+    finite = np.isfinite(scale)
+    result = _excess_of_moments(*entries[::4])
+    if any(x.ndim or x for i, x in enumerate(entries) if i % 4):
+        matrices = np.stack(np.broadcast_arrays(*entries), axis=-1)
+        matrices = np.where(np.asarray(finite)[..., None], matrices, 0.0).reshape(-1, 3, 3)
         moments = np.asarray(np.linalg.eigvalsh(matrices), dtype=np.float64)
-        result = np.maximum(result, -moments[:, 0])
-        result = np.maximum(result, moments[:, 2] - moments[:, 1] - moments[:, 0])
-    return np.divide(result, scale, out=np.zeros_like(result), where=scale > 0)
+        result = np.maximum(result, _excess_of_moments(*moments.T))
+    return finite, np.where(finite & (scale > 0), result / scale, 0.0)
+
+
+def _excess_of_moments(a: Any, b: Any, c: Any) -> Any:
+    """Return the greatest of -a and a - b - c, over all orders of three moments of inertia."""
+    least, greatest = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    return np.maximum(-least, 2 * greatest - (a + b + c))
 
 
 def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]) -> Lanes:
@@ -283,7 +315,11 @@ def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]
 
 def numbers_in(model: Model, values: Any, name: str, what: str) -> Any:
     """Return several values of a parameter, or of an initial value, with numbers in place of texts."""
-    if not isinstance(values, list | tuple | np.ndarray) or not any(isinstance(x, str) for x in values):
+    if not isinstance(values, list | tuple | np.ndarray):
+        return values
+    if isinstance(values, np.ndarray) and values.dtype.kind in "biuf":
+        return values
+    if not any(issubclass(kind, str) for kind in set(map(type, values))):
         return values
     numbers = []
     for lane, x in enumerate(values):

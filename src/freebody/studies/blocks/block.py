@@ -94,7 +94,7 @@ class Ready:
         )  # fmt: skip
 
     def run(
-        self, delivery: Delivery, source: Any, low: int, high: int,
+        self, low: int, high: int, delivery: Delivery, source: Any = None,
         between: Callable[[float], None] = lambda done: None,
     ) -> Report:  # fmt: skip
         """Run a block and deliver its results. Ctrl-C leaves lanes of the block waiting."""
@@ -146,18 +146,28 @@ _KEPT = 4
 _BUILDING = Lock()
 
 
-def ready(key: str, work: bytes) -> Ready:
+def ready(work_key: str, work: bytes) -> Ready:
     """Return the ready job of some work; the last ones are kept."""
     with _BUILDING:
-        entry = _READY.get(key)
+        entry = _READY.get(work_key)
         if entry is None:
-            entry = _READY[key] = Ready(pickle.loads(work))
+            entry = _READY[work_key] = Ready(pickle.loads(work))
             while len(_READY) > _KEPT:
                 _READY.popitem(last=False)
-        _READY.move_to_end(key)
+        _READY.move_to_end(work_key)
         return entry
 
 
-def run_block(key: str, work: bytes, delivery: Delivery, source: Any, low: int, high: int) -> Report:
+def run_block(low: int, high: int, delivery: Delivery, source: Any, work_key: str, work: bytes) -> Report:
     """Run a block in this process."""
-    return ready(key, work).run(delivery, source, low, high)
+    return ready(work_key, work).run(low, high, delivery, source)
+
+
+def packed_block(low: int, high: int, delivery: Delivery, source: Any, work_key: str, work: bytes) -> bytes:
+    """Run a block, and return its report pickled: a message of one part, which dask sends twice as fast as ten."""
+    return pickle.dumps(run_block(low, high, delivery, source, work_key, work), protocol=5)
+
+
+def same(work: bytes) -> bytes:
+    """Return the work that is given."""
+    return work

@@ -15,8 +15,9 @@ LARGEST = 1 << 26
 """Most bytes of the results of a block."""
 FEW = 64
 """Number of lanes that are cut without a trial."""
+SHARES = 4
+"""Blocks that each worker gets at least, so that all end at about the same time."""
 _SHORTEST = 0.05  # seconds of a block, where few lanes are shared by many workers
-_SHARES = 4  # blocks that each worker gets at least, so that all end at about the same time
 _ENOUGH = 0.02  # seconds of a trial that can be measured
 _TRIALS = (1, 1, 16, 256, 4096)
 
@@ -61,7 +62,7 @@ def size_of_block(count: int, seconds: float | None, workers: int, bytes_per_lan
         Size of the results of a lane.
     """
     largest = max(1, min(LARGEST // bytes_per_lane, count))
-    share = -(-count // (_SHARES * workers))
+    share = -(-count // (SHARES * workers))
     if not seconds:
         return max(1, min(share, largest))
     size = min(SECONDS / seconds, max(share, _SHORTEST / seconds))

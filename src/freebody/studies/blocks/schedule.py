@@ -16,10 +16,9 @@ from typing import Protocol
 import numpy as np
 
 from .block import Delivery, Report
-from .crew import GoneError, died, gone
+from .crew import GoneError, Range, died, gone
 from .tally import Tally
 
-Range = tuple[int, int]
 _PATIENCE = 2.0  # seconds after Ctrl-C in which running blocks may return the lanes that are done
 _GLANCE = 0.25  # seconds between two looks at the keyboard
 _DEATHS = 2  # of a block's worker, after which the block runs alone, and then is halved
@@ -33,6 +32,10 @@ class Workers(Protocol):
     @property
     def room(self) -> int:
         """Number of blocks that may be started before one ends."""
+
+    @property
+    def low(self) -> int:
+        """Number of running blocks at which more are started."""
 
     @property
     def workers(self) -> int:
@@ -118,7 +121,6 @@ class _Run:
             raise
         finally:
             self.crew.cancel()
-            self.crew.close()
         return self.trouble
 
     def _start(self) -> bool:
@@ -129,7 +131,8 @@ class _Run:
             self.broken = False
             if not self.crew.renew():
                 return False
-        while not self.broken and len(self.running) < self.crew.room:
+        room = self.crew.room if len(self.running) <= self.crew.low else 0
+        while not self.broken and len(self.running) < room:
             block = self.again.popleft() if self.again else next(self.blocks, None)
             if block is None:
                 if not self.alone or self.running:
@@ -155,7 +158,7 @@ class _Run:
             if report.interrupted:  # here, or in a process that received Ctrl-C before this one
                 raise KeyboardInterrupt
         elif gone(report):
-            self.trouble.error = report
+            self.trouble.error = report.__cause__ or report
         elif died(report):
             self.broken = True
             self.deaths[block] = deaths = self.deaths.get(block, 0) + 1

@@ -76,8 +76,9 @@ class Tally:
         self.ended: Counter[int] = Counter()
         self.clock = perf_counter()
 
-    def begin(self, done: int) -> None:
-        """Begin to measure the rate, with so many lanes done before."""
+    def begin(self, count: int, done: int) -> None:
+        """Begin to measure the rate of some lanes, of which so many were done before."""
+        self.total = count
         self.before = self.done = done
         self.part = 0
         self.clock, self.begun = perf_counter(), True

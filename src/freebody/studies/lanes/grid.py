@@ -74,6 +74,9 @@ class Grid(Law):
         names = {name: name if name in data.coords else f"{name}_start" for name in self.names}
         variables: dict[str, Any] = {}
         for name, variable in data.data_vars.items():
+            if "lane" not in variable.dims:  # of lanes that failed
+                variables[name] = variable.variable
+                continue
             dims = [d for d in variable.dims if d != "lane"]
             array = variable.transpose("lane", *dims).data
             variables[name] = (
@@ -83,7 +86,7 @@ class Grid(Law):
             names[name]: (names[name], array, data[names[name]].attrs if names[name] in data.coords else {})
             for name, array in self.axes
         }
-        for name in ("time", "event", "by"):
+        for name in ("time", "event", "by", "failed_lane"):
             if name in data.coords:
                 coordinates[name] = data[name].variable
         result = xarray.Dataset(variables, coords=coordinates, attrs=data.attrs)

@@ -78,7 +78,7 @@ class Law(ABC):
         count, first = 0, None
         for low in range(0, of, _CHUNK):
             lanes = self.machines(model, low, min(low + _CHUNK, of), values)
-            bad, clear = lanes.impossible()
+            bad, clear = lanes.impossible(constants=True)
             for lane in np.flatnonzero(bad & ~clear):  # as a run of the lane decides
                 clear[lane] = reason_against(lanes, int(lane)) is not None
             if first is None and clear.any():

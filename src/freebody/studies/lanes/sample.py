@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -47,11 +48,21 @@ class Sample(Law):
         """Names of the distributions."""
         return tuple(name for name, _ in self.marginals)
 
+    @cached_property
+    def _draws(self) -> Draws:
+        """Draws of all lanes; making those of a sequence takes as long as a small block."""
+        return KINDS[self.by](len(self.marginals), self.lanes, self.seed)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {x.name: getattr(self, x.name) for x in fields(self)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+
     def columns(self, low: int, high: int) -> dict[str, Array]:
         """Return the values of the lanes ``low`` to ``high`` - 1 by name."""
         self._check(low, high)
-        draws = KINDS[self.by](len(self.marginals), self.lanes, self.seed)
-        proposals = dict(self.proposals)
+        draws, proposals = self._draws, dict(self.proposals)
         result = {}
         for j, (name, distribution) in enumerate(self.marginals):
             distribution = proposals.get(name, distribution)

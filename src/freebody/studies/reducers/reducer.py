@@ -34,8 +34,9 @@ ERRORS = (
 """What standard errors mean; an attribute of every result."""
 Variable = tuple[tuple[str, ...], Any, dict[str, Any]]
 """Dimensions, array and attributes of a result; the array has one row for each group."""
-_TAKEN = ("value", "error", "count", "low", "high", "lower", "upper", "effective", "correlation", "lane", "rank", "bin",
+NAMES = ("value", "error", "count", "low", "high", "lower", "upper", "effective", "correlation", "lane", "rank", "bin",
           "left", "right", "lanes", "below", "above", "quantile", "missing", "failed")  # fmt: skip
+"""Names of the variables of results."""
 
 
 class Part(Protocol):
@@ -364,9 +365,9 @@ def numbers_of(texts: Sequence[Any], title: str, by: Any) -> dict[str, Any]:
         raise SimulationError(f"Expected a name or a list of names for by= of {title}, got {shown(by)}.")
     groups = tuple(number_of(name, f"by= of {title}") for name in names)
     for number in groups:
-        if number.text in _TAKEN or [x.text for x in groups].count(number.text) > 1:
+        if number.text in NAMES or [x.text for x in groups].count(number.text) > 1:
             raise SimulationError(
-                f"Expected other names for by= of {title} than {', '.join(_TAKEN)}, each once, got '{number.text}'. "
+                f"Expected other names for by= of {title} than {', '.join(NAMES)}, each once, got '{number.text}'. "
                 f'Write an expression of it, such as by="{number.text} + 0".'
             )
     return {"numbers": tuple(number_of(text, title) for text in texts), "by": groups}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +39,7 @@ class Memory:
         self.lost: dict[int, str] = {}
         self.reasons: dict[int, str] = {}
 
-    def missing(self, blocks: Iterable[Range]) -> Iterable[Range]:
+    def missing(self, blocks: Sequence[Range]) -> Iterable[Range]:
         """Return the blocks with lanes that were not run: all of them."""
         return blocks
 
@@ -53,19 +54,33 @@ class Memory:
         self.lost |= lost
         self.results.outcomes[list(lost), 0] = LOST
 
+    def enough(self) -> bool:
+        """Return False: all lanes are kept."""
+        return False
+
     def dataset(self) -> xarray.Dataset:
         """Return the results as they are given to users of ``simulate`` and ``sweep``."""
-        return with_lost(dataset_of(self.job, self.results), self.lost)
+        return with_lost(dataset_of(explained_starts(self.job, self.reasons), self.results), self.lost)
 
 
 class Flagged(Memory):
-    """Results of a study in memory, given back with statuses as numbers."""
+    """Results of a study in memory, given back with statuses as numbers.
+
+    ``whole``   returns the job with the values of all lanes, which are the coordinates of the dataset
+    """
+
+    def __init__(self, job: Job, results: Results, whole: Callable[[], Job]) -> None:
+        super().__init__(job, results)
+        self.whole = whole
 
     def dataset(self) -> xarray.Dataset:
         """Return the results; the reasons of lanes that failed stand beside them."""
         import xarray
 
-        job, arrays = self.job, arrays_of(self.job, self.results)
+        self.results.clear(np.flatnonzero(self.results.waiting | (self.results.outcomes[:, 0] == LOST)))
+        self.results.outcomes[list(self.lost), 0] = LOST
+        job = self.whole()
+        arrays = arrays_of(job, self.results)
         variables = {
             name: (dims, arrays[name] if kind == "text" else arrays[name].astype(kind, copy=False), about)
             for name, (dims, kind, about) in variables_of(job).items()
@@ -102,6 +117,13 @@ def meanings_of(job: Job) -> dict[str, Any]:
         "status": flags(STATUS.values(), STATUS),
         "blame": flags(["nothing", *names], range(-1, len(names))),
     }
+
+
+def explained_starts(job: Job, reasons: Mapping[int, str]) -> Job:
+    """Return a job that knows why lanes have no start whose starts were solved for in blocks."""
+    if job.has_starts or not job.looped:
+        return job
+    return replace(job, no_start={**job.no_start, **dict(sorted(reasons.items()))})
 
 
 def with_lost(data: xarray.Dataset, lost: dict[int, str]) -> xarray.Dataset:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from ...motion.batch.results import LOST, REASON, STATUS, WAITING, Results
 from ...motion.files.replacing import explained, lock, replacing, reserve
 from ..blocks.block import Report, Whole
 from ..blocks.schedule import Range
-from .memory import flagged, with_lost
+from .memory import explained_starts, flagged, with_lost
 
 if TYPE_CHECKING:
     import xarray
@@ -49,6 +49,7 @@ class NetCDF:
     def __init__(self, path: Any, job: Job, identity: Mapping[str, str]) -> None:
         self.path, self.job = path_of(path, "store=", SimulationError), job
         self.lost: dict[int, str] = {}
+        self.reasons: dict[int, str] = {}
         self.parts = dict(identity)
         with explained(self.path):
             if self.path.is_dir():
@@ -190,7 +191,7 @@ class NetCDF:
             + _HEAP
         )
 
-    def missing(self, blocks: Iterable[Range]) -> Iterator[Range]:
+    def missing(self, blocks: Sequence[Range]) -> Iterator[Range]:
         """Yield the ranges of lanes that were not run, each within a block."""
         import h5py
 
@@ -203,6 +204,7 @@ class NetCDF:
 
     def receive(self, report: Report) -> None:
         """Write the results of a block."""
+        self.reasons |= report.reasons
         self.write(report.content)
 
     def lose(self, lost: dict[int, str]) -> None:
@@ -229,6 +231,10 @@ class NetCDF:
                         for first, last in _runs(done):
                             file[_escaped(name)][part.low + first : part.low + last] = array[first:last]
 
+    def enough(self) -> bool:
+        """Return False: all lanes are kept."""
+        return False
+
     def dataset(self) -> xarray.Dataset:
         """Return the results in the file: read into memory, or on demand if the file is large."""
         import xarray
@@ -245,7 +251,8 @@ class NetCDF:
 
     def _labelled(self, opened: xarray.Dataset, codes: Any, blame: Any) -> xarray.Dataset:
         """Return the results with words for the statuses."""
-        data = labelled(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
+        job = explained_starts(self.job, self.reasons)
+        data = labelled(opened.drop_vars(["status", "blame"]), codes, blame, job)
         return with_lost(data, self.lost)
 
 
@@ -254,15 +261,6 @@ class FlaggedNetCDF(NetCDF):
 
     The file tells how each lane ended, but not why: reasons are those of lanes that this process ran.
     """
-
-    def __init__(self, path: Any, job: Job, identity: Mapping[str, str]) -> None:
-        super().__init__(path, job, identity)
-        self.reasons: dict[int, str] = {}
-
-    def receive(self, report: Report) -> None:
-        """Write the results of a block, and remember why lanes failed."""
-        super().receive(report)
-        self.reasons |= report.reasons
 
     def _labelled(self, opened: xarray.Dataset, codes: Any, blame: Any) -> xarray.Dataset:
         codes = codes.copy()

@@ -18,16 +18,24 @@ import pickle
 import shutil
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from threading import get_ident
 from typing import Any
 
 import numpy as np
 
 from ...errors import SimulationError
-from ...motion.batch.dataset import arrays_of, attributes_of, blamed, coordinates_of, variables_of
+from ...motion.batch.dataset import (
+    arrays_of,
+    attributes_of,
+    blamed,
+    coordinates_of,
+    tell_waiting,
+    variables_of,
+)
 from ...motion.batch.job import Job
 from ...motion.batch.results import LOST, REASON, WAITING, Results
 from ...motion.files.replacing import explained
@@ -54,6 +62,45 @@ def place_of(name: str) -> str:
     return name.replace("/", "÷")
 
 
+@contextmanager
+def laid_out(path: Path, mark: Mapping[str, Any], about: Mapping[str, Any], study: bytes) -> Iterator[Any]:
+    """Context with the group of a new store, which is laid out beside its place and then renamed.
+
+    Parameters
+    ----------
+    path : Path
+    mark, about : mapping
+        What tells the store from those of other studies, and other attributes.
+    study : bytes
+        Pickle of what is resumed.
+    """
+    import zarr
+
+    if not path.parent.is_dir():
+        raise SimulationError(
+            f"Cannot write '{path}': there is no folder '{path.parent}'. Make it, or choose another path."
+        )
+    new = path.with_name(f".{path.name}.{os.getpid()}-{get_ident()}.new")
+    system = {"command": " ".join(sys.argv), "python": sys.version.split()[0], "numpy": np.__version__}
+    with explained(path), _quiet():
+        shutil.rmtree(new, ignore_errors=True)
+        try:
+            group = zarr.create_group(
+                str(new), zarr_format=3, attributes={**about, MARK: dict(mark), **system}
+            )
+            yield group
+            content = np.frombuffer(study, dtype="u1")
+            group.require_group("study").create_array("pickle", shape=content.shape, dtype="u1")[:] = content
+            zarr.consolidate_metadata(str(new))
+            try:
+                new.rename(path)
+            except OSError:
+                if not path.exists():  # another call may have made it in the meantime
+                    raise
+        finally:
+            shutil.rmtree(new, ignore_errors=True)
+
+
 @dataclass(frozen=True)
 class Written:
     """Results are written into a store, where they are made; their numbers are all that is sent back."""
@@ -78,7 +125,7 @@ class Written:
                     group[place_of(name)][rows] = arrays[name]
             if report.reasons:
                 self.explain(group, part.low, report.reasons)
-            _settle(Path(self.path), group, part.low)
+            settle(Path(self.path), f"*/c/{part.low // group['status'].chunks[0]}")
             group["status"][rows] = status
 
     @staticmethod
@@ -110,37 +157,17 @@ class ZarrStore:
         self.check()
         self.delivery = Written(str(path.absolute()))
 
-    @staticmethod
-    def size_of_block(path: Path) -> int | None:
-        """Return the number of lanes of a block of a store; None if there is none."""
-        if not path.exists():
-            return None
-        mark = mark_of(path)
-        return int(mark["block"]) if "block" in mark else None
-
     def check(self) -> None:
         """Refuse the store of another study."""
         check(self.path, self.parts)
 
     def _create(self, size: int, study: bytes, law: str) -> None:
-        """Lay out the store beside its place, and rename it."""
-        import zarr
-
+        """Lay out the store."""
         job = self.job
-        if not self.path.parent.is_dir():
-            raise SimulationError(
-                f"Cannot write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another path."
-            )
-        new = self.path.with_name(f".{self.path.name}.{os.getpid()}.new")
         mark = {"parts": dict(self.parts), "block": size, "lanes": job.count, "law": law}
         coordinates = [place_of(name) for name in _varied(job)]
-        about = {
-            **attributes_of(job), MARK: mark, "coordinates": " ".join(coordinates),
-            "command": " ".join(sys.argv), "python": sys.version.split()[0], "numpy": np.__version__,
-        }  # fmt: skip
-        with explained(self.path), _quiet():
-            shutil.rmtree(new, ignore_errors=True)
-            group = zarr.create_group(str(new), zarr_format=3, attributes=about)
+        about = {**attributes_of(job), "coordinates": " ".join(coordinates)}
+        with laid_out(self.path, mark, about, study) as group:
             for name, (dims, values, *more) in coordinates_of(job).items():
                 if name in ("time", "event", "by"):
                     texts = np.asarray(values).dtype == object
@@ -171,18 +198,8 @@ class ZarrStore:
                 REASON, shape=(-(-job.count // size),), chunks=(1,), dtype=str, fill_value="",
                 dimension_names=("block",), attributes={"long_name": "lanes that failed, by the reason"},
             )  # fmt: skip
-            content = np.frombuffer(study, dtype="u1")
-            group.create_group("study").create_array("pickle", shape=content.shape, dtype="u1")[:] = content
-            zarr.consolidate_metadata(str(new))
-            try:
-                new.rename(self.path)
-            except OSError:
-                if not self.path.exists():  # another call may have made it in the meantime
-                    raise
-            finally:
-                shutil.rmtree(new, ignore_errors=True)
 
-    def missing(self, blocks: Iterable[Range]) -> Iterable[Range]:
+    def missing(self, blocks: Sequence[Range]) -> Iterable[Range]:
         """Return the ranges of lanes that are waiting, each within a block of the store."""
         return missing(self.path)
 
@@ -198,9 +215,23 @@ class ZarrStore:
             Written.explain(group, lane, {lane: reason})
             group["status"][lane] = LOST
 
+    def enough(self) -> bool:
+        """Return False: all lanes are kept."""
+        return False
+
     def dataset(self) -> Any:
         """Return the results, read on demand."""
-        return opened(self.path)
+        data = opened(self.path)
+        tell_waiting(data, statuses(self.path))
+        return data
+
+
+def size_of_block(path: Path) -> int | None:
+    """Return the number of lanes of a block of a store; None if there is none."""
+    if not path.exists():
+        return None
+    mark = mark_of(path)
+    return int(mark["block"]) if "block" in mark else None
 
 
 def statuses(path: Path) -> Any:
@@ -218,6 +249,23 @@ def missing(path: Path) -> Iterator[Range]:
         edges = np.flatnonzero(np.diff(waiting[low:high], prepend=False, append=False)).tolist()
         for first, last in zip(edges[::2], edges[1::2], strict=True):
             yield low + first, low + last
+
+
+def forget_lost(path: Path) -> None:
+    """Make lanes waiting again that were lost: those that ended their process, or whose block broke."""
+    import zarr
+
+    group: Any = zarr.open_group(str(path), mode="r+", use_consolidated=False)
+    lost = np.flatnonzero(group["status"][:] == LOST)
+    size = int(group["status"].chunks[0])
+    for block in np.unique(lost // size).tolist():
+        text = str(group[REASON][block])
+        forgotten = set(lost[lost // size == block].tolist())
+        table = {reason: sorted({*lanes} - forgotten) for reason, lanes in json.loads(text or "{}").items()}
+        table = {reason: lanes for reason, lanes in table.items() if lanes}
+        group[REASON][block] = json.dumps(table) if table else ""
+    for lane in lost.tolist():
+        group["status"][lane] = WAITING
 
 
 def loaded(path: Path) -> Any:
@@ -274,10 +322,9 @@ def _varied(job: Job) -> dict[str, tuple[int, str]]:
     }
 
 
-def _settle(path: Path, group: Any, low: int) -> None:
-    """Wait until the chunks of a block are on the disk, so that its statuses are not there before them."""
-    block = low // group["status"].chunks[0]
-    for chunk in path.glob(f"*/c/{block}"):
+def settle(path: Path, chunks: str) -> None:
+    """Wait until chunks are on the disk, so that statuses are not there before them."""
+    for chunk in path.glob(chunks):
         for file in (chunk, *chunk.rglob("*")) if chunk.is_dir() else (chunk,):
             if file.is_file():
                 number = os.open(file, os.O_RDONLY)
