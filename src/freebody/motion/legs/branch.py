@@ -20,7 +20,7 @@ import numpy as np
 from ...native import loop
 from ..kernels.kernels import Kernels
 from ..ode.crossing import ROUNDED
-from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
+from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, Sampler, cut, observe, projected
 from ..ode.integration import FINEST_OF_SUMS, Halt
 from ..start.loop_closure import names_of_dependent
 from ..trajectory.event import Happening
@@ -259,7 +259,7 @@ class Crossing:
             return [approach], []
         meeting, near = position.meeting, position.before
         best: tuple[float, Path | None, Path] | None = None
-        last: Path | None = None
+        last: Sampler | None = None
         for share in SHARES:
             begin = sense * max(sense * start, sense * (meeting - share * (meeting - near)))
             lead = leg(kernels, rates, y, start, begin, None) if begin != start else None
@@ -267,17 +267,18 @@ class Crossing:
                 break
             state, end = y if lead is None else lead.states[-1], meeting + (meeting - begin)
             step = leg(kernels, rates, state, begin, end, None, "crossing", False)
-            if step.steps != 1 or not self._closed(kernels, parameters, step):
+            sampler = Sampler(step)
+            if step.steps != 1 or not self._closed(kernels, parameters, sampler):
                 continue
-            met = _met(kernels, rates, step)
+            met = _met(kernels, rates, sampler)
             if met is None:
                 break
-            difference = np.inf if last is None else _difference(last, step, kernels.model.n_q)
+            difference = np.inf if last is None else _difference(last, sampler, kernels.model.n_q)
             if best is None or difference < best[0]:
                 best = difference, lead, step
             if difference <= self.finest:
                 break
-            last, meeting = step, met
+            last, meeting = sampler, met
         if best is None or not best[0] <= self.most:
             return [approach], []
         _, lead, step = best
@@ -292,28 +293,23 @@ class Crossing:
         passes = sense * (step.end - meeting) >= 0
         return parts, [_event(kernels, parameters, step, meeting)] if passes else []
 
-    def _closed(self, kernels: Kernels, parameters: Array, step: Path) -> bool:
+    def _closed(self, kernels: Kernels, parameters: Array, sampler: Sampler) -> bool:
         """Return True if the conditions hold along a step."""
+        step = sampler.path
         times = np.linspace(step.start, step.end, COMPARED)
-        states = step.sample(times)
-        program, m = kernels.closing(), len(kernels.on_speeds)
         n_q, n_u = kernels.model.n_q, kernels.model.n_u
-        moved = np.ascontiguousarray(states[:, : n_q + n_u])
+        program, states = kernels.closing(), sampler(times)[:, : n_q + n_u]
         constants = program.constants(parameters)
-        # one state at a time in the same memory: G of all states would need much
-        kernel, room = program.compiled["conditions"], np.empty(m + m * n_u)
-        residuals = np.array(
-            [kernel(t, y, constants, room)[:m].copy() for t, y in zip(times.tolist(), moved, strict=True)]
-        )
-        scale = 1 + np.abs(moved[:, :n_q]).max(axis=1, keepdims=True)
+        residuals = program.observed("conditions", times, states, constants)[:, : len(kernels.on_speeds)]
+        scale = 1 + np.abs(states[:, :n_q]).max(axis=1, keepdims=True)
         return bool((np.abs(residuals) <= max(CLOSED, self.finest) * scale).all())
 
 
-def _difference(step: Path, other: Path, n_q: int) -> float:
+def _difference(one: Sampler, other: Sampler, n_q: int) -> float:
     """Return the greatest difference of a coordinate between two steps across, relative to 1 + |value|."""
-    (begin, end), (other_begin, other_end) = sorted((step.start, step.end)), sorted((other.start, other.end))
+    (begin, end), (other_begin, other_end) = (sorted((x.path.start, x.path.end)) for x in (one, other))
     times = np.linspace(max(begin, other_begin), min(end, other_end), COMPARED)
-    a, b = step.sample(times)[:, :n_q], other.sample(times)[:, :n_q]
+    a, b = one(times)[:, :n_q], other(times)[:, :n_q]
     return float((np.abs(a - b) / (1 + np.abs(b))).max(initial=0.0))
 
 
@@ -325,12 +321,12 @@ def _until(step: Path, until: float) -> Path:
     return replace(step, times=times, states=states, crossings=tuple(passed), status=FINISHED)
 
 
-def _met(kernels: Kernels, rates: Rates, step: Path) -> float | None:
+def _met(kernels: Kernels, rates: Rates, sampler: Sampler) -> float | None:
     """Return the time of s = 0 along a step; None if s does not fall with the distance in three refinements."""
-    first, last, most = step.start, step.end, np.inf
+    first, last, most = sampler.path.start, sampler.path.end, np.inf
     for _ in range(3):
         times = np.linspace(first, last, SAMPLES)
-        s = closeness(kernels, rates, times, step.sample(times))
+        s = closeness(kernels, rates, times, sampler(times))
         k = int(np.argmin(s))
         most = min(most, max(s[0], s[-1])) * 4 / SAMPLES
         if not 0 < k < SAMPLES - 1 or s[k] > max(most, MET * MET):
@@ -341,16 +337,12 @@ def _met(kernels: Kernels, rates: Rates, step: Path) -> float | None:
 
 def _event(kernels: Kernels, parameters: Array, step: Path, meeting: float) -> Happening:
     """Return the event of a singular position, which names the conditions that become dependent."""
-    model, m = kernels.model, len(kernels.on_speeds)
-    n = model.n_u
-    y = step.sample([meeting])[0]
-    program = kernels.closing()
-    moved = np.ascontiguousarray(y[None, : model.n_q + n])
-    numbers = observe(
-        program.address("motion"), m + m * n + n * n, np.array([meeting]), moved, program.constants(parameters)
-    )[0]  # fmt: skip
-    G, M = numbers[m : m + m * n].reshape(m, n), numbers[m + m * n :].reshape(n, n)
-    names = names_of_dependent(model, G, M, kernels.active, LIMIT)
+    model, n = kernels.model, kernels.model.n_u
+    y, program = step.sample([meeting])[0], kernels.closing()
+    moved = y[None, : model.n_q + n]
+    numbers = program.observed("motion", np.array([meeting]), moved, program.constants(parameters))[0]
+    G, masses = program.matrix(numbers), numbers[-2 * n : -n]
+    names = names_of_dependent(model, G, masses, kernels.active, LIMIT)
     shown = [*map(repr, names[:SHOWN]), *([f"{len(names) - SHOWN} others"] if len(names) > SHOWN else [])]
     state = dict(zip(kernels.names, y.tolist(), strict=False))
     text = (

@@ -144,15 +144,9 @@ def taking_over(kernels: Kernels, parameters: Array, t: float, y: Array) -> tupl
     """Return the conditions to use from a state on: the active ones, unless others are much better conditioned."""
     m, n, active = len(kernels.on_speeds), kernels.model.n_u, list(kernels.active)
     program = kernels.closing()
-    state = y[: kernels.model.n_q + n]
-    outputs = observe(
-        program.address("motion"),
-        m + m * n + n * n,
-        np.array([t]),
-        state[None],
-        program.constants(parameters),
-    )[0]
-    G = outputs[m : m + m * n].reshape(m, n)
+    state = y[None, : kernels.model.n_q + n]
+    outputs = program.observed("motion", np.array([t]), state, program.constants(parameters))[0]
+    G = program.matrix(outputs).toarray()
     if len(active) == m or not np.isfinite(G).all():
         return kernels.active
     for group in condition_groups(kernels.model):
