@@ -10,7 +10,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §8.5 (method 2).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import sympy
@@ -258,6 +258,12 @@ def articulated_diagonal(model: Model, state: State) -> list[Scalar]:
 
 def condition_groups(model: Model) -> list[list[int]]:
     """Return the conditions of each constraint in groups of one unit: those along directions, and those of turns."""
+    if "condition_groups" not in model.memo:
+        model.memo["condition_groups"] = _condition_groups(model)
+    return cast("list[list[int]]", model.memo["condition_groups"])
+
+
+def _condition_groups(model: Model) -> list[list[int]]:
     groups: dict[Any, list[int]] = {}
     counts: dict[str, int] = {}
     for i, row in enumerate(rows(model)):

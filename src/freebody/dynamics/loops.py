@@ -163,7 +163,7 @@ class _Recursion:
     def eliminate(self, c: int) -> _LoopTerms:
         """Eliminate λ_c from Λ and r."""
         L, r = self.L, self.r
-        w = _inverse(L[c].pop(c), None if self.selection is None else self.selection.active[c])
+        w = _inverse(L[c].pop(c, 0), None if self.selection is None else self.selection.active[c])
         coupled = L[c]
         for k, x in coupled.items():
             del L[k][c]

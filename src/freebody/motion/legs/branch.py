@@ -32,6 +32,7 @@ SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18)
 CLOSE = 0.3  # part of the limit: a run that comes closer without turning away is on its way to s = 0
 MET = 5e-3  # part of the limit: a smaller s counts as 0, since the time of the meeting is not exact
 SAMPLES = 128  # times at which the motion is evaluated
+ZOOMED, ZOOMS = 32, 4  # times at which s is evaluated to find where it is least, and how often around the least value
 AGREED = 1e3
 """Greatest difference of the coordinates of two steps, in units of the tolerance; but at least ROUNDED."""
 CLOSED = 1e-11
@@ -62,10 +63,15 @@ def closeness(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Ar
     return np.sqrt(np.maximum(squares, 0))
 
 
-def meets(kernels: Kernels, rates: Rates, path: Path) -> bool:
-    """Return True if a run has met a singular position, or was about to."""
-    times, states, room = path.times, path.states, np.empty(1)
-    if path.method == LONG and leaps(kernels, rates, times, states) is not None:
+def meeting(kernels: Kernels, rates: Rates) -> Halt:
+    """Return a function that stops a run in the steps in which it meets a singular position."""
+    return lambda times, states: (0, RELEASED, 0) if meets(kernels, rates, times, states, "") else None
+
+
+def meets(kernels: Kernels, rates: Rates, times: Array, states: Array, method: str) -> bool:
+    """Return True if the steps of a run have met a singular position, or were about to."""
+    room = np.empty(1)
+    if method == LONG and leaps(kernels, rates, times, states) is not None:
         return True
     approached = _approached().code(
         kernels.motion().address("hold"), times.size, loop.address(times), loop.address(states), states.shape[1],
@@ -157,16 +163,16 @@ def leaps(kernels: Kernels, rates: Rates, times: Array, states: Array) -> int | 
 
 
 def _between(
-    kernels: Kernels, rates: Rates, times: Array, states: Array, first: float, last: float
-) -> tuple[Array, Array, Array]:
+    kernels: Kernels, rates: Rates, times: Array, states: Array, first: float, last: float, samples: int = SAMPLES
+) -> tuple[Array, Array, Array]:  # fmt: skip
     """Return times from the part ``first`` of a step to ``last``, the states then, and s: along the cubic through the
     coordinates at both ends with their rates, and beyond it.
     """
     n_q, h = kernels.model.n_q, float(times[1] - times[0])
     speeds = h * observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
     (q0, q1), (v0, v1) = states[:, :n_q], speeds
-    z = np.linspace(first, last, SAMPLES)[:, None]
-    d, between = q1 - q0, np.repeat(states[:1], SAMPLES, axis=0)
+    z = np.linspace(first, last, samples)[:, None]
+    d, between = q1 - q0, np.repeat(states[:1], samples, axis=0)
     between[:, :n_q] = q0 + z * (v0 + z * ((3 * d - 2 * v0 - v1) + z * (v0 + v1 - 2 * d)))
     moments = times[0] + h * z[:, 0]
     return moments, between, closeness(kernels, rates, moments, between)
@@ -177,13 +183,13 @@ def _least(
 ) -> tuple[float, float] | None:
     """Return the time of s = 0 in a step or soon after, and the computed s then; None if s does not vanish."""
     first, last = 0.0, 1.0 if s[1] >= s[0] else 1 + min(2.5 * s[1] / (s[0] - s[1]), 4.0)
-    for _ in range(3):
-        moments, _, distances = _between(kernels, rates, times, states, first, last)
+    for _ in range(ZOOMS):
+        moments, _, distances = _between(kernels, rates, times, states, first, last, ZOOMED)
         if not np.isfinite(distances).all():
             return None
         k = int(np.argmin(distances))
-        width = (last - first) / (SAMPLES - 1)
-        first, last = first + width * max(k - 1, 0), first + width * min(k + 1, SAMPLES - 1)
+        width = (last - first) / (ZOOMED - 1)
+        first, last = first + width * max(k - 1, 0), first + width * min(k + 1, ZOOMED - 1)
     return (float(moments[k]), float(distances[k])) if distances[k] < MET * LIMIT else None
 
 
@@ -240,11 +246,11 @@ class Crossing:
         return met
 
     def across(
-        self, leg: Leg, kernels: Kernels, parameters: Array, rates: Rates, before: Path, until: float
-    ) -> tuple[list[Path], list[Happening]]:
+        self, leg: Leg, kernels: Kernels, parameters: Array, rates: Rates, before: Path, until: float, watched: bool
+    ) -> tuple[list[Path], list[Happening]]:  # fmt: skip
         """Return the paths that replace ``before`` and lead across the position, and the event.
 
-        If no step across is found, return the path up to where s became small; the run goes on from there by ordinary
+        With ``watched`` events are looked for. If no step across is found, return the path up to where s became small; the run goes on from there by ordinary
         steps.
         """
         position, self.ahead = self.ahead, None
@@ -258,7 +264,7 @@ class Crossing:
         if sense * (until - position.meeting) <= 0:
             return [approach], []
         meeting, near = position.meeting, position.before
-        best: tuple[float, Path | None, Path] | None = None
+        best: tuple[float, Path | None, Sampler] | None = None
         last: Sampler | None = None
         for share in SHARES:
             begin = sense * max(sense * start, sense * (meeting - share * (meeting - near)))
@@ -275,15 +281,18 @@ class Crossing:
                 break
             difference = np.inf if last is None else _difference(last, sampler, kernels.model.n_q)
             if best is None or difference < best[0]:
-                best = difference, lead, step
+                best = difference, lead, sampler
             if difference <= self.finest:
                 break
             last, meeting = sampler, met
         if best is None or not best[0] <= self.most:
             return [approach], []
-        _, lead, step = best
-        end = step.end
-        step = leg(kernels, rates, step.states[0], step.start, end, None, "crossing")
+        _, lead, sampler = best
+        step = sampler.path
+        state = sampler([meeting])[0]
+        if watched:
+            step = leg(kernels, rates, step.states[0], step.start, step.end, None, "crossing")
+        step = replace(step, work=None)
         if step.status == FINISHED:
             step.states[-1] = projected(rates, step.end, step.states[-1])
         if sense * (step.end - until) >= 0:
@@ -291,7 +300,7 @@ class Crossing:
         self.behind = step.end
         parts = [path for path in (approach, lead, step) if path is not None and path.steps]
         passes = sense * (step.end - meeting) >= 0
-        return parts, [_event(kernels, parameters, step, meeting)] if passes else []
+        return parts, [_event(kernels, parameters, state, meeting)] if passes else []
 
     def _closed(self, kernels: Kernels, parameters: Array, sampler: Sampler) -> bool:
         """Return True if the conditions hold along a step."""
@@ -322,23 +331,23 @@ def _until(step: Path, until: float) -> Path:
 
 
 def _met(kernels: Kernels, rates: Rates, sampler: Sampler) -> float | None:
-    """Return the time of s = 0 along a step; None if s does not fall with the distance in three refinements."""
+    """Return the time of s = 0 along a step; None if s does not fall with the distance from zoom to zoom."""
     first, last, most = sampler.path.start, sampler.path.end, np.inf
-    for _ in range(3):
-        times = np.linspace(first, last, SAMPLES)
+    for _ in range(ZOOMS):
+        times = np.linspace(first, last, ZOOMED)
         s = closeness(kernels, rates, times, sampler(times))
         k = int(np.argmin(s))
-        most = min(most, max(s[0], s[-1])) * 4 / SAMPLES
-        if not 0 < k < SAMPLES - 1 or s[k] > max(most, MET * MET):
+        most = min(most, max(s[0], s[-1])) * 4 / ZOOMED
+        if not 0 < k < ZOOMED - 1 or s[k] > max(most, MET * MET):
             return None
         first, last = float(times[k - 1]), float(times[k + 1])
     return float(times[k])
 
 
-def _event(kernels: Kernels, parameters: Array, step: Path, meeting: float) -> Happening:
+def _event(kernels: Kernels, parameters: Array, y: Array, meeting: float) -> Happening:
     """Return the event of a singular position, which names the conditions that become dependent."""
     model, n = kernels.model, kernels.model.n_u
-    y, program = step.sample([meeting])[0], kernels.closing()
+    program = kernels.closing()
     moved = y[None, : model.n_q + n]
     numbers = program.observed("motion", np.array([meeting]), moved, program.constants(parameters))[0]
     G, masses = program.matrix(numbers), numbers[-2 * n : -n]

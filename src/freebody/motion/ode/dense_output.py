@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import SimulationError
 from ...native import loop
 from . import loops
-from .layout import INTEGERS, padded, rows
+from .layout import INTEGERS, SAMPLED, STATE, padded, rows
 
 Array = NDArray[np.float64]
 
@@ -114,7 +114,8 @@ class Path:
     are the steps that the integrator took; the last may reach beyond a terminal event. ``blame`` is the index of the
     cause of a failed run: of an event function for the status UNDEFINED, of a law (`switching`) for STUCK, else of a
     component. ``method``, ``relative`` and ``absolute`` are the method and tolerances of the steps. ``stiff`` counts
-    the steps that the stability of an explicit method limited.
+    the steps that the stability of an explicit method limited. ``work`` is the memory of a run of one step of a method of
+    `layout.SINGLE_STEPS`, from which its states are sampled.
     """
 
     rates: Rates
@@ -130,12 +131,13 @@ class Path:
     relative: ArrayLike | None = None
     absolute: ArrayLike | None = None
     stiff: int = 0
+    work: Array | None = field(default=None, repr=False)
     curved: ClassVar[bool] = True  # False: straight between the ends of steps
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle the path without machine code. Another process compiles it when values between steps are needed."""
         state = dict(self.__dict__)
-        rates = state.pop("rates", None)
+        rates, state["work"] = state.pop("rates", None), None
         return {"_recipe": rates.recipe, **state} if rates is not None else state
 
     def __getattr__(self, name: str) -> Any:
@@ -187,6 +189,10 @@ class Sampler:
             np.full(n, 1.0 if x is None else x) for x in (path.relative, path.absolute)
         )
         self.work = work_room(path.method, n)
+        if path.work is not None:
+            self.work[:] = path.work
+            self.work[STATE * padded(n) :][:n] = path.states[0]
+            self.integers[SAMPLED] = 1
 
     def __call__(self, times: ArrayLike) -> Array:
         """Return the states, shape (k, n), at ``times``, shape (k,)."""

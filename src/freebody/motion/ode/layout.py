@@ -34,6 +34,9 @@ INTEGERS = 14
 
 ORDERS = {"dop853": 8, "dop54": 5, "radau": 5, "gauss": 16, "structure": 6, "taylor": 16, "crossing": 16}
 
+SINGLE_STEPS = ("crossing",)
+"""Methods whose states between the ends of a step come from the step as a whole."""
+
 MANY = 10_000
 """Number of remaining steps from which a stiff run is stopped: an implicit method is then faster."""
 

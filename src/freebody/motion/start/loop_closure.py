@@ -198,7 +198,7 @@ def names_of_dependent(
     for _ in range(TURNS):
         x = A @ (x / np.linalg.norm(x))
         last, largest = largest, float(np.linalg.norm(x))
-        if not largest > last * (1 + nearly / TURNS):
+        if not largest > last * (1 + nearly / 10):
             break
     shift = np.finfo(float).eps * largest
     factors, x = splu(A + shift * eye_array(len(active), format="csc")), start
