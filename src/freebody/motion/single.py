@@ -27,6 +27,7 @@ from .legs.driven import Drives, at_time, check_signals, driven_path, refuse_swi
 from .legs.failure import failure
 from .legs.independent_conditions import Holding, check_redundant
 from .ode import dense_output as runs
+from .ode import layout
 from .ode import loops
 from .ode.dense_output import Array, Path, Rates, Watch
 from .ode.integration import Halt
@@ -226,10 +227,6 @@ def _absolute_tolerances(request: Request, state: Array, rates: Rates) -> Array:
     return result
 
 
-MANY_COMPONENTS = 100
-"""Size of the state from which a leg is looked into while it runs: to run it to its end and then again costs more."""
-
-
 def _motion_in_one_leg(
     request: Request, parameters: Array, rates: Rates, state: Array, absolute: Array, between: Progress
 ) -> Trajectory | None:
@@ -240,7 +237,7 @@ def _motion_in_one_leg(
         watch=watching(kernels, parameters, r.specs, r.expressions),
     )  # fmt: skip
     passing = kernels.active and r.step is None
-    halt = meeting(kernels, rates) if passing and kernels.size >= MANY_COMPONENTS else None
+    halt = meeting(kernels, rates) if passing and kernels.size >= layout.MANY_COMPONENTS else None
     path = way.path(state, r.begin, r.end, absolute, between, halt)
     if passing and (path.status == runs.RELEASED or meets(kernels, rates, path.times, path.states, path.method)):
         return None

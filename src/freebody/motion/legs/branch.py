@@ -32,7 +32,7 @@ SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18)
 CLOSE = 0.3  # part of the limit: a run that comes closer without turning away is on its way to s = 0
 MET = 5e-3  # part of the limit: a smaller s counts as 0, since the time of the meeting is not exact
 SAMPLES = 128  # times at which the motion is evaluated
-ZOOMED, ZOOMS = 32, 4  # times at which s is evaluated to find where it is least, and how often around the least value
+ZOOMED, ZOOMS = 32, 3  # times at which s is evaluated around its least value, and how often
 AGREED = 1e3
 """Greatest difference of the coordinates of two steps, in units of the tolerance; but at least ROUNDED."""
 CLOSED = 1e-11
@@ -183,13 +183,14 @@ def _least(
 ) -> tuple[float, float] | None:
     """Return the time of s = 0 in a step or soon after, and the computed s then; None if s does not vanish."""
     first, last = 0.0, 1.0 if s[1] >= s[0] else 1 + min(2.5 * s[1] / (s[0] - s[1]), 4.0)
-    for _ in range(ZOOMS):
-        moments, _, distances = _between(kernels, rates, times, states, first, last, ZOOMED)
+    for zoom in range(ZOOMS):
+        samples = ZOOMED if zoom else SAMPLES
+        moments, _, distances = _between(kernels, rates, times, states, first, last, samples)
         if not np.isfinite(distances).all():
             return None
         k = int(np.argmin(distances))
-        width = (last - first) / (ZOOMED - 1)
-        first, last = first + width * max(k - 1, 0), first + width * min(k + 1, ZOOMED - 1)
+        width = (last - first) / (samples - 1)
+        first, last = first + width * max(k - 1, 0), first + width * min(k + 1, samples - 1)
     return (float(moments[k]), float(distances[k])) if distances[k] < MET * LIMIT else None
 
 
@@ -199,6 +200,7 @@ class Crossing:
     ``finest``   the tolerance
     ``finer``    part of the tolerance that ordinary steps keep: 1 until a position is met
     ``long``     True if steps may lead over a position, and ``longest`` what they do not exceed
+    ``longest_share``  index of the first of SHARES whose steps converge
     ``ahead``    the position for which the run was halted
     ``behind``   time of the last position that was passed; None before the first
     ``tail``     times and states that are evaluated again together with the steps that follow
@@ -207,6 +209,7 @@ class Crossing:
     def __init__(self, finest: float, method: str) -> None:
         self.long, self.longest = method == LONG, np.inf
         self.finest, self.most, self.finer = finest, max(AGREED * finest, ROUNDED), 1.0
+        self.longest_share = 0
         self.ahead: Ahead | None = None
         self.behind: float | None = None
         self.tail: tuple[Array, Array] | None = None
@@ -266,15 +269,18 @@ class Crossing:
         meeting, near = position.meeting, position.before
         best: tuple[float, Path | None, Sampler] | None = None
         last: Sampler | None = None
-        for share in SHARES:
+        for place, share in enumerate(SHARES[self.longest_share :], self.longest_share):
             begin = sense * max(sense * start, sense * (meeting - share * (meeting - near)))
             lead = leg(kernels, rates, y, start, begin, None) if begin != start else None
             if lead is not None and lead.status != FINISHED:
                 break
             state, end = y if lead is None else lead.states[-1], meeting + (meeting - begin)
             step = leg(kernels, rates, state, begin, end, None, "crossing", False)
+            if step.steps != 1:
+                self.longest_share = min(place + 1, len(SHARES) - 2)
+                continue
             sampler = Sampler(step)
-            if step.steps != 1 or not self._closed(kernels, parameters, sampler):
+            if not self._closed(kernels, parameters, sampler):
                 continue
             met = _met(kernels, rates, sampler)
             if met is None:
@@ -333,7 +339,7 @@ def _until(step: Path, until: float) -> Path:
 def _met(kernels: Kernels, rates: Rates, sampler: Sampler) -> float | None:
     """Return the time of s = 0 along a step; None if s does not fall with the distance from zoom to zoom."""
     first, last, most = sampler.path.start, sampler.path.end, np.inf
-    for _ in range(ZOOMS):
+    for _ in range(ZOOMS + 1):
         times = np.linspace(first, last, ZOOMED)
         s = closeness(kernels, rates, times, sampler(times))
         k = int(np.argmin(s))

@@ -143,8 +143,9 @@ class Integration:
         shape = method, rates.size, 0 if self.watch is None else len(self.watch.directions)
         run = _SPARE.pop(shape, None) or _Run(*shape)
         run.begin(self, state, absolute, start, until)
-        # steps after a halt are wasted
-        room, growth = (run.room, 4) if halt is None else (min(16, run.room), 2)
+        room, growth = run.room, 4
+        if halt is not None:  # steps after a halt are wasted, and those of a large machine cost more than a look at them
+            room, growth = min(16, room), 1 if rates.size >= layout.MANY_COMPONENTS else 2
         remaining = math.inf if self.max_steps is None else self.max_steps
         relative, steps, last = self.relative, 0, None
         pieces: list[_Piece] = []

@@ -37,6 +37,9 @@ ORDERS = {"dop853": 8, "dop54": 5, "radau": 5, "gauss": 16, "structure": 6, "tay
 SINGLE_STEPS = ("crossing",)
 """Methods whose states between the ends of a step come from the step as a whole."""
 
+MANY_COMPONENTS = 100
+"""Size of a state from which a few steps cost more than a look at them."""
+
 MANY = 10_000
 """Number of remaining steps from which a stiff run is stopped: an implicit method is then faster."""
 

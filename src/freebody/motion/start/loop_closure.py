@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array, eye_array
+from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import splu
 
 from ...dynamics import mass_matrix
@@ -186,12 +186,13 @@ def names_of_dependent(
     """
     if not active or not (np.isfinite(G.data).all() and np.isfinite(masses).all()):
         return ()
-    W = G @ diags_array(1 / np.sqrt(masses))
-    squares, factor = (W * W).sum(axis=1), np.ones(W.shape[0])
-    for group in condition_groups(model):  # one row may vanish; the rows of a constraint never all vanish
-        size = math.sqrt(squares[group].sum())
-        factor[group] = 1 / size if size > 0 else 1.0
-    W = (diags_array(factor) @ W).tocsr()[list(active)]
+    # one row may vanish; the rows of a constraint never all vanish
+    groups = np.array([[i, k] for k, group in enumerate(condition_groups(model)) for i in group])
+    group_of = groups[np.argsort(groups[:, 0]), 1][np.repeat(np.arange(G.shape[0]), np.diff(G.indptr))]
+    entries = G.data / np.sqrt(masses)[G.indices]
+    sizes = np.sqrt(np.bincount(group_of, entries * entries))[group_of]
+    entries = np.divide(entries, sizes, out=entries, where=sizes > 0)
+    W = csr_array((entries, G.indices, G.indptr), shape=G.shape)[list(active)]
     A = (W @ W.T).tocsc()
     start = 1 + 1 / (1 + np.arange(len(active)))  # has a part along every vector of a row of equal loops
     largest, x = 0.0, start
