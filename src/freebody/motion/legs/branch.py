@@ -200,7 +200,6 @@ class Crossing:
     ``finest``   the tolerance
     ``finer``    part of the tolerance that ordinary steps keep: 1 until a position is met
     ``long``     True if steps may lead over a position, and ``longest`` what they do not exceed
-    ``longest_share``  index of the first of SHARES whose steps converge
     ``ahead``    the position for which the run was halted
     ``behind``   time of the last position that was passed; None before the first
     ``tail``     times and states that are evaluated again together with the steps that follow
@@ -209,7 +208,6 @@ class Crossing:
     def __init__(self, finest: float, method: str) -> None:
         self.long, self.longest = method == LONG, np.inf
         self.finest, self.most, self.finer = finest, max(AGREED * finest, ROUNDED), 1.0
-        self.longest_share = 0
         self.ahead: Ahead | None = None
         self.behind: float | None = None
         self.tail: tuple[Array, Array] | None = None
@@ -269,7 +267,7 @@ class Crossing:
         meeting, near = position.meeting, position.before
         best: tuple[float, Path | None, Sampler] | None = None
         last: Sampler | None = None
-        for place, share in enumerate(SHARES[self.longest_share :], self.longest_share):
+        for share in SHARES:
             begin = sense * max(sense * start, sense * (meeting - share * (meeting - near)))
             lead = leg(kernels, rates, y, start, begin, None) if begin != start else None
             if lead is not None and lead.status != FINISHED:
@@ -277,7 +275,6 @@ class Crossing:
             state, end = y if lead is None else lead.states[-1], meeting + (meeting - begin)
             step = leg(kernels, rates, state, begin, end, None, "crossing", False)
             if step.steps != 1:
-                self.longest_share = min(place + 1, len(SHARES) - 2)
                 continue
             sampler = Sampler(step)
             if not self._closed(kernels, parameters, sampler):
