@@ -37,7 +37,16 @@ from .constraints import (
 )
 from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
-from .linear import Elimination, Factorization, Selection, applied, combined, entries, products, scalar_product
+from .linear import (
+    Elimination,
+    Factorization,
+    Selection,
+    applied,
+    combined,
+    entries,
+    products,
+    scalar_product,
+)
 from .loading import Loading, loading
 from .loops import articulated_masses, loop_motion, own_speeds
 from .mobility import check_mobility

@@ -27,8 +27,7 @@ from .legs.driven import Drives, at_time, check_signals, driven_path, refuse_swi
 from .legs.failure import failure
 from .legs.independent_conditions import Holding, check_redundant
 from .ode import dense_output as runs
-from .ode import layout
-from .ode import loops
+from .ode import layout, loops
 from .ode.dense_output import Array, Path, Rates, Watch
 from .ode.integration import Halt
 from .start.arguments import (
@@ -239,7 +238,9 @@ def _motion_in_one_leg(
     passing = kernels.active and r.step is None
     halt = meeting(kernels, rates) if passing and kernels.size >= layout.MANY_COMPONENTS else None
     path = way.path(state, r.begin, r.end, absolute, between, halt)
-    if passing and (path.status == runs.RELEASED or meets(kernels, rates, path.times, path.states, path.method)):
+    if passing and (
+        path.status == runs.RELEASED or meets(kernels, rates, path.times, path.states, path.method)
+    ):
         return None
     trajectory = Trajectory(kernels, r.numbers, path, r.specs, r.tolerances, r.times, r.samples)
     if path.status in runs.FAILED:

@@ -100,8 +100,8 @@ class Conditions(Program):
     ``shape``              numbers of conditions and speeds
     """
 
-    rows: Array = field(default_factory=lambda: np.zeros(0, dtype=np.int64), compare=False)
-    columns: Array = field(default_factory=lambda: np.zeros(0, dtype=np.int64), compare=False)
+    rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64), compare=False)
+    columns: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64), compare=False)
     shape: tuple[int, int] = (0, 0)
 
     @cached_property

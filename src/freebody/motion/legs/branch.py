@@ -32,7 +32,7 @@ SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18)
 CLOSE = 0.3  # part of the limit: a run that comes closer without turning away is on its way to s = 0
 MET = 5e-3  # part of the limit: a smaller s counts as 0, since the time of the meeting is not exact
 SAMPLES = 128  # times at which the motion is evaluated
-ZOOMED, ZOOMS = 32, 3  # times at which s is evaluated around its least value, and how often
+ZOOMED, ZOOMS = 32, 4  # times at which s is evaluated around its least value, and how often
 AGREED = 1e3
 """Greatest difference of the coordinates of two steps, in units of the tolerance; but at least ROUNDED."""
 CLOSED = 1e-11
@@ -240,7 +240,9 @@ class Crossing:
                 return int(np.searchsorted(here, sense * self.ahead.start)), RELEASED, 0
             # if a position is not passed yet, the steps before it are evaluated again with the steps that follow
             outside = np.flatnonzero(s >= LIMIT)
+            # and with the step before them, which shows how s changes
             last = int(outside[-1]) if len(outside) and len(s) - outside[-1] < LONGEST else len(s) - 1
+            last = max(last - 1, 0)
             self.tail = times[last:].copy(), states[last:].copy()
             return None
 
@@ -251,8 +253,8 @@ class Crossing:
     ) -> tuple[list[Path], list[Happening]]:  # fmt: skip
         """Return the paths that replace ``before`` and lead across the position, and the event.
 
-        With ``watched`` events are looked for. If no step across is found, return the path up to where s became small; the run goes on from there by ordinary
-        steps.
+        With ``watched`` events are looked for. If no step across is found, return the path up to where s became small;
+        the run goes on from there by ordinary steps.
         """
         position, self.ahead = self.ahead, None
         assert position is not None
@@ -336,7 +338,7 @@ def _until(step: Path, until: float) -> Path:
 def _met(kernels: Kernels, rates: Rates, sampler: Sampler) -> float | None:
     """Return the time of s = 0 along a step; None if s does not fall with the distance from zoom to zoom."""
     first, last, most = sampler.path.start, sampler.path.end, np.inf
-    for _ in range(ZOOMS + 1):
+    for _ in range(ZOOMS):
         times = np.linspace(first, last, ZOOMED)
         s = closeness(kernels, rates, times, sampler(times))
         k = int(np.argmin(s))

@@ -114,8 +114,8 @@ class Path:
     are the steps that the integrator took; the last may reach beyond a terminal event. ``blame`` is the index of the
     cause of a failed run: of an event function for the status UNDEFINED, of a law (`switching`) for STUCK, else of a
     component. ``method``, ``relative`` and ``absolute`` are the method and tolerances of the steps. ``stiff`` counts
-    the steps that the stability of an explicit method limited. ``work`` is the memory of a run of one step of a method of
-    `layout.SINGLE_STEPS`, from which its states are sampled.
+    the steps that the stability of an explicit method limited. ``work`` is the memory of
+    one step of a method of `layout.SINGLE_STEPS`, from which its states are sampled.
     """
 
     rates: Rates

@@ -144,8 +144,10 @@ class Integration:
         run = _SPARE.pop(shape, None) or _Run(*shape)
         run.begin(self, state, absolute, start, until)
         room, growth = run.room, 4
-        if halt is not None:  # steps after a halt are wasted, and those of a large machine cost more than a look at them
-            room, growth = min(16, room), 1 if rates.size >= layout.MANY_COMPONENTS else 2
+        if (
+            halt is not None
+        ):  # steps after a halt are wasted, and those of a large machine cost more than a look at them
+            room, growth = (16, 1) if rates.size >= layout.MANY_COMPONENTS else (min(64, room), 4)
         remaining = math.inf if self.max_steps is None else self.max_steps
         relative, steps, last = self.relative, 0, None
         pieces: list[_Piece] = []

@@ -97,9 +97,9 @@ def rows(method: str, n: int) -> int:
 # Status codes of `gauss_newton.close`: a start was found; no direction to search in; the coordinates do not converge;
 # the speeds contradict the conditions; the factors need more room.
 MET, NOWHERE, FAR, TORN, CROWDED = 0, 1, 2, 3, 4
-# Its arguments: addresses of kernels; numbers of coordinates, speeds, conditions, quaternions and entries of G; addresses
-# of its integers and numbers, of the pattern of G (`sparse_rows.factorize`), of memory, of the factors, and of the
-# constants of the kernels.
+# Its arguments: addresses of kernels; numbers of coordinates, speeds, conditions, quaternions and entries of G;
+# addresses of its integers and numbers, of the pattern of G (`sparse_rows.factorize`), of memory, of the factors, and
+# of the constants of the kernels.
 CONDITIONS, MOTION, MOVED, LEAST = 0, 1, 2, 3
 N_COORDINATES, N_SPEEDS, N_CONDITIONS, N_QUATERNIONS, N_ENTRIES = 4, 5, 6, 7, 8
 INTEGERS_AT, NUMBERS_AT, PATTERN, ROOM_AT, FACTORS, FACTORS_REAL, OF_PARAMETERS = 9, 10, 11, 12, 13, 14, 15

@@ -72,7 +72,7 @@ def finite(values: Reals, G: Reals, a: Integers) -> int:
     """Return 1 if the residuals of conditions on coordinates, and their derivatives along free motions, are
     finite.
     """
-    m, n = a[N_CONDITIONS], a[N_SPEEDS]
+    m = a[N_CONDITIONS]
     on_speeds = shifted(integers_at(a[INTEGERS_AT]), BY_CONDITION)
     immobile = shifted(on_speeds, 2 * m)
     start = integers_at(a[PATTERN])
@@ -192,7 +192,7 @@ def speeds(a: Integers, psi: Reals, G: Reals) -> int:
     The selection of `least_speed_change` stands after the state. Return MET or TORN.
     """
     n_q, n, m = a[N_COORDINATES], a[N_SPEEDS], a[N_CONDITIONS]
-    integers, numbers = integers_at(a[INTEGERS_AT]), reals_at(a[NUMBERS_AT])
+    numbers = reals_at(a[NUMBERS_AT])
     y = shifted(numbers, COORDINATES)
     change = shifted(G, a[N_ENTRIES])
     active = shifted(y, n_q + 2 * n)
@@ -203,7 +203,9 @@ def speeds(a: Integers, psi: Reals, G: Reals) -> int:
         count += active[i]
     last, k = math.inf, 0
     judge_speeds(a, psi, G)
-    while count > 0.0 and k < CORRECTIONS and (k == 0 or CLOSELY < abs(numbers[MISSED]) / numbers[SIZE] < last):
+    while (
+        count > 0.0 and k < CORRECTIONS and (k == 0 or CLOSELY < abs(numbers[MISSED]) / numbers[SIZE] < last)
+    ):
         last = math.inf if k == 0 else abs(numbers[MISSED]) / numbers[SIZE]
         call(a[LEAST], numbers[MOMENT], y, 0, reals_at(a[OF_PARAMETERS]), change, 0)
         for j in range(n):

@@ -161,10 +161,9 @@ def reduced(i: int, f: Integers, r: Reals) -> int:
 
     The row is in place by columns, and its columns are touched.
     """
-    n, room, count = f[N], f[ROOM], f[RANK]
+    n, room = f[N], f[ROOM]
     first = first_at(f)
-    retired, mark, touched, path = (
-        shifted(first, n),
+    mark, touched, path = (
         shifted(first, 2 * n),
         shifted(first, 3 * n),
         shifted(first, 4 * n),
@@ -250,7 +249,9 @@ def choose(i: int, length: float, f: Integers, r: Reals) -> int:
 
 
 @compiled
-def begin_row(i: int, G: Reals, pattern: Integers, free: Integers, scale: Reals, f: Integers, r: Reals) -> int:
+def begin_row(
+    i: int, G: Reals, pattern: Integers, free: Integers, scale: Reals, f: Integers, r: Reals
+) -> int:
     """Put row ``i`` at unit length in place of the present row, reflected; return 1 if the room is too small."""
     n = f[N]
     first, x = first_at(f), row_at(f, r)
@@ -303,9 +304,9 @@ def factorize(
                     return 1
                 rest = remainder(f, r)
                 # the round-off of a short row has any direction: compare the rest with the largest row, too
-                if rest > least and rest * length[i] > r[PART] * largest:
-                    if choose(i, rest, f, r) != 0:
-                        return 1
+                apart = rest > least and rest * length[i] > r[PART] * largest
+                if apart and choose(i, rest, f, r) != 0:
+                    return 1
     for i in range(m):
         if chosen[i] == 0 and length[i] > r[PART] * largest:
             if begin_row(i, G, pattern, free, scale, f, r) != 0:
@@ -400,9 +401,8 @@ def shortest(b: Reals, x: Reals, scale: Reals, f: Integers, r: Reals) -> int:
     places, values = shifted(columns_of_v_at(f), f[ROOM]), shifted(entries_at(f, r), f[ROOM])
     diagonal, length, count = shifted(factors_at(f, r), n + 1), lengths_at(f, r), shifted(begin, f[M])
     z = shifted(row_at(f, r), n)
-    if f[REST] > 0:
-        if balanced(b, f, r) != 0:
-            return 1
+    if f[REST] > 0 and balanced(b, f, r) != 0:
+        return 1
     for j in range(n):
         x[j] = 0.0
     for k in range(f[RANK]):

@@ -108,7 +108,14 @@ def test_memory_of_the_search():
 def test_factors_that_need_more_room_get_it():
     """The search begins again with twice the room, and gives the same start."""
     kernels = kernels_of(four_bar())
-    arguments = kernels, kernels.values(None), {"alpha": 0.4, "alpha'": 3.0}, {"beta": 1.0, "psi": 1.8}, 0.0, False
+    arguments = (
+        kernels,
+        kernels.values(None),
+        {"alpha": 0.4, "alpha'": 3.0},
+        {"beta": 1.0, "psi": 1.8},
+        0.0,
+        False,
+    )
     first, active = closed_start(*arguments)
     kernels.cache["closing"]._make_room(1)
     again, still = closed_start(*arguments)

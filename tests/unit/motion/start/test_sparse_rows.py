@@ -15,7 +15,9 @@ EPS = np.finfo(float).eps
 class Factors:
     """G with the entries that are not zero, and its factors."""
 
-    def __init__(self, G, scale=None, poor=DEPENDENT, small=DEPENDENT, room=None, free=None, taking_part=None):
+    def __init__(
+        self, G, scale=None, poor=DEPENDENT, small=DEPENDENT, room=None, free=None, taking_part=None
+    ):
         self.m, self.n = m, n = G.shape
         rows, columns = np.nonzero(G)
         self.pattern = np.array([*np.searchsorted(rows, range(m + 1)), *columns], dtype=np.int64)
