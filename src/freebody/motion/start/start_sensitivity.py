@@ -227,10 +227,11 @@ class _Search:
         """
         n_q, n, m = self.model.n_q, self.model.n_u, len(self.kernels.on_speeds)
         free = [j for j in range(n) if n_q + j not in named]
-        G, M = np.split(self._at("masses", y, slopes)[0], [m * n])
-        G, M = G.reshape(m, n)[:, free], M.reshape(n, n)[np.ix_(free, free)]
+        numbers = self._at("masses", y, slopes)[0]
+        G = numbers[: m * n].reshape(m, n)[:, free]
+        M = numbers[m * n :].reshape(n, n)[np.ix_(free, free)]
         w = y[n_q:] - start[n_q:]
-        multipliers = np.linalg.lstsq(G.T, M @ w[free], rcond=DEPENDENT)[0]
+        multipliers = np.asarray(np.linalg.lstsq(G.T, M @ w[free], rcond=DEPENDENT)[0], dtype=np.float64)
         s = np.concatenate([q, slopes[:, n_q:]], axis=1)
         s[:, [n_q + j for j in free]] = 0.0
         _, along = self._at("speeds", y, s, w, multipliers)
