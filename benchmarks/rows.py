@@ -1,6 +1,6 @@
 """Rows and ladders of closed loops of growing length: processor time of a step against the number of loops.
 
-``row``     N four-bars side by side on the ground, which share cranks (`problems.four_bars`): 10 s, 10 singular passages
+``row``     N four-bars side by side on the ground, which share cranks (`problems.four_bars`), with singular positions
 ``ladder``  N four-bars, each on the coupler of the one before; its first second
 
 The slope is that of the logarithms from the size before to this one: 1 for a cost that is linear in N. MuJoCo steps the

@@ -119,7 +119,7 @@ class Conditions(Program):
     def matrix(self, outputs: Array) -> csr_array:
         """Return G from the outputs of "conditions" or "motion" at one state."""
         m, entries = self.shape[0], self.columns.size
-        return csr_array((outputs[m : m + entries], (self.rows, self.columns)), shape=self.shape)
+        return csr_array((outputs[m : m + entries], self.columns, self.pattern[: m + 1]), shape=self.shape)
 
 
 class Kernels:

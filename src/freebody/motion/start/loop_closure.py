@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, eye_array
+from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
 from ...dynamics import mass_matrix
@@ -202,7 +202,8 @@ def names_of_dependent(
         if not largest > last * (1 + nearly / 10):
             break
     shift = np.finfo(float).eps * largest
-    factors, x = splu(A + shift * eye_array(len(active), format="csc")), start
+    A.setdiag(A.diagonal() + shift)
+    factors, x = splu(A), start
     for _ in range(TURNS):
         last_x, x = x, factors.solve(x)
         x /= np.linalg.norm(x)
