@@ -10,7 +10,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §8.5 (method 2).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import sympy
@@ -24,7 +24,7 @@ from ..model.model import GROUND, Model
 from ..scalar.algebra import Scalar, Vector, apply_transpose, cross, divide, scale, subtract
 from ..scalar.expression import exact
 from ..space.spatial import plus
-from .composite import mass_matrix
+from .composite import mass_diagonal, mass_matrix
 from .constraints import (
     Action,
     linearized,
@@ -37,9 +37,18 @@ from .constraints import (
 )
 from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
-from .linear import Elimination, Factorization, applied, combined, entries, products, scalar_product
+from .linear import (
+    Elimination,
+    Factorization,
+    Selection,
+    applied,
+    combined,
+    entries,
+    products,
+    scalar_product,
+)
 from .loading import Loading, loading
-from .loops import loop_motion, own_speeds
+from .loops import articulated_masses, loop_motion, own_speeds
 from .mobility import check_mobility
 from .newton_euler import bias
 from .state import State, float_state
@@ -214,21 +223,56 @@ def speed_correction(model: Model, state: State, active: Sequence[int]) -> tuple
     return tuple(a + b for a, b in zip(state.u, step, strict=True))
 
 
-def _least(model: Model, state: State, G: list[Scalar], residual: list[Scalar]) -> list[Scalar]:
+def least_speed_change(model: Model, state: State, selection: Selection) -> list[Scalar]:
+    """Return the change δ of the speeds with G δ = -ψ in the selected conditions and speeds, of the least ½ δᵀ M δ."""
+    conditions = linearized(model, state)
+    return _least(model, state, list(conditions.matrix), list(conditions.rate), selection)
+
+
+def _least(
+    model: Model, state: State, G: Sequence[Any], residual: Sequence[Scalar], selection: Selection | None = None
+) -> list[Scalar]:  # fmt: skip
     """Return the step with G step = -residual of the least ½ stepᵀ M step."""
     if not G:
         return [0] * model.n_u
+    if selection is not None:
+        residual = [a * r for a, r in zip(selection.active, residual, strict=True)]
+        G = selection.rows(G)
     speeds = deep_speeds(model)
     if speeds is not None:
-        return loop_motion(model, state, speeds, [0] * model.n_u, G, [-r for r in residual])[0]
-    M = Factorization(mass_matrix(model, state))
+        f, g = [0] * model.n_u, [-r for r in residual]
+        return loop_motion(model, state, speeds, f, G, g, selection)[0]
+    masses = mass_matrix(model, state)
+    M = Factorization(masses if selection is None else selection.masses(masses))
     Y = [M.forward(row) for row in G]
-    lam = Factorization(products([M.divided(y) for y in Y], Y)).solve([-r for r in residual])
-    return M.back(combined([0] * model.n_u, lam, Y))
+    K = products([M.divided(y) for y in Y], Y)
+    if selection is not None:
+        for c, a in enumerate(selection.active):
+            K[c][c] = K[c][c] + (1 - a)
+    return M.back(combined([0] * model.n_u, Factorization(K).solve([-r for r in residual]), Y))
+
+
+def articulated_diagonal(model: Model, state: State) -> list[Scalar]:
+    """Return, for each speed, the mass that it moves if the speeds eliminated before it follow freely (pivots of M).
+
+    If some speeds together move no mass, one of these is 0.
+    """
+    speeds = deep_speeds(model)
+    if speeds is not None:
+        return articulated_masses(model, state, speeds)
+    factors = Factorization(mass_matrix(model, state))
+    pivots = dict(zip(factors.order, factors.D, strict=True))
+    return [pivots[j] for j in range(model.n_u)]
 
 
 def condition_groups(model: Model) -> list[list[int]]:
     """Return the conditions of each constraint in groups of one unit: those along directions, and those of turns."""
+    if "condition_groups" not in model.memo:
+        model.memo["condition_groups"] = _condition_groups(model)
+    return cast("list[list[int]]", model.memo["condition_groups"])
+
+
+def _condition_groups(model: Model) -> list[list[int]]:
     groups: dict[Any, list[int]] = {}
     counts: dict[str, int] = {}
     for i, row in enumerate(rows(model)):
@@ -245,10 +289,10 @@ def independence(model: Model, state: State, active: Sequence[int]) -> Scalar:
     Columns are measured by the masses they move, rows by the longest of their group (:func:`condition_groups`). A row
     that vanishes beside others of its joint, or follows from other rows, has s = 0. There another motion branches off.
     """
-    G, masses = linearized(model, state).matrix, mass_matrix(model, state)
+    G, masses = linearized(model, state).matrix, mass_diagonal(model, state)
 
     def length(i: int) -> Scalar:
-        return sum((divide(x * x, masses[j][j]) for j, x in entries(G[i])), 0)
+        return sum((divide(x * x, masses[j]) for j, x in entries(G[i])), 0)
 
     longest: dict[int, Scalar] = {}
     for group in condition_groups(model):
@@ -262,7 +306,7 @@ def independence(model: Model, state: State, active: Sequence[int]) -> Scalar:
     for i in nonzero:
         row: list[Scalar] = [0] * model.n_u
         for j, x in entries(G[i]):
-            row[j] = divide(x, masses[j][j])
+            row[j] = divide(x, masses[j])
         weighed.append(row)
     factors = Factorization(products(weighed, [G[i] for i in nonzero]))
     least: Scalar = 1

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import sympy
 
@@ -72,8 +72,14 @@ class Row:
 
 def rows(model: Model) -> tuple[Row, ...]:
     """Return all scalar conditions, in order; an underscore at the end keeps a name apart from others of the model."""
+    if "rows" not in model.memo:
+        model.memo["rows"] = _rows(model)
+    return cast("tuple[Row, ...]", model.memo["rows"])
+
+
+def _rows(model: Model) -> tuple[Row, ...]:
     result: list[Row] = []
-    contact_rows: list[int] = []
+    contact_rows: set[int] = set()
     taken = {*model.names.kinds, *model.loads}
     taken |= {
         f"{name}_{ending}"
@@ -92,8 +98,8 @@ def rows(model: Model) -> tuple[Row, ...]:
         elif isinstance(constraint, Touching):
             # assembly already keeps these names apart from others
             contact = constraint.contact
-            contact_rows += range(
-                len(result), len(result) + 1 + (0 if constraint.slips else contact.tangents)
+            contact_rows.update(
+                range(len(result), len(result) + 1 + (0 if constraint.slips else contact.tangents))
             )
             result.append(Row(contact.normal_name, name))
             if not constraint.slips:

@@ -6,7 +6,9 @@ friction makes unsymmetric, with the unknowns ordered so that all leading minors
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
 from ..scalar.algebra import Scalar, divide
@@ -84,14 +86,49 @@ def minimum_degree(below: Sequence[Iterable[int]]) -> list[int]:
             neighbours[i].add(j)
             neighbours[j].add(i)
     order = []
+    waiting = [(len(coupled), -i) for i, coupled in neighbours.items()]
+    heapq.heapify(waiting)
     while neighbours:
-        k = min(neighbours, key=lambda i: (len(neighbours[i]), -i))
+        degree, k = heapq.heappop(waiting)
+        k = -k
+        if k not in neighbours or len(neighbours[k]) != degree:  # its degree has changed since
+            continue
         order.append(k)
         coupled = neighbours.pop(k)
         for i in coupled:
             neighbours[i] |= coupled
             neighbours[i] -= {i, k}
+            heapq.heappush(waiting, (len(neighbours[i]), -i))
     return order
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Unknowns and equations of a system that are known only when it is solved: 1 for those that take part, else 0.
+
+    ``free``     for each unknown; the others are 0
+    ``active``   for each equation; the others are left out
+    """
+
+    free: Sequence[Scalar]
+    active: Sequence[Scalar]
+
+    def rows(self, G: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
+        """Return G with zeros in the rows and columns that take no part."""
+        result: list[list[Scalar]] = [[0] * len(self.free) for _ in G]
+        for a, row, target in zip(self.active, G, result, strict=True):
+            for j, x in entries(row):
+                target[j] = a * (self.free[j] * x)
+        return result
+
+    def masses(self, M: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
+        """Return M with the rows and columns of unknowns that take no part replaced by those of the unit matrix."""
+        result: list[list[Scalar]] = [[0] * len(M) for _ in M]
+        for i, row in enumerate(M):
+            for j, x in entries(row):
+                f = self.free[i]
+                result[i][j] = f * (self.free[j] * x) if i != j else f * x + (1 - f)
+        return result
 
 
 def entries(row: Sequence[Scalar]) -> list[tuple[int, Scalar]]:

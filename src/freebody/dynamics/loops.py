@@ -34,7 +34,7 @@ from ..space.spatial import (
     times,
 )
 from .articulated import free_motions
-from .linear import entries
+from .linear import Selection, entries
 from .state import State
 
 
@@ -74,10 +74,21 @@ def carriers(model: Model, speeds: Sequence[Sequence[int]], G: Sequence[Sequence
 
 def loop_motion(
     model: Model, state: State, speeds: Sequence[Sequence[int]], f: Sequence[Scalar],
-    G: Sequence[Sequence[Scalar]], g: Sequence[Scalar],
+    G: Sequence[Sequence[Scalar]], g: Sequence[Scalar], selection: Selection | None = None,
 ) -> tuple[list[Scalar], list[Scalar]]:  # fmt: skip
-    """Return u and λ; the rows of G must be independent."""
-    return _Recursion(model, state, speeds, f, G, g).solved()
+    """Return u and λ; the rows of G must be independent. With a selection, f, G and g are 0 where it is."""
+    return _Recursion(model, state, speeds, f, G, g, selection).solved()
+
+
+def articulated_masses(model: Model, state: State, speeds: Sequence[Sequence[int]]) -> list[Scalar]:
+    """Return, for each speed, the inertia Sᵀ I S of its motion if all motions outward of it follow freely."""
+    zeros = [0] * model.n_u
+    recursion = _Recursion(model, state, speeds, zeros, [], [])
+    recursion.solved()
+    result: list[Scalar] = [0] * model.n_u
+    for terms in (terms for joint in recursion.joint_terms for terms in joint):
+        result[terms.speed] = power(terms.S, terms.U)
+    return result
 
 
 @dataclass(frozen=True)
@@ -102,15 +113,20 @@ class _LoopTerms:
     r: Scalar
 
 
+def _inverse(x: Scalar, taking_part: Scalar | None) -> Scalar:
+    """Return 1/x, or 0 for what takes no part in a selection, where x may be 0."""
+    return divide(1, x) if taking_part is None else divide(taking_part, x + (1 - taking_part))
+
+
 class _Recursion:
     """The recursion over the links: eliminate motions and multipliers inward, then solve for them outward."""
 
     def __init__(
         self, model: Model, state: State, speeds: Sequence[Sequence[int]], f: Sequence[Scalar],
-        G: Sequence[Sequence[Scalar]], g: Sequence[Scalar],
+        G: Sequence[Sequence[Scalar]], g: Sequence[Scalar], selection: Selection | None = None,
     ) -> None:  # fmt: skip
         count = len(model.links)
-        self.model, self.state, self.speeds, self.f = model, state, speeds, f
+        self.model, self.state, self.speeds, self.f, self.selection = model, state, speeds, f, selection
         self.loops_of: dict[int, list[int]] = {}
         for c, i in enumerate(carriers(model, speeds, G)):
             self.loops_of.setdefault(i, []).append(c)
@@ -147,7 +163,7 @@ class _Recursion:
     def eliminate(self, c: int) -> _LoopTerms:
         """Eliminate λ_c from Λ and r."""
         L, r = self.L, self.r
-        w = divide(1, L[c].pop(c))
+        w = _inverse(L[c].pop(c, 0), None if self.selection is None else self.selection.active[c])
         coupled = L[c]
         for k, x in coupled.items():
             del L[k][c]
@@ -172,7 +188,7 @@ class _Recursion:
         """Eliminate the motion S of link i, whose speed is j."""
         P, L = self.P[i], self.L
         U = blocks_times(self.I[i], S)
-        w = divide(1, power(S, U))
+        w = _inverse(power(S, U), None if self.selection is None else self.selection.free[j])
         m = self.f[j] - power(S, self.p[i])
         column = self.columns.get(j, {})
         mu = {c: column.get(c, 0) - power(S, P.get(c, ZERO6)) for c in {**P, **column}}

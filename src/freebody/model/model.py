@@ -71,6 +71,11 @@ class Model:
         return len(self.speeds)
 
     @cached_property
+    def memo(self) -> dict[str, Any]:
+        """Values that functions of the model alone have computed, by the name of the function."""
+        return {}
+
+    @cached_property
     def quaternions(self) -> tuple[int, ...]:
         """Index in q of the scalar part of each unit quaternion."""
         return tuple(

@@ -22,12 +22,12 @@ from ..scalar.algebra import Expression
 from .kernels.kernels import Kernels, kernels_of
 from .kernels.methods import Way, check_method, check_method_of_contacts, first_method
 from .legs.blow import Blow, blows_of, struck_path, watching_blows, watching_specs
-from .legs.branch import meets
+from .legs.branch import meeting, meets
 from .legs.driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .legs.failure import failure
 from .legs.independent_conditions import Holding, check_redundant
 from .ode import dense_output as runs
-from .ode import loops
+from .ode import layout, loops
 from .ode.dense_output import Array, Path, Rates, Watch
 from .ode.integration import Halt
 from .start.arguments import (
@@ -235,8 +235,12 @@ def _motion_in_one_leg(
         kernels, parameters, r.method, rates, r.tolerances, step=r.step, max_step=_longest(r), max_steps=r.most_steps,
         watch=watching(kernels, parameters, r.specs, r.expressions),
     )  # fmt: skip
-    path = way.path(state, r.begin, r.end, absolute, between)
-    if kernels.active and r.step is None and meets(kernels, rates, path):
+    passing = kernels.active and r.step is None
+    halt = meeting(kernels, rates) if passing and kernels.size >= layout.MANY_COMPONENTS else None
+    path = way.path(state, r.begin, r.end, absolute, between, halt)
+    if passing and (
+        path.status == runs.RELEASED or meets(kernels, rates, path.times, path.states, path.method)
+    ):
         return None
     trajectory = Trajectory(kernels, r.numbers, path, r.specs, r.tolerances, r.times, r.samples)
     if path.status in runs.FAILED:
@@ -330,4 +334,5 @@ class _Legs:
             self.remaining_steps -= path.steps
             return path
 
-        return self.conditions.path(part, parameters, rates, state, start, until, work)
+        watched = options.get("watch") is not None
+        return self.conditions.path(part, parameters, rates, state, start, until, work, watched)

@@ -18,10 +18,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from ...describe.constraints.constraint import Rolling
 from ...describe.controller import Controller
@@ -32,14 +33,21 @@ from ...dynamics import (
     State,
     coordinate_rates,
     kinetic_energy,
-    mass_matrix,
     poses,
     potential_energy,
     traced_state,
 )
-from ...dynamics.constrained import condition_groups, independence, position_correction, speed_correction
+from ...dynamics.composite import mass_diagonal
+from ...dynamics.constrained import (
+    articulated_diagonal,
+    condition_groups,
+    independence,
+    least_speed_change,
+    position_correction,
+    speed_correction,
+)
 from ...dynamics.constraints import linearized, rows
-from ...dynamics.linear import Factorization, applied, products
+from ...dynamics.linear import Factorization, Selection, applied, entries, products
 from ...dynamics.mobility import check_bodies
 from ...dynamics.motion import Motion, all_reactions, motion, total_power
 from ...dynamics.unilateral import NEGLIGIBLE, margins, sizes
@@ -52,7 +60,7 @@ from ...program.kernels import compile_tape
 from ...program.large.tree_loop import LoopedSet, is_large
 from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.trace import Tape
-from ..ode.dense_output import Rates
+from ..ode.dense_output import Rates, observe
 
 Array = NDArray[np.float64]
 
@@ -82,6 +90,36 @@ class Program:
             constants = np.ascontiguousarray(self.compiled.constants(parameters), dtype=float)
             self._last[:] = [(key, constants)]
         return self._last[0][1].copy()
+
+
+@dataclass(frozen=True)
+class Conditions(Program):
+    """A compiled set of functions of the conditions, which give the matrix G by its entries.
+
+    ``rows``, ``columns``  places of the entries of G, row by row
+    ``shape``              numbers of conditions and speeds
+    """
+
+    rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64), compare=False)
+    columns: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64), compare=False)
+    shape: tuple[int, int] = (0, 0)
+
+    @cached_property
+    def pattern(self) -> NDArray[np.int64]:
+        """Place of the first entry of each row and of the end, then the columns."""
+        starts = np.searchsorted(self.rows, np.arange(self.shape[0] + 1))
+        return np.concatenate([starts, self.columns]).astype(np.int64)
+
+    def observed(self, function: str, times: Array, states: Array, constants: Array) -> Array:
+        """Return the outputs of a function, shape (k, outputs), at states (q, u), shape (k, n_q + n_u)."""
+        selection = np.zeros((len(states), sum(self.shape)))
+        moved = np.concatenate([states, selection], axis=1)
+        return observe(self.address(function), self.outputs(function), times, moved, constants)
+
+    def matrix(self, outputs: Array) -> csr_array:
+        """Return G from the outputs of "conditions" or "motion" at one state."""
+        m, entries = self.shape[0], self.columns.size
+        return csr_array((outputs[m : m + entries], self.columns, self.pattern[: m + 1]), shape=self.shape)
 
 
 class Kernels:
@@ -244,24 +282,36 @@ class Kernels:
         projected = self.model.n_q + self.model.n_u
         return replace(rates, projection=program.address("projection"), projected=projected)
 
-    def closing(self) -> Program:
+    def closing(self) -> Conditions:
         """Program of the constraints of a model, for `gauss_newton`.
 
-        Its functions are ``conditions`` (the residuals of all conditions, their matrix G), ``motion`` (the rates of the
-        conditions, G, and the mass matrix M) and ``moved`` (q').
+        Its functions of (q, u, selection) are ``conditions`` (the residuals of all conditions, the entries of their
+        matrix G), ``motion`` (the rates of the conditions, the entries of G, the diagonal of the mass matrix M, and
+        `articulated_diagonal`), ``moved`` (q') and ``least`` (`least_speed_change`).
         """
+        m, n = len(self.on_speeds), self.model.n_u
+        places: list[tuple[int, int]] = []
 
-        def functions(state: State) -> dict[str, Sequence[Scalar]]:
+        def functions(state: State, selection: Sequence[Scalar]) -> dict[str, Sequence[Scalar]]:
             linear = linearized(self.model, state)
-            matrix = [x for row in linear.matrix for x in row]
-            mass = [x for row in mass_matrix(self.model, state) for x in row]
+            matrix = [(i, j, x) for i, row in enumerate(linear.matrix) for j, x in entries(row)]
+            places.extend((i, j) for i, j, _ in matrix)
+            G = [x for _, _, x in matrix]
+            masses = [*mass_diagonal(self.model, state), *articulated_diagonal(self.model, state)]
             return {
-                "conditions": [*linear.residual, *matrix],
-                "motion": [*linear.rate, *matrix, *mass],
+                "conditions": [*linear.residual, *G],
+                "motion": [*linear.rate, *G, *masses],
                 "moved": list(coordinate_rates(self.model, state)),
+                "least": least_speed_change(self.model, state, Selection(selection[:n], selection[n:])),
             }
 
-        return self.program("closing", functions)
+        if "closing" not in self._programs:
+            program = self.program("closing", functions, n + m)
+            rows_of_entries, columns = np.array(places, dtype=np.int64).reshape(-1, 2).T
+            self._programs["closing"] = Conditions(
+                program.compiled, rows=rows_of_entries, columns=np.ascontiguousarray(columns), shape=(m, n)
+            )
+        return cast(Conditions, self._programs["closing"])
 
     @cached_property
     def on_speeds(self) -> tuple[int, ...]:

@@ -45,6 +45,7 @@ from ..ode.layout import (
     REJECTED,
     REQUIRED,
     RUNNING,
+    SAMPLED,
     START,
     STATE,
     STEP,
@@ -390,6 +391,7 @@ def lanes(
                 if reach > outputs_done:
                     for i in range(sizes[N_WORK]):
                         sampling_work[i] = 0.0
+                    spare_integers[SAMPLED] = 0
                     sample(
                         rates, n, c, sampling_work, w, quaternions, nq, done, times, lengths, states, 0,
                         reach - outputs_done, shifted(output_times, outputs_done), sampled, relative_of_lane, absolute,

@@ -20,7 +20,7 @@ import numpy as np
 from ...native import loop
 from ..kernels.kernels import Kernels
 from ..ode.crossing import ROUNDED
-from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
+from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, Sampler, cut, observe, projected
 from ..ode.integration import FINEST_OF_SUMS, Halt
 from ..start.loop_closure import names_of_dependent
 from ..trajectory.event import Happening
@@ -32,6 +32,7 @@ SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18)
 CLOSE = 0.3  # part of the limit: a run that comes closer without turning away is on its way to s = 0
 MET = 5e-3  # part of the limit: a smaller s counts as 0, since the time of the meeting is not exact
 SAMPLES = 128  # times at which the motion is evaluated
+ZOOMED, ZOOMS = 32, 4  # times at which s is evaluated around its least value, and how often
 AGREED = 1e3
 """Greatest difference of the coordinates of two steps, in units of the tolerance; but at least ROUNDED."""
 CLOSED = 1e-11
@@ -62,10 +63,15 @@ def closeness(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Ar
     return np.sqrt(np.maximum(squares, 0))
 
 
-def meets(kernels: Kernels, rates: Rates, path: Path) -> bool:
-    """Return True if a run has met a singular position, or was about to."""
-    times, states, room = path.times, path.states, np.empty(1)
-    if path.method == LONG and leaps(kernels, rates, times, states) is not None:
+def meeting(kernels: Kernels, rates: Rates) -> Halt:
+    """Return a function that stops a run in the steps in which it meets a singular position."""
+    return lambda times, states: (0, RELEASED, 0) if meets(kernels, rates, times, states, "") else None
+
+
+def meets(kernels: Kernels, rates: Rates, times: Array, states: Array, method: str) -> bool:
+    """Return True if the steps of a run have met a singular position, or were about to."""
+    room = np.empty(1)
+    if method == LONG and leaps(kernels, rates, times, states) is not None:
         return True
     approached = _approached().code(
         kernels.motion().address("hold"), times.size, loop.address(times), loop.address(states), states.shape[1],
@@ -157,16 +163,16 @@ def leaps(kernels: Kernels, rates: Rates, times: Array, states: Array) -> int | 
 
 
 def _between(
-    kernels: Kernels, rates: Rates, times: Array, states: Array, first: float, last: float
-) -> tuple[Array, Array, Array]:
+    kernels: Kernels, rates: Rates, times: Array, states: Array, first: float, last: float, samples: int = SAMPLES
+) -> tuple[Array, Array, Array]:  # fmt: skip
     """Return times from the part ``first`` of a step to ``last``, the states then, and s: along the cubic through the
     coordinates at both ends with their rates, and beyond it.
     """
     n_q, h = kernels.model.n_q, float(times[1] - times[0])
     speeds = h * observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
     (q0, q1), (v0, v1) = states[:, :n_q], speeds
-    z = np.linspace(first, last, SAMPLES)[:, None]
-    d, between = q1 - q0, np.repeat(states[:1], SAMPLES, axis=0)
+    z = np.linspace(first, last, samples)[:, None]
+    d, between = q1 - q0, np.repeat(states[:1], samples, axis=0)
     between[:, :n_q] = q0 + z * (v0 + z * ((3 * d - 2 * v0 - v1) + z * (v0 + v1 - 2 * d)))
     moments = times[0] + h * z[:, 0]
     return moments, between, closeness(kernels, rates, moments, between)
@@ -177,13 +183,14 @@ def _least(
 ) -> tuple[float, float] | None:
     """Return the time of s = 0 in a step or soon after, and the computed s then; None if s does not vanish."""
     first, last = 0.0, 1.0 if s[1] >= s[0] else 1 + min(2.5 * s[1] / (s[0] - s[1]), 4.0)
-    for _ in range(3):
-        moments, _, distances = _between(kernels, rates, times, states, first, last)
+    for zoom in range(ZOOMS):
+        samples = ZOOMED if zoom else SAMPLES
+        moments, _, distances = _between(kernels, rates, times, states, first, last, samples)
         if not np.isfinite(distances).all():
             return None
         k = int(np.argmin(distances))
-        width = (last - first) / (SAMPLES - 1)
-        first, last = first + width * max(k - 1, 0), first + width * min(k + 1, SAMPLES - 1)
+        width = (last - first) / (samples - 1)
+        first, last = first + width * max(k - 1, 0), first + width * min(k + 1, samples - 1)
     return (float(moments[k]), float(distances[k])) if distances[k] < MET * LIMIT else None
 
 
@@ -233,19 +240,21 @@ class Crossing:
                 return int(np.searchsorted(here, sense * self.ahead.start)), RELEASED, 0
             # if a position is not passed yet, the steps before it are evaluated again with the steps that follow
             outside = np.flatnonzero(s >= LIMIT)
+            # and with the step before them, which shows how s changes
             last = int(outside[-1]) if len(outside) and len(s) - outside[-1] < LONGEST else len(s) - 1
+            last = max(last - 1, 0)
             self.tail = times[last:].copy(), states[last:].copy()
             return None
 
         return met
 
     def across(
-        self, leg: Leg, kernels: Kernels, parameters: Array, rates: Rates, before: Path, until: float
-    ) -> tuple[list[Path], list[Happening]]:
+        self, leg: Leg, kernels: Kernels, parameters: Array, rates: Rates, before: Path, until: float, watched: bool
+    ) -> tuple[list[Path], list[Happening]]:  # fmt: skip
         """Return the paths that replace ``before`` and lead across the position, and the event.
 
-        If no step across is found, return the path up to where s became small; the run goes on from there by ordinary
-        steps.
+        With ``watched`` events are looked for. If no step across is found, return the path up to where s became small;
+        the run goes on from there by ordinary steps.
         """
         position, self.ahead = self.ahead, None
         assert position is not None
@@ -258,8 +267,8 @@ class Crossing:
         if sense * (until - position.meeting) <= 0:
             return [approach], []
         meeting, near = position.meeting, position.before
-        best: tuple[float, Path | None, Path] | None = None
-        last: Path | None = None
+        best: tuple[float, Path | None, Sampler] | None = None
+        last: Sampler | None = None
         for share in SHARES:
             begin = sense * max(sense * start, sense * (meeting - share * (meeting - near)))
             lead = leg(kernels, rates, y, start, begin, None) if begin != start else None
@@ -267,22 +276,28 @@ class Crossing:
                 break
             state, end = y if lead is None else lead.states[-1], meeting + (meeting - begin)
             step = leg(kernels, rates, state, begin, end, None, "crossing", False)
-            if step.steps != 1 or not self._closed(kernels, parameters, step):
+            if step.steps != 1:
                 continue
-            met = _met(kernels, rates, step)
+            sampler = Sampler(step)
+            if not self._closed(kernels, parameters, sampler):
+                continue
+            met = _met(kernels, rates, sampler)
             if met is None:
                 break
-            difference = np.inf if last is None else _difference(last, step, kernels.model.n_q)
+            difference = np.inf if last is None else _difference(last, sampler, kernels.model.n_q)
             if best is None or difference < best[0]:
-                best = difference, lead, step
+                best = difference, lead, sampler
             if difference <= self.finest:
                 break
-            last, meeting = step, met
+            last, meeting = sampler, met
         if best is None or not best[0] <= self.most:
             return [approach], []
-        _, lead, step = best
-        end = step.end
-        step = leg(kernels, rates, step.states[0], step.start, end, None, "crossing")
+        _, lead, sampler = best
+        step = sampler.path
+        state = sampler([meeting])[0]
+        if watched:
+            step = leg(kernels, rates, step.states[0], step.start, step.end, None, "crossing")
+        step = replace(step, work=None)
         if step.status == FINISHED:
             step.states[-1] = projected(rates, step.end, step.states[-1])
         if sense * (step.end - until) >= 0:
@@ -290,30 +305,25 @@ class Crossing:
         self.behind = step.end
         parts = [path for path in (approach, lead, step) if path is not None and path.steps]
         passes = sense * (step.end - meeting) >= 0
-        return parts, [_event(kernels, parameters, step, meeting)] if passes else []
+        return parts, [_event(kernels, parameters, state, meeting)] if passes else []
 
-    def _closed(self, kernels: Kernels, parameters: Array, step: Path) -> bool:
+    def _closed(self, kernels: Kernels, parameters: Array, sampler: Sampler) -> bool:
         """Return True if the conditions hold along a step."""
+        step = sampler.path
         times = np.linspace(step.start, step.end, COMPARED)
-        states = step.sample(times)
-        program, m = kernels.closing(), len(kernels.on_speeds)
         n_q, n_u = kernels.model.n_q, kernels.model.n_u
-        moved = np.ascontiguousarray(states[:, : n_q + n_u])
+        program, states = kernels.closing(), sampler(times)[:, : n_q + n_u]
         constants = program.constants(parameters)
-        # one state at a time in the same memory: G of all states would need much
-        kernel, room = program.compiled["conditions"], np.empty(m + m * n_u)
-        residuals = np.array(
-            [kernel(t, y, constants, room)[:m].copy() for t, y in zip(times.tolist(), moved, strict=True)]
-        )
-        scale = 1 + np.abs(moved[:, :n_q]).max(axis=1, keepdims=True)
+        residuals = program.observed("conditions", times, states, constants)[:, : len(kernels.on_speeds)]
+        scale = 1 + np.abs(states[:, :n_q]).max(axis=1, keepdims=True)
         return bool((np.abs(residuals) <= max(CLOSED, self.finest) * scale).all())
 
 
-def _difference(step: Path, other: Path, n_q: int) -> float:
+def _difference(one: Sampler, other: Sampler, n_q: int) -> float:
     """Return the greatest difference of a coordinate between two steps across, relative to 1 + |value|."""
-    (begin, end), (other_begin, other_end) = sorted((step.start, step.end)), sorted((other.start, other.end))
+    (begin, end), (other_begin, other_end) = (sorted((x.path.start, x.path.end)) for x in (one, other))
     times = np.linspace(max(begin, other_begin), min(end, other_end), COMPARED)
-    a, b = step.sample(times)[:, :n_q], other.sample(times)[:, :n_q]
+    a, b = one(times)[:, :n_q], other(times)[:, :n_q]
     return float((np.abs(a - b) / (1 + np.abs(b))).max(initial=0.0))
 
 
@@ -325,32 +335,28 @@ def _until(step: Path, until: float) -> Path:
     return replace(step, times=times, states=states, crossings=tuple(passed), status=FINISHED)
 
 
-def _met(kernels: Kernels, rates: Rates, step: Path) -> float | None:
-    """Return the time of s = 0 along a step; None if s does not fall with the distance in three refinements."""
-    first, last, most = step.start, step.end, np.inf
-    for _ in range(3):
-        times = np.linspace(first, last, SAMPLES)
-        s = closeness(kernels, rates, times, step.sample(times))
+def _met(kernels: Kernels, rates: Rates, sampler: Sampler) -> float | None:
+    """Return the time of s = 0 along a step; None if s does not fall with the distance from zoom to zoom."""
+    first, last, most = sampler.path.start, sampler.path.end, np.inf
+    for _ in range(ZOOMS):
+        times = np.linspace(first, last, ZOOMED)
+        s = closeness(kernels, rates, times, sampler(times))
         k = int(np.argmin(s))
-        most = min(most, max(s[0], s[-1])) * 4 / SAMPLES
-        if not 0 < k < SAMPLES - 1 or s[k] > max(most, MET * MET):
+        most = min(most, max(s[0], s[-1])) * 4 / ZOOMED
+        if not 0 < k < ZOOMED - 1 or s[k] > max(most, MET * MET):
             return None
         first, last = float(times[k - 1]), float(times[k + 1])
     return float(times[k])
 
 
-def _event(kernels: Kernels, parameters: Array, step: Path, meeting: float) -> Happening:
+def _event(kernels: Kernels, parameters: Array, y: Array, meeting: float) -> Happening:
     """Return the event of a singular position, which names the conditions that become dependent."""
-    model, m = kernels.model, len(kernels.on_speeds)
-    n = model.n_u
-    y = step.sample([meeting])[0]
+    model, n = kernels.model, kernels.model.n_u
     program = kernels.closing()
-    moved = np.ascontiguousarray(y[None, : model.n_q + n])
-    numbers = observe(
-        program.address("motion"), m + m * n + n * n, np.array([meeting]), moved, program.constants(parameters)
-    )[0]  # fmt: skip
-    G, M = numbers[m : m + m * n].reshape(m, n), numbers[m + m * n :].reshape(n, n)
-    names = names_of_dependent(model, G, M, kernels.active, LIMIT)
+    moved = y[None, : model.n_q + n]
+    numbers = program.observed("motion", np.array([meeting]), moved, program.constants(parameters))[0]
+    G, masses = program.matrix(numbers), numbers[-2 * n : -n]
+    names = names_of_dependent(model, G, masses, kernels.active, LIMIT)
     shown = [*map(repr, names[:SHOWN]), *([f"{len(names) - SHOWN} others"] if len(names) > SHOWN else [])]
     state = dict(zip(kernels.names, y.tolist(), strict=False))
     text = (

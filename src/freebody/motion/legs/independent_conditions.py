@@ -65,7 +65,7 @@ class Holding:
 
     def path(
         self, leg: Callable[..., Path], parameters: Array, rates: Rates, y: Array, start: float, until: float,
-        work: float = 0.0,
+        work: float = 0.0, watched: bool = True,
     ) -> Path | Phases:  # fmt: skip
         """Return the path from a state, in segments if conditions have changed.
 
@@ -74,6 +74,7 @@ class Holding:
         leg              (kernels, rates, state, start, end, halt, method) -> Path
         rates            right-hand side with the conditions that were active at the start
         work             work of blows until now
+        watched          True if the leg looks for events
         """
         crossing = self.crossing
         if not (self.initial.active and (self.initial.dropped or crossing)):
@@ -87,7 +88,7 @@ class Holding:
             longest = self.longest
             part = leg(kernels, current, y, start, until, first_halt(near, change))
             if crossing is not None and crossing.ahead is not None and part.status == RELEASED:
-                parts, happenings = crossing.across(leg, kernels, parameters, current, part, until)
+                parts, happenings = crossing.across(leg, kernels, parameters, current, part, until, watched)
                 segments += [Segment(path, kernels, work) for path in parts]
                 self.happenings += happenings
                 start, y = parts[-1].end, parts[-1].states[-1]
@@ -144,15 +145,9 @@ def taking_over(kernels: Kernels, parameters: Array, t: float, y: Array) -> tupl
     """Return the conditions to use from a state on: the active ones, unless others are much better conditioned."""
     m, n, active = len(kernels.on_speeds), kernels.model.n_u, list(kernels.active)
     program = kernels.closing()
-    state = y[: kernels.model.n_q + n]
-    outputs = observe(
-        program.address("motion"),
-        m + m * n + n * n,
-        np.array([t]),
-        state[None],
-        program.constants(parameters),
-    )[0]
-    G = outputs[m : m + m * n].reshape(m, n)
+    state = y[None, : kernels.model.n_q + n]
+    outputs = program.observed("motion", np.array([t]), state, program.constants(parameters))[0]
+    G = program.matrix(outputs).toarray()
     if len(active) == m or not np.isfinite(G).all():
         return kernels.active
     for group in condition_groups(kernels.model):

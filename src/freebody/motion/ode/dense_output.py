@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import SimulationError
 from ...native import loop
 from . import loops
-from .layout import INTEGERS, padded, rows
+from .layout import INTEGERS, SAMPLED, STATE, padded, rows
 
 Array = NDArray[np.float64]
 
@@ -114,7 +114,8 @@ class Path:
     are the steps that the integrator took; the last may reach beyond a terminal event. ``blame`` is the index of the
     cause of a failed run: of an event function for the status UNDEFINED, of a law (`switching`) for STUCK, else of a
     component. ``method``, ``relative`` and ``absolute`` are the method and tolerances of the steps. ``stiff`` counts
-    the steps that the stability of an explicit method limited.
+    the steps that the stability of an explicit method limited. ``work`` is the memory of
+    one step of a method of `layout.SINGLE_STEPS`, from which its states are sampled.
     """
 
     rates: Rates
@@ -130,12 +131,13 @@ class Path:
     relative: ArrayLike | None = None
     absolute: ArrayLike | None = None
     stiff: int = 0
+    work: Array | None = field(default=None, repr=False)
     curved: ClassVar[bool] = True  # False: straight between the ends of steps
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle the path without machine code. Another process compiles it when values between steps are needed."""
         state = dict(self.__dict__)
-        rates = state.pop("rates", None)
+        rates, state["work"] = state.pop("rates", None), None
         return {"_recipe": rates.recipe, **state} if rates is not None else state
 
     def __getattr__(self, name: str) -> Any:
@@ -171,27 +173,48 @@ class Path:
         ValueError           a time outside the run
         SimulationError      the iteration of the method does not converge for the shorter step that ends at a time
         """
-        moments = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
-        first, last = sorted((self.start, self.end))
+        return Sampler(self, dense)(times)
+
+
+class Sampler:
+    """States between the steps of a path (:meth:`Path.sample`), with the memory of the last step that it looked into.
+
+    Many calls for one step cost that step once, if the states come from its dense output.
+    """
+
+    def __init__(self, path: Path, dense: bool = False) -> None:
+        n = path.rates.size
+        self.path, self.dense, self.integers = path, dense, np.zeros(INTEGERS, dtype=np.int64)
+        self.relative, self.absolute = (
+            np.full(n, 1.0 if x is None else x) for x in (path.relative, path.absolute)
+        )
+        self.work = work_room(path.method, n)
+        if path.work is not None:
+            self.work[:] = path.work
+            self.work[STATE * padded(n) :][:n] = path.states[0]
+            self.integers[SAMPLED] = 1
+
+    def __call__(self, times: ArrayLike) -> Array:
+        """Return the states, shape (k, n), at ``times``, shape (k,)."""
+        path, moments = self.path, np.atleast_1d(np.ascontiguousarray(times, dtype=float))
+        first, last = sorted((path.start, path.end))
         outside = ~((moments >= first) & (moments <= last))
         if outside.any():
             raise ValueError(
                 f"Expected times within the run, {first:g} to {last:g}; got {moments[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
-        result = np.empty((moments.size, self.rates.size))
-        n, width = self.rates.size, padded(self.rates.size)
-        quaternions = self.rates.corrections
-        relative, absolute = (np.full(n, 1.0 if x is None else x) for x in (self.relative, self.absolute))
+        n, rates = path.rates.size, path.rates
+        result = np.empty((moments.size, n))
         loops.sample(
-            self.method, self.rates.address, n, self.rates.constants, work_room(self.method, n), width,
-            quaternions, len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense),
-            moments.size, moments, result, relative, absolute, np.zeros(INTEGERS, dtype=np.int64),
+            path.method, rates.address, n, rates.constants, self.work, padded(n), rates.corrections,
+            len(rates.quaternions), path.steps, path.times, path.lengths, path.states, int(self.dense), moments.size,
+            moments, result, self.relative, self.absolute, self.integers,
         )  # fmt: skip
         diverged = ~np.isfinite(result).all(axis=1)
         if diverged.any():  # the states of the run itself are all finite
             raise SimulationError(
-                f"The iteration of method {self.method!r} does not converge for a step that ends at t = "
+                f"The iteration of method {path.method!r} does not converge for a step that ends at t = "
                 f"{moments[diverged][0]:g}. Shorter steps do: pass a smaller max_step=, step= or tolerance=, or times= "
                 "at the steps; where bars come into line, take method='auto'."
             )

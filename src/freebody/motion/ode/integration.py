@@ -143,7 +143,11 @@ class Integration:
         shape = method, rates.size, 0 if self.watch is None else len(self.watch.directions)
         run = _SPARE.pop(shape, None) or _Run(*shape)
         run.begin(self, state, absolute, start, until)
-        room = run.room if halt is None else min(64, run.room)  # steps after a halt are wasted
+        room, growth = run.room, 4
+        if (
+            halt is not None
+        ):  # steps after a halt are wasted, and those of a large machine cost more than a look at them
+            room, growth = (16, 1) if rates.size >= layout.MANY_COMPONENTS else (min(64, room), 4)
         remaining = math.inf if self.max_steps is None else self.max_steps
         relative, steps, last = self.relative, 0, None
         pieces: list[_Piece] = []
@@ -174,7 +178,7 @@ class Integration:
                     break
                 pace = max(done, 1) / max(perf_counter() - clock, 1e-6)
                 largest = max(16, _MEMORY // (8 * (rates.size + 2)))
-                room = int(min(largest, max(16, min(4 * room, _PIECE * pace))))
+                room = int(min(largest, max(16, min(growth * room, _PIECE * pace))))
                 if between is not None:
                     between(float(times[-1]))
         except KeyboardInterrupt:
@@ -193,6 +197,7 @@ class Integration:
             relative,
             absolute,
             counts[layout.STIFFNESS],
+            run.work.copy() if method in layout.SINGLE_STEPS and steps == 1 else None,
         )
         run.give_back()
         return path if last is None else replace(cut(path, last, status), blame=blame)
@@ -252,6 +257,7 @@ class _Run:
         self.memory, self.carried = memory.data.cast("B"), 8 * (shift + places["start"].start)
         at_start = f"{n + layout.REALS}d{8 * layout.STOP_IF_STIFF}x{layout.INTEGERS - layout.STOP_IF_STIFF}q"
         self.write = struct.Struct(at_start).pack_into
+        self.work = real[places["work"]]
         self.relative, self.absolute = real[places["relative"]], real[places["absolute"]]
         self.directions, self.terminal = whole[places["directions"]], whole[places["terminal"]]
         arguments = n, m, layout.padded(n), *(starts + base).tolist()

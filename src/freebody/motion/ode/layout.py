@@ -27,12 +27,18 @@ REALS = 7
 # Indices of the integers that `advance` carries: counts, and the component or event function to blame for a failure.
 ACCEPTED, REJECTED, EVALUATED, EVENTS, BLAME, AFTER_REJECTION = 0, 1, 2, 3, 4, 5
 # Further integers: steps of the whole run; number of steps that the region of stability may have limited; number of
-# consecutive steps that it did not limit; steps found stiff; 1 to stop at a stiff step; 1 for equal steps; number of
-# event functions that must have a value everywhere.
-TAKEN, SUSPECT, CALM, STIFFNESS, STOP_IF_STIFF, FIXED, REQUIRED = 6, 7, 8, 9, 10, 11, 12
-INTEGERS = 13
+# consecutive steps that it did not limit; steps found stiff; for `sample`, 1 + the step whose states it computed last;
+# 1 to stop at a stiff step; 1 for equal steps; number of event functions that must have a value everywhere.
+TAKEN, SUSPECT, CALM, STIFFNESS, SAMPLED, STOP_IF_STIFF, FIXED, REQUIRED = 6, 7, 8, 9, 10, 11, 12, 13
+INTEGERS = 14
 
 ORDERS = {"dop853": 8, "dop54": 5, "radau": 5, "gauss": 16, "structure": 6, "taylor": 16, "crossing": 16}
+
+SINGLE_STEPS = ("crossing",)
+"""Methods whose states between the ends of a step come from the step as a whole."""
+
+MANY_COMPONENTS = 100
+"""Size of a state from which a few steps cost more than a look at them."""
 
 MANY = 10_000
 """Number of remaining steps from which a stiff run is stopped: an implicit method is then faster."""
@@ -89,14 +95,22 @@ def rows(method: str, n: int) -> int:
 
 
 # Status codes of `gauss_newton.close`: a start was found; no direction to search in; the coordinates do not converge;
-# the speeds contradict the conditions.
-MET, NOWHERE, FAR, TORN = 0, 1, 2, 3
+# the speeds contradict the conditions; the factors need more room.
+MET, NOWHERE, FAR, TORN, CROWDED = 0, 1, 2, 3, 4
+# Its arguments: addresses of kernels; numbers of coordinates, speeds, conditions, quaternions and entries of G;
+# addresses of its integers and numbers, of the pattern of G (`sparse_rows.factorize`), of memory, of the factors, and
+# of the constants of the kernels.
+CONDITIONS, MOTION, MOVED, LEAST = 0, 1, 2, 3
+N_COORDINATES, N_SPEEDS, N_CONDITIONS, N_QUATERNIONS, N_ENTRIES = 4, 5, 6, 7, 8
+INTEGERS_AT, NUMBERS_AT, PATTERN, ROOM_AT, FACTORS, FACTORS_REAL, OF_PARAMETERS = 9, 10, 11, 12, 13, 14, 15
 # Its integers: status; row with the largest residual; 1 if all speeds certainly move masses; maximum number of steps.
 # Then for each condition: 1 if it restricts speeds only, and, as a result, 1 if it is independent. For each speed: 1 if
-# no coordinate may move along it, and 1 if it keeps its value. Then the indices of the quaternions.
+# no coordinate may move along it, and 1 if it keeps its value. Then the indices of the quaternions, and the conditions
+# and speeds that take part in the present factors.
 STATUS, WORST, HEAVY, STEPS, BY_CONDITION = 0, 1, 2, 3, 4
-# Its numbers: acceptable residual; tolerance for dependent rows and columns; part of a row that is small; eigenvalue
-# below which a mass counts as zero; largest residual and its scale; time. Then (q, u), replaced by the start.
+# Its numbers: acceptable residual; tolerance for dependent rows and columns; part of a row that is small; part of a
+# mass below which it may be zero; largest residual and its scale; time. Then (q, u), replaced by the start, and the
+# selection of the kernel LEAST.
 SMALL, DEPENDENT, POOR, LIGHT, MISSED, SIZE, MOMENT, COORDINATES = 0, 1, 2, 3, 4, 5, 6, 7
 
 
@@ -119,6 +133,6 @@ def block(method: str, n: int, m: int) -> tuple[dict[str, slice], NDArray[np.int
     return places, distances, ends[-1]
 
 
-def closing(n_q: int, n: int, m: int) -> int:
-    """Size of the memory of `gauss_newton.close`, for n_q coordinates, n speeds and m conditions."""
-    return 2 * m * (1 + n) + 3 * n * n + 7 * n + n_q
+def closing(n_q: int, n: int, m: int, entries: int) -> int:
+    """Size of the memory of `gauss_newton.close`, for n_q coordinates, n speeds, m conditions and entries of G."""
+    return m + entries + 4 * n + n_q

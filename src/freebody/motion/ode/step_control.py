@@ -83,6 +83,7 @@ from .layout import (
     REJECTED,
     REQUIRED,
     RUNNING,
+    SAMPLED,
     START,
     STATE,
     STEP,
@@ -703,10 +704,11 @@ def sample(
     """Compute the states at the times ``moments``, each within the run.
 
     If ``dense`` is 0, each is the end of a shorter step from the start of the step that contains its time. Otherwise it
-    is taken from the dense output, which is faster if many times lie in one step and are in the order of the run.
+    is taken from the dense output, which is faster if many times lie in one step and are in the order of the run. The
+    step that ``work`` holds from the last call (SAMPLED) is not taken again.
     """
     direction = 1.0 if times[steps] >= times[0] else -1.0
-    current = -1
+    current = integers[SAMPLED] - 1
     for k in range(count):
         t = moments[k]
         low, high = 0, steps  # times[low] <= t < times[high], in the direction of the run
@@ -726,6 +728,7 @@ def sample(
         fresh = low != current
         if fresh:
             current = low
+            integers[SAMPLED] = low + 1
             _copy(states, low * n, work, STATE * w, n)
             call(rates, start, work, STATE * w, c, work, 0)
             prepare(rates, start, work, w, n, c, quaternions, nq, integers)

@@ -5,17 +5,21 @@ Named values are kept. The others follow from the constraints.
 
 from __future__ import annotations
 
+import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
 
 from ...dynamics import mass_matrix
+from ...dynamics.composite import mass_diagonal
 from ...dynamics.constrained import DEPENDENT, POOR, STEPS, condition_groups, no_direction, not_met
 from ...dynamics.constraints import linearized, rows
-from ...dynamics.mobility import check_mobility, zero_eigenvalue
+from ...dynamics.mobility import check_mobility
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model import Model
@@ -23,6 +27,7 @@ from ...native import loop
 from ..kernels.kernels import Kernels
 from ..ode import layout
 from .initial import named_numbers
+from .sparse_rows import integers_needed, reals_needed
 
 
 def closed_start(
@@ -55,12 +60,7 @@ def closed_start(
             if i >= n_q:
                 fixed[i - n_q] = 1
     search = kernels.cache.pop("closing", None) or _Search(kernels)
-    largest = max(map(abs, start[:n_q]), default=0.0)
-    search.input_format.pack_into(
-        search.memory, 0, layout.MET, 0, 0, STEPS, *search.on_speeds, *immobile, *fixed, *model.quaternions,
-        DEPENDENT * (1 + largest), DEPENDENT, POOR, zero_eigenvalue(n), 0.0, 0.0, t, *start,
-    )  # fmt: skip
-    search.run(values)
+    search.run(values, (*search.on_speeds, *immobile, *fixed), (t, *start))
     status, worst, heavy, *_ = search.integers.tolist()
     active, state = search.active(), search.state.copy()
     residual = float(search.numbers[layout.MISSED])
@@ -91,38 +91,72 @@ class _Search:
     def __init__(self, kernels: Kernels) -> None:
         model, self.kernels, self.on_speeds = kernels.model, kernels, kernels.on_speeds
         n_q, n, m, nq = model.n_q, model.n_u, len(self.on_speeds), len(model.quaternions)
-        integers, numbers = layout.BY_CONDITION + 2 * (m + n) + nq, layout.COORDINATES + n_q + n
-        flags = layout.BY_CONDITION + m
-        self.input_format = struct.Struct(f"{flags}q{8 * m}x{2 * n + nq}q{numbers}d")
-        size = integers + numbers
-        block = np.empty(size + layout.closing(n_q, n, m))
+        self.program = program = kernels.closing()
+        pattern = program.pattern
+        integers, numbers = (
+            layout.BY_CONDITION + 3 * (m + n) + nq,
+            layout.COORDINATES + n_q + 2 * n + m,
+        )
+        flags, size = layout.BY_CONDITION + m, integers + numbers
+        self.input_format = struct.Struct(
+            f"{flags}q{8 * m}x{2 * n + nq}q{8 * (m + n)}x{layout.COORDINATES + n_q + n}d"
+        )
+        block = np.zeros(size + layout.closing(n_q, n, m, program.columns.size))
         self.memory = block.data.cast("B")
         self.integers, self.independent = (
             block.view(np.int64)[:flags],
             block.view(np.int64)[flags : flags + m],
         )
-        self.numbers, self.state = block[integers:size], block[size - n_q - n : size]
-        program, base = kernels.closing(), loop.address(block)
-        addresses = map(program.address, ("conditions", "motion", "moved"))
+        first = integers + layout.COORDINATES
+        self.numbers, self.state = block[integers:size], block[first : first + n_q + n]
+        addresses = map(program.address, ("conditions", "motion", "moved", "least"))
+        base = loop.address(block)
         self.arguments = np.array(
-            [*addresses, n_q, n, m, nq, base, base + 8 * integers, base + 8 * size, 0], dtype=np.int64
-        )
+            [*addresses, n_q, n, m, nq, program.columns.size, base, base + 8 * integers, loop.address(pattern),
+            base + 8 * size, 0, 0, 0],
+            dtype=np.int64,
+        )  # fmt: skip
         self.function = loop.code("motion.start.gauss_newton", "close").code
         self.address = loop.address(self.arguments)
         self.values: Mapping[str, float] | None = None
+        self._make_room(4 * (m + n + program.columns.size))
 
-    def run(self, values: Mapping[str, float]) -> None:
-        """Solve for the start with these parameters."""
+    def _make_room(self, room: int) -> None:
+        """Make memory for factors with ``room`` entries of each kind."""
+        m, n = len(self.on_speeds), self.kernels.model.n_u
+        self.room = room
+        self.factors = np.zeros(integers_needed(m, n, room), dtype=np.int64)
+        self.factors[:3] = m, n, room
+        self.factors_real = np.zeros(reals_needed(m, n, room))
+        self.arguments[layout.FACTORS : layout.FACTORS_REAL + 1] = (
+            loop.address(self.factors),
+            loop.address(self.factors_real),
+        )
+
+    def run(self, values: Mapping[str, float], flags: Sequence[int], numbers: Sequence[float]) -> None:
+        """Solve for the start with these parameters, flags of conditions and speeds, time and state."""
         if self.values != values:
-            self.constants = self.kernels.closing().constants(self.kernels.parameters(values))
-            self.values, self.arguments[-1] = dict(values), loop.address(self.constants)
-        self.function(self.address)
+            self.constants = self.program.constants(self.kernels.parameters(values))
+            self.values, self.arguments[layout.OF_PARAMETERS] = dict(values), loop.address(self.constants)
+        n_q, quaternions = self.kernels.model.n_q, self.kernels.model.quaternions
+        largest = max(map(abs, numbers[1 : 1 + n_q]), default=0.0)
+        while True:
+            self.input_format.pack_into(
+                self.memory, 0, layout.MET, 0, 0, STEPS, *flags, *quaternions, DEPENDENT * (1 + largest), DEPENDENT,
+                POOR, LIGHT, 0.0, 0.0, *numbers,
+            )  # fmt: skip
+            self.function(self.address)
+            if self.integers[layout.STATUS] != layout.CROWDED:
+                return
+            self._make_room(2 * self.room)
 
     def active(self) -> tuple[int, ...]:
         """Return the independent conditions."""
         return tuple(i for i, independent in enumerate(self.independent.tolist()) if independent)
 
 
+LIGHT = 1e-8
+"""Part of a mass below which, after other speeds are left free to follow, it is checked by eigenvalues."""
 NEARLY = 0.05
 """Ratio of singular values of the conditions, each constraint at unit length, below which a run is said to have stopped
 at a singular position."""
@@ -134,24 +168,49 @@ def nearly_dependent(
     """Return the names of conditions that are nearly dependent on each other at a state; none if all are well
     separated.
     """
-    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])
-    M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
-    return names_of_dependent(model, G, M, active, nearly)
+    G = csr_array(np.array([[float(x) for x in row] for row in linearized(model, state).matrix]))
+    masses = np.array([float(x) for x in mass_diagonal(model, state)])
+    return names_of_dependent(model, G, masses, active, nearly)
+
+
+TURNS = 200
+"""Greatest number of steps of a power iteration."""
 
 
 def names_of_dependent(
-    model: Model, G: NDArray[np.float64], M: NDArray[np.float64], active: tuple[int, ...], nearly: float
+    model: Model, G: csr_array, masses: NDArray[np.float64], active: tuple[int, ...], nearly: float
 ) -> tuple[str, ...]:
-    """Return the names as :func:`nearly_dependent` does, from the matrix of the conditions and the mass matrix."""
-    if not (np.isfinite(G).all() and np.isfinite(M).all()):
+    """Return the names as :func:`nearly_dependent` does, from the matrix of the conditions and the diagonal of M.
+
+    The least singular vector comes from inverse iteration with sparse factors of W Wᵀ, W the conditions of unit length.
+    """
+    if not active or not (np.isfinite(G.data).all() and np.isfinite(masses).all()):
         return ()
-    W = G / np.sqrt(M.diagonal())
-    for group in condition_groups(model):  # one row may vanish; the rows of a constraint never all vanish
-        size = np.linalg.norm(W[group])
-        W[group] /= size if size > 0 else 1.0
-    U, s, _ = np.linalg.svd(W[list(active)])
-    if not s.size or s[-1] > nearly * s[0]:
+    # one row may vanish; the rows of a constraint never all vanish
+    groups = np.array([[i, k] for k, group in enumerate(condition_groups(model)) for i in group])
+    group_of = groups[np.argsort(groups[:, 0]), 1][np.repeat(np.arange(G.shape[0]), np.diff(G.indptr))]
+    entries = G.data / np.sqrt(masses)[G.indices]
+    sizes = np.sqrt(np.bincount(group_of, entries * entries))[group_of]
+    entries = np.divide(entries, sizes, out=entries, where=sizes > 0)
+    W = csr_array((entries, G.indices, G.indptr), shape=G.shape)[list(active)]
+    A = (W @ W.T).tocsc()
+    start = 1 + 1 / (1 + np.arange(len(active)))  # has a part along every vector of a row of equal loops
+    largest, x = 0.0, start
+    for _ in range(TURNS):
+        x = A @ (x / np.linalg.norm(x))
+        last, largest = largest, float(np.linalg.norm(x))
+        if not largest > last * (1 + nearly / 10):
+            break
+    shift = np.finfo(float).eps * largest
+    A.setdiag(A.diagonal() + shift)
+    factors, x = splu(A), start
+    for _ in range(TURNS):
+        last_x, x = x, factors.solve(x)
+        x /= np.linalg.norm(x)
+        if abs(last_x @ x) > 1 - 1e-12:
+            break
+    if not np.linalg.norm(W.T @ x) <= nearly * math.sqrt(largest):
         return ()
-    parts = np.abs(U[:, -1])
+    parts = np.abs(x)
     names = [row.name for row in rows(model)]
     return tuple(names[active[k]] for k in np.flatnonzero(parts > 0.1 * parts.max()))

@@ -125,7 +125,8 @@ class _Search:
     def _program(self) -> Program:
         """Program of functions of (y, s_1, s_2, ..., u - u₀, λ), each followed by its derivatives along every s_j.
 
-        The functions are ``conditions`` (φ or ψ, G), ``moved`` (q') and ``speeds`` (ψ, M (u - u₀) - Gᵀ λ).
+        The functions are ``conditions`` (φ or ψ, G), ``moved`` (q') and ``speeds`` (ψ, M (u - u₀) - Gᵀ λ); and, without
+        derivatives, ``masses`` (G, M).
         """
         model, programs = self.model, self.kernels._programs
         key = ("slopes of the start", tuple(unknown.name for unknown in self.unknowns))
@@ -159,6 +160,7 @@ class _Search:
                 "conditions": along([*linear.residual, *(x for row in linear.matrix for x in row)]),
                 "moved": along(list(coordinate_rates(model, state))),
                 "speeds": along([*linear.rate, *least]),
+                "masses": [*(x for row in linear.matrix for x in row), *(x for row in M for x in row)],
             }
             listed = [*y, *(x for row in derivatives for x in row), *w, *multipliers]
             programs[key] = Program(compile_tape(tape, functions, state.t, listed, parameters))
@@ -172,6 +174,8 @@ class _Search:
         outputs = observe(
             self.program.address(function), count, np.array([self.t]), state[None], self.constants
         )
+        if function == "masses":
+            return outputs[0], outputs[1:]
         values = outputs.reshape(1 + len(self.unknowns), -1)
         return values[0], values[1:]
 
@@ -223,17 +227,11 @@ class _Search:
         """
         n_q, n, m = self.model.n_q, self.model.n_u, len(self.kernels.on_speeds)
         free = [j for j in range(n) if n_q + j not in named]
-        program = self.kernels.closing()
-        constants = program.constants(self.parameters)
-        outputs = observe(
-            program.address("motion"), m + m * n + n * n, np.array([self.t]), y[None], constants
-        )[0]
-        G, M = (
-            outputs[m : m + m * n].reshape(m, n)[:, free],
-            outputs[m + m * n :].reshape(n, n)[np.ix_(free, free)],
-        )
+        numbers = self._at("masses", y, slopes)[0]
+        G = numbers[: m * n].reshape(m, n)[:, free]
+        M = numbers[m * n :].reshape(n, n)[np.ix_(free, free)]
         w = y[n_q:] - start[n_q:]
-        multipliers = np.linalg.lstsq(G.T, M @ w[free], rcond=DEPENDENT)[0]
+        multipliers = np.asarray(np.linalg.lstsq(G.T, M @ w[free], rcond=DEPENDENT)[0], dtype=np.float64)
         s = np.concatenate([q, slopes[:, n_q:]], axis=1)
         s[:, [n_q + j for j in free]] = 0.0
         _, along = self._at("speeds", y, s, w, multipliers)

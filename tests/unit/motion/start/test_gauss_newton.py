@@ -6,72 +6,13 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.dynamics.constrained import DEPENDENT, POOR, closed_coordinates, independent_of
+from freebody.dynamics.constrained import closed_coordinates
 from freebody.errors import SimulationError
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.ode import layout
 from freebody.motion.start.loop_closure import closed_start
-from freebody.native import loop
 
 EPS = np.finfo(float).eps
-
-
-@pytest.mark.parametrize(
-    ("m", "n", "rank"),
-    [(3, 3, 3), (5, 2, 2), (2, 5, 2), (6, 4, 3), (4, 7, 2), (1, 1, 0), (0, 3, 0), (3, 0, 0)],
-)
-def test_shortest_of_the_least_squares(m, n, rank):
-    """As the singular values give it, of any shape and rank; contradictions included."""
-    rng = np.random.default_rng(m + 10 * n)
-    a = rng.normal(size=(m, rank)) @ rng.normal(size=(rank, n))
-    b = rng.normal(size=m)
-    expected = np.linalg.pinv(a, rcond=1e-9) @ b
-    x = np.full(n, np.nan)
-    loop.code("motion.start.gauss_newton", "least")(
-        a.ravel().copy(), m, n, b.copy(), x, 1e-9, np.empty(4 * n + n * n)
-    )
-    condition = np.prod(np.linalg.svd(a, compute_uv=False)[[0, rank - 1]] ** [1, -1]) if rank else 1
-    assert np.abs(x - expected).max(initial=0) <= 100 * EPS * condition**2 * (
-        1 + np.abs(expected).max(initial=0)
-    )
-
-
-@pytest.mark.parametrize(
-    ("poor", "chosen"), [(0.0, (0, 1, 3, 6)), (1e-6, (0, 1, 3, 6)), (1e-2, (0, 1, 3, 5))]
-)
-def test_independent_rows_are_those_of_numpy(poor, chosen):
-    """A row that is nearly dependent gives way to a later one."""
-    rng = np.random.default_rng(3)
-    for _ in range(20):
-        G = rng.normal(size=(7, 5))
-        G[2], G[4], G[5] = 3 * G[0], 0, G[0] - 2 * G[1] + poor * G[6]
-        M = np.diag(rng.uniform(0.1, 10, 5))
-        kept, basis = np.full(7, 9), np.empty(30)
-        loop.code("motion.start.gauss_newton", "independent")(
-            G.ravel().copy(), M.ravel(), 7, 5, kept, POOR, DEPENDENT, basis
-        )
-        assert tuple(np.flatnonzero(kept)) == independent_of(G, M) == chosen
-        assert set(kept) <= {0, 1}
-
-
-@pytest.mark.parametrize("n", [0, 1, 4, 60])
-def test_the_trace_of_an_inverse_bounds_the_least_eigenvalue(n):
-    """Within a factor n: also of a row of masses, whose determinant is nothing beside it."""
-    rng = np.random.default_rng(n)
-    A = 0.4 * rng.normal(size=(n, n))
-    A = A @ A.T + np.eye(n)
-    factor = loop.code("motion.start.gauss_newton", "cholesky")
-    trace = loop.code("motion.start.gauss_newton", "inverse_trace")
-    L = A.ravel().copy()
-    factor(L, n)
-    found = trace(L, n, np.empty(n))
-    assert found == pytest.approx(np.trace(np.linalg.inv(A)), rel=1e-12)
-    if n:
-        least = np.linalg.eigvalsh(A)[0]
-        assert least / n <= 1 / found <= least * (1 + n * EPS)
-        L = -A.ravel()
-        factor(L, n)
-        assert not trace(L, n, np.empty(n)) < np.inf
 
 
 def four_bar(axis="z"):
@@ -158,29 +99,26 @@ def test_a_search_leaves_nothing_to_the_next():
 
 
 def test_memory_of_the_search():
-    """As large as `close` cuts it: (G, φ) twice, M, the factors of `least`, and vectors."""
-    n_q, n, m = 7, 6, 9
-    positions = n + m + m * n + m * n + m + n + n_q + 4 * n + n * n
-    speeds = m + m * n + n * n + n * n + m * n + m + n + 4 * n + n * n
-    assert layout.closing(n_q, n, m) >= max(positions, speeds, m + m * n + 2 * n * n + n)
+    """As large as `close` cuts it: (φ, G), a step, units and q', then speeds that are kept."""
+    n_q, n, m, entries = 7, 6, 9, 20
+    assert layout.closing(n_q, n, m, entries) >= m + entries + n + n + n_q + n
+    assert layout.closing(n_q, n, m, entries) >= m + entries + 2 * n  # (ψ, G, masses, pivots)
 
 
-@pytest.mark.parametrize("n", [1, 5, 12])
-def test_factors_of_matrices_with_zeros(n):
-    """Arrow and band: L Lᵀ = M to the round-off of n products, with zeros where M begins with zeros."""
-    rng = np.random.default_rng(n)
-    L = np.tril(rng.normal(size=(n, n))) * (np.abs(np.subtract.outer(range(n), range(n))) < 3)
-    L[-1] = rng.normal(size=n)
-    np.fill_diagonal(L, rng.uniform(1, 2, n))
-    M = L @ L.T
-    factor = M.copy()
-    loop.code("motion.start.gauss_newton", "cholesky")(factor, n)
-    assert (
-        np.abs(np.tril(factor) @ np.tril(factor).T - M).max()
-        <= 4 * n * np.finfo(float).eps * M.diagonal().max()
+def test_factors_that_need_more_room_get_it():
+    """The search begins again with twice the room, and gives the same start."""
+    kernels = kernels_of(four_bar())
+    arguments = (
+        kernels,
+        kernels.values(None),
+        {"alpha": 0.4, "alpha'": 3.0},
+        {"beta": 1.0, "psi": 1.8},
+        0.0,
+        False,
     )
-    assert (np.tril(factor)[:-1][np.tril(L)[:-1] == 0] == 0).all()
-    bad = M.copy()
-    bad[0, 0] = -1.0
-    loop.code("motion.start.gauss_newton", "cholesky")(bad, n)
-    assert np.isnan(bad[0, 0])
+    first, active = closed_start(*arguments)
+    kernels.cache["closing"]._make_room(1)
+    again, still = closed_start(*arguments)
+    assert kernels.cache["closing"].room > 1
+    assert np.array_equal(first, again)
+    assert active == still
