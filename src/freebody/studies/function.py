@@ -242,8 +242,8 @@ class StudyFunction:
             reason += f": {told[lane]}" if lane in told else ""
         values = ", ".join(f"{name} = {x[lane]:.6g}" for name, x in columns.items())
         raise SimulationError(
-            f"{count} of {len(bad)} lanes failed, the first with {values}: {reason.rstrip('.')}. as_function(failed=...)"
-            " takes the number that such lanes have, such as nan or inf."
+            f"{count} of {len(bad)} lanes failed, the first with {values}: {reason.rstrip('.')}. as_function(failed="
+            "...) takes the number that such lanes have, such as nan or inf."
         )
 
 

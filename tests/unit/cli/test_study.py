@@ -111,7 +111,7 @@ def test_a_sweep_is_a_study(freebody) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--sample", "y'=nrm(1,2)", "--n", "9"), "Expected a distribution of scipy.stats, got 'nrm'; did you mean 'norm'"),
+        (("--sample", "y'=nrm(1,2)", "--n", "9"), "Expected a distribution of scipy.stats, got 'nrm'; did you mean 'norm'"),  # noqa: E501
         (("--sample", "y'=norm(1,2,3)", "--n", "9"), "Expected norm(loc, scale), got norm(1,2,3)"),
         (("--sample", "y'=gamma()", "--n", "9"), "Expected gamma(a, loc, scale), got gamma(): a is missing"),
         (("--sample", "y'=norm(scal=1)", "--n", "9"), "Expected norm(loc, scale), got norm(scal=1)"),
