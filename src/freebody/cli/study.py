@@ -58,7 +58,7 @@ def runs_motions(command: Callable[..., Any]) -> Callable[..., Any]:
 )
 @click.option("--seed", type=int, default=None, metavar="SEED", help="Seed of the draws (1).")
 @click.option("--executor", default=None, metavar="WHERE",
-              help="threads (default), processes, or dask://HOST:PORT, the address of a scheduler of dask.")  # fmt: skip
+              help="threads (default), processes, or dask://HOST:PORT, the address of a dask scheduler.")  # fmt: skip
 @click.option("-o", "--out", "out", type=click.Path(path_type=Path), default=None, metavar="FILE",
               help="x.zarr or x.nc for the results, from which the same command goes on after a stop; with STORE, "
               "x.png, x.svg or x.pdf for a picture of them.")  # fmt: skip

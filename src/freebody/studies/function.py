@@ -30,8 +30,6 @@ from .stores.memory import Flagged
 if TYPE_CHECKING:
     import xarray
 
-    from .study import Study
-
 Array = NDArray[np.float64]
 
 
@@ -42,7 +40,7 @@ class Evaluator:
     ``executor``   who runs the lanes, for all calls
     """
 
-    def __init__(self, study: Study, executor: Any, threads: int | None, progress: Any) -> None:
+    def __init__(self, study: Any, executor: Any, threads: int | None, progress: Any) -> None:
         self.here = executor is None or executor == "threads"
         if threads is not None and not self.here:
             raise SimulationError(
@@ -65,7 +63,9 @@ class Evaluator:
 
         def sink_of(size: int) -> Any:
             return Flagged(
-                replace(job, lanes=lanes_of(model, *source.arguments(0, count))), job.results(0, count)
+                job,
+                job.room(0, count),
+                lambda: replace(job, lanes=lanes_of(model, *source.arguments(0, count))),
             )
 
         return run(
@@ -93,7 +93,7 @@ class StudyFunction:
     """
 
     def __init__(
-        self, study: Study, executor: Any = None, failed: Any = "raise", threads: int | None = None,
+        self, study: Any, executor: Any = None, failed: Any = "raise", threads: int | None = None,
         progress: Any = False,
     ) -> None:  # fmt: skip
         self.arguments = (study, executor, failed, threads, progress)
@@ -244,8 +244,8 @@ class StudyFunction:
             reason += f": {told[lane]}" if lane in told else ""
         values = ", ".join(f"{name} = {x[lane]:.6g}" for name, x in columns.items())
         raise SimulationError(
-            f"{count} of {len(bad)} lanes failed, the first with {values}: {reason.rstrip('.')}. as_function(failed=...) "
-            "takes the number that such lanes have, such as nan or inf."
+            f"{count} of {len(bad)} lanes failed, the first with {values}: {reason.rstrip('.')}. as_function(failed="
+            "...) takes the number that such lanes have, such as nan or inf."
         )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import scipy.stats
@@ -93,7 +95,7 @@ def test_the_picture(freebody) -> None:
     for name in ("x.png", "x.svg"):
         code, text = freebody("study", "x.zarr", "-o", name)
         assert code == 0 and f"wrote {name}" in text
-    assert open("x.svg", encoding="utf-8").read().count("<svg") == 1
+    assert Path("x.svg").read_text(encoding="utf-8").count("<svg") == 1
     axes = fb.plot.lanes(fb.open_study("x.zarr").data)
     assert axes.shape == (2, 1) and axes[0, 0].get_ylabel() in ("y [m]", "max(y) [m]")
 
@@ -109,7 +111,7 @@ def test_a_sweep_is_a_study(freebody) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--sample", "y'=nrm(1,2)", "--n", "9"), "Expected a distribution of scipy.stats, got 'nrm'; did you mean 'norm'"),
+        (("--sample", "y'=nrm(1,2)", "--n", "9"), "Expected a distribution of scipy.stats, got 'nrm'; did you mean 'norm'"),  # noqa: E501
         (("--sample", "y'=norm(1,2,3)", "--n", "9"), "Expected norm(loc, scale), got norm(1,2,3)"),
         (("--sample", "y'=gamma()", "--n", "9"), "Expected gamma(a, loc, scale), got gamma(): a is missing"),
         (("--sample", "y'=norm(scal=1)", "--n", "9"), "Expected norm(loc, scale), got norm(scal=1)"),

@@ -56,7 +56,7 @@ def test_bits_do_not_depend_on_the_executor() -> None:
 
 
 def test_sensitivity_indices_of_a_sum() -> None:
-    """Var of v²/2g with v uniform on [1, 3]: E v⁴ − (E v²)² = 242/10 − (26/6)²; of y: 1/12. A sum has no interactions."""
+    """Var of v²/2g with v uniform on [1, 3]: E v⁴ − (E v²)² = 242/10 − (26/6)²; of y: 1/12. No interactions."""
     parts = np.array([(242 / 10 - (26 / 6) ** 2) / (2 * G) ** 2, 1 / 12, 0.0])
     f = stone().as_function()
     result = scipy.stats.sobol_indices(func=f, n=4096, dists=f.distributions)

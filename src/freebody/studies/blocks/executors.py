@@ -64,7 +64,7 @@ def _client(address: str) -> Any:
 
 
 class RayPool:
-    """Tasks of ray as an executor: ``submit`` returns a future, and a block that is large is put into ray's store once."""
+    """Tasks of ray as an executor: ``submit`` returns a future, and bytes go into ray's store once."""
 
     def __init__(self, ray: Any) -> None:
         self.ray = ray
