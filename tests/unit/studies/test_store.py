@@ -18,6 +18,7 @@ import xarray
 import freebody as fb
 from batch_machines import pendulum
 from freebody.errors import SimulationError
+from freebody.studies.blocks import run
 from freebody.studies.blocks.crew import Crew
 
 
@@ -26,7 +27,8 @@ def swings(n: int, **options: Any) -> fb.Study:
     return fb.study(pendulum(), until=1, lanes=lanes, **{"outputs": "max(theta')", **options})
 
 
-def test_a_store_is_read_while_it_runs(tmp_path) -> None:
+def test_a_store_is_read_while_it_runs(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(run, "size_of_block", lambda *_: 500)  # else a fast machine makes one block of all lanes
     study, path, seen = swings(3000), tmp_path / "x.zarr", []
     whole = study.run(progress=False)["max(theta')"].values
 

@@ -36,7 +36,7 @@ def shown(monkeypatch) -> list[tuple[str, str]]:
 
 def count(display) -> None:
     with tally.Tally(10, display) as lanes:
-        lanes.begin(0)
+        lanes.begin(10, 0)
         for low in (0, 5):
             lanes.count(Report(low, low + 5, 5, 0.1, {1: 5}))
 
