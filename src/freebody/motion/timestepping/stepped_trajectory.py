@@ -272,7 +272,8 @@ class SteppedTrajectory(Trajectory):
         """A warning if the steps make energy: (T + V) - (T₀ + V₀) - W > T₀ + (range of V) + |W| at a checked moment.
 
         Springs that are too stiff for the step do this: kh²/m > 4 for one spring, which is a limit of any explicit
-        force. Terms of the speeds cannot: they act with the mean speeds of a step.
+        force, and so does the removal of deep overlap. Terms of the speeds cannot: they act with the mean speeds of a
+        step.
         """
         path, model = self.path, self.kernels.model
         driven = any(link.driven for link in model.links)  # a drive supplies any energy its motion needs

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import freebody as fb
 from freebody.motion.contact.newton import _conditions, eased
@@ -121,3 +122,41 @@ def test_a_box_at_rest_or_pushed_makes_no_energy(force):
     s.force("F", box.origin, (force, 0, 0))
     motion = fb.simulate(s, 2, initial={"y": 0.05}, method="timestepping", step=1e-3)
     assert motion.status == "finished"
+
+
+def thrown(kind, seed):
+    """A die of eight corners, or a coin of 24 corners or two edges, over a plane, and a random throw."""
+    rng = np.random.default_rng(seed)
+    start = {
+        f"f_e{i}": float(x)
+        for i, x in enumerate(Rotation.random(random_state=seed).as_quat(scalar_first=True))
+    }
+    start |= {f"f_w{x}": float(v) for x, v in zip("xyz", 20 * rng.normal(size=3), strict=True)}
+    start |= {f"f_v{x}": float(v) for x, v in zip("xyz", 0.5 * rng.normal(size=3), strict=True)}
+    if kind == "edges":
+        return coin(), start | {"f_z": 0.05}
+    s = fb.System(kind)
+    s.gravity = (0, 0, -9.81)
+    body = s.body(
+        kind, fb.box(0.005, (0.016, 0.016, 0.016)) if kind == "die" else fb.cylinder(0.005, 0.012, 0.002)
+    )
+    s.free("f", s.ground, body)
+    angles = 2 * np.pi * np.arange(12) / 12
+    places = [(0.012 * np.cos(a), 0.012 * np.sin(a), z) for a in angles for z in (-0.001, 0.001)]
+    corners = body.corners(size=(0.016,) * 3) if kind == "die" else body.corners(*places)
+    s.contact("floor", corners, s.ground.plane(normal="z"), friction=0.3, restitution=0.4)
+    return s, start | {"f_z": 0.05}
+
+
+@pytest.mark.parametrize("kind", ["die", "coin", "edges"])
+@pytest.mark.parametrize("seeds", [range(4), pytest.param(range(4, 40), marks=pytest.mark.slow)])
+def test_every_throw_comes_to_its_end(kind, seeds):
+    for seed in seeds:
+        s, start = thrown(kind, seed)
+        motion = fb.simulate(s, 1, initial=start, method="timestepping", step=1e-3)
+        assert motion.status == "finished"
+        assert motion.residual <= 1e-9
+        assert (
+            motion.energy.kinetic[-1] + motion.energy.potential[-1]
+            < motion.energy.kinetic[0] + motion.energy.potential[0]
+        )
