@@ -3,6 +3,7 @@ in balance with its reactions, contact forces and weight, conditions hold, and t
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import freebody as fb
 from contact_machines import momenta
@@ -63,9 +64,10 @@ def balance(s, motion, step):
     for i in model.quaternions:
         q[i : i + 4] /= np.linalg.norm(q[i : i + 4])
     now, then = at(q, y[n:], t + h / 2), at(q, after[n:], t + h / 2)
-    rate = np.array([float(x) for x in coordinate_rates(model, now)])
+    mean = (y[n:] + after[n:]) / 2
+    rate = np.array([float(x) for x in coordinate_rates(model, at(q, mean, t + h / 2))])
     e = 1e-6
-    forth, back = at(q + e * rate, y[n:], t + h / 2 + e), at(q - e * rate, y[n:], t + h / 2 - e)
+    forth, back = at(q + e * rate, mean, t + h / 2 + e), at(q - e * rate, mean, t + h / 2 - e)
     forces = {name: np.zeros(3) for name in model.bodies}
     moments = {name: np.zeros(3) for name in model.bodies}
     centers = {name: momenta(model, now, s.bodies[name])[2] for name in model.bodies}
@@ -151,3 +153,55 @@ def test_energy_and_conditions_of_a_run(seed):
         left.append(abs(motion.energy.residual[-1]) / motion.energy.kinetic.max())
     # of first order, also where drives and constraints work
     assert left[2] < 0.02 and left[2] < 0.45 * left[0] + 1e-9
+
+
+def tumbling(seed, gravity=(0, 0, 0)):
+    """A body of random inertia far above a plane, and a random start."""
+    rng = np.random.default_rng(seed)
+    s = fb.System("tumbling")
+    s.gravity = gravity
+    a, b, c = rng.uniform(0.05, 1, 3)
+    body = s.body(
+        "body",
+        fb.box(rng.uniform(0.1, 10), (a, b, c)).rotated(Rotation.random(random_state=seed).as_matrix()),
+    )
+    s.free("f", s.ground, body)
+    s.contact("floor", body.point(0, 0, 0), s.ground.plane(at=(0, 0, -1e6), normal="z"))
+    start = {f"f_v{x}": float(v) for x, v in zip("xyz", rng.normal(size=3), strict=True)}
+    spin = rng.normal(size=3)
+    return s, start, spin / np.linalg.norm(spin)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("spin", [1.0, 250.0, 2500.0])
+def test_a_free_body_keeps_its_energy_and_its_momenta(seed, spin):
+    s, start, axis = tumbling(seed)
+    start |= {f"f_w{x}": spin * float(w) for x, w in zip("xyz", axis, strict=True)}
+    motion = fb.simulate(s, 10, initial=start, method="timestepping", step=1e-3, samples=11)
+    model, n = motion.kernels.model, motion.kernels.model.n_q
+    found = []
+    for t in motion.t:
+        y = motion.path.states[round(t / 1e-3)]
+        state = float_state(model, y[:n].tolist(), y[n:].tolist(), float(t))
+        P, H, _ = momenta(model, state, s.bodies["body"])
+        found.append([*P, *H])
+    found = np.array(found)
+    # 10,000 steps, each with a round-off of some units of 1e-16 in the energy norm of the whole motion
+    T, m = motion.energy.kinetic, float(model.bodies["body"].mass)
+    assert np.abs(T / T[0] - 1).max() < 1e-10
+    assert np.abs(found[:, :3] - found[0, :3]).max() < 1e-10 * np.sqrt(2 * T[0] * m)
+    assert np.abs(found[:, 3:] - found[0, 3:]).max() < 1e-10 * np.linalg.norm(found[0, 3:])
+    assert not motion.warnings
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_of_second_order_in_flight(seed):
+    s, start, axis = tumbling(seed, gravity=(0, 0, -9.81))
+    start |= {f"f_w{x}": 10 * float(w) for x, w in zip("xyz", axis, strict=True)}
+    exact = fb.simulate(s, 1, initial=start, tolerance=1e-12).at(1)
+    errors = []
+    for h in (4e-3, 2e-3, 1e-3):
+        y = fb.simulate(s, 1, initial=start, method="timestepping", step=h).path.states[-1]
+        errors.append(np.abs(y - np.concatenate([exact.q, exact.u])).max())
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (abs(orders - 2) < 0.1).all(), (errors, orders)

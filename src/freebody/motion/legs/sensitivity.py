@@ -29,7 +29,7 @@ from ...scalar.expression import evaluate
 from ..kernels.kernels import Kernels
 from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
-from ..ode.dense_output import observe
+from ..ode.dense_output import Path, observe
 from ..ode.integration import integrate
 from ..start.arguments import most_steps
 from ..start.start_sensitivity import start_slopes
@@ -131,9 +131,37 @@ def sensitive_motion(
         max_step=math.inf if max_step is None else float(max_step), max_steps=most_steps(max_steps, y.size + 2),
         between=between,
     )  # fmt: skip
+    _refuse_jumps(variation, parameters, path)
     return SensitiveTrajectory(
         variation, kernels, numbers, path, specs, tolerances, times, samples, shifts=shifts
     )
+
+
+def _refuse_jumps(variation: Variation, parameters: Array, path: Path) -> None:
+    """Refuse a run in which the rates jump at a time that moves with the unknowns.
+
+    There the derivatives jump by (f₋ - f₊) dt/dp, dt/dp = -De/e', which the variational equations of one side lack.
+    """
+    switches = variation.switches()
+    if switches is None:
+        return
+    program, texts = switches
+    constants = program.constants(parameters)
+    found = observe(
+        program.address("switches"), program.outputs("switches"), path.times, path.states, constants
+    )
+    columns = found.reshape(len(path.times), len(texts), -1)
+    e, jump = columns[:, :, 0], columns[:, :, -1]
+    moves = np.abs(columns[:, :, 1:-1]).max(axis=2) > 0
+    passed = (e[:-1] * e[1:] < 0) & ((jump[:-1] > 0) | (jump[1:] > 0)) & (moves[:-1] | moves[1:])
+    rows, laws = np.nonzero(passed)
+    if rows.size:
+        raise SimulationError(
+            f"The rates jump where {texts[laws[0]]} passes zero, between t = {path.times[rows[0]]:.6g} and "
+            f"{path.times[rows[0] + 1]:.6g} s, and this time moves with the unknowns of sensitivities=, whose "
+            "derivatives jump with it. End the run before, make the law continuous, such as tanh(x/w) for sign(x), or "
+            "take differences of runs with values= that differ."
+        )
 
 
 class SensitiveTrajectory(Trajectory):

@@ -24,7 +24,7 @@ from ...model import Model
 from ...program.kernels import compile_tape
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.derivative import forward, reverse
-from ...scalar.trace import Tape
+from ...scalar.trace import CODES, Tape, Traced
 from ..kernels.kernels import Kernels, Program
 from ..kernels.method_kernels import series_of
 from ..kernels.methods import with_series
@@ -209,6 +209,37 @@ class Variation:
             return {"course": course, "slopes": [*course, *reverse(tape, value, y), *along]}
 
         return self._program("course of", quantity, functions)
+
+    def switches(self) -> tuple[Program, tuple[str, ...]] | None:
+        """Return the function ``switches`` and the texts of e for each jump of the rates where e passes zero, sign(e).
+
+        The function gives e, its derivatives by the unknowns, De, and Σ |∂u'/∂sign(e)| for each; None if there is no
+        jump.
+        """
+        operations = self.kernels.operations
+        if operations is not None and "sign" not in operations:
+            return None
+        programs, model = self.kernels._programs, self.kernels.model
+        key = ("switches", tuple(unknown.name for unknown in self.unknowns))
+        if key not in programs:
+            tape, state, y, rows, parameters = self._traced()
+            udot, texts = motion(model, state, self.kernels.active).udot, []
+            functions: list[Scalar] = []
+            for i in tape.used(udot):
+                if tape.op[i] != CODES["sign"]:
+                    continue
+                sign, e = tape.scalar(i), tape.scalar(tape.a[i])
+                jump: Scalar = 0
+                for slope in forward(tape, udot, [sign], [1]):
+                    jump = jump + (tape.apply("abs", slope) if isinstance(slope, Traced) else abs(slope))
+                functions += [e, *(row[0] for row in self._along(tape, state, y, rows, [e])), jump]
+                texts.append(str(tape.to_sympy(e)))
+            inputs = [*y, *(x for row in rows for x in row)]
+            compiled = compile_tape(tape, {"switches": functions}, state.t, inputs, parameters)
+            programs[key] = Program(compiled)
+            self.kernels.cache[key] = tuple(texts)
+        texts_of_e: tuple[str, ...] = self.kernels.cache[key]
+        return (programs[key], texts_of_e) if texts_of_e else None
 
     def _program(self, what: str, quantity: Expression, functions: Callable[..., Functions]) -> Program:
         """Return the program of functions of (y, s_1, s_2, ...), compiled once."""

@@ -130,16 +130,13 @@ def held(
 
 @compiled
 def met(
-    W: Reals, at_W: int, rates: int, L: Reals, squares: Integers, pieces: Integers, row_first: Integers,
-    row_at: Integers, blocks: Integers, m: int, count: int, n: int, K: Reals, S: Reals, spare: Reals, v: Reals,
-    lam: Reals,
-) -> int:  # fmt: skip
+    W: Reals, at_W: int, rates: int, pieces: Integers, row_first: Integers, row_at: Integers, blocks: Integers, m: int,
+    count: int, n: int, K: Reals, S: Reals, spare: Reals, v: Reals, lam: Reals,
+) -> None:  # fmt: skip
     """Compute λ and replace v by v + K λ, which satisfies the first ``count`` constraints: G v + W[rates:] = 0.
 
-    Return 0 if S is not positive definite, else 1. K and S are left in their arrays.
+    K and S are those of `held`.
     """
-    if held(W, at_W, L, squares, pieces, row_first, row_at, blocks, m, count, n, K, S, spare) == 0:
-        return 0
     for i in range(count):
         r = m + i
         spare[i] = -W[rates + i] - along(
@@ -149,7 +146,6 @@ def met(
     for i in range(count):
         for k in range(n):
             v[k] += lam[i] * K[i * n + k]
-    return 1
 
 
 @compiled

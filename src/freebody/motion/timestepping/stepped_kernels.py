@@ -40,6 +40,7 @@ class Shape:
     ``pieces``     blocks of the rows of W over G; the blocks of row r begin at ``row_first[r]``, its values at
                    ``row_at[r]``
     ``reach_of``   contact of each reach
+    ``turning``    True if the loads f depend on the speeds
     """
 
     held: tuple[int, ...]
@@ -51,13 +52,16 @@ class Shape:
     row_first: Whole
     row_at: Whole
     reach_of: Whole
+    turning: bool
 
 
 def _nonzero(x: Any) -> bool:
     return isinstance(x, Traced) or x != 0
 
 
-def _shape(model: Model, M: Any, W: Any, G: Any, held: Sequence[int], reaches: Sequence[int]) -> Shape:
+def _shape(
+    model: Model, M: Any, W: Any, G: Any, held: Sequence[int], reaches: Sequence[int], turning: bool
+) -> Shape:
     n = len(M)
     root = list(range(n))
 
@@ -98,11 +102,21 @@ def _shape(model: Model, M: Any, W: Any, G: Any, held: Sequence[int], reaches: S
         starts(len(one) for one in over),
         starts(sum(sizes[k] for k in one) for one in over),
         np.array([k for k, count in enumerate(reaches) for _ in range(count)], dtype=np.int64),
+        turning,
     )
 
 
+def _depend(outputs: Sequence[Any], inputs: Sequence[Any]) -> bool:
+    """Return True if an output depends on an input."""
+    traced = [x for x in outputs if isinstance(x, Traced)]
+    if not traced:
+        return False
+    needed = set(traced[0].tape.used(traced))
+    return any(isinstance(x, Traced) and x.index in needed for x in inputs)
+
+
 def stepping(kernels: Kernels) -> tuple[Program, Shape]:
-    """Return the functions ``system``, ``closing`` and ``moving`` (see `moreau.march`) and their shape."""
+    """Return the functions ``system``, ``closing``, ``moving``, ``loading`` (see `moreau.march`) and their shape."""
     model = kernels.model
     kinds = rows(model)
     held = sorted(kernels.active, key=lambda i: (kinds[i].on_speeds, i))
@@ -113,9 +127,10 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         given, conditions = contact_rows(model, state), linearized(model, state)
         reaches = [one.reach for one in touches(model, state)]
         M, W, G = mass_matrix(model, state), given.matrix, [conditions.matrix[i] for i in held]
-        shape = shapes["stepping"] = _shape(model, M, W, G, held, [len(one) for one in reaches])
-        groups = [shape.order[a:b].tolist() for a, b in zip(shape.blocks, shape.blocks[1:], strict=False)]
         f = [-x for x in bias(model, state)]
+        turning = _depend(f, state.u)
+        shape = shapes["stepping"] = _shape(model, M, W, G, held, [len(one) for one in reaches], turning)
+        groups = [shape.order[a:b].tolist() for a, b in zip(shape.blocks, shape.blocks[1:], strict=False)]
         closing = [*given.gap, *(x for one in reaches for x in one)]
         residuals = [conditions.residual[i] for i in holonomic]
         ranges = zip(shape.row_first.tolist(), shape.row_first[1:].tolist(), strict=False)
@@ -136,6 +151,7 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
             ],
             "closing": [*closing, *residuals],
             "moving": [*coordinate_rates(model, state), load_power(model, state)],
+            "loading": [f[i] for i in shape.order] if turning else [],
         }
 
     return kernels.program("stepping", functions), shapes["stepping"]

@@ -286,8 +286,8 @@ class _Run:
         """Run the loop until the arrays are full or a step fails; return the number of steps done."""
         model, shape, memory = self.model, self.shape, self.memory
         done = self.march(
-            *(self.program.address(name) for name in ("system", "closing", "moving")), self.constants, model.n_q,
-            model.n_u, len(self.first), self.rows, len(shape.held), shape.holonomic,
+            *(self.program.address(name) for name in ("system", "closing", "moving", "loading")), int(shape.turning),
+            self.constants, model.n_q, model.n_u, len(self.first), self.rows, len(shape.held), shape.holonomic,
             shape.order, shape.blocks, shape.squares, len(shape.blocks) - 1, shape.pieces, shape.row_first,
             shape.row_at, memory["tangents"], shape.reach_of, len(shape.reach_of), memory["quaternions"],
             len(model.quaternions), memory["mu"], memory["restitution"],
@@ -352,6 +352,11 @@ class _Run:
                 f"The overlap of bodies could not be removed in {where}: {report[5]:.3g} m remain (required: 1e-10 m). "
                 "The cause may be bodies wedged in too narrow a space or driven into each other. Otherwise take a "
                 "shorter step."
+            )
+        if report[4] == 6:
+            return (
+                f"No mean speeds agree with the loads that depend on them in {where}. This happens where bodies turn "
+                "several times in a step, or where a load jumps with a speed. Take a shorter step."
             )
         return (
             f"A rate or a speed is not a finite number in {where}. A division by zero, or a root or logarithm of a "
@@ -423,7 +428,7 @@ def _within(x: Array, kinds: Any, mu: Array) -> Array:
 
 _REALS = (
     "z", "out", "rate", "u", "v", "dv", "L", "X", "K", "S", "sigma", "spare", "d", "b", "x", "before", "past", "local",
-    "memory", "lam",
+    "memory", "lam", "mean", "first_rate",
 )  # fmt: skip
 _WHOLES = ("rows", "kinds", "coefficient")
 
@@ -440,7 +445,8 @@ def _memory(
         "L": int(shape.squares[-1]), "X": int(shape.row_at[-1]), "K": held * n, "S": held * held, "sigma": m * held,
         "spare": max(n, held * held, 2 * held), "d": 3 * m + 6, "b": most, "x": most, "before": most,
         "past": PAST * most + 16, "local": 6,
-        "memory": most, "lam": max(held, 1), "coefficient": most, "kick": n, "report": 7,
+        "memory": most, "lam": max(held, 1), "coefficient": most, "kick": n, "report": 8,
+        "mean": 7 * n, "first_rate": model.n_q + 1,
     }  # fmt: skip
     result = {name: np.zeros(max(size, 1)) for name, size in sizes.items()}
     result |= {name: np.zeros(most, dtype=np.int64) for name in ("rows", "kinds")}

@@ -212,3 +212,32 @@ def test_unknown_quantities_are_named() -> None:
     assert list(motion.sensitivity) == [("theta", "L"), ("theta'", "L")] and "by L at 2 times" in repr(
         motion.sensitivity
     )
+
+
+def pushed(load):
+    """A stone of 1 kg on a rail, pushed along x by a load."""
+    s = fb.System("pushed")
+    s.parameters(k=1.0)
+    stone = s.body("stone", fb.particle(1))
+    s.slider("rail", s.ground, stone, axis="x", coordinate="x")
+    s.force("F", stone.origin, (load, 0, 0))
+    return s
+
+
+@pytest.mark.parametrize(("load", "law"), [("-k*sign(x)", "x"), ("k*sign(sin(k*t)) - k*x", r"sin\(k\*t\)")])
+def test_a_jump_of_rates_that_moves_with_an_unknown_is_refused(load, law):
+    with pytest.raises(
+        fb.FreebodyError, match=rf"The rates jump where {law} passes zero, between .* make the law cont"
+    ):
+        fb.simulate(pushed(load), 4, initial={"x": 1}, sensitivities=["k"])
+
+
+def test_rates_that_jump_later_or_at_a_fixed_time_or_do_not_jump_have_derivatives():
+    early = fb.simulate(pushed("-k*sign(x)"), 1, initial={"x": 1}, sensitivities=["k"])
+    assert early.sensitivity["x", "k"][-1] == pytest.approx(-1 / 2, abs=1e-9)  # x = 1 - k t²/2
+    # from t = 1 on pushed back: x = k/2 + k (t - 1) - k (t - 1)²/2
+    timed = fb.simulate(pushed("k*sign(1 - t)"), 2, initial={"x": 0}, sensitivities=["k"])
+    assert timed.sensitivity["x", "k"][-1] == pytest.approx(1, abs=1e-7)
+    # a spring that only pulls back: x = cos(√k t), then x = -√k (t - π/(2√k))
+    bent = fb.simulate(pushed("-k*max(x, 0)"), 4, initial={"x": 1}, sensitivities=["k"])
+    assert bent.sensitivity["x", "k"][-1] == pytest.approx(-2, abs=1e-7)
