@@ -17,7 +17,7 @@ its address, so that one compiled integrator serves every model. The rows of ``w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any
 
@@ -26,6 +26,7 @@ from llvmlite import ir
 
 from .arithmetic import (
     REAL,
+    TRUTH,
     WHOLE,
     cast,
     element_of,
@@ -38,7 +39,7 @@ from .arithmetic import (
 )
 from .registers import WIDTH
 from .row_arithmetic import Eight, Rows
-from .translation import Compiled, Instruction, counted, instruction
+from .translation import Compiled, Inlined, Instruction, counted, instruction
 
 Reals = Any  # pointer to the first of real numbers in memory
 Integers = Any  # pointer to the first of integers in memory
@@ -52,6 +53,11 @@ EPS = float(np.finfo(float).eps)
 def compiled(function: Callable[..., Any]) -> Compiled:
     """Mark a function as one of the compiled language."""
     return Compiled(function)
+
+
+def inlined(function: Callable[..., Any]) -> Inlined:
+    """Mark a function as one that is translated at the place of each call; it may return several values."""
+    return Inlined(function)
 
 
 class Parts(list[Callable[..., Any]]):
@@ -189,6 +195,66 @@ def bits(builder: Any, a: Any) -> Any:
     return builder.bitcast(a, wide(WHOLE, lanes_of(a.type)))
 
 
+@instruction("Whole", "Whole")
+def high(builder: Any, a: Any, b: Any) -> Any:
+    """Upper 64 bits of the product of two patterns of 64 bits."""
+    double = ir.IntType(128)
+    product = builder.mul(builder.zext(a, double), builder.zext(b, double))
+    return builder.trunc(builder.lshr(product, double(64)), WHOLE)
+
+
+@instruction("Whole", "Whole", "Whole")
+def joined(builder: Any, a: Any, b: Any, k: Any) -> Any:
+    """64 bits of the 128 bits of a and b, from place k on, 0 <= k < 64."""
+    return intrinsic(builder, "llvm.fshl.i64", WHOLE, a, b, k)
+
+
+@instruction("Whole")
+def leading_zeros(builder: Any, a: Any) -> Any:
+    """Number of zeros before the first one of 64 bits."""
+    return intrinsic(builder, "llvm.ctlz.i64", WHOLE, a, TRUTH(0))
+
+
+@instruction("Whole")
+def unsigned(builder: Any, a: Any) -> Any:
+    """Real number nearest to the natural number with these 64 bits."""
+    return builder.uitofp(a, wide(REAL, lanes_of(a.type)))
+
+
+def library(name: str, arguments: int = 1) -> Instruction:
+    """Return the function of this name in the C library, of so many real numbers."""
+
+    def call_library(builder: Any, *values: Any) -> Any:
+        return intrinsic(builder, name, REAL, *values)
+
+    return Instruction(call_library, *["float"] * arguments)
+
+
+@instruction("")
+def room(builder: Any, count: Any) -> Any:
+    """Pointer to memory of the function for so many real numbers; the count is a constant."""
+    with builder.goto_entry_block():
+        return builder.alloca(REAL, count.constant)
+
+
+def polynomial(coefficients: Sequence[float]) -> Instruction:
+    """Return the instruction (z, z²) -> Σ coefficients[i] z^i.
+
+    It has two chains, of even and of odd powers (Estrin's first step), which is shorter to wait for.
+    """
+
+    def in_two_chains(builder: Any, z: Any, zz: Any) -> Any:
+        sums = []
+        for chain in (coefficients[0::2], coefficients[1::2]):
+            value = cast(builder, chain[-1], z.type)
+            for c in reversed(chain[:-1]):
+                value = mathematical(builder, "fma", value, zz, cast(builder, c, z.type))
+            sums.append(value)
+        return mathematical(builder, "fma", sums[1], z, sums[0])
+
+    return Instruction(in_two_chains, "Real", "Real")
+
+
 # -- what a run of one lane does as well, and what is rare -------------------------------------------------
 
 
@@ -207,6 +273,12 @@ def replaced(builder: Any, x: Any, lane: Any, value: Any) -> Any:
     """Return ``x`` with another number in a lane."""
     value = cast(builder, value, element_of(x.type))
     return value if lanes_of(x.type) == 1 else builder.insert_element(x, value, lane)
+
+
+@instruction("")
+def lanes(builder: Any, x: Any) -> int:
+    """Return the number of lanes."""
+    return lanes_of(x.type)
 
 
 @instruction("Row")

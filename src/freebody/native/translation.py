@@ -27,6 +27,7 @@ import ast
 import builtins
 import inspect
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -99,6 +100,10 @@ class Compiled:
             f"Expected compiled code to call '{self.function.__name__}', got a call from Python. "
             "freebody.native.loop has the functions for Python."
         )
+
+
+class Inlined(Compiled):
+    """A function that is translated anew at the place of each call. It returns one value or several, at its end."""
 
 
 class Instruction:
@@ -217,7 +222,16 @@ def _unit(functions: Mapping[str, Compiled], lanes: int, internal: bool = False)
     for name, function in functions.items():
         unit.declare(function, lanes, name, internal)
     while unit.waiting:
-        _Body(unit, *unit.waiting.pop()).write()
+        compiled, llvm_function, width = unit.waiting.pop()
+        entry = llvm_function.append_basic_block()
+        builder = ir.IRBuilder(entry)
+        builder.position_at_end(builder.append_basic_block())
+        begin = builder.block
+        body = _Body(unit, compiled, builder, width)
+        body.result = llvm_function.function_type.return_type
+        body.write(llvm_function.args)
+        builder.position_at_end(entry)  # the block of variables in memory
+        builder.branch(begin)
     return unit
 
 
@@ -230,6 +244,7 @@ class _Unit:
         self._declared: dict[tuple[int, int], Any] = {}
         self._tables: dict[int, Any] = {}
         self._kept: list[Any] = []  # objects whose ids are in use
+        self.inlining: list[Inlined] = []
 
     def _name(self, name: str) -> str:
         """Name that no other function or table has."""
@@ -245,7 +260,7 @@ class _Unit:
             lanes = 1
         key = id(compiled), lanes
         if key not in self._declared:
-            *arguments, result = _signature(compiled, lanes)
+            *arguments, result = signature(compiled, lanes)
             suffix = f".{lanes}" if any(map(_is_wide, (*compiled.arguments, compiled.result))) else ""
             own = self._name(name or f"{compiled.function.__name__}{suffix}")
             function = ir.Function(self.module, ir.FunctionType(result, arguments), own)
@@ -275,7 +290,7 @@ class _Unit:
         return self._tables[id(numbers)]
 
 
-def _signature(compiled: Compiled, lanes: int) -> list[Any]:
+def signature(compiled: Compiled, lanes: int) -> list[Any]:
     """Types of the arguments and of the result of a function."""
     function = compiled.function
     code = function.__code__
@@ -295,7 +310,11 @@ def _signature(compiled: Compiled, lanes: int) -> list[Any]:
             f"code, got none for {', '.join(missing)} {where}. Annotate it: {', '.join([*TYPES, *WIDE_TYPES, 'Row'])}."
         )
     kinds = []
-    for name, annotation in function.__annotations__.items():
+    annotations = [*function.__annotations__.items()]
+    results = re.fullmatch(r"tuple\[(.+)\]", str(compiled.result))
+    if results and isinstance(compiled, Inlined):
+        annotations[-1:] = [("return", part.strip()) for part in results[1].split(",")]
+    for name, annotation in annotations:
         kind = type_of(annotation, lanes)
         if kind is None or isinstance(kind, ir.VoidType) and name != "return":
             raise TypeError(
@@ -328,7 +347,7 @@ class _Join:
 class _Body:
     """One function during its translation."""
 
-    def __init__(self, unit: _Unit, compiled: Compiled, function: Any, lanes: int) -> None:
+    def __init__(self, unit: _Unit, compiled: Compiled, builder: Any, lanes: int) -> None:
         code = compiled.function.__code__
         self.unit, self.file, self.lanes = unit, code.co_filename, lanes
         cells = zip(code.co_freevars, compiled.function.__closure__ or (), strict=True)
@@ -347,25 +366,33 @@ class _Body:
         self.kinds: dict[str, Any] = {}
         self.values: dict[str, Any] = {}
         self.loops: list[tuple[_Join, _Join]] = []
-        self.entry = function.append_basic_block()
-        self.builder = ir.IRBuilder(self.entry)
-        self.result = function.function_type.return_type
-        self.arguments = function.args
+        self.builder = builder
+        self.result: Any = None  # type of the result; several of a function that is inlined
+        self.returned: Any = None  # the result of such a function
 
-    def write(self) -> None:
-        """Translate the function."""
-        begin = self.builder.append_basic_block()
-        self.builder.position_at_end(begin)
-        for name, value in zip(self.tree.args.args, self.arguments, strict=True):
+    def bind(self, values: Sequence[Any]) -> None:
+        """Give the arguments their values."""
+        for name, value in zip(self.tree.args.args, values, strict=True):
             self.kinds[name.arg], self.values[name.arg] = value.type, value
+
+    def inline(self, values: Sequence[Any], kinds: list[Any]) -> Any:
+        """Translate the function at the place of a call, and return its result."""
+        self.bind(values)
+        self.result = kinds
+        self.block(self.tree.body)
+        if len(kinds) == 1:
+            return None if isinstance(kinds[0], ir.VoidType) else self.returned[0]
+        return self.returned
+
+    def write(self, arguments: Sequence[Any]) -> None:
+        """Translate the function."""
+        self.bind(arguments)
         self.block(self.tree.body)
         if not self.builder.block.is_terminated:
             if not isinstance(self.result, ir.VoidType):
                 cure = "End each way through the function with return and a value."
                 raise self.refused(self.tree, "a value on every way", cure, "the end of the function")
             self.builder.ret_void()
-        self.builder.position_at_end(self.entry)
-        self.builder.branch(begin)
 
     def refused(self, node: Any, expected: str, cure: str, got: str = "") -> TypeError:
         """Error that names the construct that cannot be translated, with its file, its line and the cure."""
@@ -638,7 +665,21 @@ class _Body:
     def _Continue(self, node: ast.Continue) -> None:
         self.goto(self.loops[-1][0])
 
+    def inlined_return(self, node: ast.Return) -> None:
+        """Keep the values that a function gives to the place of its call."""
+        if node is not self.tree.body[-1] or node.value is None:
+            cure = "A function that is inlined ends with its only return: choose the value before."
+            raise self.refused(node, "one return with a value, at the end", cure)
+        value = self.value(node.value)
+        values = value if isinstance(value, tuple) else (value,)
+        if len(values) != len(self.result):
+            raise self.refused(node, f"{len(self.result)} values", "Return what the annotation says.")
+        self.returned = tuple(self.cast(node, v, kind) for v, kind in zip(values, self.result, strict=True))
+
     def _Return(self, node: ast.Return) -> None:
+        if isinstance(self.result, list):
+            self.inlined_return(node)
+            return
         if isinstance(self.result, ir.VoidType):
             if node.value is not None:
                 raise self.refused(node, "no value to return", "Annotate the result, or write return alone.")
@@ -900,7 +941,19 @@ class _Body:
         ]
         if isinstance(function, Instruction):
             return function.write(self.builder, *arguments)
+        if isinstance(function, Inlined):
+            return self.inlined(function, arguments, lanes)
         return self.builder.call(self.unit.declare(function, lanes), arguments)
+
+    def inlined(self, function: Inlined, arguments: Sequence[Any], lanes: int) -> Any:
+        """Result of a function that is translated here."""
+        if function in self.unit.inlining:
+            raise Refusal("a function that does not call itself", "Mark it with @compiled, or write a loop.")
+        self.unit.inlining.append(function)
+        kinds = signature(function, lanes)[len(arguments) :]
+        result = _Body(self.unit, function, self.builder, lanes).inline(arguments, kinds)
+        self.unit.inlining.pop()
+        return result
 
     def width_of_call(self, function: Any, values: Sequence[Any], kinds: Sequence[str]) -> int:
         """Number of lanes of a call: that of the arguments of wide types; without such arguments, of the caller."""
