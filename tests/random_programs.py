@@ -10,10 +10,14 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+import itertools
 import math
 import random
 
 import numpy as np
+
+from freebody.native import codegen
+from freebody.native.translation import Compiled, translated
 
 SIZE = 6
 """Length of the arrays that programs read and write."""
@@ -410,8 +414,6 @@ def alone(x: float, n: int) -> float:
 
 def module(texts, folder, name):
     """A module with these programs, in a file of its own, whose functions are marked as compiled."""
-    from freebody.native.translation import Compiled
-
     path = folder / f"{name}.py"
     path.write_text(HEAD + "\n".join(texts))
     spec = importlib.util.spec_from_file_location(name, path)
@@ -475,3 +477,27 @@ def bits(value):
     return (
         np.where(np.isnan(value), np.nan, value).view(np.int64).tolist() if value.ndim else bits(value[None])
     )
+
+
+ARGUMENTS = [
+    (a, b, x, y)
+    for (a, b), (x, y) in itertools.product(
+        [(0, 3), (-7, 5), (2**62 + 3, -1)],
+        [(0.0, -0.0), (0.1, -2.5), (float("nan"), float("inf"))],
+    )
+]
+
+
+def compiled(texts, names, folder, name, lanes=1, target=None):
+    """Library and addresses of programs; their object code for another target."""
+    made = module(texts, folder, name)
+    text = translated({n: getattr(made, n) for n in names}, lanes)
+    if target:
+        return codegen.optimised_code(text, target)
+    code, _ = codegen.optimised_code(text)
+    library = codegen.Library(code)
+    return library, library.addresses(names)
+
+
+def arrays(random):
+    return random.uniform(-3, 3, SIZE), random.integers(-9, 9, SIZE)

@@ -3,35 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-import itertools
 
 import numpy as np
 import pytest
 
-from freebody.native import codegen
-from freebody.native.translation import translated
-from random_programs import OF_NUMPY, OF_PYTHON, SIZE, Writer, bits, in_python, module
+from random_programs import ARGUMENTS, OF_NUMPY, OF_PYTHON, SIZE, Writer, arrays, bits, compiled, in_python
 
 CHUNK = 50
 """Programs that are compiled together."""
-ARGUMENTS = [
-    (a, b, x, y)
-    for (a, b), (x, y) in itertools.product(
-        [(0, 3), (-7, 5), (2**62 + 3, -1)],
-        [(0.0, -0.0), (0.1, -2.5), (float("nan"), float("inf"))],
-    )
-]
-
-
-def compiled(texts, names, folder, name, lanes=1):
-    made = module(texts, folder, name)
-    code, _ = codegen.optimised_code(translated({n: getattr(made, n) for n in names}, lanes))
-    library = codegen.Library(code)
-    return library, library.addresses(names)
-
-
-def arrays(random):
-    return random.uniform(-3, 3, SIZE), random.integers(-9, 9, SIZE)
 
 
 def as_python_runs(run, arguments, p, k):
