@@ -202,13 +202,13 @@ def translated(functions: Mapping[str, Compiled], lanes: int = 1) -> str:
     return str(_unit(functions, lanes).module)
 
 
-def parts(functions: Mapping[str, Compiled], lanes: int) -> dict[str, str]:
+def parts(functions: Mapping[str, Compiled], lanes: int, public: bool = False) -> dict[str, str]:
     """LLVM text of functions, of the functions and the tables that they need, by name, for use in another module.
 
-    Functions that the text calls but does not define are declared.
+    Functions that the text calls but does not define are declared. The functions are ``public``, or internal.
     """
     result = {}
-    for item in _unit(functions, lanes, internal=True).module.global_values:
+    for item in _unit(functions, lanes, internal=not public).module.global_values:
         text = str(item)
         if isinstance(item, ir.Function) and item.is_declaration:
             kinds = ", ".join(map(str, item.function_type.args))
@@ -429,6 +429,8 @@ class _Body:
         (_, first), *others = join.ways
         self.values = {}
         for name, value in first.items():
+            if isinstance(value, tuple) and any(values.get(name) is not value for _, values in others):
+                continue
             if all(name in values for _, values in others):
                 self.values[name] = self._met(value, [(block, values[name]) for block, values in join.ways])
         return True
@@ -450,6 +452,9 @@ class _Body:
         self.builder.position_at_end(head)
         meetings = {}
         for name in [name for name in self.values if name in names]:
+            if isinstance(self.values[name], tuple):
+                del self.values[name]
+                continue
             meetings[name] = self.builder.phi(self.kinds[name])
             meetings[name].add_incoming(self.values[name], before)
             self.values[name] = meetings[name]
@@ -507,6 +512,9 @@ class _Body:
             for element, part in zip(target.elts, value, strict=True):
                 self.put(element, part)
         elif isinstance(target, ast.Name):
+            if isinstance(value, tuple) and target.id in self.locals and target.id not in self.kinds:
+                self.values[target.id] = value  # several values under one name, which no branch changes
+                return
             kind = self.kinds.get(target.id, kind_of(value))
             if target.id not in self.locals:
                 raise self.refused(target, "a name of the function", "Globals are constants.")
@@ -735,7 +743,11 @@ class _Body:
         elif isinstance(node, ast.Call) and self.value(node.func) is rare and len(node.args) == 1:
             self.branch(node.args[0], yes, no, unlikely=True)
         else:
-            self.fork(self.truth(node, self.value(node)), yes, no, unlikely)
+            value = self.value(node)
+            if isinstance(value, bool):
+                self.goto(yes if value else no)
+            else:
+                self.fork(self.truth(node, value), yes, no, unlikely)
 
     def truth(self, node: ast.expr, value: Any) -> Any:
         """One truth value as an LLVM value."""
@@ -936,7 +948,9 @@ class _Body:
             raise self.refused(node, f"{len(kinds)} argument{'s'[: len(kinds) != 1]}", cure)
         lanes = self.width_of_call(function, values, kinds)
         arguments = [
-            self.cast(argument, value, type_of(kind, lanes) if kind else kind_of(value))
+            value
+            if isinstance(value, tuple)
+            else self.cast(argument, value, type_of(kind, lanes) or kind_of(value))
             for argument, value, kind in zip(node.args, values, kinds, strict=True)
         ]
         if isinstance(function, Instruction):

@@ -20,7 +20,6 @@ from itertools import accumulate, groupby
 from ...native.ir_text import FLAGS, ZEROS, literal, splat
 from ...native.registers import WIDTH
 from ...scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
-from .batch import BLOCKS, DECLARATION, LONG, gather, loop, scatter, tiled
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, Body, Group, Program
 
 PIECE = 800
@@ -146,13 +145,9 @@ class Module:
 
     def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
         """Add the loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
-        self.declarations.add(DECLARATION)
-        self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
-        pieces, frame = self.parts[f"{name}.lanes"]
-        blocks = BLOCKS if len(pieces) > LONG else 1
-        if blocks > 1:
-            self.functions.append(tiled(name, state, outputs, lanes, pieces, frame))
-        self.functions.append(loop(name, state, hoisted, outputs, lanes, blocks))
+        from .batch import loop  # imported late: not needed if the code is on the disk
+
+        self._include(loop(name, (state, hoisted, outputs), lanes, *self.parts[f"{name}.lanes"]))
 
 
 class _Writer:
