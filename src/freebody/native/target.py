@@ -46,7 +46,6 @@ def this() -> Target:
     return Target(THIS, triple, llvm.get_host_cpu_name(), features, fused)
 
 
-@lru_cache(maxsize=len(NAMES))
 def named(name: str) -> Target:
     """Return a target by its name, one of `NAMES`.
 
@@ -55,8 +54,12 @@ def named(name: str) -> Target:
     ValueError
         If there is no such target, or if this build of LLVM has no code for it.
     """
-    if name == THIS:
-        return this()
+    return this() if name == THIS else _other(name)
+
+
+@lru_cache(maxsize=len(_OTHERS))
+def _other(name: str) -> Target:
+    """Return a target other than this processor."""
     for target in _OTHERS:
         if target.name == name:
             llvm.initialize_all_targets()

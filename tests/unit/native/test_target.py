@@ -91,7 +91,7 @@ def test_a_target_that_llvm_lacks_is_refused_by_name(monkeypatch):
     def lacking(triple):
         raise RuntimeError(f"No available targets are compatible with triple '{triple}'")
 
-    target.named.cache_clear()
+    target._other.cache_clear()
     monkeypatch.setattr(llvm.Target, "from_triple", lacking)
     with pytest.raises(
         ValueError, match=r"Expected a build of llvmlite with code for 'wasm32', got one without: No avail"
@@ -106,11 +106,8 @@ def forged(monkeypatch):
     def forge(features):
         other = target.this()._replace(features=features)
         monkeypatch.setattr(target, "this", lambda: other)
-        target.named.cache_clear()
 
-    yield forge
-    monkeypatch.undo()
-    target.named.cache_clear()
+    return forge
 
 
 def test_code_of_other_features_has_another_key(forged):
