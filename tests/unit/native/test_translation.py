@@ -23,7 +23,7 @@ from freebody.native.instructions import (
     whole,
     with_bits,
 )
-from freebody.native.translation import Compiled, each, translated
+from freebody.native.translation import Compiled, Inlined, each, translated
 
 TABLE = np.arange(6.0).reshape(2, 3) ** 2
 CLOSED, OPEN = 0, 1
@@ -546,3 +546,79 @@ def test_a_function_without_a_file_is_refused():
         TypeError, match=r"Expected the text of 'f' in .*, got another\. Write the function with def"
     ):
         translated({"f": Compiled(space["f"])})
+
+
+def sum_and_product(a: Real, b: Real) -> tuple[Real, Real]:
+    result = a
+    for i in range(1):
+        result += b + i
+    return result, a * b
+
+
+def of_both(a: float, b: float) -> float:
+    if a < b:
+        a, b = b, a
+    s, p = BOTH(a, b)
+    both = BOTH(s, 2)
+    t, q = both
+    return s + 10 * p + 100 * t + 1000 * q
+
+
+BOTH = Inlined(sum_and_product)
+
+
+def test_a_function_at_the_place_of_its_call_gives_several_values():
+    assert machine_code(of_both)(2.0, 3.0) == 5 + 60 + 700 + 10000
+    assert translated({"f": Compiled(of_both)}).count("define") == 1
+
+
+def two_ends(a: float) -> float:
+    if a > 0.0:
+        return a
+    return -a
+
+
+def around_itself(a: float) -> float:
+    return AROUND(a)
+
+
+def fewer(a: float) -> tuple[float, float]:
+    return a
+
+
+def changed_by_a_branch(a: float, b: float) -> float:
+    both = BOTH(a, b)
+    if a > 0.0:
+        both = BOTH(b, b)
+    s, p = both
+    return s + p
+
+
+TWO_ENDS, AROUND, FEWER = map(Inlined, (two_ends, around_itself, fewer))
+
+
+def call_two_ends(a: float) -> float:
+    return TWO_ENDS(a)
+
+
+def call_around(a: float) -> float:
+    return AROUND(a)
+
+
+def call_fewer(a: float) -> float:
+    b, c = FEWER(a)
+    return b
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (call_two_ends, "one return with a value, at the end in 'two_ends'"),
+        (call_around, "a function that does not call itself"),
+        (call_fewer, "2 values in 'fewer'"),
+        (changed_by_a_branch, "a name that has a value .*'changed_by_a_branch'.* got 'both'"),
+    ],
+)
+def test_a_function_at_the_place_of_its_call_is_refused(function, message):
+    with pytest.raises(TypeError, match=rf"Expected {message}.*\(test_translation\.py, line \d+\)\. \S.+\.$"):
+        translated({"f": Compiled(function)})
