@@ -281,7 +281,7 @@ def test_constants_of_a_tape_are_their_values() -> None:
 def test_tables_of_a_module_are_their_numbers() -> None:
     """A table whose numbers nobody else keeps is not that of others at the same address."""
     module = _Unit()
-    tables = [module.table(np.full(3, float(k))) for k in range(50)]
+    tables = [module.table(np.full(3, float(k)), "x") for k in range(50)]
     assert len({id(one) for one in tables}) == 50
     assert [str(one.initializer.constant[0].constant) for one in tables] == [str(float(k)) for k in range(50)]
 

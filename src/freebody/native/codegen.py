@@ -12,6 +12,9 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
+from . import target
+from .target import THIS
+
 OPTIMISATION = 1
 """Level of code generation. Levels 2 and 3 give the same code here and take a tenth longer."""
 LONG = 1 << 24
@@ -26,8 +29,7 @@ LIBRARY = (
 
 @lru_cache(maxsize=1)
 def _initialize() -> None:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
+    target.this()
     missing = [name for name in LIBRARY if not llvm.address_of_symbol(name)]
     if missing:
         library = ctypes.CDLL(ctypes.util.find_library("msvcrt" if os.name == "nt" else "m"))
@@ -36,45 +38,45 @@ def _initialize() -> None:
                 llvm.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
 
 
-@lru_cache(maxsize=1)
 def processor() -> tuple[str, str, str]:
     """Target triple, name and features of this processor."""
-    _initialize()
-    return llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    return target.this()[1:4]
 
 
-@lru_cache(maxsize=1)
-def fused() -> bool:
-    """Return whether this processor has a fused multiply-add."""
-    triple, _, features = processor()
-    if triple.startswith(("x86", "i386", "i686", "amd64")):
-        return "+fma" in features.split(",")
-    return triple.startswith(("aarch64", "arm64", "powerpc64", "ppc64", "riscv64"))
+def fused(name: str = THIS) -> bool:
+    """Return whether a processor has a fused multiply-add."""
+    return target.named(name).fused
 
 
-def _new_machine(optimisation: int = OPTIMISATION) -> Any:
-    triple, name, features = processor()
-    target = llvm.Target.from_triple(triple)
-    return target.create_target_machine(
-        cpu=name, features=features, opt=optimisation, reloc="pic", codemodel="jitdefault", jit=True
+def _new_machine(optimisation: int = OPTIMISATION, name: str = THIS) -> Any:
+    _, triple, cpu, features, _ = target.named(name)
+    here = name == THIS
+    return llvm.Target.from_triple(triple).create_target_machine(
+        cpu=cpu,
+        features=features,
+        opt=optimisation,
+        reloc="pic",
+        codemodel="jitdefault" if here else "default",
+        jit=here,
     )
 
 
 _machine = lru_cache(maxsize=4)(_new_machine)
 
 
-def layout() -> str:
-    """Data layout of this processor in LLVM's notation."""
-    return str(_machine().target_data)
+def layout(name: str = THIS) -> str:
+    """Data layout of a processor in LLVM's notation."""
+    return str(_machine(name=name).target_data)
 
 
-def version() -> str:
+def version(name: str = THIS) -> str:
     """Versions of LLVM and of everything else outside the sources that shapes the object code."""
-    return f"{llvmlite.__version__} {llvm.llvm_version_info} {' '.join(processor())} O{OPTIMISATION}"
+    machine = " ".join(target.named(name)[1:4])
+    return f"{llvmlite.__version__} {llvm.llvm_version_info} {machine} O{OPTIMISATION}"
 
 
-def object_code(text: str, optimisation: int | None = None) -> bytes:
-    """Object code of a module.
+def object_code(text: str, optimisation: int | None = None, name: str = THIS) -> bytes:
+    """Object code of a module for a target (`target.NAMES`).
 
     No passes run on the IR: the tape has already shared and folded what they would find, and code generation itself
     contracts, schedules and allocates. Without optimisation, code generation takes an eighth of the time and its code
@@ -83,19 +85,21 @@ def object_code(text: str, optimisation: int | None = None) -> bytes:
     _initialize()
     if optimisation is None:
         optimisation = OPTIMISATION if len(text) < LONG else 0
+    machine = _machine(optimisation, name)
     module = llvm.parse_assembly(text, context=llvm.create_context())
-    return _machine(optimisation).emit_object(module)
+    return machine.emit_object(module)
 
 
-def optimised_code(text: str) -> tuple[bytes, list[str]]:
-    """Object code of a module written by hand, after LLVM's passes, and the C functions that it calls.
+def optimised_code(text: str, name: str = THIS) -> tuple[bytes, list[str]]:
+    """Object code of a module in the compiled language for a target, after LLVM's passes, and the C functions that it
+    calls.
 
     The passes are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code that
     is no faster.
     """
     _initialize()
-    machine, module = _machine(), llvm.parse_assembly(text, context=llvm.create_context())
-    module.triple, module.data_layout = processor()[0], layout()
+    machine, module = _machine(name=name), llvm.parse_assembly(text, context=llvm.create_context())
+    module.triple, module.data_layout = target.named(name).triple, layout(name)
     passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
     passes.getModulePassManager().run(module, passes)
     called = (f.name.removeprefix("llvm.").split(".")[0] for f in module.functions if f.is_declaration)

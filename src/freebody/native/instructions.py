@@ -5,7 +5,10 @@
     linear(row)(work, n, target, base, h)  work[target] = work[base] + h Σ_j row[j] work[j]
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
     root(a), whole(a)                      sqrt(a), int(a)
-    with_bits(i)                           the real number of 64 bits
+    with_bits(i), bits(a)                  the real number of 64 bits, and the bits of a number
+    fma(a, b, c)                           a b + c with one rounding
+    where(c, a, b)                         a where c holds, b elsewhere
+    extract(x, l), replaced(x, l, a)       the number in a lane, and x with another one
 
 A kernel has the signature ``void f(double t, const double *y, const double *c, double *out)``. It is called through
 its address, so that one compiled integrator serves every model. The rows of ``work`` are padded to a multiple of
@@ -14,25 +17,47 @@ its address, so that one compiled integrator serves every model. The rows of ``w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
 
+from .arithmetic import (
+    REAL,
+    TRUTH,
+    WHOLE,
+    cast,
+    element_of,
+    intrinsic,
+    lanes_of,
+    mathematical,
+    selected,
+    splat,
+    wide,
+)
 from .registers import WIDTH
-from .row_arithmetic import Eight, Rows, splat
-from .translation import REAL, WHOLE, Compiled, Instruction, called, counted, instruction
+from .row_arithmetic import Eight, Rows
+from .translation import Compiled, Inlined, Instruction, counted, instruction
 
 Reals = Any  # pointer to the first of real numbers in memory
 Integers = Any  # pointer to the first of integers in memory
+Real = Any  # a real number, or one for each lane
+Whole = Any  # an integer, or one for each lane
+Truth = Any  # a truth value, or one for each lane
+Row = Any  # pointer to the first of such real numbers in memory
 EPS = float(np.finfo(float).eps)
 
 
 def compiled(function: Callable[..., Any]) -> Compiled:
     """Mark a function as one of the compiled language."""
     return Compiled(function)
+
+
+def inlined(function: Callable[..., Any]) -> Inlined:
+    """Mark a function as one that is translated at the place of each call; it may return several values."""
+    return Inlined(function)
 
 
 class Parts(list[Callable[..., Any]]):
@@ -97,7 +122,7 @@ def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False)
     early, (late, weight) = terms[:-1] if chained else terms, terms[-1]
 
     def weighted_sum(builder: Any, work: Any, n: Any, target: Any, base: Any, h: Any) -> None:
-        step = Rows(builder, work, n, h)[0] if lanes else Eight(builder, splat(builder, h))
+        step = Rows(builder, work, n, h)[0] if lanes else Eight(builder, splat(builder, h, WIDTH))
         based = builder.icmp_signed(">=", base, WHOLE(0))
         safe_base = builder.select(based, base, WHOLE(0))
         with counted(builder, n, WIDTH) as offset:
@@ -120,37 +145,143 @@ def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False)
                     # store
                     value = builder.load_atomic(builder.gep(old, [WHOLE(k)]), "monotonic", 8)
                     early_sum = builder.extract_element(result.value, ir.IntType(32)(k))
-                    value = called(builder, "llvm.fmuladd.f64", REAL, factor, value, early_sum)
+                    value = intrinsic(builder, "llvm.fmuladd.f64", REAL, factor, value, early_sum)
                     builder.store_atomic(value, builder.gep(new, [WHOLE(k)]), "monotonic", 8)
 
     return Instruction(weighted_sum, "Reals", "int", "int", "int", "int" if lanes else "float")
 
 
-@instruction("float", "float")
+@instruction("Real", "Real")
 def greater(builder: Any, a: Any, b: Any) -> Any:
     """Return a if a > b, else b."""
     return builder.select(builder.fcmp_ordered(">", a, b), a, b)
 
 
-@instruction("float", "float")
+@instruction("Real", "Real")
 def lesser(builder: Any, a: Any, b: Any) -> Any:
     """Return a if a < b, else b."""
     return builder.select(builder.fcmp_ordered("<", a, b), a, b)
 
 
-@instruction("float")
+@instruction("Real")
 def root(builder: Any, a: Any) -> Any:
-    """Square root."""
-    return called(builder, "llvm.sqrt.f64", REAL, a)
+    """Square root; nan of a negative number."""
+    return mathematical(builder, "sqrt", a)
 
 
-@instruction("float")
+@instruction("Real", "Real", "Real")
+def fma(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c with one rounding."""
+    return mathematical(builder, "fma", a, b, c)
+
+
+@instruction("Real")
 def whole(builder: Any, a: Any) -> Any:
-    """Integer part of a real number, rounded towards zero."""
-    return builder.fptosi(a, WHOLE)
+    """Integer part, rounded towards zero; the nearest integer to a number beyond 64 bits; 0 of nan."""
+    kind = wide(WHOLE, lanes_of(a.type))
+    suffix = f"v{lanes_of(a.type)}" if lanes_of(a.type) > 1 else ""
+    return intrinsic(builder, f"llvm.fptosi.sat.{suffix}i64.{suffix}f64", kind, a)
 
 
-@instruction("int")
+@instruction("Whole")
 def with_bits(builder: Any, a: Any) -> Any:
     """Real number with the bits of an integer."""
-    return builder.bitcast(a, REAL)
+    return builder.bitcast(a, wide(REAL, lanes_of(a.type)))
+
+
+@instruction("Real")
+def bits(builder: Any, a: Any) -> Any:
+    """Integer with the bits of a real number."""
+    return builder.bitcast(a, wide(WHOLE, lanes_of(a.type)))
+
+
+@instruction("Whole", "Whole")
+def high(builder: Any, a: Any, b: Any) -> Any:
+    """Upper 64 bits of the product of two patterns of 64 bits."""
+    double = ir.IntType(128)
+    product = builder.mul(builder.zext(a, double), builder.zext(b, double))
+    return builder.trunc(builder.lshr(product, double(64)), WHOLE)
+
+
+@instruction("Whole", "Whole", "Whole")
+def joined(builder: Any, a: Any, b: Any, k: Any) -> Any:
+    """64 bits of the 128 bits of a and b, from place k on, 0 <= k < 64."""
+    return intrinsic(builder, "llvm.fshl.i64", WHOLE, a, b, k)
+
+
+@instruction("Whole")
+def leading_zeros(builder: Any, a: Any) -> Any:
+    """Number of zeros before the first one of 64 bits."""
+    return intrinsic(builder, "llvm.ctlz.i64", WHOLE, a, TRUTH(0))
+
+
+@instruction("Whole")
+def unsigned(builder: Any, a: Any) -> Any:
+    """Real number nearest to the natural number with these 64 bits."""
+    return builder.uitofp(a, wide(REAL, lanes_of(a.type)))
+
+
+def library(name: str, arguments: int = 1) -> Instruction:
+    """Return the function of this name in the C library, of so many real numbers."""
+
+    def call_library(builder: Any, *values: Any) -> Any:
+        return intrinsic(builder, name, REAL, *values)
+
+    return Instruction(call_library, *["float"] * arguments)
+
+
+@instruction("")
+def room(builder: Any, count: Any) -> Any:
+    """Pointer to memory of the function for so many real numbers; the count is a constant."""
+    with builder.goto_entry_block():
+        return builder.alloca(REAL, count.constant)
+
+
+def polynomial(coefficients: Sequence[float]) -> Instruction:
+    """Return the instruction (z, z²) -> Σ coefficients[i] z^i.
+
+    It has two chains, of even and of odd powers (Estrin's first step), which is shorter to wait for.
+    """
+
+    def in_two_chains(builder: Any, z: Any, zz: Any) -> Any:
+        sums = []
+        for chain in (coefficients[0::2], coefficients[1::2]):
+            value = cast(builder, chain[-1], z.type)
+            for c in reversed(chain[:-1]):
+                value = mathematical(builder, "fma", value, zz, cast(builder, c, z.type))
+            sums.append(value)
+        return mathematical(builder, "fma", sums[1], z, sums[0])
+
+    return Instruction(in_two_chains, "Real", "Real")
+
+
+# -- what a run of one lane does as well, and what is rare -------------------------------------------------
+
+
+where = Instruction(selected, "", "", "")
+"""``where(c, a, b)``: a where c holds, b elsewhere; both are evaluated."""
+
+
+@instruction("", "int")
+def extract(builder: Any, x: Any, lane: Any) -> Any:
+    """Return the number of ``x`` in a lane."""
+    return x if lanes_of(x.type) == 1 else builder.extract_element(x, lane)
+
+
+@instruction("", "int", "")
+def replaced(builder: Any, x: Any, lane: Any, value: Any) -> Any:
+    """Return ``x`` with another number in a lane."""
+    value = cast(builder, value, element_of(x.type))
+    return value if lanes_of(x.type) == 1 else builder.insert_element(x, value, lane)
+
+
+@instruction("")
+def lanes(builder: Any, x: Any) -> int:
+    """Return the number of lanes."""
+    return lanes_of(x.type)
+
+
+@instruction("Row")
+def numbers(builder: Any, row: Any) -> Any:
+    """Pointer to the numbers of a row: that of component i in lane l stands at (number of lanes) i + l."""
+    return builder.bitcast(row, REAL.as_pointer())

@@ -135,8 +135,12 @@ def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]])
 def _loaded(
     header: dict[str, Any], code: bytes, names: Sequence[str]
 ) -> tuple[dict[str, Function], codegen.Library] | None:
-    """Return the functions in object code and their library; None if the code is damaged or of other functions."""
-    if set(header) != {"functions", "needed"} or set(header["functions"]) != set(names):
+    """Return the functions in object code and their library; None if the code is damaged, of other functions or of
+    another processor.
+    """
+    if set(header) != {"functions", "needed", "target"} or set(header["functions"]) != set(names):
+        return None
+    if header["target"] != codegen.version():  # code of another processor must not run
         return None
     if not all(map(llvm.address_of_symbol, header["needed"])):  # without one, LLVM would end the process
         return None
@@ -160,4 +164,4 @@ def _compiled(space: Mapping[str, Any], names: Sequence[str]) -> tuple[dict[str,
     chosen = {name: space[name] for name in names}
     code, needed = codegen.optimised_code(translated({f"loop_{name}": f for name, f in chosen.items()}))
     functions = {name: (f"loop_{name}", f.arguments, f.result) for name, f in chosen.items()}
-    return {"needed": needed, "functions": functions}, code
+    return {"needed": needed, "functions": functions, "target": codegen.version()}, code

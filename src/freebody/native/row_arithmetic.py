@@ -15,8 +15,9 @@ from typing import Any
 
 from llvmlite import ir
 
+from .arithmetic import REAL, WHOLE, intrinsic, splat
 from .registers import WIDTH
-from .translation import REAL, WHOLE, Instruction, called, counted, instruction, variable
+from .translation import Instruction, counted, instruction, variable
 
 
 class Eight:
@@ -63,7 +64,9 @@ class Eight:
     def _called(self, name: str, *operands: Any) -> Eight:
         """Result of an LLVM intrinsic function of these numbers and further operands."""
         values = [self.value, *map(self._vector, operands)]
-        return Eight(self.builder, called(self.builder, f"llvm.{name}.v{WIDTH}f64", self.value.type, *values))
+        return Eight(
+            self.builder, intrinsic(self.builder, f"llvm.{name}.v{WIDTH}f64", self.value.type, *values)
+        )
 
     def times_plus(self, factor: Any, more: Any) -> Eight:
         """Return self · factor + more, with one rounding if the processor has a fused multiply-add."""
@@ -121,14 +124,6 @@ def bits_of(number: int) -> Any:
     return ir.Constant(ir.VectorType(WHOLE, WIDTH), [WHOLE(number)] * WIDTH)
 
 
-def splat(builder: Any, scalar: Any) -> Any:
-    """Vector with a number in all eight places."""
-    undefined = ir.Constant(ir.VectorType(REAL, WIDTH), ir.Undefined)
-    first = builder.insert_element(undefined, scalar, ir.IntType(32)(0))
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(first, undefined, zeros)
-
-
 class Rows:
     """The rows of ``work`` as a formula reads and writes them: eight numbers of each, from ``offset`` on."""
 
@@ -166,15 +161,14 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
 
             def eight_of(value: Any) -> Eight:
                 if value.type == REAL:
-                    return Eight(builder, splat(builder, value))
-                remaining = builder.bitcast(builder.sub(n, offset), REAL)  # the bits of an integer
-                remaining = builder.bitcast(splat(builder, remaining), places.type)
+                    return Eight(builder, splat(builder, value, WIDTH))
+                remaining = splat(builder, builder.sub(n, offset), WIDTH)
                 ones = all_of(1.0)
                 pointer = builder.bitcast(builder.gep(value, [offset]), ones.type.as_pointer())
                 inside = builder.icmp_signed("<", places, remaining)
                 name = f"llvm.masked.load.v{WIDTH}f64.p0"
                 return Eight(
-                    builder, called(builder, name, ones.type, pointer, ir.IntType(32)(8), inside, ones)
+                    builder, intrinsic(builder, name, ones.type, pointer, ir.IntType(32)(8), inside, ones)
                 )
 
             rows = Rows(builder, work, w, offset)

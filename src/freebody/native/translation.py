@@ -1,16 +1,22 @@
 """Translation of functions of numbers and of arrays in memory from Python's syntax into LLVM's.
 
-Compiled loops are written in a small part of Python. Each of its statements corresponds to instructions of a processor:
+Compiled loops are written in a small part of Python, the compiled language (docs/compiled-language.md). Each of its
+statements corresponds to instructions of a processor:
 
-    integers, real numbers and truth values, and pointers to numbers, p[i];  + - * / // % << **, abs, comparisons,
-    and, or, not, a if c else b, several names at once, if, while, for over range, break, continue, return, calls
+    integers, real numbers and truth values, one or one for each lane, and arrays of numbers, p[i];
+    + - * / // % ** << >> & | ^, abs, comparisons, and, or, not, a if c else b, where(c, a, b), any, all,
+    several names at once, if, while, for over range or over each lane, break, continue, return, calls
 
-A variable has the type of its first value. Integers become real numbers where needed, never the reverse. Globals are
-constants: numbers, tables (NumPy arrays), other functions of this kind, and instructions. Expressions of globals alone
-are evaluated during translation, and a branch that they exclude is not translated. A function may call `Compiled` and
-`Instruction` objects; any other call is refused.
+A variable has the type of its first value, and a value on every way to its use. Globals are constants: numbers, tables
+(NumPy arrays), other functions of this kind, and instructions. Expressions of globals alone are evaluated during
+translation, and a branch that they exclude is not translated. A function may call `Compiled` and `Instruction` objects;
+any other call is refused.
 
-Arithmetic is that of the processor: divisions by zero give infinities or nan, and integers have 64 bits.
+One source serves one run and several lanes: the *width* of a translation is the number of lanes of the types `Real`,
+`Whole`, `Truth` and `Row` (`TYPES`). A function without such a type in its signature is of one run at every width.
+
+Arithmetic is that of the processor (`arithmetic`). Variables become values of LLVM, which meet in phi nodes: no pass of
+LLVM is needed to keep them in registers.
 
 The file is longer than others: it defines one language in one place.
 """
@@ -19,12 +25,12 @@ from __future__ import annotations
 
 import ast
 import builtins
+import inspect
 import math
-import operator
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
-from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -32,7 +38,28 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
-REAL, WHOLE, TRUTH = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+from .arithmetic import (
+    REAL,
+    TRUTH,
+    WHOLE,
+    Refusal,
+    cast,
+    common_lanes,
+    compared,
+    constant,
+    element_of,
+    in_words,
+    is_number,
+    kind_of,
+    lanes_of,
+    mathematical,
+    negated,
+    operated,
+    opposite,
+    size,
+    wide,
+)
+
 TYPES = {
     "None": ir.VoidType(),
     "int": WHOLE,
@@ -41,16 +68,22 @@ TYPES = {
     "Integers": WHOLE.as_pointer(),
 }
 """LLVM type of an argument or a result, by its annotation."""
+WIDE_TYPES = {"Real": REAL, "Whole": WHOLE, "Truth": TRUTH}
+"""Type of the number in each lane, by annotation. A `Row` points to numbers of type `Real`."""
+_UNLIKELY = (1, 1 << 20)
+"""Weights of the ways of a branch on ``rare(c)``."""
 
-_OF_REALS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
-_OF_INTEGERS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.LShift: "shl"}
-_OF_PYTHON: dict[type, Callable[..., Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.LShift: operator.lshift, ast.Pow: operator.pow,
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-}  # fmt: skip
-_COMPARED = {ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+
+def type_of(annotation: Any, lanes: int) -> Any:
+    """LLVM type of an annotation in a translation for so many lanes; None if there is none."""
+    name = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
+    if name == "Row":
+        return wide(REAL, lanes).as_pointer()
+    return wide(WIDE_TYPES[name], lanes) if name in WIDE_TYPES else TYPES.get(name)
+
+
+def _is_wide(annotation: Any) -> bool:
+    return annotation == "Row" or annotation in WIDE_TYPES
 
 
 class Compiled:
@@ -58,7 +91,8 @@ class Compiled:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
-        *self.arguments, self.result = function.__annotations__.values()
+        annotations: list[Any] = [*function.__annotations__.values()] or [""]
+        self.arguments, self.result = annotations[:-1], annotations[-1]
 
     def __call__(self, *arguments: Any) -> Any:
         """Raise an error: only compiled code can call this object."""
@@ -68,10 +102,15 @@ class Compiled:
         )
 
 
+class Inlined(Compiled):
+    """A function that is translated anew at the place of each call. It returns one value or several, at its end."""
+
+
 class Instruction:
     """A call that is replaced by instructions: ``write(builder, *values)`` writes them and returns the result.
 
-    The result is an LLVM value or None. ``kinds`` are the types of the arguments (`TYPES`); "" accepts any type.
+    The result is an LLVM value or None. ``kinds`` are the types of the arguments (`TYPES`, `WIDE_TYPES`); "" accepts
+    any type.
     """
 
     def __init__(self, write: Callable[..., Any], *kinds: str) -> None:
@@ -90,15 +129,6 @@ def instruction(*kinds: str) -> Callable[[Callable[..., Any]], Any]:
 # -- building blocks of instructions -------------------------------------------------------------------
 
 
-def called(builder: Any, name: str, result: Any, *values: Any) -> Any:
-    """Call an intrinsic function of LLVM and return its result."""
-    function = builder.module.globals.get(name)
-    if function is None:
-        kind = ir.FunctionType(result, [value.type for value in values])
-        function = ir.Function(builder.module, kind, name)
-    return builder.call(function, values)
-
-
 def variable(builder: Any, value: Any) -> Any:
     """Pointer to local memory of the function, set to this value."""
     with builder.goto_entry_block():
@@ -110,97 +140,189 @@ def variable(builder: Any, value: Any) -> Any:
 @contextmanager
 def counted(builder: Any, stop: Any, step: int) -> Iterator[Any]:
     """Write a loop around the body of the context, whose value is the counter: 0, step, … below ``stop``."""
-    with _loop(builder, WHOLE(0), stop, step) as (number, _, _):
-        yield number
-
-
-@contextmanager
-def _loop(builder: Any, start: Any, stop: Any, step: int) -> Iterator[tuple[Any, Any, Any]]:
-    """Write a loop around the body of the context: (counter, block that continues the loop, block after it)."""
-    place = variable(builder, start)
-    head, body, again, done = (builder.append_basic_block() for _ in range(4))
+    before = builder.block
+    head, body, done = (builder.append_basic_block() for _ in range(3))
     builder.branch(head)
     builder.position_at_end(head)
-    number = builder.load(place)
-    builder.cbranch(builder.icmp_signed("<" if step > 0 else ">", number, stop), body, done)
+    number = builder.phi(WHOLE)
+    number.add_incoming(WHOLE(0), before)
+    builder.cbranch(builder.icmp_signed("<", number, stop), body, done)
     builder.position_at_end(body)
-    yield number, again, done
-    if not builder.block.is_terminated:
-        builder.branch(again)
-    builder.position_at_end(again)
-    builder.store(builder.add(number, WHOLE(step)), place)
+    yield number
+    number.add_incoming(builder.add(number, WHOLE(step)), builder.block)
     builder.branch(head)
     builder.position_at_end(done)
 
 
-@instruction("float")
-def _absolute(builder: Any, x: Any) -> Any:
-    return called(builder, "llvm.fabs.f64", REAL, x)
-
-
-@instruction("float")
+@instruction("Real")
 def _finite(builder: Any, x: Any) -> Any:
-    return builder.fcmp_ordered("<", called(builder, "llvm.fabs.f64", REAL, x), REAL(math.inf))
+    return compared(builder, ast.Lt, mathematical(builder, "fabs", x), math.inf)
 
 
-@instruction("float")
+@instruction("Real")
 def _logarithm2(builder: Any, x: Any) -> Any:
-    return called(builder, "llvm.log2.f64", REAL, x)
+    return mathematical(builder, "log2", x)
 
 
-_EQUIVALENTS = {abs: _absolute, math.isfinite: _finite, math.log2: _logarithm2}
+@instruction("Real")
+def _root(builder: Any, x: Any) -> Any:
+    return mathematical(builder, "sqrt", x)
+
+
+@instruction("Real", "Real")
+def _signed(builder: Any, x: Any, sign: Any) -> Any:
+    return mathematical(builder, "copysign", x, sign)
+
+
+def _of_mask(sign: str, number: int) -> Instruction:
+    """Instruction that compares the bits of a truth value for each lane with a number."""
+
+    def reduced(builder: Any, c: Any) -> Any:
+        if lanes_of(c.type) == 1:
+            return c
+        bits = ir.IntType(lanes_of(c.type))
+        return builder.icmp_unsigned(sign, builder.bitcast(c, bits), bits(number))
+
+    return Instruction(reduced, "Truth")
+
+
+_abs = Instruction(size, "")
+_EQUIVALENTS: dict[Any, Instruction] = {
+    abs: _abs, math.fabs: _abs, math.isfinite: _finite, math.log2: _logarithm2, math.sqrt: _root,
+    math.copysign: _signed, any: _of_mask("!=", 0), all: _of_mask("==", -1),
+}  # fmt: skip
 """Instructions that stand for functions of Python."""
 
 
 # -- a module ------------------------------------------------------------------------------------------
 
 
-def translated(functions: Mapping[str, Compiled]) -> str:
-    """LLVM text of functions under these names, and of all functions that they call."""
+def translated(functions: Mapping[str, Compiled], lanes: int = 1) -> str:
+    """LLVM text of functions under these names, and of all functions that they call, for so many lanes."""
+    return str(_unit(functions, lanes).module)
+
+
+def parts(functions: Mapping[str, Compiled], lanes: int, public: bool = False) -> dict[str, str]:
+    """LLVM text of functions, of the functions and the tables that they need, by name, for use in another module.
+
+    Functions that the text calls but does not define are declared. The functions are ``public``, or internal.
+    """
+    result = {}
+    for item in _unit(functions, lanes, internal=not public).module.global_values:
+        text = str(item)
+        if isinstance(item, ir.Function) and item.is_declaration:
+            kinds = ", ".join(map(str, item.function_type.args))
+            text = f"declare {item.function_type.return_type} @{item.name}({kinds})"
+        result[f"@{item.name}"] = text
+    return result
+
+
+def _unit(functions: Mapping[str, Compiled], lanes: int, internal: bool = False) -> _Unit:
     unit = _Unit()
     for name, function in functions.items():
-        unit.declare(function, name)
+        unit.declare(function, lanes, name, internal)
     while unit.waiting:
-        _Body(unit, *unit.waiting.pop()).write()
-    return str(unit.module)
+        compiled, llvm_function, width = unit.waiting.pop()
+        entry = llvm_function.append_basic_block()
+        builder = ir.IRBuilder(entry)
+        builder.position_at_end(builder.append_basic_block())
+        begin = builder.block
+        body = _Body(unit, compiled, builder, width)
+        body.result = llvm_function.function_type.return_type
+        body.write(llvm_function.args)
+        builder.position_at_end(entry)  # the block of variables in memory
+        builder.branch(begin)
+    return unit
 
 
 class _Unit:
-    """The functions of one module, each translated once."""
+    """The functions of one module, each translated once for each width that is called."""
 
     def __init__(self) -> None:
         self.module = ir.Module()
-        self.waiting: list[tuple[Compiled, Any]] = []
-        self._declared: dict[int, Any] = {}
+        self.waiting: list[tuple[Compiled, Any, int]] = []
+        self._declared: dict[tuple[int, int], Any] = {}
         self._tables: dict[int, Any] = {}
+        self._kept: list[Any] = []  # objects whose ids are in use
+        self.inlining: list[Inlined] = []
 
-    def declare(self, compiled: Compiled, name: str = "") -> Any:
+    def _name(self, name: str) -> str:
+        """Name that no other function or table has."""
+        count, result = 0, name
+        while result in self.module.globals:
+            count += 1
+            result = f"{name}.{count}"
+        return result
+
+    def declare(self, compiled: Compiled, lanes: int, name: str = "", internal: bool = False) -> Any:
         """Declare a function, which is translated later. A function without a name stays internal to the module."""
-        if id(compiled) not in self._declared:
-            kind = ir.FunctionType(
-                TYPES[compiled.result], [TYPES[argument] for argument in compiled.arguments]
-            )
-            internal = f"{compiled.function.__name__}.{len(self._declared)}"
-            function = ir.Function(self.module, kind, name or internal)
-            if not name:
+        if not any(map(_is_wide, (*compiled.arguments, compiled.result))):
+            lanes = 1
+        key = id(compiled), lanes
+        if key not in self._declared:
+            *arguments, result = signature(compiled, lanes)
+            suffix = f".{lanes}" if any(map(_is_wide, (*compiled.arguments, compiled.result))) else ""
+            own = self._name(name or f"{compiled.function.__name__}{suffix}")
+            function = ir.Function(self.module, ir.FunctionType(result, arguments), own)
+            if internal or not name:
                 function.linkage = "internal"
-            # calls are not inlined: large modules then compile quickly, and where products and sums are fused does not
-            # depend on the caller
+            # calls are not inlined: large modules then compile quickly
             function.attributes.add("noinline")
             function.attributes.add("nounwind")
-            self._declared[id(compiled)] = function
-            self.waiting.append((compiled, function))
-        return self._declared[id(compiled)]
+            self._declared[key] = function
+            self._kept.append(compiled)
+            self.waiting.append((compiled, function, lanes))
+        return self._declared[key]
 
-    def table(self, numbers: Any) -> Any:
-        """A constant array of real numbers in memory."""
+    def table(self, numbers: Any, name: str) -> Any:
+        """A constant array of numbers in memory."""
         if id(numbers) not in self._tables:
-            kind = ir.ArrayType(REAL, numbers.size)
-            table = ir.GlobalVariable(self.module, kind, f"table.{len(self._tables)}")
+            kind = {"f": REAL, "i": WHOLE}.get(numbers.dtype.kind)
+            if kind is None:
+                cure = "np.array(..., dtype=float) or dtype=np.int64 makes one."
+                raise Refusal("a table of numbers", cure, f"a table of {numbers.dtype}")
+            array = ir.ArrayType(kind, numbers.size)
+            table = ir.GlobalVariable(self.module, array, self._name(f"table.{name}"))
             table.linkage, table.global_constant = "internal", True
-            table.initializer = kind([REAL(float(x)) for x in numbers.flat])
-            self._tables[id(numbers)] = table, numbers  # the reference keeps the id valid
-        return self._tables[id(numbers)][0]
+            table.initializer = array([constant(x.item(), kind) for x in numbers.flat])
+            self._tables[id(numbers)] = table
+            self._kept.append(numbers)
+        return self._tables[id(numbers)]
+
+
+def signature(compiled: Compiled, lanes: int) -> list[Any]:
+    """Types of the arguments and of the result of a function."""
+    function = compiled.function
+    code = function.__code__
+    where = f"({Path(code.co_filename).name}, line {code.co_firstlineno})"
+    parameters = inspect.signature(function).parameters.values()
+    for p in parameters:
+        if p.kind is not p.POSITIONAL_OR_KEYWORD or p.default is not p.empty:
+            raise TypeError(
+                f"Expected arguments by position without defaults for '{function.__name__}', which is to be machine "
+                f"code, got '{p}' {where}. Pass every argument."
+            )
+    names = [p.name for p in parameters]
+    if [*function.__annotations__] != [*names, "return"]:
+        missing = [name for name in (*names, "return") if name not in function.__annotations__]
+        raise TypeError(
+            f"Expected a type for every argument and for the result of '{function.__name__}', which is to be machine "
+            f"code, got none for {', '.join(missing)} {where}. Annotate it: {', '.join([*TYPES, *WIDE_TYPES, 'Row'])}."
+        )
+    kinds = []
+    annotations = [*function.__annotations__.items()]
+    results = re.fullmatch(r"tuple\[(.+)\]", str(compiled.result))
+    if results and isinstance(compiled, Inlined):
+        annotations[-1:] = [("return", part.strip()) for part in results[1].split(",")]
+    for name, annotation in annotations:
+        kind = type_of(annotation, lanes)
+        if kind is None or isinstance(kind, ir.VoidType) and name != "return":
+            raise TypeError(
+                f"Expected a type of the compiled language for '{name}' of '{function.__name__}', got '{annotation}' "
+                f"{where}. Types are {', '.join([*TYPES, *WIDE_TYPES, 'Row'])}; None is for results."
+            )
+        kinds.append(kind)
+    return kinds
 
 
 @cache
@@ -214,51 +336,135 @@ def _syntax(file: str) -> dict[int, ast.FunctionDef]:
     }
 
 
-def _kind(value: Any) -> Any:
-    """LLVM type of an LLVM value or of a Python number."""
-    for python, kind in ((bool, TRUTH), (int, WHOLE), (float, REAL)):
-        if isinstance(value, python):
-            return kind
-    return getattr(value, "type", None)
+class _Join:
+    """A block, and the ways that lead to it: the last block of each, and the values of its variables."""
+
+    def __init__(self) -> None:
+        self.block: Any = None
+        self.ways: list[tuple[Any, dict[str, Any]]] = []
 
 
 class _Body:
     """One function during its translation."""
 
-    def __init__(self, unit: _Unit, compiled: Compiled, function: Any) -> None:
+    def __init__(self, unit: _Unit, compiled: Compiled, builder: Any, lanes: int) -> None:
         code = compiled.function.__code__
-        self.unit, self.file, self.space = unit, code.co_filename, compiled.function.__globals__
-        self.tree = _syntax(code.co_filename)[code.co_firstlineno]
-        self.locals = set(code.co_varnames)
-        self.variables: dict[str, Any] = {}
-        self.loops: list[tuple[Any, Any]] = []
-        self.entry = function.append_basic_block()
-        self.builder = ir.IRBuilder(self.entry)
-        self.result = function.function_type.return_type
-        self.arguments = function.args
+        self.unit, self.file, self.lanes = unit, code.co_filename, lanes
+        cells = zip(code.co_freevars, compiled.function.__closure__ or (), strict=True)
+        self.space = {**compiled.function.__globals__, **{name: cell.cell_contents for name, cell in cells}}
+        try:
+            tree = _syntax(code.co_filename).get(code.co_firstlineno)
+        except OSError:
+            tree = None
+        if tree is None or tree.name != code.co_name:
+            raise TypeError(
+                f"Expected the text of '{code.co_name}' in {Path(self.file).name}, line {code.co_firstlineno}, got "
+                "another. Write the function with def in a file; if the file has changed, start Python anew."
+            )
+        self.tree = tree
+        self.locals = {*code.co_varnames, *code.co_cellvars}
+        self.kinds: dict[str, Any] = {}
+        self.values: dict[str, Any] = {}
+        self.loops: list[tuple[_Join, _Join]] = []
+        self.builder = builder
+        self.result: Any = None  # type of the result; several of a function that is inlined
+        self.returned: Any = None  # the result of such a function
 
-    def write(self) -> None:
+    def bind(self, values: Sequence[Any]) -> None:
+        """Give the arguments their values."""
+        for name, value in zip(self.tree.args.args, values, strict=True):
+            self.kinds[name.arg], self.values[name.arg] = value.type, value
+
+    def inline(self, values: Sequence[Any], kinds: list[Any]) -> Any:
+        """Translate the function at the place of a call, and return its result."""
+        self.bind(values)
+        self.result = kinds
+        self.block(self.tree.body)
+        if len(kinds) == 1:
+            return None if isinstance(kinds[0], ir.VoidType) else self.returned[0]
+        return self.returned
+
+    def write(self, arguments: Sequence[Any]) -> None:
         """Translate the function."""
-        begin = self.builder.append_basic_block()
-        self.builder.position_at_end(begin)
-        for name, value in zip(self.tree.args.args, self.arguments, strict=True):
-            self.variables[name.arg] = variable(self.builder, value)
+        self.bind(arguments)
         self.block(self.tree.body)
         if not self.builder.block.is_terminated:
-            if isinstance(self.result, ir.VoidType):
-                self.builder.ret_void()
-            else:
-                self.builder.unreachable()
-        self.builder.position_at_end(self.entry)
-        self.builder.branch(begin)
+            if not isinstance(self.result, ir.VoidType):
+                cure = "End each way through the function with return and a value."
+                raise self.refused(self.tree, "a value on every way", cure, "the end of the function")
+            self.builder.ret_void()
 
-    def refused(self, node: Any, expected: str, got: str = "") -> TypeError:
-        """Error that names the construct that cannot be translated, with its file and line."""
+    def refused(self, node: Any, expected: str, cure: str, got: str = "") -> TypeError:
+        """Error that names the construct that cannot be translated, with its file, its line and the cure."""
         got = got or f"'{ast.unparse(node).splitlines()[0]}'"
         return TypeError(
             f"Expected {expected} in '{self.tree.name}', which is to be machine code, got {got} "
-            f"({Path(self.file).name}, line {node.lineno})."
+            f"({Path(self.file).name}, line {node.lineno}). {cure}"
         )
+
+    # -- ways --
+
+    def goto(self, join: _Join) -> None:
+        """End this block with a branch to another."""
+        self._lead(join)
+        self.builder.branch(join.block)
+
+    def fork(self, truth: Any, yes: _Join, no: _Join, rare: bool = False) -> None:
+        """End this block with a branch to one of two others."""
+        for join in (yes, no):
+            self._lead(join)
+        branch = self.builder.cbranch(truth, yes.block, no.block)
+        if rare:
+            branch.set_weights(_UNLIKELY)
+
+    def _lead(self, join: _Join) -> None:
+        join.block = join.block or self.builder.append_basic_block()
+        join.ways.append((self.builder.block, dict(self.values)))
+
+    def enter(self, join: _Join) -> bool:
+        """Continue at a block with the variables that have a value on every way to it; False if no way leads there."""
+        if not join.ways:
+            return False
+        self.builder.position_at_end(join.block)
+        (_, first), *others = join.ways
+        self.values = {}
+        for name, value in first.items():
+            if isinstance(value, tuple) and any(values.get(name) is not value for _, values in others):
+                continue
+            if all(name in values for _, values in others):
+                self.values[name] = self._met(value, [(block, values[name]) for block, values in join.ways])
+        return True
+
+    def _met(self, value: Any, ways: Sequence[tuple[Any, Any]]) -> Any:
+        """Return the value of one variable, whichever way leads here."""
+        if all(other is value for _, other in ways):
+            return value
+        result = self.builder.phi(value.type)
+        for block, other in ways:
+            result.add_incoming(other, block)
+        return result
+
+    def head(self, node: ast.stmt) -> tuple[Any, dict[str, Any]]:
+        """Begin a loop: its first block, and the meetings there of the variables that it changes."""
+        names = {x.id for x in ast.walk(node) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)}
+        before, head = self.builder.block, self.builder.append_basic_block()
+        self.builder.branch(head)
+        self.builder.position_at_end(head)
+        meetings = {}
+        for name in [name for name in self.values if name in names]:
+            if isinstance(self.values[name], tuple):
+                del self.values[name]
+                continue
+            meetings[name] = self.builder.phi(self.kinds[name])
+            meetings[name].add_incoming(self.values[name], before)
+            self.values[name] = meetings[name]
+        return head, meetings
+
+    def back(self, head: Any, meetings: dict[str, Any]) -> None:
+        """Repeat a loop from its first block."""
+        for name, meeting in meetings.items():
+            meeting.add_incoming(self.values[name], self.builder.block)
+        self.builder.branch(head)
 
     # -- statements --
 
@@ -269,12 +475,19 @@ class _Body:
                 return
             write = getattr(self, f"_{type(statement).__name__}", None)
             if write is None:
-                raise self.refused(statement, "a statement of the compiled language")
-            write(statement)
+                cure = "Statements are assignments, if, while, for, break, continue, pass, return and calls."
+                raise self.refused(statement, "a statement of the compiled language", cure)
+            try:
+                write(statement)
+            except Refusal as refusal:
+                raise self.refused(statement, refusal.expected, refusal.cure, refusal.got) from None
 
     def _Expr(self, node: ast.Expr) -> None:
         if not isinstance(node.value, ast.Constant):
             self.value(node.value)
+
+    def _Pass(self, node: ast.Pass) -> None:
+        pass
 
     def _Assign(self, node: ast.Assign) -> None:
         value = self.value(node.value)
@@ -282,134 +495,263 @@ class _Body:
             self.put(target, value)
 
     def _AugAssign(self, node: ast.AugAssign) -> None:
-        place = self.place(node.target)
-        self.store(
-            node, self.operated(node, node.op, self.builder.load(place), self.value(node.value)), place
-        )
+        if isinstance(node.target, ast.Name):
+            old = self._Name(node.target)
+            self.put(node.target, operated(self.builder, type(node.op), old, self.value(node.value)))
+        else:
+            place = self.place(node.target)
+            old = self.load(place)
+            self.store(operated(self.builder, type(node.op), old, self.value(node.value)), place)
 
     def put(self, target: ast.expr, value: Any) -> None:
         """Assign a value to a name, a component of an array, or a tuple of these."""
         if isinstance(target, ast.Tuple):
             if not isinstance(value, tuple) or len(value) != len(target.elts):
-                raise self.refused(target, "as many values as names")
+                cure = "Write a value for each name on the right, separated by commas."
+                raise self.refused(target, "as many values as names", cure)
             for element, part in zip(target.elts, value, strict=True):
                 self.put(element, part)
-        elif isinstance(target, ast.Name) and target.id not in self.variables:
-            kind = _kind(value)
+        elif isinstance(target, ast.Name):
+            if isinstance(value, tuple) and target.id in self.locals and target.id not in self.kinds:
+                self.values[target.id] = value  # several values under one name, which no branch changes
+                return
+            kind = self.kinds.get(target.id, kind_of(value))
+            if target.id not in self.locals:
+                raise self.refused(target, "a name of the function", "Globals are constants.")
             if kind is None or isinstance(kind, ir.VoidType):
-                raise self.refused(target, f"a number or a pointer for '{target.id}'", f"{value!r}")
-            self.variables[target.id] = variable(self.builder, self.cast(target, value, kind))
+                got = in_words(value) if kind is not None else f"{value!r}"
+                raise self.refused(
+                    target, f"a number or an array for '{target.id}'", "Assign one of these.", got
+                )
+            self.values[target.id] = self.cast(target, value, kind)
+            self.kinds[target.id] = kind
         else:
-            self.store(target, value, self.place(target))
+            self.store(value, self.place(target))
 
     def place(self, node: ast.expr) -> Any:
-        """Pointer to the value of a name or of a component."""
-        if isinstance(node, ast.Name) and node.id in self.variables:
-            return self.variables[node.id]
+        """Pointer to a component."""
         if isinstance(node, ast.Subscript):
             pointer = self.value(node.value)
-            if isinstance(_kind(pointer), ir.PointerType):
-                return self.builder.gep(pointer, [self.cast(node, self.value(node.slice), WHOLE)])
-        raise self.refused(node, "a name that has a value, or a component of an array")
+            if isinstance(kind_of(pointer), ir.PointerType):
+                return self.builder.gep(pointer, [self.index(node)])
+        cure = "Assign to a name or to a component p[i] of an argument."
+        raise self.refused(node, "a name that has a value, or a component of an array", cure)
 
-    def store(self, node: Any, value: Any, place: Any) -> None:
+    def index(self, node: ast.Subscript) -> Any:
+        """Place in an array, whose length is not known here: it counts from the first number."""
+        place = self.value(node.slice)
+        if is_number(place) and place < 0:
+            cure = "An array in memory has no end to count from: write the place from its begin."
+            raise self.refused(node, "a place from 0 on", cure)
+        return self.cast(node.slice, place, WHOLE)
+
+    def load(self, place: Any) -> Any:
+        """Load the number, or the number of each lane, at a place."""
+        return self.builder.load(place, align=8) if lanes_of(place.type) > 1 else self.builder.load(place)
+
+    def store(self, value: Any, place: Any) -> None:
         """Store a value, converted to the type of its place."""
-        self.builder.store(self.cast(node, value, place.type.pointee), place)
+        value = cast(self.builder, value, place.type.pointee)
+        self.builder.store(value, place, align=8 if lanes_of(place.type) > 1 else None)
 
     def _If(self, node: ast.If) -> None:
         truth = self.constant_truth(node.test)
         if truth is not None:
             self.block(node.body if truth else node.orelse)
             return
-        yes, no, after = (self.builder.append_basic_block() for _ in range(3))
+        yes, no, after = _Join(), _Join(), _Join()
         self.branch(node.test, yes, no)
-        for block, statements in ((yes, node.body), (no, node.orelse)):
-            self.builder.position_at_end(block)
-            self.block(statements)
-            if not self.builder.block.is_terminated:
-                self.builder.branch(after)
-        self.builder.position_at_end(after)
+        for join, statements in ((yes, node.body), (no, node.orelse)):
+            if self.enter(join):
+                self.block(statements)
+                self.finish(after)
+        self.enter(after)
+
+    def finish(self, after: _Join) -> None:
+        """Go to a block unless this one has gone elsewhere."""
+        if not self.builder.block.is_terminated:
+            self.goto(after)
 
     def _While(self, node: ast.While) -> None:
         if node.orelse:
-            raise self.refused(node, "a loop without else")
-        head, body, done = (self.builder.append_basic_block() for _ in range(3))
-        self.builder.branch(head)
-        self.builder.position_at_end(head)
+            raise self.refused(node, "a loop without else", "Write what else does behind the loop.")
+        body, again, done = _Join(), _Join(), _Join()
+        loop = self.head(node)
         self.branch(node.test, body, done)
-        self.builder.position_at_end(body)
-        self.loops.append((head, done))
+        if self.enter(body):
+            self.body(node, again, done)
+        if self.enter(again):
+            self.back(*loop)
+        self.enter(done)
+
+    def body(self, node: ast.While | ast.For, again: _Join, done: _Join) -> None:
+        """Translate the body of a loop, which goes on at ``again`` and ends at ``done``."""
+        self.loops.append((again, done))
         self.block(node.body)
         self.loops.pop()
-        if not self.builder.block.is_terminated:
-            self.builder.branch(head)
-        self.builder.position_at_end(done)
+        self.finish(again)
 
     def _For(self, node: ast.For) -> None:
         call = node.iter
-        if not isinstance(call, ast.Call) or self.value(call.func) is not range or node.orelse:
-            raise self.refused(node, "a loop over range")
-        bounds = [self.value(argument) for argument in call.args]
-        start, stop, step = (0, *bounds, 1) if len(bounds) == 1 else (*bounds, 1)[:3]
-        if not isinstance(step, int) or step == 0:
-            raise self.refused(node, "a loop with a constant step")
-        start, stop = (self.cast(node, bound, WHOLE) for bound in (start, stop))
-        with _loop(self.builder, start, stop, step) as (counter, again, done):
-            self.put(node.target, counter)
-            self.loops.append((again, done))
-            self.block(node.body)
-            self.loops.pop()
+        kind = self.value(call.func) if isinstance(call, ast.Call) else None
+        if kind not in (range, each) or node.orelse or call.keywords:  # type: ignore[attr-defined]
+            raise self.refused(node, "a loop over range", "Write for i in range(n), or for lane in each(c).")
+        values = [self.value(argument) for argument in call.args]  # type: ignore[attr-defined]
+        if kind is each:
+            self.over_lanes(node, values)
+            return
+        if not 1 <= len(values) <= 3:
+            raise self.refused(
+                call, "a range of one, two or three integers", "Write range(start, stop, step)."
+            )
+        start, stop, step = (0, *values, 1) if len(values) == 1 else (*values, 1)[:3]
+        if not is_number(step) or not isinstance(step, int) or step == 0:
+            cure = "The step decides which way to compare: write a number, or a while loop."
+            raise self.refused(node, "a loop with a constant step", cure)
+        start, stop = (self.cast(call, bound, WHOLE) for bound in (start, stop))
+        with self.counter(node, start, stop, step) as (number, again, done):
+            self.put(node.target, number)
+            self.body(node, again, done)
+
+    @contextmanager
+    def counter(self, node: ast.For, start: Any, stop: Any, step: int) -> Iterator[tuple[Any, _Join, _Join]]:
+        """Write a loop around the body of the context: (counter, block that goes on, block after the loop)."""
+        builder, begin = self.builder, []
+        if (
+            abs(step) > 1
+        ):  # the counter may pass the largest integer behind the last round: the rounds are counted
+            begin = [(self.rounds(start, stop, step), -1)]
+        begin.append((start, step))
+        before = builder.block
+        body, again, done = _Join(), _Join(), _Join()
+        loop = self.head(node)
+        counters = [builder.phi(WHOLE) for _ in begin]
+        for counter, (value, _) in zip(counters, begin, strict=True):
+            counter.add_incoming(value, before)
+        left, number = counters[0], counters[-1]
+        sign = "!=" if abs(step) > 1 else "<" if step > 0 else ">"
+        self.fork(builder.icmp_signed(sign, left, WHOLE(0) if abs(step) > 1 else stop), body, done)
+        self.enter(body)
+        yield number, again, done
+        if self.enter(again):
+            for counter, (_, change) in zip(counters, begin, strict=True):
+                counter.add_incoming(builder.add(counter, constant(change, WHOLE)), builder.block)
+            self.back(*loop)
+        self.enter(done)
+
+    def rounds(self, start: Any, stop: Any, step: int) -> Any:
+        """Number of rounds of a loop over range."""
+        builder = self.builder
+        low, high = (start, stop) if step > 0 else (stop, start)
+        whole = builder.udiv(builder.sub(builder.sub(high, low), WHOLE(1)), constant(abs(step), WHOLE))
+        return builder.select(builder.icmp_signed("<", low, high), builder.add(whole, WHOLE(1)), WHOLE(0))
+
+    def over_lanes(self, node: ast.For, values: Sequence[Any]) -> None:
+        """Translate a loop over the lanes in which a condition holds."""
+        if len(values) != 1 or element_of(kind_of(values[0])) != TRUTH:
+            raise self.refused(node, "one truth value for each lane", "Write for lane in each(c).")
+        lanes = lanes_of(kind_of(values[0]))
+        truth = self.cast(node, values[0], wide(TRUTH, lanes))
+        body = _Join()
+        if lanes == 1:
+            done = _Join()
+            self.fork(truth, body, done)
+            self.enter(body)
+            self.put(node.target, 0)
+            self.body(node, done, done)
+            self.enter(done)
+            return
+        with self.counter(node, WHOLE(0), WHOLE(lanes), 1) as (lane, again, done):
+            self.fork(self.builder.extract_element(truth, lane), body, again)
+            self.enter(body)
+            self.put(node.target, lane)
+            self.body(node, again, done)
 
     def _Break(self, node: ast.Break) -> None:
-        self.builder.branch(self.loops[-1][1])
+        self.goto(self.loops[-1][1])
 
     def _Continue(self, node: ast.Continue) -> None:
-        self.builder.branch(self.loops[-1][0])
+        self.goto(self.loops[-1][0])
+
+    def inlined_return(self, node: ast.Return) -> None:
+        """Keep the values that a function gives to the place of its call."""
+        if node is not self.tree.body[-1] or node.value is None:
+            cure = "A function that is inlined ends with its only return: choose the value before."
+            raise self.refused(node, "one return with a value, at the end", cure)
+        value = self.value(node.value)
+        values = value if isinstance(value, tuple) else (value,)
+        if len(values) != len(self.result):
+            raise self.refused(node, f"{len(self.result)} values", "Return what the annotation says.")
+        self.returned = tuple(self.cast(node, v, kind) for v, kind in zip(values, self.result, strict=True))
 
     def _Return(self, node: ast.Return) -> None:
-        if node.value is None:
+        if isinstance(self.result, list):
+            self.inlined_return(node)
+            return
+        if isinstance(self.result, ir.VoidType):
+            if node.value is not None:
+                raise self.refused(node, "no value to return", "Annotate the result, or write return alone.")
             self.builder.ret_void()
-        else:
-            self.builder.ret(self.cast(node, self.value(node.value), self.result))
+            return
+        if node.value is None:
+            raise self.refused(node, "a value to return", "Annotate the result with None, or return a value.")
+        self.builder.ret(self.cast(node, self.value(node.value), self.result))
 
     # -- conditions --
 
     def constant_truth(self, node: ast.expr) -> bool | None:
         """Truth value of a condition that does not depend on the arguments; None if it does."""
         if isinstance(node, ast.BoolOp):
-            parts = [self.constant_truth(part) for part in node.values]
-            decisive = isinstance(node.op, ast.Or)
-            if decisive in parts:
-                return decisive
-            return None if None in parts else not decisive
-        for part in ast.walk(node):
-            if (
-                isinstance(part, ast.Call | ast.Subscript)
-                or isinstance(part, ast.Name)
-                and part.id in self.locals
-            ):
-                return None
-        return bool(self.value(node))
+            decisive, known = isinstance(node.op, ast.Or), True
+            for part in node.values:
+                truth = self.constant_truth(part)
+                if truth is decisive:
+                    return decisive
+                known = known and truth is not None
+                if truth is None and any(isinstance(x, ast.Call) for x in ast.walk(part)):
+                    return None  # what it calls may write to memory
+            return not decisive if known else None
+        return None if self.varies(node) else bool(self.value(node))
 
-    def branch(self, node: ast.expr, yes: Any, no: Any) -> None:
+    def varies(self, node: ast.expr) -> bool:
+        """Return whether an expression is known only in the running code."""
+        return any(
+            isinstance(part, ast.Call | ast.Subscript)
+            or isinstance(part, ast.Name)
+            and part.id in self.locals
+            for part in ast.walk(node)
+        )
+
+    def branch(self, node: ast.expr, yes: _Join, no: _Join, unlikely: bool = False) -> None:
         """Branch to one of two blocks; the parts after a decisive one are not evaluated."""
         truth = self.constant_truth(node)
         if truth is not None:
-            self.builder.branch(yes if truth else no)
+            self.goto(yes if truth else no)
         elif isinstance(node, ast.BoolOp):
-            *rest, last = (part for part in node.values if self.constant_truth(part) is None)
+            *rest, last = node.values
             for part in rest:
-                further = self.builder.append_basic_block()
+                further = _Join()
                 if isinstance(node.op, ast.And):
                     self.branch(part, further, no)
                 else:
                     self.branch(part, yes, further)
-                self.builder.position_at_end(further)
+                if not self.enter(further):
+                    return
             self.branch(last, yes, no)
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
             self.branch(node.operand, no, yes)
+        elif isinstance(node, ast.Call) and self.value(node.func) is rare and len(node.args) == 1:
+            self.branch(node.args[0], yes, no, unlikely=True)
         else:
-            self.builder.cbranch(self.cast(node, self.value(node), TRUTH), yes, no)
+            value = self.value(node)
+            if isinstance(value, bool):
+                self.goto(yes if value else no)
+            else:
+                self.fork(self.truth(node, value), yes, no, unlikely)
+
+    def truth(self, node: ast.expr, value: Any) -> Any:
+        """One truth value as an LLVM value."""
+        return self.cast(node, value, TRUTH)
 
     # -- values --
 
@@ -417,32 +759,39 @@ class _Body:
         """An LLVM value, or a Python constant if it is known at compile time."""
         write = getattr(self, f"_{type(node).__name__}", None)
         if write is None:
-            raise self.refused(node, "an expression of the compiled language")
-        return write(node)
+            cure = "Expressions are numbers, names, p[i], operations, comparisons, a if c else b and calls."
+            raise self.refused(node, "an expression of the compiled language", cure)
+        try:
+            return write(node)
+        except Refusal as refusal:
+            raise self.refused(node, refusal.expected, refusal.cure, refusal.got) from None
 
     def cast(self, node: Any, value: Any, kind: Any) -> Any:
-        """The value as an LLVM value of this type."""
-        present = _kind(value)
-        if present == WHOLE and kind == REAL:
-            return REAL(float(value)) if isinstance(value, int) else self.builder.sitofp(value, REAL)
-        if present != kind:
-            raise self.refused(node, f"a value of type {kind}", f"{present} of '{ast.unparse(node)}'")
-        return kind(value) if isinstance(value, bool | int | float) else value
+        """The value of a node as an LLVM value of this type."""
+        try:
+            return cast(self.builder, value, kind)
+        except Refusal as refusal:
+            got = f"{refusal.got}, '{ast.unparse(node).splitlines()[0]}'"
+            raise self.refused(node, refusal.expected, refusal.cure, got) from None
 
     def _Constant(self, node: ast.Constant) -> Any:
         return node.value
 
     def _Name(self, node: ast.Name) -> Any:
-        if node.id in self.locals:
-            return self.builder.load(self.place(node))
-        if node.id not in self.space and not hasattr(builtins, node.id):
-            raise self.refused(node, "a name that has a value")
+        if node.id in self.values:
+            return self.values[node.id]
+        if node.id in self.kinds:
+            cure = f"Give '{node.id}' a value before the branch or the loop."
+            raise self.refused(node, "a name that has a value on every way to here", cure)
+        if node.id in self.locals or node.id not in self.space and not hasattr(builtins, node.id):
+            raise self.refused(node, "a name that has a value", f"Assign '{node.id}' before, or import it.")
         return self.space.get(node.id, getattr(builtins, node.id, None))
 
     def _Attribute(self, node: ast.Attribute) -> Any:
         module = self.value(node.value)
-        if not isinstance(module, ModuleType):
-            raise self.refused(node, "a name of a module")
+        if not isinstance(module, ModuleType) or not hasattr(module, node.attr):
+            cure = "Only modules have names here; give the value a name of its own outside the function."
+            raise self.refused(node, "a name of a module", cure)
         return getattr(module, node.attr)
 
     def _Tuple(self, node: ast.Tuple) -> Any:
@@ -450,117 +799,141 @@ class _Body:
 
     def _Subscript(self, node: ast.Subscript) -> Any:
         if isinstance(node.value, ast.Name) and node.value.id not in self.locals:
-            table = self.value(node.value)
-            if not isinstance(table, np.ndarray):
-                raise self.refused(node, "a table of numbers")
-            places = self.value(node.slice)
-            places = places if isinstance(places, tuple) else (places,)
-            at: Any = 0
-            for place, length in zip(places, table.shape, strict=True):
-                at = self.operated(node, ast.Add(), self.operated(node, ast.Mult(), at, length), place)
-            at = self.cast(node, at, WHOLE)
-            return self.builder.load(self.builder.gep(self.unit.table(table), [WHOLE(0), at]))
-        return self.builder.load(self.place(node))
+            return self.of_table(node, node.value.id)
+        return self.load(self.place(node))
+
+    def of_table(self, node: ast.Subscript, name: str) -> Any:
+        """Number of a table."""
+        table = self.value(node.value)
+        if not isinstance(table, np.ndarray):
+            raise self.refused(node, "a table of numbers", "np.array(...) outside the function makes one.")
+        places = self.value(node.slice)
+        places = places if isinstance(places, tuple) else (places,)
+        if len(places) != table.ndim:
+            cure = f"The table has shape {table.shape}."
+            raise self.refused(node, f"{table.ndim} places in the table '{name}'", cure)
+        at: Any = 0
+        for place, length in zip(places, table.shape, strict=True):
+            if is_number(place) and not 0 <= place < length:
+                cure = "Write the place from the begin; runs of the code do not check it."
+                raise self.refused(node, f"a place from 0 to {length - 1}", cure)
+            at = operated(self.builder, ast.Add, operated(self.builder, ast.Mult, at, length), place)
+        at = self.cast(node.slice, at, WHOLE)
+        return self.builder.load(self.builder.gep(self.unit.table(table, name), [WHOLE(0), at]))
 
     def _UnaryOp(self, node: ast.UnaryOp) -> Any:
         value = self.value(node.operand)
-        kind, python = _kind(value), isinstance(value, bool | int | float)
-        if isinstance(node.op, ast.Not) and kind == TRUTH:
-            return not value if python else self.builder.not_(value)
-        if isinstance(node.op, ast.USub) and kind in (REAL, WHOLE):
-            return -value if python else self.builder.fneg(value) if kind == REAL else self.builder.neg(value)
-        raise self.refused(node, "a sign of a number, or 'not' of a truth value")
+        if isinstance(node.op, ast.Not):
+            return negated(self.builder, value)
+        if isinstance(node.op, ast.USub):
+            return opposite(self.builder, value)
+        raise self.refused(node, "a sign of a number, or 'not' of a truth value", "-1 - k is ~k.")
 
     def _BinOp(self, node: ast.BinOp) -> Any:
-        return self.operated(node, node.op, self.value(node.left), self.value(node.right))
-
-    def operated(self, node: Any, operator: Any, a: Any, b: Any) -> Any:
-        """Sum, product, ... of two numbers."""
-        operation = type(operator)
-        if isinstance(a, int | float) and isinstance(b, int | float):
-            return _OF_PYTHON[operation](a, b)
-        if operation in (ast.Div, ast.Pow) or REAL in (_kind(a), _kind(b)):
-            a, b = self.cast(node, a, REAL), self.cast(node, b, REAL)
-            if operation is ast.Pow:
-                return called(self.builder, "llvm.pow.f64", REAL, a, b)
-            if operation not in _OF_REALS:
-                raise self.refused(node, "an operation on real numbers")
-            return getattr(self.builder, _OF_REALS[operation])(a, b)
-        a, b = self.cast(node, a, WHOLE), self.cast(node, b, WHOLE)
-        if operation in _OF_INTEGERS:
-            return getattr(self.builder, _OF_INTEGERS[operation])(a, b)
-        if operation not in (ast.FloorDiv, ast.Mod):
-            raise self.refused(node, "an operation on integers")
-        # the processor rounds towards zero, and its remainder has the sign of the dividend
-        builder = self.builder
-        quotient, remainder = builder.sdiv(a, b), builder.srem(a, b)
-        opposite = builder.icmp_signed("<", builder.xor(remainder, b), WHOLE(0))
-        corrected = builder.and_(builder.icmp_signed("!=", remainder, WHOLE(0)), opposite)
-        if operation is ast.FloorDiv:
-            return builder.sub(quotient, builder.zext(corrected, WHOLE))
-        return builder.select(corrected, builder.add(remainder, b), remainder)
+        left = self.value(node.left)
+        return operated(self.builder, type(node.op), left, self.value(node.right))
 
     def _Compare(self, node: ast.Compare) -> Any:
-        values = [self.value(operand) for operand in (node.left, *node.comparators)]
-        result: Any = True
-        for operator_, (a, b) in zip(node.ops, pairwise(values), strict=True):
-            holds = self.compared(node, type(operator_), a, b)
-            result = (
-                holds
-                if result is True
-                else self.builder.and_(*(self.cast(node, x, TRUTH) for x in (result, holds)))
-            )
-        return result
-
-    def compared(self, node: Any, operation: Any, a: Any, b: Any) -> Any:
-        """Truth value of a comparison of two numbers."""
-        if operation not in _COMPARED:
-            raise self.refused(node, "a comparison of two numbers")
-        if isinstance(a, int | float) and isinstance(b, int | float):
-            return _OF_PYTHON[operation](a, b)
-        kind = REAL if REAL in (_kind(a), _kind(b)) else TRUTH if TRUTH in (_kind(a), _kind(b)) else WHOLE
-        a, b = self.cast(node, a, kind), self.cast(node, b, kind)
-        if kind != REAL:
-            return self.builder.icmp_signed(_COMPARED[operation], a, b)
-        # with nan, every comparison but != is false
-        ordered = self.builder.fcmp_unordered if operation is ast.NotEq else self.builder.fcmp_ordered
-        return ordered(_COMPARED[operation], a, b)
+        """Truth value of a chain of comparisons; what stands after one that does not hold is not evaluated."""
+        a, result = self.value(node.left), True
+        no, after = _Join(), _Join()
+        for operation, operand in zip(map(type, node.ops), node.comparators, strict=True):
+            known = result is True
+            if not known and lanes_of(kind_of(result)) > 1:
+                self.without_calls(operand)
+            elif not known and any(isinstance(x, ast.Call | ast.Subscript) for x in ast.walk(operand)):
+                further = _Join()
+                self.fork(self.truth(node, result), further, no)
+                self.enter(further)
+                result = True
+            b = self.value(operand)
+            holds = compared(self.builder, operation, a, b)
+            result = holds if result is True else operated(self.builder, ast.BitAnd, result, holds)
+            a = b
+        if not no.ways:
+            return result
+        yes = _Join()
+        self.goto(yes)
+        return self.met([(yes, lambda: result), (no, lambda: False)], after, node)
 
     def _BoolOp(self, node: ast.BoolOp) -> Any:
-        truth = self.constant_truth(node)
-        return truth if truth is not None else self.chosen(node, node, lambda: True, lambda: False)
+        """The operand that decides, as in Python: a truth value unless the other operands are constants."""
+        decisive, operands = isinstance(node.op, ast.Or), list(node.values)
+        while len(operands) > 1 and (truth := self.constant_truth(operands[0])) is not None:
+            if truth is decisive:
+                break
+            operands.pop(0)
+        first, *rest = operands
+        if not rest or self.constant_truth(first) is decisive:
+            return self.value(first)
+        for operand in rest:
+            if self.constant_truth(operand) is not None and not isinstance(self.value(operand), bool):
+                raise self.refused(operand, "a truth value", "Write a if c else b.")
+        a = self.value(first)
+        if lanes_of(kind_of(a)) > 1:
+            return self.lane_by_lane(node, a, rest)
+        yes, no, after = _Join(), _Join(), _Join()
+        further = _Join()
+        self.fork(self.truth(first, a), *((yes, further) if decisive else (further, no)))
+        self.enter(further)
+        remaining = rest[0] if len(rest) == 1 else ast.copy_location(ast.BoolOp(node.op, rest), node)
+        self.branch(remaining, yes, no)
+        return self.met([(yes, lambda: True), (no, lambda: False)], after, node)
+
+    def lane_by_lane(self, node: ast.BoolOp, a: Any, rest: Sequence[ast.expr]) -> Any:
+        """And, or in each lane: all operands are evaluated."""
+        operation = ast.BitOr if isinstance(node.op, ast.Or) else ast.BitAnd
+        for operand in rest:
+            self.without_calls(operand)
+            a = operated(self.builder, operation, a, self.value(operand))
+        return a
+
+    def without_calls(self, operand: ast.expr) -> None:
+        """Refuse an operand that calls a function, which may write to memory, if some lanes do not need it."""
+        calls = (x for x in ast.walk(operand) if isinstance(x, ast.Call))
+        if any(isinstance(self.value(call.func), Compiled) for call in calls):
+            cure = "It would be called for the lanes that are decided, too: give its result a name first."
+            raise self.refused(operand, "operands without calls of functions", cure)
 
     def _IfExp(self, node: ast.IfExp) -> Any:
         truth = self.constant_truth(node.test)
         if truth is not None:
             return self.value(node.body if truth else node.orelse)
-        return self.chosen(node, node.test, lambda: self.value(node.body), lambda: self.value(node.orelse))
+        yes, no, after = _Join(), _Join(), _Join()
+        self.branch(node.test, yes, no)
+        ways = [(yes, lambda: self.value(node.body)), (no, lambda: self.value(node.orelse))]
+        return self.met(ways, after, node)
 
-    def chosen(self, node: Any, test: ast.expr, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-        """One of two values; only that one is evaluated."""
-        builder = self.builder
-        blocks = [builder.append_basic_block() for _ in range(2)]
-        after = builder.append_basic_block()
-        self.branch(test, *blocks)
-        values, ends = [], []
-        for block, value in zip(blocks, (yes, no), strict=True):
-            builder.position_at_end(block)
-            values.append(value())
-            ends.append(builder.block)
-        kind = REAL if REAL in map(_kind, values) else _kind(values[0])
-        for k, end in enumerate(ends):
+    def met(self, ways: Sequence[tuple[_Join, Callable[[], Any]]], after: _Join, node: ast.expr) -> Any:
+        """One of several values; only that one is evaluated."""
+        builder, ends = self.builder, []
+        for join, value in ways:
+            if self.enter(join):
+                ends.append((value(), builder.block))
+        values = [value for value, _ in ends]
+        kinds = [*map(kind_of, values)]
+        if None in kinds or any(isinstance(kind, ir.VoidType) for kind in kinds):
+            raise self.refused(node, "two numbers or two arrays", "Use an if statement.")
+        kind = kinds[0]
+        if not isinstance(kind, ir.PointerType):
+            elements = [*map(element_of, kinds)]
+            kind = wide(REAL if REAL in elements else elements[0], common_lanes(*values))
+        arrivals = []
+        for value, end in ends:
             builder.position_at_end(end)
-            values[k] = self.cast(node, values[k], kind)
-            builder.branch(after)
-        builder.position_at_end(after)
+            arrivals.append((self.cast(node, value, kind), end))
+            self.goto(after)
+        self.enter(after)
+        if len(arrivals) == 1:
+            return arrivals[0][0]
         result = builder.phi(kind)
-        for value, end in zip(values, ends, strict=True):
+        for value, end in arrivals:
             result.add_incoming(value, end)
         return result
 
     def _Call(self, node: ast.Call) -> Any:
         function = self.value(node.func)
-        if function in _EQUIVALENTS:
+        if isinstance(function, Callable) and function in _EQUIVALENTS:  # type: ignore[arg-type]
             function = _EQUIVALENTS[function]
         values = [self.value(argument) for argument in node.args]
         if isinstance(function, Instruction):
@@ -568,13 +941,54 @@ class _Body:
         elif isinstance(function, Compiled):
             kinds = tuple(function.arguments)
         else:
-            raise self.refused(node, "a function that is compiled")
+            cure = "Make it one with @compiled, or use an instruction of freebody.native."
+            raise self.refused(node, "a function that is compiled", cure)
         if len(kinds) != len(values) or node.keywords:
-            raise self.refused(node, f"{len(kinds)} arguments")
+            cure = "Pass each by position."
+            raise self.refused(node, f"{len(kinds)} argument{'s'[: len(kinds) != 1]}", cure)
+        lanes = self.width_of_call(function, values, kinds)
         arguments = [
-            self.cast(argument, value, TYPES[kind] if kind else _kind(value))
+            value
+            if isinstance(value, tuple)
+            else self.cast(argument, value, type_of(kind, lanes) or kind_of(value))
             for argument, value, kind in zip(node.args, values, kinds, strict=True)
         ]
         if isinstance(function, Instruction):
             return function.write(self.builder, *arguments)
-        return self.builder.call(self.unit.declare(function), arguments)
+        if isinstance(function, Inlined):
+            return self.inlined(function, arguments, lanes)
+        return self.builder.call(self.unit.declare(function, lanes), arguments)
+
+    def inlined(self, function: Inlined, arguments: Sequence[Any], lanes: int) -> Any:
+        """Result of a function that is translated here."""
+        if function in self.unit.inlining:
+            raise Refusal("a function that does not call itself", "Mark it with @compiled, or write a loop.")
+        self.unit.inlining.append(function)
+        kinds = signature(function, lanes)[len(arguments) :]
+        result = _Body(self.unit, function, self.builder, lanes).inline(arguments, kinds)
+        self.unit.inlining.pop()
+        return result
+
+    def width_of_call(self, function: Any, values: Sequence[Any], kinds: Sequence[str]) -> int:
+        """Number of lanes of a call: that of the arguments of wide types; without such arguments, of the caller."""
+        of_lanes = [value for value, kind in zip(values, kinds, strict=True) if kind and _is_wide(kind)]
+        if not of_lanes:
+            return self.lanes
+        counts = {lanes_of(kind_of(value)) for value in of_lanes} - {1}
+        if len(counts) > 1:
+            raise Refusal("arguments of one width", "One number is passed to all lanes.", f"{sorted(counts)}")
+        return counts.pop() if counts else 1
+
+
+def _each(builder: Any, c: Any) -> Any:
+    raise Refusal("a loop over each(c)", "Write for lane in each(c).")
+
+
+def _rare(builder: Any, c: Any) -> Any:
+    return c
+
+
+each = Instruction(_each, "Truth")
+"""``for lane in each(c)``: the lanes in which c holds, for what is rare."""
+rare = Instruction(_rare, "Truth")
+"""``if rare(c)``: c, which seldom holds, so that what follows stands aside from the path of the code."""

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from freebody.errors import ExpressionError
-from freebody.native import codegen
+from freebody.native import codegen, target
 from freebody.program.code import emit, lower
 from freebody.program.kernels import compile_tape
 from freebody.scalar.algebra import FUNCTIONS
@@ -245,14 +245,15 @@ OTHERS = {"x86-64": "", "haswell": "+avx,+avx2,+fma,+bmi,+bmi2", "this": None}
 @pytest.mark.parametrize("name", OTHERS)
 def test_shorter_vectors_and_no_fused_operation(monkeypatch, name):
     """Code for processors with 2 and 4 lanes, which run on this one if it has 4."""
-    triple, _, features = codegen.processor()
+    features = codegen.processor()[2]
     if name == "haswell" and not {"+avx2", "+fma"} <= set(features.split(",")):
         pytest.skip("this processor has no AVX2")
     if name != "this":
-        monkeypatch.setattr(codegen, "processor", lambda: (triple, name, OTHERS[name]))
+        fused = name == "haswell"
+        other = target.this()._replace(processor=name, features=OTHERS[name], fused=fused)
+        monkeypatch.setattr(target, "this", lambda: other)
         monkeypatch.setattr(codegen, "_machine", codegen._new_machine)
-        monkeypatch.setattr(codegen, "fused", codegen.fused.__wrapped__)
-        assert codegen.fused() == (name == "haswell")
+        assert codegen.processor()[1] == name and codegen.fused() == fused
     tape, t, state, parameters, rates = pendulum(5)
     kernels = compile_tape(tape, {"rates": rates}, t, state, parameters, batch=["rates"])
     random = np.random.default_rng(5)

@@ -14,9 +14,10 @@ from typing import Any
 
 from llvmlite import ir
 
+from ...native.arithmetic import REAL, WHOLE, splat
 from ...native.registers import WIDTH
-from ...native.row_arithmetic import Eight, Rows, all_of, arguments_of, bits_of, splat
-from ...native.translation import REAL, WHOLE, Instruction, counted, instruction, variable
+from ...native.row_arithmetic import Eight, Rows, all_of, arguments_of, bits_of
+from ...native.translation import Instruction, counted, instruction, variable
 from ..ode.step_control import _EPS, _TINY
 from .lanes_layout import (
     AFTER_REJECTION,
@@ -261,7 +262,7 @@ def settled(
     that is neither too long nor too short. EASY becomes 1 there, else 0. Return true if these are all lanes.
     """
     v = _Lane(builder, wide, more, control, counts)
-    sign, most = Eight(builder, splat(builder, direction)), Eight(builder, splat(builder, longest))
+    sign, most = (Eight(builder, splat(builder, x, WIDTH)) for x in (direction, longest))
     t, old = v.now(TIMES), v.now(STEPS)
     size = abs(v.wide.load(builder.add(more, length)))
     h = sign * size
@@ -292,7 +293,7 @@ def taken(builder: Any, wide: Any, more: Any, control: Any, counts: Any, budget:
     number = builder.add(v.count(TAKEN), bits_of(1))
 
     def all_of_them(whole: Any) -> Any:
-        return builder.bitcast(splat(builder, builder.bitcast(whole, REAL)), number.type)  # only its bits
+        return splat(builder, whole, WIDTH)
 
     easy = v.all(
         v.now(EASY).compared("==", 1.0),

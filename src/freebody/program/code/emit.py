@@ -13,15 +13,13 @@ keep their meaning, and nothing is reordered.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, groupby
 
 from ...native.ir_text import FLAGS, ZEROS, literal, splat
 from ...native.registers import WIDTH
 from ...scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
-from . import sincos, vector_math
-from .batch import BLOCKS, DECLARATION, LONG, gather, loop, scatter, tiled
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, Body, Group, Program
 
 PIECE = 800
@@ -83,13 +81,18 @@ class Module:
 
     def need_sincos(self, lanes: int) -> str:
         """Return the name of the function for sine and cosine, defined at its first use."""
-        name = sincos.name(lanes)
-        if name not in self.helpers:
-            self.helpers[name] = sincos.definition(lanes, self.fused)
-            self.declarations.update(sincos.declarations(lanes))
-            if lanes > 1 and self.fused:
-                self.need_sincos(1)  # for huge arguments
-        return name
+        from . import sincos  # imported late: not needed if the code is on the disk
+
+        self._include(sincos.texts(lanes, self.fused))
+        return sincos.name(lanes)
+
+    def _include(self, texts: Mapping[str, str]) -> None:
+        """Add functions of the compiled language, with their tables and declarations."""
+        for name, text in texts.items():
+            if text.startswith("declare"):
+                self.declarations.add(text)
+            else:
+                self.helpers.setdefault(name, text)
 
     def need_intrinsic(self, name: str, lanes: int, arguments: int) -> str:
         """Return the name of an LLVM intrinsic, declared at its first use."""
@@ -123,16 +126,12 @@ class Module:
 
     def need_function(self, name: str, lanes: int, arguments: int) -> str:
         """Return the name of an elementary function: ours with a fused multiply-add, else the C library's."""
+        from . import vector_math  # imported late: not needed if the code is on the disk
+
         if name not in vector_math.FUNCTIONS or not self.fused:
             return self.need_library(name, lanes, arguments)
-        key = vector_math.name(name, lanes)
-        if key not in self.helpers:
-            self.helpers[key] = vector_math.definition(name, lanes)
-            self.declarations.update(vector_math.declarations(name, lanes))
-            if name == "tan":
-                self.need_sincos(1)
-                self.helpers["@tan.huge"] = vector_math.HUGE_TAN
-        return key
+        self._include(vector_math.texts(name, lanes))
+        return vector_math.name(name, lanes)
 
     def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:
         """Add the function ``name``: with the kernel's signature for one lane, of pointers to vectors for 8."""
@@ -146,13 +145,9 @@ class Module:
 
     def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
         """Add the loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
-        self.declarations.add(DECLARATION)
-        self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
-        pieces, frame = self.parts[f"{name}.lanes"]
-        blocks = BLOCKS if len(pieces) > LONG else 1
-        if blocks > 1:
-            self.functions.append(tiled(name, state, outputs, lanes, pieces, frame))
-        self.functions.append(loop(name, state, hoisted, outputs, lanes, blocks))
+        from .batch import loop  # imported late: not needed if the code is on the disk
+
+        self._include(loop(name, (state, hoisted, outputs), lanes, *self.parts[f"{name}.lanes"]))
 
 
 class _Writer:

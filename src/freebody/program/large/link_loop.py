@@ -82,8 +82,10 @@ class Driver:
         else:
             functions = [self._function(name) for name in self.parts.outputs]
         helpers = HELPERS.format(**self.fill)
-        rows = [*map(batch.gather, sorted(widths)), batch.deliver(self.lanes)]
-        return "\n".join([head + helpers, batch.DECLARATION, *rows, *self._loops(), *functions])
+        rows = {**batch.texts("deliver", self.lanes)}
+        for lanes in sorted(widths):
+            rows |= batch.texts("gather_parts", lanes)
+        return "\n".join([head + helpers, *rows.values(), *self._loops(), *functions])
 
     def _function(self, name: str) -> str:
         """Kernel of one state (or of one state per lane) and of rows."""

@@ -27,7 +27,10 @@ CASES = {
 def moved(request):
     """The functions of so many lanes."""
     lanes = request.param
-    text = batch.DECLARATION + "\n" + batch.gather(lanes) + batch.scatter(lanes) + batch.deliver(lanes)
+    texts = {}
+    for name in CASES:
+        texts |= batch.texts(name, lanes)
+    text = "\n".join([*texts.values(), ""])
     for name, given in CASES.items():
         text += f"define void @{name}({given}) {{\n  call void @{name}.{lanes}({given})\n  ret void\n}}\n"
     library = codegen.Library(codegen.object_code(f'target triple = "{codegen.processor()[0]}"\n{text}'))
