@@ -30,6 +30,8 @@ from .modes import modes_at
 from .scene import Ending, Modes, Phase, Snapshot
 from .state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 
+SHORTENINGS = 3
+"""Number of times that a phase in which an event was passed over is repeated, in steps an eighth as long."""
 LOOKS = 32
 """Steps at which indeterminate forces are checked: the first ones of a phase, and as many spread along it."""
 
@@ -138,8 +140,8 @@ def run(
 
 
 def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> None:
-    """Raise if the friction of indeterminate forces would decide the motion, unless ``work.least`` permits it."""
-    if work.least or not phase.spare:
+    """Raise if the friction of indeterminate forces would decide the motion, unless ``work.shared`` permits it."""
+    if work.shared or not phase.spare:
         return
     count = len(path.times)
     for i in np.unique([*range(min(count, LOOKS)), *np.linspace(0, count - 1, LOOKS).astype(int)]):
@@ -152,7 +154,7 @@ def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> N
             raise SimulationError(
                 f"The normal forces of contacts {names} at t = {t:.9g} s are statically indeterminate, and with "
                 "different friction, or a turn as they slide, each distribution moves the machine differently. Give "
-                "them equal friction, or fewer contacts, or take indeterminate='least'."
+                "them equal friction, or fewer contacts, or take indeterminate='compliance'."
             )
 
 
@@ -161,14 +163,21 @@ def _phase(
     end: float, modes: Modes, between: Any,
 ) -> tuple[float, Array, dict[int, str], str]:  # fmt: skip
     """Integrate one phase to its end. Return time, state, reasons by contact, and the status if the run ends."""
-    path = integrate(
-        rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
-        # half of the shortest flight: a longer step could jump over the return of a contact
-        first_step=min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None),
-        max_steps=work.steps_left, **work.options,
-    )  # fmt: skip
-    work.steps_left = None if work.steps_left is None else work.steps_left - path.steps
-    _check_depth(work, path, modes)
+    # half of the shortest flight: a longer step could jump over the return of a contact
+    first_step = min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None)
+    options = dict(work.options)
+    for shortenings in range(SHORTENINGS, -1, -1):
+        path = integrate(
+            rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
+            first_step=first_step, max_steps=work.steps_left, **options,
+        )  # fmt: skip
+        work.steps_left = None if work.steps_left is None else work.steps_left - path.steps
+        missed = _passed_over(work, path, modes)
+        if not missed:
+            break
+        if not shortenings:
+            raise SimulationError(missed)
+        options["max_step"] = float(np.diff(path.times).max()) / 8
     _check_shared(work, phase, path, modes)
     asked = len(work.specs)
     mine = [c for c in path.crossings if c.number >= asked]
@@ -320,17 +329,17 @@ def _flights(
     }
 
 
-def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
-    """Raise if a closing or a reversal of slip was passed over: a contact ends the phase deep or slipping back."""
+def _passed_over(work: ContactRun, path: Path, modes: Modes) -> str:
+    """Return a message if a closing or a reversal of slip was passed over: a contact ends deep or slipping back."""
     y = path.states[-1]
     if not np.isfinite(y).all():
-        return
+        return ""
     seen, h = work.look(path.end, y), float(np.diff(path.times).max(initial=0))
     slow = 1e3 * work.still(y)
     for k, mode in enumerate(modes):
         v = float(seen.rate[work.scene.first[k] + 1]) if mode in ("slip+", "slip-") else 0.0
         if (v < -slow and mode == "slip+") or (v > slow and mode == "slip-"):
-            raise SimulationError(
+            return (
                 f"Contact '{work.names[k]}' of '{work.model.name}' changed its sense of slip between {path.start:.9g} "
                 f"and {path.end:.9g} s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than "
                 f"that, or take method='timestepping' with step=."
@@ -340,8 +349,9 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
             before = work.look(path.start, path.states[0])
             behind = before.gap[k] < -work.near(y) and math.isfinite(before.reach[k])  # came around its end
             if before.reach[k] > 0 and not behind:
-                raise SimulationError(
+                return (
                     f"Contact '{work.names[k]}' of '{work.model.name}' closed between {path.start:.6g} and "
                     f"{path.end:.6g} s within one step of {h:.3g} s, and was passed over: it is {-seen.gap[k]:.3g} m "
                     f"deep. Give a max_step shorter than that contact lasts, or take method='timestepping' with step=."
                 )
+    return ""
