@@ -25,7 +25,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import SimulationError
 from .cone_problem import EXACT, ConeProblem, Touching
 from .slip_directions import Sought, directions, newton
 
@@ -109,10 +108,16 @@ def of_equal_compliance(A: Array, c: Array, contacts: Sequence[Touching]) -> lis
         for i in released:
             laws[i] = replace(laws[i], static=laws[i].friction)
     _, rows = unknowns(len(c), contacts, modes)
-    columns, _ = unknowns(len(c), contacts, [(STICK, None) if m == SLIP and d is None else (m, d) for m, d in modes])
+    columns, _ = unknowns(
+        len(c), contacts, [(STICK, None) if m == SLIP and d is None else (m, d) for m, d in modes]
+    )
     S = A[rows] @ np.array(columns).T if rows else np.zeros((0, 0))
     lack = len(rows) - int(np.linalg.matrix_rank(S, tol=SMALL * np.abs(S).max(initial=1e-300))) if rows else 0
     one = _judged(A, c, contacts, tuple(modes), found.forces, found.rates, rows, lack)
+    # a sum of forces that moves nothing may have brought contacts at rest to their cones: share them anew
+    shared = _linear(A, c, contacts, modes) if lack else None
+    if shared is not None and shared.residual <= SMALL:
+        one = shared
     result = [one]
     limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
     turned = list(modes)
@@ -209,8 +214,9 @@ def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str,
 
 
 def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]) -> Iterator[Array]:
-    """Yield angles to start the search from: those of the forces of equal compliance, then opposite to the sticking force and
-    evenly spaced around the circle from there.
+    """Yield angles to start the search from: those of the forces of equal compliance, then evenly spaced ones.
+
+    The latter begin opposite to the sticking force.
     """
     if len(sought) > 1:
         yield _along(A, c, contacts, sought, ConeProblem(A, c, contacts).solve().forces)
@@ -310,7 +316,9 @@ def balanced(
         x, _, rank, _ = np.linalg.lstsq(scaled, goal / size, rcond=SMALL)
         lack = len(rows) - int(rank)
     square = A[np.ix_(rows, rows)]
-    if lack and not np.array_equal(S, square):  # friction of slip: N of equal compliance, the range of the rows
+    if lack and not np.array_equal(
+        S, square
+    ):  # friction of slip: N of equal compliance, the range of the rows
         x = square @ (np.linalg.pinv(S @ square, rcond=SMALL) @ goal)
     elif lack:
         x = np.linalg.pinv(S, rcond=SMALL) @ goal

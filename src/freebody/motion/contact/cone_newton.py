@@ -219,7 +219,9 @@ def missed(problem: Reals, kinds: Integers, m: int, n: int, w: Reals, rates: Rea
 
 
 @compiled
-def error(problem: Reals, kinds: Integers, m: int, n: int, soft: float, y: Reals, v: Reals, room: Reals) -> float:
+def error(
+    problem: Reals, kinds: Integers, m: int, n: int, soft: float, y: Reals, v: Reals, room: Reals
+) -> float:
     """Write y - r/ε, λ and F(v) to ``room`` (2 m + n numbers); return |F|."""
     H, C, c = problem, shifted(problem, m * n), shifted(problem, 2 * m * n)
     mu, low = shifted(c, m), shifted(c, 2 * m)
@@ -234,6 +236,19 @@ def error(problem: Reals, kinds: Integers, m: int, n: int, soft: float, y: Reals
             for k in range(n):
                 F[k] -= C[i * n + k] * x[i]
     return root(dot(F, F, n))
+
+
+@compiled
+def jacobian(C: Reals, G: Reals, m: int, n: int, soft: float, J: Reals) -> None:
+    """Set J (n, n) to 1 + Cᵀ G/ε."""
+    for k in range(n):
+        for j in range(n):
+            J[k * n + j] = 1.0 if k == j else 0.0
+    for i in range(m):
+        for k in range(n):
+            if C[i * n + k] != 0.0:
+                for j in range(n):
+                    J[k * n + j] += C[i * n + k] * G[i * n + j] / soft
 
 
 @compiled
@@ -258,13 +273,7 @@ def balanced(
         slopes(kinds, room, mu, low, H, m, n, G)
         for k in range(n):
             step[k] = -room[2 * m + k]
-            for j in range(n):
-                J[k * n + j] = 1.0 if k == j else 0.0
-        for i in range(m):
-            for k in range(n):
-                if C[i * n + k] != 0.0:
-                    for j in range(n):
-                        J[k * n + j] += C[i * n + k] * G[i * n + j] / soft
+        jacobian(C, G, m, n, soft, J)
         if solved(J, n, step) == 0:
             return turn
         part, shorter = 1.0, True
@@ -274,7 +283,9 @@ def balanced(
             new = error(problem, kinds, m, n, soft, y, trial, other)
             shorter = not new < (1.0 - 1e-4 * part) * size
             part /= 2.0
-            if shorter and part < SHORTEST:  # a kink: |F| falls in no short step, and the slope beyond it is needed
+            if (
+                shorter and part < SHORTEST
+            ):  # a kink: |F| falls in no short step, and the slope beyond it is needed
                 if size <= 1e-9 * root(dot(v, v, n)) or kinks == KINKS or not math.isfinite(new):
                     return turn
                 kinks += 1
@@ -340,7 +351,9 @@ def reach(kinds: Integers, mu: Reals, low: Reals, m: int, x: Reals, d: Reals) ->
                 Td += x[i + 1] * d[i + 1]
             limit, growth = mu[i] * x[i - 1], mu[i] * d[i - 1]
             a, h, k = d2 - growth * growth, Td - limit * growth, T2 - limit * limit
-            if x[i - 1] > 0.0 and k < -1e-12 * limit * limit:  # the smallest positive root of a t² + 2 h t + k
+            if (
+                x[i - 1] > 0.0 and k < -1e-12 * limit * limit
+            ):  # the smallest positive root of a t² + 2 h t + k
                 s = root(greater(h * h - a * k, 0.0))
                 if h > 0.0:
                     t = -k / (h + s)

@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 
 from ...native.loop import made, sibling
 from .cone_newton import EQUALITY, FIRST, LINE, NORMAL, SECOND, room
-from .newton import polished
 
 Array = NDArray[np.float64]
 
@@ -121,7 +120,7 @@ class ConeProblem:
     def residual(self, forces: Array) -> float:
         """Return the greatest violation of the laws as a rate, relative to the greatest |c_i| or A_ii low_i.
 
-            |min(r_N, s (λ_N - low))|,    s |λ_T - P(λ_T - r_T/s)|,    |r| of an equality
+        |min(r_N, s (λ_N - low))|,    s |λ_T - P(λ_T - r_T/s)|,    |r| of an equality
         """
         rows, columns, kinds, mu, low = self._rows
         x, s = forces[rows], self.scales
@@ -144,23 +143,116 @@ class ConeProblem:
     def solve(self) -> ConeSolution:
         """Return the solution found from zero. It is one only if its residual is below :data:`EXACT`."""
         rows, columns, kinds, mu, low = self._rows
-        m = len(rows)
-        code = made(_MODULE, (_MODULE,), ("factor", "solve"), _functions).functions
-        whole = np.ascontiguousarray(self.A, dtype=float)
-        H, order = np.zeros((len(self.c), len(self.c))), np.zeros(len(self.c), dtype=np.int64)
-        n = code["factor"](whole, len(self.c), H, DEPENDENT, np.zeros(len(self.c)), order)
-        H = H[:, :n]
-        parts = (H[rows].ravel(), (columns @ H).ravel(), self.c[rows], mu, low, self.scales, np.zeros(m + room(m, n)))
-        problem = np.concatenate(parts)
-        left = np.zeros(2)
-        steps = code["solve"](problem, np.array(kinds, dtype=np.int64), m, n, GOAL, left)
-        at = 2 * m * n + 4 * m
-        forces = problem[at : at + m] @ columns
-        if left[0] > EXACT:  # slow: Newton's method on the laws themselves
+        H = rows_of(self.A)
+        x, left, steps = from_zero(H[rows], columns @ H, self.c[rows], (kinds, mu, low), self.scales)
+        forces = x @ columns
+        if left > EXACT:  # slow: Newton's method on the laws themselves
             S, goal = self.A[rows] @ columns.T, EXACT * 1e-2 * float(np.abs(self.c[rows]).max(initial=0))
-            x = polished(S, self.c[rows], kinds, np.array(mu), problem[at : at + m], goal, least=np.array(low))
+            x = polished(S, self.c[rows], kinds, np.array(mu), x, goal, least=np.array(low))
             forces = forces if x is None else x @ columns
-        return ConeSolution(forces, self.A @ forces + self.c, self.residual(forces), int(steps))
+        return ConeSolution(forces, self.A @ forces + self.c, self.residual(forces), steps)
+
+
+def rows_of(A: Array) -> Array:
+    """Return H of A = H Hᵀ with as many columns as A has independent directions."""
+    m = len(A)
+    H = np.zeros((m, m))
+    n = _code()["factor"](
+        np.ascontiguousarray(A, dtype=float), m, H, DEPENDENT, np.zeros(m), np.zeros(m, dtype=np.int64)
+    )
+    return H[:, :n]
+
+
+def from_zero(H: Array, C: Array, c: Array, laws: Any, scales: Array) -> tuple[Array, float, int]:
+    """Return x of r = H Cᵀ x + c by `cone_newton`, its residual and the number of Newton steps.
+
+    ``laws`` are the kind, the coefficient of friction and the lower limit of each row.
+    """
+    m, n = H.shape
+    kinds, mu, low = laws
+    problem = np.concatenate((H.ravel(), C.ravel(), c, mu, low, scales, np.zeros(m + room(m, n))))
+    left = np.zeros(2)
+    steps = _code()["solve"](problem, np.array(kinds, dtype=np.int64), m, n, GOAL, left)
+    at = 2 * m * n + 4 * m
+    return problem[at : at + m], float(left[0]), int(steps)
+
+
+def eased(A: Array, b: Array, kinds: Any, mu: Array, goal: float) -> Array | None:
+    """Return impulses that satisfy the conditions of `polished` to ``goal``, from zero; None if none are found."""
+    if not (np.isfinite(A).all() and np.isfinite(b).all()):
+        return None
+    scales, none = np.abs(A.diagonal()), np.zeros(len(b))
+    second = np.flatnonzero(np.asarray(kinds) == SECOND)
+    scales[second] += scales[second - 1]
+    scales[second - 1] = scales[second]
+    H = rows_of(A)
+    x = from_zero(H, H, b, (kinds, mu, none), scales)[0]
+    if float(np.abs(_conditions(A, b, kinds, mu, x, none)[0]).max(initial=0)) <= goal:
+        return x
+    return polished(A, b, kinds, mu, x, goal)
+
+
+def polished(
+    A: Array, b: Array, kinds: Any, mu: Array, x: Array, goal: float, most: int = 60, least: Any = 0.0
+) -> Array | None:
+    """Return impulses near ``x`` that satisfy the conditions to ``goal``; None if none are found.
+
+    ``kinds`` is defined in `cone_newton`. ``least`` gives, for each row, a normal impulse that acts in any
+    case: max(least, x - r/s) then replaces max(0, x - r/s).
+    """
+    least = np.broadcast_to(least, len(x))
+    error, slope = _conditions(A, b, kinds, mu, x, least)
+    for _ in range(most):
+        size = float(np.abs(error).max(initial=0))
+        if size <= goal:
+            return x
+        step = np.linalg.lstsq(slope, -error, rcond=1e-12)[0]
+        part, length = 1.0, float(np.linalg.norm(error))
+        while True:
+            other = x + part * step
+            new, bent = _conditions(A, b, kinds, mu, other, least)
+            if float(np.linalg.norm(new)) < (1 - 1e-4 * part) * length or part < 1e-3:
+                break
+            part /= 2
+        x, error, slope = other, new, bent
+    return x if float(np.abs(error).max(initial=0)) <= goal else None
+
+
+def _conditions(A: Array, b: Array, kinds: Any, mu: Array, x: Array, least: Array) -> tuple[Array, Array]:
+    """Return the residuals of the conditions, as speeds, and their slope."""
+    r = A @ x + b
+    error, slope = r.copy(), A.copy()
+    one = np.eye(len(x))
+    for a, kind in enumerate(kinds):
+        d = A[a, a]
+        if kind == 1:
+            if d * (x[a] - least[a]) - r[a] <= 0:
+                error[a], slope[a] = d * (x[a] - least[a]), d * one[a]
+        elif kind == 2:
+            limit, free = mu[a] * max(x[a - 1], 0.0), x[a] - r[a] / d
+            if abs(free) > limit:
+                sign = np.sign(free)
+                error[a] = d * (x[a] - sign * limit)
+                slope[a] = d * (one[a] - sign * mu[a] * (x[a - 1] > 0) * one[a - 1])
+        elif kind == 3:
+            two = slice(a, a + 2)
+            s = max(d, A[a + 1, a + 1]) + abs(A[a, a + 1])
+            free = x[two] - r[two] / s
+            length, limit = float(np.linalg.norm(free)), mu[a] * max(x[a - 1], 0.0)
+            if length > limit:
+                e = free / length
+                turn = limit / length * (np.eye(2) - np.outer(e, e))  # slope of the projection onto the disk
+                error[two] = s * (x[two] - limit * e)
+                slope[two] = s * (
+                    one[two]
+                    - mu[a] * (x[a - 1] > 0) * np.outer(e, one[a - 1])
+                    - turn @ (one[two] - A[two] / s)
+                )
+    return error, slope
+
+
+def _code() -> Any:
+    return made(_MODULE, (_MODULE,), ("factor", "solve"), _functions).functions
 
 
 def _functions() -> dict[str, Any]:

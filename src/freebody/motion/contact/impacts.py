@@ -160,7 +160,8 @@ def undetermined(
 
 
 def _one_by_one(
-    A: Array, before: Array, contacts: Sequence[Touching], restitution: Sequence[float], laws: Sequence[str], still: float
+    A: Array, before: Array, contacts: Sequence[Touching], restitution: Sequence[float], laws: Sequence[str],
+    still: float,
 ) -> Impact:  # fmt: skip
     v, total = before.copy(), np.zeros(len(before))
     size = max(float(np.abs(before).max(initial=0)), still)

@@ -30,8 +30,6 @@ from .modes import modes_at
 from .scene import Ending, Modes, Phase, Snapshot
 from .state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 
-SHORTENINGS = 3
-"""Number of times that a phase in which an event was passed over is repeated, in steps an eighth as long."""
 LOOKS = 32
 """Steps at which indeterminate forces are checked: the first ones of a phase, and as many spread along it."""
 
@@ -165,19 +163,12 @@ def _phase(
     """Integrate one phase to its end. Return time, state, reasons by contact, and the status if the run ends."""
     # half of the shortest flight: a longer step could jump over the return of a contact
     first_step = min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None)
-    options = dict(work.options)
-    for shortenings in range(SHORTENINGS, -1, -1):
-        path = integrate(
-            rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
-            first_step=first_step, max_steps=work.steps_left, **options,
-        )  # fmt: skip
-        work.steps_left = None if work.steps_left is None else work.steps_left - path.steps
-        missed = _passed_over(work, path, modes)
-        if not missed:
-            break
-        if not shortenings:
-            raise SimulationError(missed)
-        options["max_step"] = float(np.diff(path.times).max()) / 8
+    path = integrate(
+        rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
+        first_step=first_step, max_steps=work.steps_left, **work.options,
+    )  # fmt: skip
+    work.steps_left = None if work.steps_left is None else work.steps_left - path.steps
+    _check_depth(work, path, modes)
     _check_shared(work, phase, path, modes)
     asked = len(work.specs)
     mine = [c for c in path.crossings if c.number >= asked]
@@ -329,17 +320,17 @@ def _flights(
     }
 
 
-def _passed_over(work: ContactRun, path: Path, modes: Modes) -> str:
-    """Return a message if a closing or a reversal of slip was passed over: a contact ends deep or slipping back."""
+def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
+    """Raise if a closing or a reversal of slip was passed over: a contact ends the phase deep or slipping back."""
     y = path.states[-1]
     if not np.isfinite(y).all():
-        return ""
+        return
     seen, h = work.look(path.end, y), float(np.diff(path.times).max(initial=0))
     slow = 1e3 * work.still(y)
     for k, mode in enumerate(modes):
         v = float(seen.rate[work.scene.first[k] + 1]) if mode in ("slip+", "slip-") else 0.0
         if (v < -slow and mode == "slip+") or (v > slow and mode == "slip-"):
-            return (
+            raise SimulationError(
                 f"Contact '{work.names[k]}' of '{work.model.name}' changed its sense of slip between {path.start:.9g} "
                 f"and {path.end:.9g} s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than "
                 f"that, or take method='timestepping' with step=."
@@ -349,9 +340,8 @@ def _passed_over(work: ContactRun, path: Path, modes: Modes) -> str:
             before = work.look(path.start, path.states[0])
             behind = before.gap[k] < -work.near(y) and math.isfinite(before.reach[k])  # came around its end
             if before.reach[k] > 0 and not behind:
-                return (
+                raise SimulationError(
                     f"Contact '{work.names[k]}' of '{work.model.name}' closed between {path.start:.6g} and "
                     f"{path.end:.6g} s within one step of {h:.3g} s, and was passed over: it is {-seen.gap[k]:.3g} m "
                     f"deep. Give a max_step shorter than that contact lasts, or take method='timestepping' with step=."
                 )
-    return ""

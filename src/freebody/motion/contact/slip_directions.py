@@ -191,4 +191,3 @@ def newton(function: Callable[[Array], Array | None], x: Array, most: int = 40) 
         if np.abs(change).max() < 1e-14:
             return x
     return x if np.abs(change).max() < 1e-12 else None
-

@@ -228,7 +228,9 @@ class ContactRun:
                     f"{self.names[k]}: impact, normal speed {seen.rate[at]:.6g} → {_zero(new.rate[at], still):.6g} m/s"
                 )
         if hit.part < 1:
-            parts.append(f"restitution reduced to {hit.part:g} e: no impulses satisfy the law with e, or the energy would grow")
+            parts.append(
+                f"restitution reduced to {hit.part:g} e: no impulses satisfy the law with e, or the energy would grow"
+            )
         if undetermined(A, contacts, hit.impulses, hit.after, responses):
             names = ", ".join(f"'{self.names[k]}'" for k in chosen)
             if not self.shared:

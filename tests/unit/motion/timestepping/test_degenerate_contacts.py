@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.motion.contact.newton import _conditions, eased
+from freebody.motion.contact.cone_problem import _conditions, eased
 
 
 def face(n, seed):
