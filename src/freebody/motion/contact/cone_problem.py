@@ -148,8 +148,8 @@ class ConeProblem:
         forces = x @ columns
         if left > EXACT:  # slow: Newton's method on the laws themselves
             S, goal = self.A[rows] @ columns.T, EXACT * 1e-2 * float(np.abs(self.c[rows]).max(initial=0))
-            x = polished(S, self.c[rows], kinds, np.array(mu), x, goal, least=np.array(low))
-            forces = forces if x is None else x @ columns
+            polish = polished(S, self.c[rows], kinds, np.array(mu), x, goal, least=np.array(low))
+            forces = forces if polish is None else polish @ columns
         return ConeSolution(forces, self.A @ forces + self.c, self.residual(forces), steps)
 
 
