@@ -19,7 +19,7 @@ def study(s: Any, until: Any = 1, **options: Any) -> Any:
         ("initial", "near", "values", "step", "times", "max_step", "max_steps")
     )
     given |= dict(
-        project=False, tolerance=1e-9, events=(), impulses=(), impacts="simultaneous", indeterminate="refuse",
+        project=False, tolerance=1e-9, events=(), impulses=(), impacts="simultaneous", indeterminate="compliance",
         method="auto", samples=None, start=0, outputs=None, threads=1,
     )  # fmt: skip
     return job_of(s, until, **{**given, **options})

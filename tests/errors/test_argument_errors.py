@@ -43,7 +43,7 @@ def table():
         ({"project": True}, "Expected a machine with constraints for project=, but 'pendulum' has none"),
         ({"impacts": "sequential"}, "Expected a machine with contacts for impacts=, but 'pendulum' has none"),
         (
-            {"indeterminate": "least"},
+            {"indeterminate": "refuse"},
             "Expected a machine with contacts for indeterminate=, but 'pendulum' has",
         ),
         ({"max_steps": 0.5}, "Expected a number of steps of at least 1, got max_steps=0.5"),
@@ -63,7 +63,7 @@ def test_of_a_machine_without_constraints_and_contacts(pendulum, many, given, te
         ({"tolerance": 1e-6}, 'Expected no tolerance= for method="timestepping", got 1e-06: all its steps have'),
         ({"max_step": 0.1}, 'Expected no max_step= for method="timestepping", got 0.1'),
         ({"impacts": "sequential"}, "Expected no impacts= for .*, got 'sequential': it solves all contacts of a step"),
-        ({"indeterminate": "least"}, "Expected no indeterminate= for .*, got 'least': it solves all contacts"),
+        ({"indeterminate": "refuse"}, "Expected no indeterminate= for .*, got 'refuse': it solves all contacts"),
     ],
 )  # fmt: skip
 def test_of_time_stepping(disk, many, given, text):
@@ -84,19 +84,19 @@ def test_of_one_motion_and_of_a_batch(pendulum):
 def test_shared_contact_forces_of_a_batch_are_those_of_a_run_alone(table):
     start = {"f_z": 0.4, "f_vx": 1.0, "f_wz": 1.0}
     many = {**start, "f_wz": [1.0, 0.0]}
-    refused = fb.simulate(table, 0.05, initial=many, samples=2)
+    refused = fb.simulate(table, 0.05, initial=many, samples=2, indeterminate="refuse")
     assert list(refused.status) == ["no start", "finished"]
-    assert "take indeterminate='least'" in refused.reason.values[0]
-    alone = fb.simulate(table, 0.05, initial=start, samples=2, indeterminate="least")
-    data = fb.simulate(table, 0.05, initial=many, samples=2, indeterminate="least")
+    assert "take indeterminate='compliance'" in refused.reason.values[0]
+    alone = fb.simulate(table, 0.05, initial=start, samples=2, indeterminate="compliance")
+    data = fb.simulate(table, 0.05, initial=many, samples=2, indeterminate="compliance")
     assert list(data.status) == ["finished", "finished"]
     assert np.array_equal(data["f_wz"][0], alone["f_wz"])
     swept = fb.sweep(
-        table, {"f_wz": [1.0]}, 0.05, initial={"f_z": 0.4, "f_vx": 1.0}, samples=2, indeterminate="least"
+        table, {"f_wz": [1.0]}, 0.05, initial={"f_z": 0.4, "f_vx": 1.0}, samples=2, indeterminate="compliance"
     )
     assert np.array_equal(swept["f_wz"][0], alone["f_wz"])
     with pytest.raises(
-        SimulationError, match="No lane has a start.*indeterminate='refuse' or 'least'.*'most'"
+        SimulationError, match="No lane has a start.*indeterminate='compliance' .*or 'refuse'.*'most'"
     ):
         fb.simulate(table, 0.05, initial=many, indeterminate="most")
 
@@ -105,7 +105,7 @@ def test_a_store_of_other_shared_forces_is_not_gone_on_with(table, tmp_path):
     run = {"initial": {"f_z": [0.4, 0.5]}, "samples": 2, "store": tmp_path / "lanes.nc"}
     fb.simulate(table, 0.01, **run)
     with pytest.raises(SimulationError, match="to hold results of the same runs"):
-        fb.simulate(table, 0.01, indeterminate="least", **run)
+        fb.simulate(table, 0.01, indeterminate="refuse", **run)
 
 
 def test_steps_are_counted_over_a_whole_run(pendulum):

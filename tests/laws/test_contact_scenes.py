@@ -172,7 +172,7 @@ def pressed(s, motion, k):
 
 def check(s, start, until, seed):
     """All laws on one motion."""
-    motion = fb.simulate(s, until, initial=start, indeterminate="least", samples=1601)
+    motion = fb.simulate(s, until, initial=start, indeterminate="compliance", samples=1601)
     driven = "belt" in s.bodies
     size = G * sum(float(x.mass) for x in motion.kernels.model.bodies.values())
     energy = motion.energy

@@ -91,7 +91,7 @@ def single_motion(
     events: Any = (),
     impulses: Any = (),
     impacts: str = "simultaneous",
-    indeterminate: str = "refuse",
+    indeterminate: str = "compliance",
     method: str = "auto",
     step: float | None = None,
     times: ArrayLike | None = None,

@@ -50,7 +50,7 @@ def simulate_batch(
     events: Any = (),
     impulses: Any = (),
     impacts: str = "simultaneous",
-    indeterminate: str = "refuse",
+    indeterminate: str = "compliance",
     method: str = "auto",
     step: Any = None,
     times: Any = None,

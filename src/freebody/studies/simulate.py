@@ -32,7 +32,7 @@ def simulate(
     events: Any = (),
     impulses: Any = (),
     impacts: str = "simultaneous",
-    indeterminate: str = "refuse",
+    indeterminate: str = "compliance",
     method: str = "auto",
     step: float | None = None,
     times: ArrayLike | None = None,
@@ -84,10 +84,10 @@ def simulate(
     impacts : {"simultaneous", "sequential"}
         How several contacts collide at once: all impulses together, or one contact after another, always the contact
         that approaches fastest.
-    indeterminate : {"refuse", "least"}
-        Treatment of sliding contacts whose shares of the forces are indeterminate but affect the motion (four corners
-        of a box that turns as it slides): the run is refused, or their normal forces and impulses are taken least in
-        norm.
+    indeterminate : {"compliance", "refuse"}
+        Treatment of contacts whose shares of the forces are indeterminate but affect the motion (four corners of a box
+        that turns as it slides): the limit of equal compliance at all contacts, which the events and
+        ``trajectory.indeterminate`` name, or a refusal.
     times : array, optional
         Output times, within the run; times after a terminal event are left out.
     samples : int, optional

@@ -28,7 +28,9 @@ def swings(n: int, **options: Any) -> fb.Study:
 
 
 def test_a_store_is_read_while_it_runs(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(run, "size_of_block", lambda *_: 500)  # else a fast machine makes one block of all lanes
+    monkeypatch.setattr(
+        run, "size_of_block", lambda *_: 500
+    )  # else a fast machine makes one block of all lanes
     study, path, seen = swings(3000), tmp_path / "x.zarr", []
     whole = study.run(progress=False)["max(theta')"].values
 

@@ -139,6 +139,8 @@ def lifted(work: ContactRun, t: float, y: Array) -> Array:
     first = work.scene.first
     if not any(seen.gap[k] < -low and seen.rate[first[k]] > work.still(y) for k in closed):
         return y
+    # contacts that leave from above do not hold the others down: four corners of a face fit three conditions
+    closed = [k for k in closed if seen.gap[k] <= low or seen.rate[first[k]] <= work.still(y)]
     rows = [first[k] for k in closed]
     gaps = np.array([min(seen.gap[k], 0.0) for k in closed])
     step = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -gaps, rcond=SMALL)[0] @ seen.responses[rows]

@@ -17,6 +17,7 @@ F. Génot, B. Brogliato, New results on Painlevé paradoxes (1999).
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -24,38 +25,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import SimulationError
-from .newton import polished
-from .slip_directions import Sought, directions, newton, relaxed
+from .cone_problem import EXACT, ConeProblem, Touching
+from .slip_directions import Sought, directions, newton
 
 Array = NDArray[np.float64]
 
 OPEN, STICK, SLIP = "open", "stick", "slip"
 WHOLE = 2
 """Largest number of contacts at rest in space for which all combinations with new slip directions are tried."""
-GUESSES = 64
-"""Largest number of combinations tried if an approximate solution does not decide the modes."""
 MOST = 1 << 14
-"""Largest number of combinations of modes that are tried; time stepping handles scenes with more contacts."""
+"""Largest number of combinations of modes that are tried."""
 SMALL = 1e-10
 """Relative size below which a force or rate is zero and a matrix singular: above the round-off of small systems."""
-
-
-@dataclass(frozen=True)
-class Touching:
-    """One closed contact of the problem.
-
-    ``row``        its first row (normal), followed by its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless)
-    ``friction``   kinetic coefficient; ``static`` is the static coefficient
-    ``sliding``    unit direction of slip, shape (tangents,), if it already slips; None at rest
-    """
-
-    name: str
-    row: int
-    tangents: int
-    friction: float
-    static: float
-    sliding: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -80,7 +61,7 @@ class Solution:
 
 
 def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = None) -> list[Solution]:
-    """Return all consistent sets of modes.
+    """Return all consistent sets of modes; beyond :data:`WHOLE` and :data:`MOST`, those of :func:`of_equal_compliance`.
 
     Parameters
     ----------
@@ -91,22 +72,11 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = Non
     contacts : sequence of Touching
     among : sequence of sequences of modes, optional
         The sets to try; by default all combinations.
-
-    Raises
-    ------
-    SimulationError
-        If there are more combinations than :data:`MOST`.
     """
     choices = [_choices(contact) for contact in contacts]
-    count = int(np.prod([len(one) for one in choices], dtype=float)) if among is None else 0
-    if count > MOST:
-        raise SimulationError(
-            f"{len(contacts)} contacts closed at once have {count} combinations of modes; at most {MOST} "
-            f"are tried. Use method='timestepping' for scenes like this."
-        )
-    resting = sum(_may_begin(one) for one in choices)
-    if among is None and resting > WHOLE:
-        return _staged(A, c, contacts, choices)
+    count = math.prod(map(len, choices))
+    if among is None and (count > MOST or sum(map(_may_begin, choices)) > WHOLE):
+        return of_equal_compliance(A, c, contacts)
     return [
         one
         for modes in (itertools.product(*choices) if among is None else among)
@@ -115,113 +85,70 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = Non
     ]
 
 
-def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> list[Solution]:
-    """Return solutions for many contacts at rest in space: sets without new slip, and sets that relaxation suggests.
+def of_equal_compliance(A: Array, c: Array, contacts: Sequence[Touching]) -> list[Solution]:
+    """Return the solution that is the limit of equal compliance at all contacts; none if there is none.
 
-    The unknown slip directions make a complete search too long. With more than :data:`WHOLE` such contacts, the list
-    of solutions may therefore be incomplete.
+    Contacts at the limit of friction without slip follow in a second solution, in which their slip begins against it.
+    Slip has the kinetic friction: contacts whose static friction is exceeded are released, and the problem is solved
+    anew until all that slip are.
     """
-    known = [[(mode, d) for mode, d in one if not (mode == SLIP and d is None)] for one in choices]
-    near = closest(A, c, contacts)
-    likely: list[list[tuple[str, Any]]] = []
-    every = []
-    for (pressed, still), one in zip(undecided(A, c, contacts, near), choices, strict=True):
-        free = _may_begin(one)
-        closed = [one[1]] * (still is not False) + [(SLIP, None)] * (still is not True) if free else [one[1]]
-        likely.append([*closed] * (pressed is not False) + [(OPEN, None)] * (pressed is not True))
-        every.append((OPEN, None) if pressed is False else (SLIP, None) if free else one[1])
-    guesses = list(itertools.islice(itertools.product(*likely), GUESSES))
-    # also the sets with one contact open: if forces are indeterminate, the least in norm may pull at a contact
-    fewer = [
-        [(OPEN, None) if i == j else mode for j, mode in enumerate(modes)]
-        for modes in (every, guesses[0])
-        for i in range(len(contacts))
-        if modes[i][0] != OPEN
-    ]
-    found = [one for modes in itertools.product(*known) for one in _solved(A, c, contacts, modes)]
-    found = [one for one in found if one.residual <= SMALL]
-    for sets in (guesses, [every, *fewer]):
-        tried = (
-            one for modes in sets for one in _solved(A, c, contacts, modes, near) if one.residual <= SMALL
-        )
-        if sets is guesses or not found:
-            found += itertools.islice(tried, 1)  # all results of one search are near the same solution
-    for one in list(found):  # at the friction limit, slip is about to begin opposite to the friction
-        limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
-        turned = list(one.modes)
-        for i in limit:
-            at = contacts[i].row + 1
-            T = one.forces[at : at + contacts[i].tangents]
-            turned[i] = (SLIP, -T / np.linalg.norm(T))
-        begun = _linear(A, c, contacts, turned) if limit else None
-        if begun is not None and begun.residual <= SMALL:
-            found.append(begun)
-    return found
+    laws = list(contacts)
+    while True:
+        found = ConeProblem(A, c, laws).solve()
+        if not found.residual <= EXACT:
+            return []
+        modes = _modes_of(found.forces, found.rates, c, contacts)
+        released = [
+            i
+            for i, (one, (mode, d)) in enumerate(zip(laws, modes, strict=True))
+            if mode == SLIP and one.sliding is None and one.static > one.friction
+        ]
+        if not released:
+            break
+        for i in released:
+            laws[i] = replace(laws[i], static=laws[i].friction)
+    _, rows = unknowns(len(c), contacts, modes)
+    columns, _ = unknowns(
+        len(c), contacts, [(STICK, None) if m == SLIP and d is None else (m, d) for m, d in modes]
+    )
+    S = A[rows] @ np.array(columns).T if rows else np.zeros((0, 0))
+    lack = len(rows) - int(np.linalg.matrix_rank(S, tol=SMALL * np.abs(S).max(initial=1e-300))) if rows else 0
+    one = _judged(A, c, contacts, tuple(modes), found.forces, found.rates, rows, lack)
+    # a sum of forces that moves nothing may have brought contacts at rest to their cones: share them anew
+    shared = _linear(A, c, contacts, modes) if lack else None
+    if shared is not None and shared.residual <= SMALL:
+        one = shared
+    result = [one]
+    limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
+    turned = list(modes)
+    for i in limit:
+        at = contacts[i].row + 1
+        T = one.forces[at : at + contacts[i].tangents]
+        turned[i] = (SLIP, -T / np.linalg.norm(T))
+    begun = _linear(A, c, contacts, turned) if limit else None
+    if begun is not None and begun.residual <= SMALL:
+        result.append(begun)
+    return result
 
 
-def closest(A: Array, c: Array, contacts: Sequence[Touching], least: Any = None) -> Array:
-    """Return forces at or near a solution with exact cones and kinetic friction, as the start of a search.
-
-    ``least`` gives, for each contact, a normal force that acts in any case.
-    """
-    rows: list[int] = []
-    columns: list[Array] = []
-    kinds: list[int] = []
-    low: list[float] = []
-    mu: list[float] = []
-    reduced = []
-    unit = np.eye(len(c))
-    for i, contact in enumerate(contacts):
-        at, d, n = contact.row, contact.sliding, contact.tangents
-        free = n > 0 and contact.friction > 0 and d is None
-        reduced.append(replace(contact, row=len(rows), tangents=n if free else 0))
-        column = unit[at].copy()
-        if d is not None:
-            column[at + 1 : at + 1 + n] = -contact.friction * d
-        rows.append(at)
-        columns.append(column)
-        kinds.append(1)
-        mu.append(0.0)
-        low.append(0.0 if least is None else float(least[i]))
-        if free:
-            rows += range(at + 1, at + 1 + n)
-            columns += list(unit[at + 1 : at + 1 + n])
-            kinds += [2] if n == 1 else [3, 4]
-            mu += [contact.friction] * n
-            low += [0.0] * n
-    B = np.array(columns).T
-    S, goal = A[rows] @ B, c[rows]
-    normal = [one.row for one in reduced]
-    x = relaxed(S, goal, reduced, 100, np.array(low)[normal])
-    if (S.diagonal() > 0).all():
-        size = float(np.abs(goal).max(initial=0)) + float((np.abs(S) @ np.abs(x)).max(initial=0))
-        found = polished(S, goal, kinds, np.array(mu), x, 1e-14 * size, least=np.array(low))
-        x = relaxed(S, goal, reduced, 2000, np.array(low)[normal]) if found is None else found
-    return B @ x
-
-
-def undecided(
-    A: Array, c: Array, contacts: Sequence[Touching], forces: Array, least: Any = None
-) -> list[tuple[bool | None, bool | None]]:
-    """Return, for each contact, whether it presses and whether it sticks under forces that are nearly a solution.
-
-    None marks an answer that these forces do not decide. A contact presses if its normal force exceeds ``least``.
-    """
-    rates = A @ forces + c
-    small = 1e-6 * float(np.abs(forces).max(initial=0))
-    slow = 1e-6 * max(float(np.abs(c).max(initial=0)), float((np.abs(A) @ np.abs(forces)).max(initial=0)))
-    found: list[tuple[bool | None, bool | None]] = []
-    for i, contact in enumerate(contacts):
+def _modes_of(forces: Array, rates: Array, c: Array, contacts: Sequence[Touching]) -> list[tuple[str, Any]]:
+    """Return the modes of the contacts under forces that solve their problem."""
+    small = 1e-9 * float(np.abs(forces).max(initial=0))
+    slow = 1e-9 * max(float(np.abs(c).max(initial=0)), float(np.abs(rates).max(initial=0)))
+    result: list[tuple[str, Any]] = []
+    for contact in contacts:
         at, n = contact.row, contact.tangents
-        pressed = forces[at] - (0.0 if least is None else least[i]) > small
-        drawn = float(np.linalg.norm(forces[at + 1 : at + 1 + n]))
-        slips = float(np.linalg.norm(rates[at + 1 : at + 1 + n])) > slow
-        holds = bool(drawn < contact.friction * forces[at] - small)
-        found.append((
-            None if not pressed and not rates[at] > slow else bool(pressed),
-            None if not holds and not slips else holds,
-        ))  # fmt: skip
-    return found
+        v = rates[at + 1 : at + 1 + n]
+        speed = float(np.linalg.norm(v))
+        if forces[at] <= small:
+            result.append((OPEN, None))
+        elif n == 0 or contact.friction == contact.static == 0:
+            result.append((SLIP, np.zeros(n)))
+        elif contact.sliding is not None:
+            result.append((SLIP, contact.sliding))
+        else:
+            result.append((SLIP, v / speed) if speed > slow else (STICK, None))
+    return result
 
 
 def _may_begin(choices: Sequence[tuple[str, Any]]) -> bool:
@@ -244,11 +171,10 @@ def _solved(
     c: Array,
     contacts: Sequence[Touching],
     modes: Sequence[tuple[str, Any]],
-    near: Array | None = None,
 ) -> Iterator[Solution]:
     """Yield the solutions of one combination: at most one, or several if slip directions are unknown.
 
-    The search for directions starts from those of the forces ``near`` or, without them, from several directions.
+    The search for directions starts from several directions.
     """
     sought = [i for i, (mode, d) in enumerate(modes) if mode == SLIP and d is None]
     if not sought:
@@ -256,10 +182,7 @@ def _solved(
         if one is not None:
             yield one
         return
-    if near is None:
-        starts = np.array(list(_starts(A, c, contacts, modes, sought)))
-    else:
-        starts = np.array([_along(A, c, contacts, sought, near)])
+    starts = np.array(list(_starts(A, c, contacts, modes, sought)))
     columns, rows = unknowns(len(c), contacts, modes)
     looked = [Sought(contacts[i].row, contacts[i].friction) for i in sought]
     found: Any = directions(A, c, np.zeros(len(c)), columns, rows, looked, starts)
@@ -291,11 +214,12 @@ def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str,
 
 
 def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]) -> Iterator[Array]:
-    """Yield angles to start the search from: those of the relaxed forces, then opposite to the sticking force and
-    evenly spaced around the circle from there.
+    """Yield angles to start the search from: those of the forces of equal compliance, then evenly spaced ones.
+
+    The latter begin opposite to the sticking force.
     """
     if len(sought) > 1:
-        yield _along(A, c, contacts, sought, closest(A, c, contacts))
+        yield _along(A, c, contacts, sought, ConeProblem(A, c, contacts).solve().forces)
     held = [(STICK, None) if i in sought else mode for i, mode in enumerate(modes)]
     one = _linear(A, c, contacts, held)
     first = []
@@ -374,7 +298,8 @@ def balanced(
 ) -> tuple[Array, int] | None:
     """Return forces base + B x for which the ``rows`` of the rates vanish, and the number of indeterminate forces.
 
-    If forces are indeterminate, N is least in the norm of all forces, and T then has the least Σ |T|²/N.
+    If forces are indeterminate, those of contacts of equal compliance are chosen, x = A_rows ν. Where the motion does
+    not depend on them, N is then least in norm, and T has the least Σ |T|²/N.
     """
     size = np.sqrt(np.abs(A.diagonal()[rows]))
     if not (size > 0).all():
@@ -390,7 +315,12 @@ def balanced(
     else:
         x, _, rank, _ = np.linalg.lstsq(scaled, goal / size, rcond=SMALL)
         lack = len(rows) - int(rank)
-    if lack:
+    square = A[np.ix_(rows, rows)]
+    if lack and not np.array_equal(
+        S, square
+    ):  # friction of slip: N of equal compliance, the range of the rows
+        x = square @ (np.linalg.pinv(S @ square, rcond=SMALL) @ goal)
+    elif lack:
         x = np.linalg.pinv(S, rcond=SMALL) @ goal
         weights = np.ones(len(rows))
         for contact in contacts:
@@ -464,14 +394,11 @@ def distinct(
     return [group for _, group in groups]
 
 
-def least_of(found: Sequence[Solution], A: Array, contacts: Sequence[Touching]) -> list[Solution]:
-    """Return the solutions with normal forces least in norm if these are indeterminate; otherwise all solutions."""
+def dependent_normals(A: Array, contacts: Sequence[Touching]) -> bool:
+    """Return True if the motion does not determine how the contacts share the normal forces."""
     normals = [c.row for c in contacts]
     sizes = np.linalg.svd(A[np.ix_(normals, normals)], compute_uv=False)
-    if not found or sizes[-1] > SMALL * sizes[0]:
-        return list(found)
-    norms = [float(np.linalg.norm(one.forces[normals])) for one in found]
-    return [one for one, norm in zip(found, norms, strict=True) if norm <= min(norms) * (1 + SMALL)]
+    return bool(sizes[-1] <= SMALL * sizes[0])
 
 
 def painleve(A: Array, contact: Touching) -> float:

@@ -20,8 +20,9 @@ from .complementarity import (
     Array,
     Solution,
     Touching,
+    dependent_normals,
     distinct,
-    least_of,
+    of_equal_compliance,
     painleve,
     solutions,
 )
@@ -53,8 +54,10 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
     groups = distinct(kept, responses, alike=alike)
     if len(groups) > 1:  # inequalities violated by round-off, which large friction amplifies
         groups = distinct([one for one in kept if one.missed <= ROUNDED], responses, alike=alike) or groups
-    if len(groups) > 1 and work.least:
-        groups = distinct(least_of(kept, A, contacts), responses, alike=alike)
+    if len(groups) > 1 and work.shared and dependent_normals(A, contacts):
+        kept = of_equal_compliance(A, seen.c[rows], contacts)
+        kept = [one for one in kept if lasts(work, t, y, seen, chosen, contacts, one)] or kept
+        groups = [kept] if kept else []
     if len(groups) != 1:
         raise paradox(work, t, y, contacts, A, groups or distinct(found, responses), bool(groups))
 
@@ -153,15 +156,13 @@ def paradox(
     names = (*work.model.coordinate_names, *work.model.speed_names)
     where = ", ".join(f"{n} = {x:.6g}" for n, x in zip(names, y.tolist(), strict=False))
     criteria = ", ".join(f"{c.name}: A_NN - mu d.A_NT = {painleve(A, c):.6g} 1/kg" for c in contacts)
-    normals = [c.row for c in contacts]
-    sizes = np.linalg.svd(A[np.ix_(normals, normals)], compute_uv=False)
-    if several and sizes[-1] <= SMALL * sizes[0]:
+    if several and dependent_normals(A, contacts):
         closed = ", ".join(f"'{c.name}'" for c in contacts)
         return SimulationError(
             f"The normal forces of contacts {closed} of '{work.model.name}' at t = {t:.9g} s are statically "
             f"indeterminate, and each distribution moves the machine differently through its friction. Rest the body "
-            f"on fewer contacts (three in space, two in a plane), or take indeterminate='least', which decides for "
-            f"normal forces least in norm."
+            f"on fewer contacts (three in space, two in a plane), or take indeterminate='compliance', which "
+            f"decides for the limit of equal compliance at all contacts."
         )
     if several:
         sets = " or ".join(

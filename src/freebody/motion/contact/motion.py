@@ -55,7 +55,7 @@ def touching_motion(
         raise SimulationError(f"Unknown order of impacts {order!r}; {nearest(str(order), ORDERS)}")
     if indeterminate not in CHOICES:
         raise SimulationError(
-            f"Expected indeterminate='refuse' or 'least' (normal forces least in norm), got {indeterminate!r}."
+            f"Expected indeterminate='compliance' (the limit of equal compliance) or 'refuse', got {indeterminate!r}."
         )
     check_forwards(begin, end, "a machine with contacts", "friction and impacts")
     check_coefficients(model, values)
@@ -78,7 +78,7 @@ def touching_motion(
         max_steps,
         timed,
         called,
-        indeterminate == "least",
+        indeterminate == "compliance",
     )
     y = np.concatenate([state[:n], [0.0, 0.0]])
     phase = work.scene.phase(("open",) * len(model.contacts))

@@ -2,9 +2,9 @@
 
     between events   the usual loop integrates the compiled equations of one set of modes (open, stick, slip)
     events           a gap closes, N falls to zero, |T| reaches μ_s N, the slip stops, a contact leaves its surface
-    at an event      impulses if contacts approach (`impacts`), then modes from the complementarity problem of the
-                     accelerations (`complementarity`); if a law holds with equality, derivatives of the accelerations
-                     and forces along each candidate decide
+    at an event      impulses if contacts approach (`impacts`), then modes from the contact problem of the
+                     accelerations (`complementarity` for few contacts, `cone_problem` for many and for indeterminate
+                     forces); if a law holds with equality, derivatives along each candidate decide
 
 Bounces too low to follow are summed (`bounces`). Slip in space begins and ends with a straight step (`leaps`).
 """
@@ -117,7 +117,7 @@ def run(
         for i in np.flatnonzero(phase.loose):
             work.indeterminate.setdefault(work.scene.names[i], t)
         shown_now = phase.shown
-        _note_modes(work, t, y, past, shown_now, reasons, hit)
+        _note_modes(work, t, y, past, shown_now, reasons, hit, _decided(work, phase, modes, seen, y))
         current, past = modes, shown_now
         if t >= target:
             status = FINISHED
@@ -137,9 +137,18 @@ def run(
     return Phases(tuple(work.segments), status)
 
 
+def _decided(work: ContactRun, phase: Phase, modes: Modes, seen: Snapshot, y: Array) -> bool:
+    """Return True if the shares of indeterminate forces decide the motion with these modes."""
+    if not work.shared or not phase.spare:
+        return False
+    contacts = [work.touching(seen, k, work.still(y)) for k, mode in enumerate(modes) if mode != OPEN]
+    closed = [k for k, mode in enumerate(modes) if mode != OPEN]
+    return work.spread(modes, seen, y) > 10 * work.alike(contacts, seen, closed, y)
+
+
 def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> None:
-    """Raise if the friction of indeterminate forces would decide the motion, unless ``work.least`` permits it."""
-    if work.least or not phase.spare:
+    """Raise if the friction of indeterminate forces would decide the motion, unless ``work.shared`` permits it."""
+    if work.shared or not phase.spare:
         return
     count = len(path.times)
     for i in np.unique([*range(min(count, LOOKS)), *np.linspace(0, count - 1, LOOKS).astype(int)]):
@@ -152,7 +161,7 @@ def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> N
             raise SimulationError(
                 f"The normal forces of contacts {names} at t = {t:.9g} s are statically indeterminate, and with "
                 "different friction, or a turn as they slide, each distribution moves the machine differently. Give "
-                "them equal friction, or fewer contacts, or take indeterminate='least'."
+                "them equal friction, or fewer contacts, or take indeterminate='compliance'."
             )
 
 
@@ -161,11 +170,11 @@ def _phase(
     end: float, modes: Modes, between: Any,
 ) -> tuple[float, Array, dict[int, str], str]:  # fmt: skip
     """Integrate one phase to its end. Return time, state, reasons by contact, and the status if the run ends."""
+    # half of the shortest flight: a longer step could jump over the return of a contact
+    first_step = min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None)
     path = integrate(
         rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
-        # half of the shortest flight: a longer step could jump over the return of a contact
-        first_step=min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None),
-        max_steps=work.steps_left, **work.options,
+        first_step=first_step, max_steps=work.steps_left, **work.options,
     )  # fmt: skip
     work.steps_left = None if work.steps_left is None else work.steps_left - path.steps
     _check_depth(work, path, modes)
@@ -275,7 +284,14 @@ def _why(work: ContactRun, phase: Phase, ending: Ending, t: float, y: Array) -> 
 
 
 def _note_modes(
-    work: ContactRun, t: float, y: Array, before: Modes, after: Modes, reasons: Mapping[int, str], hit: bool
+    work: ContactRun,
+    t: float,
+    y: Array,
+    before: Modes,
+    after: Modes,
+    reasons: Mapping[int, str],
+    hit: bool,
+    compliance: bool = False,
 ) -> None:
     for k, name in enumerate(work.names):
         if before[k] == after[k]:
@@ -284,6 +300,8 @@ def _note_modes(
         why = reasons.get(k) or (
             "the start" if first else "an impact" if hit else "a change at another contact"
         )
+        if compliance and after[k] != OPEN:
+            why += "; equal compliance shares the forces"
         for change in work.changes:
             if change[0] == name and change[3] is None:
                 change[3] = t

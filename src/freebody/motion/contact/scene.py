@@ -26,7 +26,7 @@ from ...dynamics.contact_motion import (
     friction_power,
     in_modes,
 )
-from ...dynamics.linear import Factorization
+from ...dynamics.linear import Elimination, Factorization
 from ...dynamics.motion import Motion, total_power
 from ...dynamics.state import float_state
 from ...dynamics.unilateral import multiplier_sizes
@@ -300,14 +300,17 @@ class Phase(Kernels):
         return self.program("motion", functions)
 
     def _motion(self, state: State) -> Motion:
-        """Return the motion; indeterminate normal forces N are least in norm, indeterminate T least in Σ |T|²/N.
+        """Return the motion; indeterminate forces are those of contacts of equal compliance.
 
+        Where the motion does not depend on them, N is then least in norm, and T is the least in Σ |T|²/N.
         Friction shared in proportion to N reaches its limit at all contacts of a sliding body at once.
         """
         moving = super()._motion(state)
         if not self.spare:
             return moving
         moving = self._shared(state, moving, [1] * len(moving.multipliers))
+        if not linearized(self.model, state).symmetric:
+            return moving
         kinds = rows(self.model)
         normal = {row.owner: x for row, x in zip(kinds, moving.multipliers, strict=True) if not row.on_speeds}
         mine = {c.name for c in self.model.contacts}
@@ -317,17 +320,20 @@ class Phase(Kernels):
     def _shared(self, state: State, moving: Motion, weights: Sequence[Any]) -> Motion:
         """Return the motion with the forces λ of least Σ λ²/w that satisfy the independent conditions.
 
-        With K their generalized forces and S = G M⁻¹ Kᵀ:  S λ = S λ₀,  λ = W Sᵀ ν,  (S W Sᵀ) ν = S λ₀.
+        With K their generalized forces and S = G M⁻¹ Kᵀ:  S λ = S λ₀,  λ = W Sᵀ ν,  (S W Sᵀ) ν = S λ₀. In slip, where
+        K differs from G, λ = W G M⁻¹ Gᵀ ν is in the range of the conditions: contacts of equal compliance.
         """
         given = linearized(self.model, state)
         M = Factorization(mass_matrix(self.model, state))
         mine = [*self.active, *self.spare]
         X = [M.solve(given.acting[i]) for i in mine]
         S = [[_dot(given.matrix[i], x) for x in X] for i in self.active]
-        weighted = [[weights[i] * x for i, x in zip(mine, row, strict=True)] for row in S]
-        square = [[_dot(a, b) for b in S] for a in weighted]
+        same = X if given.symmetric else [M.solve(given.matrix[i]) for i in mine]
+        G = [[_dot(given.matrix[i], x) for x in same] for i in self.active]
+        weighted = [[weights[i] * x for i, x in zip(mine, row, strict=True)] for row in G]
+        square = [[_dot(a, b) for b in weighted] for a in S]
         goal = [_dot(row, [moving.multipliers[i] for i in mine]) for row in S]
-        nu = Factorization(square).solve(goal)
+        nu = (Factorization(square) if given.symmetric else Elimination(square)).solve(goal)
         multipliers, udot = list(moving.multipliers), list(moving.udot)
         for place, (i, x) in enumerate(zip(mine, X, strict=True)):
             value = _dot([row[place] for row in weighted], nu)

@@ -191,29 +191,3 @@ def newton(function: Callable[[Array], Array | None], x: Array, most: int = 40) 
         if np.abs(change).max() < 1e-14:
             return x
     return x if np.abs(change).max() < 1e-12 else None
-
-
-def relaxed(
-    A: Array, c: Array, contacts: Sequence[Any], sweeps: int = 200, least: Array | None = None
-) -> Array:
-    """Return forces near a solution with exact cones, by projected Gauss-Seidel sweeps, as the start of a search.
-
-    ``least`` gives, for each contact, a normal force that acts in any case.
-    """
-    x = np.zeros(len(c))
-    low = np.zeros(len(contacts)) if least is None else least
-    for _ in range(sweeps):
-        last = x.copy()
-        for one, bound in zip(contacts, low, strict=True):
-            at, n = one.row, one.tangents
-            x[at] = max(bound, x[at] - (A[at] @ x + c[at]) / A[at, at]) if A[at, at] > 0 else bound
-            if not n:
-                continue
-            rows = slice(at + 1, at + 1 + n)
-            step = np.trace(A[rows, rows])
-            T = x[rows] - (A[rows] @ x + c[rows]) / step if step > 0 else np.zeros(n)
-            length, limit = float(np.linalg.norm(T)), one.friction * x[at]
-            x[rows] = T * (limit / length) if length > limit else T
-        if np.abs(x - last).max(initial=0) <= 1e-10 * np.abs(x).max(initial=0):
-            break
-    return x

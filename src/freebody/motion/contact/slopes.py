@@ -3,8 +3,9 @@
     λ = B x,   S x = -c_rows,   S = A_rows B     (rows: vanishing accelerations; B contains the slip directions)
     S x' = -(A' λ + A B' x + c')_rows,   λ' = B x' + B' x,   r' = A λ' + A' λ + c'
 
-A' λ + c' for constant λ comes from the trace and is exact. If the motion leaves forces indeterminate, then x = W z,
-z = (S W)⁺ g, as :func:`freebody.motion.contact.complementarity.balanced` chooses them. With T = S W of constant rank,
+A' λ + c' for constant λ comes from the trace and is exact. If the motion leaves forces indeterminate, then x = A_rows ν
+with S A_rows ν = g. Where it does not depend on them, x = W z, z = (S W)⁺ g, as
+:func:`freebody.motion.contact.complementarity.balanced` chooses them. With T = S W of constant rank,
 
     z' = T⁺ (g' - T' z) + (1 - T⁺ T) T'ᵀ T⁺ᵀ z
 
@@ -56,7 +57,15 @@ def slopes(
             )
     x = np.linalg.lstsq(B, one.forces, rcond=None)[0]
     S = A[held] @ B
-    if not one.rank_lack:
+    if one.rank_lack and not np.array_equal(
+        S, A[np.ix_(held, held)]
+    ):  # x = A_rows ν: x' = A_rows' ν + A_rows ν'
+        Q, nu = A[np.ix_(held, held)], np.zeros(len(A))
+        inverse = np.linalg.pinv(S @ Q, rcond=SMALL)
+        nu[held] = inverse @ (S @ x)
+        first = (along(nu) - along(np.zeros(len(A))))[held]
+        change = first + Q @ (inverse @ (-(changed + A @ (x @ turned))[held] - S @ first))
+    elif not one.rank_lack:
         change = np.linalg.solve(S, -(changed + A @ (x @ turned))[held])
     else:
         still = along(np.zeros(len(A)))

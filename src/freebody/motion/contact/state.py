@@ -21,7 +21,7 @@ from ..ode.dense_output import Array, Rates, Watch, observe
 from ..trajectory.event import EventSpec, Happening, expressions_of
 from ..trajectory.phases import Segment
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
-from .impacts import impact
+from .impacts import impact, undetermined
 from .scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
 
 CLOSED = 1e-10
@@ -36,7 +36,7 @@ CROWD = 1e-7
 """Time between two events below which they count as simultaneous [s]."""
 PHASES = 100_000
 """Largest number of phases of one run."""
-CHOICES = ("refuse", "least")
+CHOICES = ("compliance", "refuse")
 """Values of ``indeterminate``: treatment of a motion that depends on the distribution of indeterminate forces."""
 ENDLESS = 200
 """Number of mode changes at one moment above which they are refused as endless."""
@@ -69,7 +69,7 @@ class ContactRun:
         max_steps: int | None,
         blows: Sequence[tuple[float, Blow]] = (),
         called: Sequence[Blow] = (),
-        least: bool = False,
+        shared: bool = True,
         scene: Scene | None = None,
     ) -> None:
         self.kernels, self.values = kernels, values
@@ -84,7 +84,7 @@ class ContactRun:
         self.blows, self.called = list(blows), tuple(called)
         self.counts = [math.inf if one.times is None else one.times for one in called]
         self.relative, self.absolute = relative, absolute
-        self.order, self.options, self.least = order, options, least
+        self.order, self.options, self.shared = order, options, shared
         self.steps_left = max_steps
         self.names = [c.name for c in self.model.contacts]
         self.n = self.model.n_q
@@ -211,7 +211,7 @@ class ContactRun:
         laws = [self.model.contacts[k].impact for k in chosen]
         e = [float(seen.restitution[k]) for k in chosen]
         try:
-            hit = impact(A, before, contacts, e, laws, responses, self.order, still, self.least)
+            hit = impact(A, before, contacts, e, laws, self.order, still)
         except SimulationError as error:
             raise SimulationError(f"Impact at t = {t:.9g} s of '{self.model.name}': {error}") from None
         after = y.copy()
@@ -227,6 +227,20 @@ class ContactRun:
                 parts.append(
                     f"{self.names[k]}: impact, normal speed {seen.rate[at]:.6g} → {_zero(new.rate[at], still):.6g} m/s"
                 )
+        if hit.part < 1:
+            parts.append(
+                f"restitution reduced to {hit.part:g} e: no impulses satisfy the law with e, or the energy would grow"
+            )
+        if undetermined(A, contacts, hit.impulses, hit.after, responses):
+            names = ", ".join(f"'{self.names[k]}'" for k in chosen)
+            if not self.shared:
+                raise SimulationError(
+                    f"Impact at t = {t:.9g} s of '{self.model.name}': the impulses of contacts {names} are statically "
+                    f"indeterminate, and each distribution moves the machine differently through its friction. Change "
+                    f"the friction or the shapes, or take indeterminate='compliance', which decides for the limit of "
+                    f"equal compliance at all contacts."
+                )
+            parts.append("indeterminate impulses of equal compliance")
         warnings = self.passed(t, y, after, whole)
         parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
         self.tell(t, "impact", y, after, "; ".join(parts), warnings)

@@ -109,7 +109,7 @@ def check_heeded(
         raise SimulationError(
             f"Expected impacts= and indeterminate= as words, got impacts={impacts!r}, indeterminate={indeterminate!r}."
         )
-    usual = impacts == "simultaneous" and indeterminate == "refuse" and method != "timestepping"
+    usual = impacts == "simultaneous" and indeterminate == "compliance" and method != "timestepping"
     if usual and near is None and project is False:
         return
     if not isinstance(near, Mapping | None):
@@ -119,7 +119,7 @@ def check_heeded(
     of_constraints: dict[str, Any] = {"near": near, "project": project}
     of_contacts: dict[str, Any] = {
         "impacts": (impacts, "simultaneous"),
-        "indeterminate": (indeterminate, "refuse"),
+        "indeterminate": (indeterminate, "compliance"),
     }
     of_control: dict[str, Any] = {
         "tolerance": (tolerance, 1e-9),

@@ -22,8 +22,8 @@ from ...dynamics.mobility import massless_motion
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
+from ..contact.cone_problem import eased, polished
 from ..contact.motion import check_coefficients
-from ..contact.newton import eased, polished
 from ..contact.scene import scene_of_layout
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled

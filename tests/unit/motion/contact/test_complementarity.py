@@ -162,7 +162,7 @@ def test_four_legs_are_least_in_norm():
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_impacts_never_make_energy_and_keep_their_law(law, tangents):
     rng = np.random.default_rng(5)
-    refused = 0
+    reduced = 0
     for _ in range(40 if tangents == 1 else 8):
         count = int(rng.integers(1, 3))
         A, responses = problem(rng, count, tangents)
@@ -170,12 +170,8 @@ def test_impacts_never_make_energy_and_keep_their_law(law, tangents):
         before = rng.normal(size=len(A))
         contacts = [Touching(f"c{k}", k * (1 + tangents), tangents, mu, mu) for k in range(count)]
         before[0] = -abs(before[0])
-        try:
-            hit = impact(A, before, contacts, [e] * count, [law] * count, responses)
-        except SimulationError as error:  # Newton's law with friction can make energy: then it is refused
-            assert "would create energy" in str(error)
-            refused += 1
-            continue
+        hit = impact(A, before, contacts, [e] * count, [law] * count)
+        reduced += hit.part < 1
         assert hit.energy <= 1e-12
         np.testing.assert_allclose(hit.after, A @ hit.impulses + before, atol=1e-12)
         for one in contacts:
@@ -184,9 +180,9 @@ def test_impacts_never_make_energy_and_keep_their_law(law, tangents):
             assert N >= -1e-12
             assert np.linalg.norm(T) <= mu * N + 1e-9
             if law == "newton" and before[at] < 0 and N > 1e-9:
-                assert hit.after[at] == pytest.approx(-e * before[at], abs=1e-10)
+                assert hit.after[at] == pytest.approx(-hit.part * e * before[at], abs=1e-10)
             assert hit.after[at] >= -1e-10
-    assert refused < 20
+    assert reduced < 20
 
 
 def test_newtons_cradle_by_both_orders():
@@ -194,22 +190,23 @@ def test_newtons_cradle_by_both_orders():
     W = np.array([[-1.0, 1, 0], [0, -1, 1]])
     A, contacts = W @ W.T, [Touching("a", 0, 0, 0, 0), Touching("b", 1, 0, 0, 0)]
     before = W @ [1, 0, 0]
-    one = impact(A, before, contacts, [1, 1], ["newton"] * 2, W, "sequential")
+    one = impact(A, before, contacts, [1, 1], ["newton"] * 2, "sequential")
     np.testing.assert_allclose([1, 0, 0] + one.impulses @ W, [0, 0, 1], atol=1e-13)
-    both = impact(A, before, contacts, [1, 1], ["newton"] * 2, W)
+    both = impact(A, before, contacts, [1, 1], ["newton"] * 2)
     np.testing.assert_allclose([1, 0, 0] + both.impulses @ W, [-1 / 3, 2 / 3, 2 / 3], atol=1e-13)
-    assert abs(one.energy) < 1e-14
-    assert abs(both.energy) < 1e-14
+    assert abs(one.energy) < 1e-13
+    assert abs(both.energy) < 1e-13
 
 
 def test_two_laws_at_once_are_refused():
     A = np.eye(2)
     contacts = [Touching("a", 0, 0, 0, 0), Touching("b", 1, 0, 0, 0)]
     with pytest.raises(SimulationError, match="some by Newton's and some by Poisson's law"):
-        impact(A, np.array([-1.0, -1.0]), contacts, [1, 1], ["newton", "poisson"], A)
+        impact(A, np.array([-1.0, -1.0]), contacts, [1, 1], ["newton", "poisson"])
 
 
-def test_too_many_contacts_are_refused():
+def test_more_contacts_than_combinations_can_be_tried_are_solved_at_once():
     contacts = [Touching(f"c{k}", 2 * k, 1, 0.5, 0.5) for k in range(8)]
-    with pytest.raises(SimulationError, match="method='timestepping'"):
-        solutions(np.eye(16), -np.ones(16), contacts)
+    (one,) = solutions(np.eye(16), -np.ones(16), contacts)
+    assert {mode for mode, _ in one.modes} == {SLIP}
+    np.testing.assert_allclose(one.forces, np.tile([1, 0.5], 8), rtol=1e-12)

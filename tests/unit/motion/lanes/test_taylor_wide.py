@@ -305,7 +305,7 @@ def test_auto_takes_series_of_small_machines_from_a_tolerance_on() -> None:
     def first(s: fb.System, tolerance: float, **options: object) -> str:
         given = dict(
             initial={next(iter(assemble(s).coordinate_names)): [0.1, 0.2]}, values=None, near=None, project=False,
-            events=(), impulses=(), impacts="simultaneous", indeterminate="refuse", method="auto", step=None,
+            events=(), impulses=(), impacts="simultaneous", indeterminate="compliance", method="auto", step=None,
             times=None,
             samples=None, start=0, max_step=None, max_steps=None, outputs=None, threads=None,
         )  # fmt: skip

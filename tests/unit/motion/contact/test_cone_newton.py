@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from freebody.motion.contact.newton import polished
+from freebody.motion.contact.cone_problem import polished, rows_of
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
@@ -31,3 +31,13 @@ def test_the_laws_hold_in_what_it_finds(tangents, seed):
         assert np.linalg.norm(T) <= 0.4 * max(N, 0) + 10 * scale
         if np.linalg.norm(v) > 1e-8:  # slip: against it, at the limit
             assert pytest.approx(-0.4 * N * v / np.linalg.norm(v), abs=1e-8) == T
+
+
+def test_rows_have_as_many_columns_as_directions():
+    rng = np.random.default_rng(1)
+    for n in (1, 3, 6):
+        W = rng.normal(size=(9, n))
+        A = W @ W.T
+        H = rows_of(A)
+        assert H.shape == (9, n)
+        np.testing.assert_allclose(H @ H.T, A, atol=1e-12 * A.max())
