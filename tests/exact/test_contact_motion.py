@@ -360,7 +360,7 @@ def test_refusals_of_contact():
         fb.simulate(s, 1, initial={"y": 0.3}, impulses=[fb.blow(2, impulse=(1, 0, 0), name="late")])
 
 
-def test_newtons_law_that_would_make_energy_is_refused():
+def test_newtons_law_that_would_make_energy_has_less_restitution():
     # Kane: the rod of the block of test_painleve, steep, whose slip is reversed by the impact
     s = fb.System("block")
     g, mu, e = s.parameters(g=G, mu=1.0, e=0.9)
@@ -369,8 +369,9 @@ def test_newtons_law_that_would_make_energy_is_refused():
     s.planar("rail", s.ground, body, coordinate="x y theta")
     s.contact("foot", body.corners(size=(0.3, 0.5)), s.ground.plane(normal="y"), friction=mu, restitution=e)
     start = {"y": 1.0, "theta": 2.782025237069825, "x'": 0.5087762330352346, "theta'": 4.898587870142929}
-    with pytest.raises(SimulationError, match=r"would create energy, .* Give the contact impact='poisson'"):
-        fb.simulate(s, 1, initial=start)
+    motion = fb.simulate(s, 1, initial=start)
+    assert any("restitution reduced to" in str(event) for event in motion.events)
+    assert np.diff(motion.energy.impulses).max() <= 1e-12 * motion.energy.total[0]
 
 
 def test_four_legs_on_a_floor_are_indeterminate_and_said_to_be():
@@ -393,7 +394,7 @@ def test_four_legs_on_a_floor_are_indeterminate_and_said_to_be():
         assert one.least[-1, 0] == pytest.approx(2 * G / 4, rel=1e-9)  # least in norm, by name
     assert sum(one.least[0, 0] for one in motion.contacts.values()) == pytest.approx(2 * G)
     with pytest.raises(SimulationError, match="are statically indeterminate, and each distribution moves"):
-        fb.simulate(s, 1, initial={"f_z": 0.1, "f_vx": 2.0, "f_wz": 5.0})
+        fb.simulate(s, 1, initial={"f_z": 0.1, "f_vx": 2.0, "f_wz": 5.0}, indeterminate="refuse")
 
 
 def test_blows_on_a_disk_that_rolls():

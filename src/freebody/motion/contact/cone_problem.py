@@ -146,10 +146,13 @@ class ConeProblem:
         H = rows_of(self.A)
         x, left, steps = from_zero(H[rows], columns @ H, self.c[rows], (kinds, mu, low), self.scales)
         forces = x @ columns
-        if left > EXACT:  # slow: Newton's method on the laws themselves
-            S, goal = self.A[rows] @ columns.T, EXACT * 1e-2 * float(np.abs(self.c[rows]).max(initial=0))
-            polish = polished(S, self.c[rows], kinds, np.array(mu), x, goal, least=np.array(low))
-            forces = forces if polish is None else polish @ columns
+        # Newton's method on the laws themselves: a step to round-off, or a slow problem
+        exact, size = (1e-2 * EXACT, 60) if left > EXACT else (1e-15, 2)
+        goal = exact * float(np.abs(self.c[rows]).max(initial=0))
+        polish = polished(
+            self.A[rows] @ columns.T, self.c[rows], kinds, np.array(mu), x, goal, size, np.array(low)
+        )
+        forces = forces if polish is None else polish @ columns
         return ConeSolution(forces, self.A @ forces + self.c, self.residual(forces), steps)
 
 
