@@ -134,7 +134,7 @@ class Kernels:
         self._names_dropped: tuple[str, ...] = ()
         self._defaults: dict[str, float] | None = None
         self._checked: dict[str, float] | None = None
-        self.cache: dict[str, Any] = {}  # for modules that build on these programs
+        self.cache: dict[Any, Any] = {}  # for modules that build on these programs
         self._at: tuple[dict[str, float], Array, Rates] | None = None
 
     def __reduce__(self) -> Any:
