@@ -220,7 +220,8 @@ class Variation:
         if operations is not None and "sign" not in operations:
             return None
         programs, model = self.kernels._programs, self.kernels.model
-        key = ("switches", tuple(unknown.name for unknown in self.unknowns))
+        names = tuple(unknown.name for unknown in self.unknowns)
+        key, texts_key = ("switches", names), f"switches {names}"
         if key not in programs:
             tape, state, y, rows, parameters = self._traced()
             udot, texts = motion(model, state, self.kernels.active).udot, []
@@ -237,8 +238,8 @@ class Variation:
             inputs = [*y, *(x for row in rows for x in row)]
             compiled = compile_tape(tape, {"switches": functions}, state.t, inputs, parameters)
             programs[key] = Program(compiled)
-            self.kernels.cache[key] = tuple(texts)
-        texts_of_e: tuple[str, ...] = self.kernels.cache[key]
+            self.kernels.cache[texts_key] = tuple(texts)
+        texts_of_e: tuple[str, ...] = self.kernels.cache[texts_key]
         return (programs[key], texts_of_e) if texts_of_e else None
 
     def _program(self, what: str, quantity: Expression, functions: Callable[..., Functions]) -> Program:
