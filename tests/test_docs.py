@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -87,12 +88,17 @@ def test_the_commands_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     (listed,) = [block for block in blocks("README.md", "sh") if block.startswith("freebody")]
     monkeypatch.chdir(tmp_path)
     for line in listed.splitlines():
-        program, *arguments = line.partition("#")[0].split()
+        program, *arguments = shlex.split(line, comments=True)
         assert program == "freebody"
         with pytest.raises(SystemExit) as end:
             main(arguments)
         assert end.value.code == 0, line
-    assert {path.name for path in tmp_path.iterdir()} == {"gyroscope.html", "four_bar.svg"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "gyroscope.html",
+        "four_bar.svg",
+        "radii.zarr",
+        "radii.png",
+    }
 
 
 def test_the_two_commands() -> None:

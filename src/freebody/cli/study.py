@@ -197,7 +197,9 @@ def failures(data: Any) -> None:
     bad = [code for code in np.unique(codes) if code not in (*GOOD, WAITING)]
     if not bad:
         return
-    names = data["blame"].attrs.get("flag_meanings", "").split()
+    events = [str(name) for name in data["event"].values] if "event" in data.variables else []
+    with_blanks = {name.replace(" ", "_"): name for name in events}  # a meaning of a flag has none
+    names = [with_blanks.get(name, name) for name in data["blame"].attrs.get("flag_meanings", "").split()]
     blame = np.asarray(data["blame"].values)
     table = Grid("Failed", "Lanes", "First", "To blame", "Why")
     varied = [name for name, x in data.variables.items() if x.dims == ("lane",) and name in _varied(data)]

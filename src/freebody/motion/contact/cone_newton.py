@@ -402,9 +402,9 @@ def multiplied(
             square += change * change
             turn += (change - moved[i]) * (change - moved[i])
             moved[i] = change
-        if size > SLOW * last and soft > result[1]:
-            soft /= 10.0
         part = reach(kinds, mu, low, m, x, moved) if turn < DRIFT * DRIFT * square else 0.0
+        if part == 0.0 and size > SLOW * last and soft > result[1]:
+            soft /= 10.0
         for i in range(m):
             y[i] = x[i] + part * moved[i]
             past[i] = y[i]
@@ -430,7 +430,6 @@ def solve(problem: Reals, kinds: Integers, m: int, n: int, goal: float, result: 
         best[i] = x[i]
         unit += scale[i] / m
     result[0] = missed(problem, kinds, m, n, v, rates)
-    result[1] = HARDEST * unit
     for way in range(3):
         if not (result[0] > goal and math.isfinite(result[0])) or (way > 0 and result[0] <= ENOUGH):
             break
@@ -452,7 +451,15 @@ def solve(problem: Reals, kinds: Integers, m: int, n: int, goal: float, result: 
                 if stage > 0:
                     soft /= 2.0 if fine else 10.0
                 count += balanced(problem, kinds, m, n, soft, y, v, work)
+        result[1] = HARDEST * unit
         count += multiplied(problem, kinds, m, n, soft, goal, y, result)
+        if (
+            result[0] > ENOUGH
+        ):  # λ that drifts on a line, along forces in balance, is seen at one compliance only
+            for i in range(m):
+                y[i] = 0.0
+            result[1] = soft
+            count += multiplied(problem, kinds, m, n, soft, goal, y, result)
     for i in range(m):
         x[i] = best[i]
     return count

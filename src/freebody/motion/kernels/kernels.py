@@ -18,11 +18,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from ...describe.constraints.constraint import Rolling
 from ...describe.controller import Controller
@@ -61,6 +60,9 @@ from ...program.large.tree_loop import LoopedSet, is_large
 from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.trace import Tape
 from ..ode.dense_output import Rates, observe
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
 
@@ -118,6 +120,8 @@ class Conditions(Program):
 
     def matrix(self, outputs: Array) -> csr_array:
         """Return G from the outputs of "conditions" or "motion" at one state."""
+        from scipy.sparse import csr_array
+
         m, entries = self.shape[0], self.columns.size
         return csr_array((outputs[m : m + entries], self.columns, self.pattern[: m + 1]), shape=self.shape)
 

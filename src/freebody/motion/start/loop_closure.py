@@ -8,12 +8,10 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.linalg import splu
 
 from ...dynamics import mass_matrix
 from ...dynamics.composite import mass_diagonal
@@ -28,6 +26,9 @@ from ..kernels.kernels import Kernels
 from ..ode import layout
 from .initial import named_numbers
 from .sparse_rows import integers_needed, reals_needed
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 
 def closed_start(
@@ -59,7 +60,11 @@ def closed_start(
                 immobile[j] = 1
             if i >= n_q:
                 fixed[i - n_q] = 1
-    search = kernels.cache.pop("closing", None) or _Search(kernels)
+    try:
+        search = kernels.cache.pop("closing", None) or _Search(kernels)
+    except ZeroDivisionError:  # a pivot of M that is 0 in every state
+        _check_mobility(model, start, t, values)
+        raise
     search.run(values, (*search.on_speeds, *immobile, *fixed), (t, *start))
     status, worst, heavy, *_ = search.integers.tolist()
     active, state = search.active(), search.state.copy()
@@ -74,8 +79,7 @@ def closed_start(
             f"to move all of them to the nearest closed position."
         )
     if not heavy:
-        masses = mass_matrix(model, float_state(model, state[:n_q].tolist(), state[n_q:].tolist(), t, values))
-        check_mobility(model, np.array([[float(x) for x in row] for row in masses]))
+        _check_mobility(model, state.tolist(), t, values)
     if status == layout.TORN:
         raise SimulationError(
             f"The initial speeds contradict the constraints of '{model.name}': the rate of '{rows(model)[worst].name}' "
@@ -83,6 +87,12 @@ def closed_start(
             "project=True."
         )
     return state, active
+
+
+def _check_mobility(model: Model, state: Sequence[float], t: float, values: Mapping[str, float]) -> None:
+    """Refuse a state (q, u) in which some speeds move no mass."""
+    masses = mass_matrix(model, float_state(model, state[: model.n_q], state[model.n_q :], t, values))
+    check_mobility(model, np.array([[float(x) for x in row] for row in masses]))
 
 
 class _Search:
@@ -168,6 +178,8 @@ def nearly_dependent(
     """Return the names of conditions that are nearly dependent on each other at a state; none if all are well
     separated.
     """
+    from scipy.sparse import csr_array
+
     G = csr_array(np.array([[float(x) for x in row] for row in linearized(model, state).matrix]))
     masses = np.array([float(x) for x in mass_diagonal(model, state)])
     return names_of_dependent(model, G, masses, active, nearly)
@@ -184,6 +196,9 @@ def names_of_dependent(
 
     The least singular vector comes from inverse iteration with sparse factors of W Wᵀ, W the conditions of unit length.
     """
+    from scipy.sparse import csr_array
+    from scipy.sparse.linalg import splu
+
     if not active or not (np.isfinite(G.data).all() and np.isfinite(masses).all()):
         return ()
     # one row may vanish; the rows of a constraint never all vanish

@@ -43,10 +43,10 @@ def lanes(data: Any) -> Any:
     >>> s = fb.System("stone")
     >>> fall = s.slider("fall", s.ground, s.body("stone", fb.particle(1)), axis="y", coordinate="y")
     >>> s.gravity = (0, -9.81, 0)
-    >>> study = fb.study(s, until=1, lanes=fb.grid({"y'": [0, 5, 10]}), outputs=["max(y)", "y"])
+    >>> study = fb.study(s, until=1, lanes=fb.grid({"y'": [0, 5, 10]}), outputs=["y", "max(y)"])
     >>> axes = fb.plot.lanes(study.run())
-    >>> axes.shape, axes[0, 0].get_ylabel(), axes[0, 0].get_xlabel()
-    ((2, 1), 'max(y)', "y' at the start [m/s]")
+    >>> axes.shape, axes[1, 0].get_ylabel(), axes[1, 0].get_xlabel()
+    ((2, 1), 'max(y) [m]', "y' at the start [m/s]")
     """
     count = data.sizes["lane"]
     chosen = np.unique(np.linspace(0, count - 1, min(count, MARKS)).astype(np.int64))

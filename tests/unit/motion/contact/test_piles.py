@@ -46,11 +46,13 @@ def test_long_modules_are_compiled_to_plain_instructions(monkeypatch, tmp_path):
     usual = fb.simulate(s, 0.05, **arguments)
     native = importlib.import_module("freebody.native.codegen")
     levels, machine = [], native._machine
-    monkeypatch.setattr(native, "_machine", lambda *level: levels.append(level) or machine(*level))
+    monkeypatch.setattr(
+        native, "_machine", lambda *level, **target: levels.append(level) or machine(*level, **target)
+    )
     monkeypatch.setattr(native, "LONG", 0)
     monkeypatch.setenv("FREEBODY_CACHE", str(tmp_path / "cache"))
     plain = fb.simulate(pile(4)[0], 0.05, **arguments)
-    assert (0,) in levels
+    assert (0, "this machine") in levels
     assert np.abs(plain.states - usual.states).max() < 1e-12
 
 
