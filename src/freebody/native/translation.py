@@ -2,8 +2,9 @@
 
 Compiled loops are written in a small part of Python. Each of its statements corresponds to instructions of a processor:
 
-    integers, real numbers and truth values, and pointers to numbers, p[i];  + - * / // % << **, abs, comparisons,
-    and, or, not, a if c else b, several names at once, if, while, for over range, break, continue, return, calls
+    integers, real numbers and truth values, and pointers to numbers, p[i] and p[i:];  + - * / // % << **, abs,
+    comparisons, and, or, not, a if c else b, several names at once, if, while, for over range, break, continue, return,
+    calls; records (`records`): run.t, run.y[i], run.k[j], run.k[j, i], run.rates(t, y, c, out), run.rates is None
 
 A variable has the type of its first value. Integers become real numbers where needed, never the reverse. Globals are
 constants: numbers, tables (NumPy arrays), other functions of this kind, and instructions. Expressions of globals alone
@@ -23,7 +24,7 @@ import math
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
@@ -31,6 +32,9 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
+
+from . import record_access
+from .records import Record
 
 REAL, WHOLE, TRUTH = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 TYPES = {
@@ -60,12 +64,29 @@ class Compiled:
         self.function = function
         *self.arguments, self.result = function.__annotations__.values()
 
+    def types(self) -> list[Any]:
+        """LLVM types of the arguments."""
+        return [_typed(argument, self) for argument in self.arguments]
+
     def __call__(self, *arguments: Any) -> Any:
         """Raise an error: only compiled code can call this object."""
         raise TypeError(
             f"Expected compiled code to call '{self.function.__name__}', got a call from Python. "
             "freebody.native.loop has the functions for Python."
         )
+
+
+def _typed(annotation: Any, compiled: Compiled) -> Any:
+    """LLVM type of an annotation of a function."""
+    try:
+        return record_access.typed(annotation, TYPES, compiled.function.__globals__)
+    except KeyError:
+        code = compiled.function.__code__
+        raise TypeError(
+            f"Expected {', '.join(TYPES)} or a record as the type of an argument or a result of "
+            f"'{compiled.function.__name__}', got {annotation!r} ({Path(code.co_filename).name}, line "
+            f"{code.co_firstlineno}). Annotate it, and import the record into this file."
+        ) from None
 
 
 class Instruction:
@@ -177,9 +198,7 @@ class _Unit:
     def declare(self, compiled: Compiled, name: str = "") -> Any:
         """Declare a function, which is translated later. A function without a name stays internal to the module."""
         if id(compiled) not in self._declared:
-            kind = ir.FunctionType(
-                TYPES[compiled.result], [TYPES[argument] for argument in compiled.arguments]
-            )
+            kind = ir.FunctionType(_typed(compiled.result, compiled), compiled.types())
             internal = f"{compiled.function.__name__}.{len(self._declared)}"
             function = ir.Function(self.module, kind, name or internal)
             if not name:
@@ -220,6 +239,11 @@ def _kind(value: Any) -> Any:
         if isinstance(value, python):
             return kind
     return getattr(value, "type", None)
+
+
+def _is_row(value: Any) -> bool:
+    """Whether a value points to numbers."""
+    return _kind(value) in (TYPES["Reals"], TYPES["Integers"])
 
 
 class _Body:
@@ -283,9 +307,7 @@ class _Body:
 
     def _AugAssign(self, node: ast.AugAssign) -> None:
         place = self.place(node.target)
-        self.store(
-            node, self.operated(node, node.op, self.builder.load(place), self.value(node.value)), place
-        )
+        self.store(node, self.operated(node, node.op, self.load(place), self.value(node.value)), place)
 
     def put(self, target: ast.expr, value: Any) -> None:
         """Assign a value to a name, a component of an array, or a tuple of these."""
@@ -306,15 +328,34 @@ class _Body:
         """Pointer to the value of a name or of a component."""
         if isinstance(node, ast.Name) and node.id in self.variables:
             return self.variables[node.id]
-        if isinstance(node, ast.Subscript):
+        if isinstance(node, ast.Attribute):
             pointer = self.value(node.value)
-            if isinstance(_kind(pointer), ir.PointerType):
-                return self.builder.gep(pointer, [self.cast(node, self.value(node.slice), WHOLE)])
-        raise self.refused(node, "a name that has a value, or a component of an array")
+            if isinstance(_kind(pointer), record_access.RecordPointer):
+                refused = partial(self.refused, node)
+                field = record_access.assigned(
+                    pointer, record_access.field_of(pointer, node.attr, refused), refused
+                )
+                return record_access.place(self.builder, pointer, field)
+        if isinstance(node, ast.Subscript):
+            pointer, index = self.value(node.value), node.slice
+            if isinstance(pointer, record_access.Table):
+                if not isinstance(index, ast.Tuple) or len(index.elts) != 2:
+                    raise self.refused(node, "two indices of a component, [j, i], or one of a row to read")
+                row, index = index.elts
+                pointer = pointer.row(self.builder, self.cast(node, self.value(row), WHOLE))
+            if _is_row(pointer):
+                place = self.builder.gep(pointer, [self.cast(node, self.value(index), WHOLE)])
+                place.tag = "component"
+                return place
+        raise self.refused(node, "a name that has a value, a component of an array, or a field of a record")
+
+    def load(self, place: Any) -> Any:
+        """Value at a place."""
+        return record_access.loaded(self.builder, place)
 
     def store(self, node: Any, value: Any, place: Any) -> None:
         """Store a value, converted to the type of its place."""
-        self.builder.store(self.cast(node, value, place.type.pointee), place)
+        record_access.stored(self.builder, self.cast(node, value, place.type.pointee), place)
 
     def _If(self, node: ast.If) -> None:
         truth = self.constant_truth(node.test)
@@ -441,8 +482,11 @@ class _Body:
 
     def _Attribute(self, node: ast.Attribute) -> Any:
         module = self.value(node.value)
+        if isinstance(_kind(module), record_access.RecordPointer):
+            field = record_access.field_of(module, node.attr, partial(self.refused, node))
+            return record_access.value(self.builder, module, field)
         if not isinstance(module, ModuleType):
-            raise self.refused(node, "a name of a module")
+            raise self.refused(node, "a field of a record, or a name of a module")
         return getattr(module, node.attr)
 
     def _Tuple(self, node: ast.Tuple) -> Any:
@@ -460,7 +504,20 @@ class _Body:
                 at = self.operated(node, ast.Add(), self.operated(node, ast.Mult(), at, length), place)
             at = self.cast(node, at, WHOLE)
             return self.builder.load(self.builder.gep(self.unit.table(table), [WHOLE(0), at]))
-        return self.builder.load(self.place(node))
+        if isinstance(node.slice, ast.Slice):
+            return self.later_part(node, node.slice)
+        if not isinstance(node.slice, ast.Tuple):
+            table = self.value(node.value)
+            if isinstance(table, record_access.Table):
+                return table.row(self.builder, self.cast(node, self.value(node.slice), WHOLE))
+        return self.load(self.place(node))
+
+    def later_part(self, node: ast.Subscript, part: ast.Slice) -> Any:
+        """The row that begins inside a row, ``row[k:]``."""
+        row = self.value(node.value)
+        if part.lower is None or part.upper is not None or part.step is not None or not _is_row(row):
+            raise self.refused(node, "the rest of a row, as in row[k:]")
+        return self.builder.gep(row, [self.cast(node, self.value(part.lower), WHOLE)])
 
     def _UnaryOp(self, node: ast.UnaryOp) -> Any:
         value = self.value(node.operand)
@@ -515,7 +572,10 @@ class _Body:
     def compared(self, node: Any, operation: Any, a: Any, b: Any) -> Any:
         """Truth value of a comparison of two numbers."""
         if operation not in _COMPARED:
-            raise self.refused(node, "a comparison of two numbers")
+            if operation in (ast.Is, ast.IsNot) and b is None and isinstance(_kind(a), ir.PointerType):
+                sign = "==" if operation is ast.Is else "!="
+                return self.builder.icmp_unsigned(sign, a, _kind(a)(None))
+            raise self.refused(node, "a comparison of two numbers, or of a kernel with None")
         if isinstance(a, int | float) and isinstance(b, int | float):
             return _OF_PYTHON[operation](a, b)
         kind = REAL if REAL in (_kind(a), _kind(b)) else TRUTH if TRUTH in (_kind(a), _kind(b)) else WHOLE
@@ -563,18 +623,27 @@ class _Body:
         if function in _EQUIVALENTS:
             function = _EQUIVALENTS[function]
         values = [self.value(argument) for argument in node.args]
+        kinds: Sequence[Any]
         if isinstance(function, Instruction):
-            kinds = function.kinds
+            kinds = [TYPES[kind] if kind else None for kind in function.kinds]
         elif isinstance(function, Compiled):
-            kinds = tuple(function.arguments)
+            kinds = function.types()
+        elif _kind(function) == record_access.KERNEL:
+            kinds = record_access.KERNEL.pointee.args
+        elif isinstance(function, type) and issubclass(function, Record):
+            kinds = [TYPES["Reals"]]
         else:
             raise self.refused(node, "a function that is compiled")
         if len(kinds) != len(values) or node.keywords:
             raise self.refused(node, f"{len(kinds)} arguments")
         arguments = [
-            self.cast(argument, value, TYPES[kind] if kind else _kind(value))
+            self.cast(argument, value, kind or _kind(value))
             for argument, value, kind in zip(node.args, values, kinds, strict=True)
         ]
         if isinstance(function, Instruction):
             return function.write(self.builder, *arguments)
+        if isinstance(function, type):
+            return self.builder.bitcast(arguments[0], record_access.RecordPointer(function))
+        if not isinstance(function, Compiled):
+            return self.builder.call(function, arguments)
         return self.builder.call(self.unit.declare(function), arguments)

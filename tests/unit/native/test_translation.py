@@ -298,7 +298,7 @@ def nothing(a: int) -> int:
         (member, "a comparison of two numbers"),
         (pair, "as many values as names"),
         (negative_truth, "a sign of a number, or 'not' of a truth value"),
-        (of_number, "a name of a module"),
+        (of_number, "a field of a record, or a name of a module"),
         (no_table, "a table of numbers"),
         (nothing, "a number or a pointer for 'b'"),
     ],
