@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
@@ -91,3 +92,22 @@ def test_nonsense_is_refused() -> None:
         study.reduce({"p": fb.mean("end")}, until=fb.error("q", relative=0.1))
     with pytest.raises(SimulationError, match="has none in lane"):
         study.reduce({"p": fb.mean("1/(end - 1)")}, progress=False)
+
+
+def test_a_rare_event_by_importance_sampling() -> None:
+    """A stone without gravity, v ~ N(5, 1), is beyond 10 m after 1 s: P(v > 10) = Φ(-5) = 2.9e-7."""
+    s = fb.System("stone")
+    s.slider("fall", s.ground, s.body("stone", fb.particle(1)), axis="y", coordinate="y")
+    lanes = fb.sample(
+        {"y'": scipy.stats.norm(5, 1)}, n=4000, by="random", seed=2, proposal={"y'": scipy.stats.norm(10, 1)}
+    )
+    study = fb.study(s, until=1, lanes=lanes, outputs="final(y)")
+    answer = study.reduce({"p": fb.mean("final(y) > 10")})
+    chance, error = float(answer.p), float(answer.p_error)
+    exact = scipy.stats.norm.sf(5)
+    # of one lane, by proposal: E w² - p² with w = φ(x)/φ(x - 5), E w² over x > 5: e^25 Φ(-10)
+    assert error == pytest.approx(
+        math.sqrt((math.exp(25) * scipy.stats.norm.sf(10) - exact**2) / 4000), rel=0.2
+    )
+    assert error < 0.05 * exact
+    assert abs(chance - exact) < 4 * error

@@ -44,6 +44,26 @@ def test_a_store_is_read_while_it_runs(tmp_path, monkeypatch) -> None:
     assert seen == sorted(seen) and any(0 < n < 3000 for n in seen) and seen[-1] == 3000
 
 
+def test_a_netcdf_file_goes_on_where_it_was_stopped(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(run, "size_of_block", lambda *_: 500)
+    study, path, calls = swings(3000), tmp_path / "x.nc", []
+    whole = study.run(progress=False)
+
+    def stop(state: Any) -> None:
+        calls.append(state)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+
+    with study.run(store=path, progress=stop, threads=1) as first:
+        done = first.status.values >= 0
+        assert 0 < done.sum() < 3000 and "interrupted" in first.attrs
+        assert np.array_equal(first["max(theta')"].values[done], whole["max(theta')"].values[done])
+    with study.run(store=path, progress=False) as second:
+        assert set(second.data_vars) == set(whole.data_vars) and "interrupted" not in second.attrs
+        for name in whole.data_vars:
+            assert np.array_equal(second[name].values, whole[name].values), name
+
+
 TWO = """
 import sys
 from test_store import swings

@@ -215,6 +215,10 @@ CASES = {
         (x * y) / (x * (y + 3)),
         (x * x) / ((y - p) * x) - x * y,
     ),
+    "quotient of products with a factor in common and unlike signs": lambda f, x, y, p: (
+        (x * y) / -(x * (y + 3)),
+        -(x * x) / (x * (y - p)),
+    ),
     "sqrt": lambda f, x, y, p: (f.sqrt(x * x + y + 4), y),
     "sin, cos": lambda f, x, y, p: (f.sin(x * y), f.cos(x) - f.sin(y)),
     "sines of sums": lambda f, x, y, p: (
