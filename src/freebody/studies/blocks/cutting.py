@@ -19,19 +19,20 @@ SHARES = 4
 """Blocks that each worker gets at least, so that all end at about the same time."""
 _SHORTEST = 0.05  # seconds of a block, where few lanes are shared by many workers
 _ENOUGH = 0.02  # seconds of a trial that can be measured
-_TRIALS = (1, 1, 16, 256, 4096)
+_TRIALS = (1, 16, 256, 4096)  # lanes
 
 
 def seconds_per_lane(crew: Workers, count: int, check: Callable[[], None] = lambda: None) -> float | None:
     """Return the time that a lane takes one worker, from a trial of some lanes; None if the trial fails.
 
-    The first trial prepares the worker and is not counted.
+    Of each number of lanes there are two trials. The first prepares the worker and is not counted: eight lanes at once
+    have code of their own.
     """
     crew.delivery = Whole()
     measured = None
-    for k, lanes in enumerate(_TRIALS):
-        lanes = min(lanes, count)
-        low = (count - lanes) * k // len(_TRIALS)
+    for k in range(2 * len(_TRIALS)):
+        lanes = min(_TRIALS[k // 2], count)
+        low = (count - lanes) * k // (2 * len(_TRIALS))
         crew.start(low, low + lanes)
         while (ended := crew.wait(1.0)) is None:
             check()
@@ -40,7 +41,7 @@ def seconds_per_lane(crew: Workers, count: int, check: Callable[[], None] = lamb
         if not isinstance(report, Report):
             crew.renew()
             return measured
-        if k:
+        if k % 2:
             measured = report.seconds / lanes
             if report.seconds > _ENOUGH or lanes == count:
                 break
