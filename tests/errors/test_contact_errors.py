@@ -230,3 +230,24 @@ def test_forces_of_contacts_keep_clear_of_other_names():
     e = fb.equations(s, modes={"floor": "stick"})
     assert e.solve("N_floor_", where={})["N_floor_"] == 0
     assert sympy.Symbol("N_floor_", real=True) in e.free_body("disk").unknowns
+
+
+@pytest.mark.parametrize("question", ["linearize", "steady_motions", "impulse", "centre_of_percussion"])
+def test_linear_equations_and_blows_need_the_modes_of_contacts(question):
+    s = fb.System("wheel")
+    s.gravity = (0, -10, 0)
+    disk = s.body("disk", fb.disk(2, 1))
+    s.planar("plane", s.ground, disk, coordinate="x y phi")
+    s.contact("floor", disk.circle(1), s.ground.plane(normal="y"), friction=0.5)
+    s.spring("k", s.ground.point(-2, 1, 0), disk.origin, stiffness=12, rest=1)
+    s.hinge("pin", disk, s.body("bar", fb.slender_bar(1, 1, axis="y")), to=(0, 0.5, 0), coordinate="theta")
+    ask = {
+        "linearize": lambda of: fb.linearize(of, about={"x": -1, "y": 1}, values={}),
+        "steady_motions": lambda of: fb.steady_motions(of).conditions,
+        "impulse": lambda of: fb.impulse(of, at=disk.origin, impulse=(1, 0, 0), initial={"y": 1}, values={}),
+        "centre_of_percussion": lambda of: fb.centre_of_percussion(of, "pin", body="bar"),
+    }[question]
+    with pytest.raises(ModelError) as refused:
+        ask(s)
+    assert f"fb.{question}(fb.equations(s, modes={{'floor': 'stick'}}), ...)" in str(refused.value)
+    ask(fb.equations(s, modes={"floor": "stick"}))

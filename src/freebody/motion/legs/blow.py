@@ -233,13 +233,15 @@ def strike(
     kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, blow: Blow
 ) -> tuple[Any, float, Happening]:
     """Return the state after a blow, its work, and its event."""
+    from ...symbolic.equations import Equations
     from .impulse import impulse as struck  # imports all rooms of equations
 
     model = kernels.model
+    unresisted = Equations(model)  # contacts stop a body in the impact that follows the blow
     names = [*model.coordinate_names, *model.speed_names]
     before = dict(zip(names, y.tolist(), strict=False))
     try:
-        hit = struck(model, initial=before, values=numbers, t=t, **blow.options)
+        hit = struck(unresisted, initial=before, values=numbers, t=t, **blow.options)
     except ModelError as error:
         raise SimulationError(f"The blow '{blow.name}' at t = {t:.9g} s is impossible: {error}") from None
     after = y.copy()

@@ -20,6 +20,7 @@ from ...model.values import check_assumptions
 from ...scalar.algebra import ZERO, Expression, Matrix, Vector, apply
 from ...space.rotation import Rotation
 from ...symbolic.derivation.bodies import own_body
+from ...symbolic.derivation.contact_modes import check_modes_are_chosen
 from ...symbolic.equations import Equations
 from ...symbolic.impulses.impulse import Struck
 from ...symbolic.impulses.impulse_jumps import exact_jumps, float_jumps, percussion, restituted
@@ -100,7 +101,7 @@ def impulse(
     >>> hit.solve("pin_x = 0", for_="h")
     h = 2*L/3
     """
-    e = _equations(s)
+    e = _equations(s, "fb.impulse")
     model = e.model
     point = _point(model, at)
     trajectory = initial if hasattr(initial, "path") and hasattr(initial, "at") else None
@@ -196,7 +197,7 @@ def centre_of_percussion(
     >>> fb.centre_of_percussion(s, grip)
     2*L/3
     """
-    e = _equations(s)
+    e = _equations(s, "fb.centre_of_percussion")
     model, state = e.model, e.state
     name = joint if isinstance(joint, str) else str(getattr(joint, "name", joint))
     if name not in model.joints:
@@ -252,7 +253,7 @@ class _Struck:
         self.name = name
 
 
-def _equations(s: Any) -> Equations:
+def _equations(s: Any, question: str) -> Equations:
     """Return the equations of a System, Model or Equations."""
     if isinstance(s, Equations):
         return s
@@ -260,6 +261,7 @@ def _equations(s: Any) -> Equations:
         s = assemble(s)
     if not isinstance(s, Model):
         raise ModelError(f"Expected a System, a Model or Equations, got {s!r}.")
+    check_modes_are_chosen(s, question)
     return Equations(s)
 
 

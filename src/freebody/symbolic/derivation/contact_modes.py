@@ -20,6 +20,23 @@ def model_in_modes(model: Model, modes: Mapping[str, Any] | None) -> Model:
     return in_modes(model, modes)
 
 
+def check_modes_are_chosen(model: Model, question: str) -> None:
+    """Refuse a machine with contacts whose modes were not chosen: its contacts are neither closed nor said to be open.
+
+    Raises
+    ------
+    ModelError
+        With the call that chooses the modes.
+    """
+    if not model.contacts or any(isinstance(x, Touching) for x in model.constraints.values()):
+        return
+    modes = {c.owner: "slip" if c.frictionless else "stick" for c in model.contacts}
+    raise ModelError(
+        f"Expected the modes of the contacts for {question}, got '{model.name}' without any. Pass its equations in "
+        f'place of the system: {question}(fb.equations(s, modes={modes}), ...); "open" leaves a contact out.'
+    )
+
+
 def modes_of(model: Model) -> dict[str, str]:
     """Mode of every contact by its name: "open", "stick", "slip", "slip+" or "slip-"."""
     result = {contact.name: "open" for contact in model.contacts}

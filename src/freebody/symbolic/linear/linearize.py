@@ -32,6 +32,7 @@ from ...scalar.arrays import arrays, column
 from ...scalar.dual import DualField, slope_of, value_of
 from ...scalar.expression import evaluate
 from ...scalar.polynomial import Ring
+from ..derivation.contact_modes import check_modes_are_chosen
 from .checks import SMALL, Checks, balanced, scale_of, steady
 from .constrained_symbols import constrained_symbols
 from .linear_model import LinearModel
@@ -96,7 +97,8 @@ def linearize(
     ------
     ModelError
         A state that is not balanced (with the residual of each equation), a position or speeds that do not
-        satisfy the constraints, a motion that is not steady, unknown names.
+        satisfy the constraints, a motion that is not steady, unknown names; a system with contacts, whose equations in
+        chosen modes are needed: ``fb.linearize(fb.equations(s, modes={"floor": "stick"}))``.
 
     Examples
     --------
@@ -119,6 +121,8 @@ def linearize(
         raise ModelError(f"Expected a System, a Model or its equations to linearise, got {s!r}.")
     programs = recorded(machine)
     model = programs.model
+    if machine is s:
+        check_modes_are_chosen(model, "fb.linearize")
     named = _inputs(model, inputs)
     if _is_motion(about):
         return _about_trajectory(programs, about, values, named, independent)

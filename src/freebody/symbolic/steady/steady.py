@@ -23,6 +23,7 @@ from ...scalar.algebra import Expression, Scalar
 from ...scalar.polynomial import Polynomial
 from ...scalar.substitute import Substitution, arrays
 from ..derivation.along_motion import numbers
+from ..derivation.contact_modes import check_modes_are_chosen
 from ..printing.display import displayed, equation_latex, equation_text, text
 from ..printing.lines import Result
 from ..printing.show import EQUALS, aligned, elements, inner, latex_words, words
@@ -127,6 +128,8 @@ def steady_motions(
     from ..equations import Equations, equations
 
     e = system if isinstance(system, Equations) else equations(system)
+    if e is not system:
+        check_modes_are_chosen(e.model, "fb.steady_motions")
     if near is not None:
         from .equilibrium_near import steady_near
 
