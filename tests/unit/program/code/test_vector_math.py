@@ -104,6 +104,17 @@ def test_error_is_below_two_units_in_the_last_place(name):
     assert worst(name, 250, 0) <= 2.0
 
 
+def test_what_the_sum_of_an_axis_and_an_angle_loses_is_added_again():
+    """Half a unit for the last addition, half for the quotient, a quarter for the small terms."""
+    rng = np.random.default_rng(1)
+    a = rng.uniform(math.pi / 8, math.pi, 3000) * rng.choice([-1, 1], 3000)
+    X = np.stack([np.sin(a), np.cos(a)], axis=1) * 10.0 ** rng.uniform(-3, 3, (3000, 1))
+    with mpmath.workprec(200):
+        for (y, x), angle in zip(X, kernel("atan2").batch(0.0, X, ())[:, 0], strict=True):
+            exact = mpmath.atan2(mpmath.mpf(float(y)), mpmath.mpf(float(x)))
+            assert abs(mpmath.mpf(float(angle)) - exact) <= 1.25 * math.ulp(float(angle))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EXACT)
 def test_error_on_a_dense_sweep(name):
