@@ -16,7 +16,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import sympy
@@ -26,6 +27,7 @@ from ..errors import FreebodyError, SimulationError, arguments_named
 from ..motion.kernels.kernels import kernels_of
 from ..motion.legs.variation import unknowns_of
 from ..motion.start.initial import number, quaternions_by_joint
+from .minima import Minimum, best_of
 from .simulate import simulate
 
 if TYPE_CHECKING:
@@ -65,6 +67,12 @@ class Fit:
         The fitted motion of each measurement.
     evaluations : int
         Number of motions computed for each measurement.
+    cost : float
+        Σ ((computed - measured)/σ)²; σ is 1 where it is not given.
+    minima : tuple of Minimum
+        With ``starts=``, the minima that they lead to, the best first, each with ``values``, ``cost`` and ``starts``.
+    failed_starts : int
+        Number of starts from which no fit was found.
     """
 
     values: dict[str, float]
@@ -74,6 +82,9 @@ class Fit:
     sigma: dict[str, Any]
     trajectories: tuple[Trajectory, ...]
     evaluations: int
+    cost: float
+    minima: tuple[Minimum, ...] = ()
+    failed_starts: int = 0
 
     @property
     def trajectory(self) -> Trajectory:
@@ -91,6 +102,10 @@ class Fit:
         lines = [f"Fit of {', '.join(self.residuals)} by {count} unknown{'s' if count > 1 else ''}"]
         for name, value in self.values.items():
             lines.append(f"  {name} = {value:.8g} ± {self.errors[name]:.2g}")
+        if self.minima:
+            costs = ", ".join(f"{x.cost:.4g} from {x.starts}" for x in self.minima)
+            failed = f"; {self.failed_starts} led to no fit" if self.failed_starts else ""
+            lines.append(f"  starts by their cost: {costs}{failed}")
         return "\n".join(lines)
 
 
@@ -105,6 +120,7 @@ def fit(
     values: Mapping[Any, Any] | None = None,
     sigma: Mapping[str, Any] | None = None,
     bounds: Mapping[Any, tuple[float, float]] | None = None,
+    starts: Any = None,
     tolerance: float = 1e-9,
     start: Any = 0,
     **options: Any,
@@ -130,6 +146,9 @@ def fit(
         Standard deviations of the measurement [unit of the quantity]. Several quantities need them as weights; for one
         quantity it is estimated from the residuals by default.
     bounds : mapping of name to (least, greatest), optional
+    starts : fb.sample, fb.grid or fb.table, optional
+        First guesses of some unknowns: the search begins at each, and the best of the results is returned, with all
+        ``minima``.
     tolerance : float
         Tolerance of the integration.
     start : number
@@ -165,19 +184,19 @@ def fit(
     kernels = kernels_of(s)
     model = kernels.model
     runs = list(data) if isinstance(data, list | tuple) else [data]
-    starts = (
+    initials = (
         list(initial)
         if isinstance(initial, list | tuple)
         else [{} if initial is None else initial] * len(runs)
     )
-    for initial_values in starts:
+    for initial_values in initials:
         if not isinstance(initial_values, Mapping):
             raise SimulationError(
                 f"Expected initial values by name, such as {{'theta': 0.1}}, got {initial_values!r}."
             )
-    if len(starts) != len(runs):
+    if len(initials) != len(runs):
         raise SimulationError(
-            f"Expected one initial= for each of the {len(runs)} measurements, got {len(starts)}."
+            f"Expected one initial= for each of the {len(runs)} measurements, got {len(initials)}."
         )
     if not isinstance(unknown, str | sympy.Basic | Mapping | list | tuple):
         raise SimulationError(f"Expected names of unknowns, or first guesses by name, got {unknown!r}.")
@@ -189,6 +208,12 @@ def fit(
     unknowns = unknowns_of(model, list(guesses), {}, "unknown")
     names = [x.name for x in unknowns]
     guesses = dict(zip(names, guesses.values(), strict=True))
+    if starts is not None:
+        again = partial(
+            fit, s, data, initial=initial, near=near, values=values, sigma=sigma, bounds=bounds, tolerance=tolerance,
+            start=start, **options,
+        )  # fmt: skip
+        return cast(Fit, best_of(again, guesses, starts, model))
     for x in unknowns:
         if any(k <= x.place < k + 4 for k in model.quaternions):
             joint = next(j for j, k in quaternions_by_joint(model).items() if k <= x.place < k + 4)
@@ -209,7 +234,7 @@ def fit(
         raise SimulationError("Expected at least one measured quantity besides the time, got none.")
     fixed_values = {**(values or {})}
     value_names = {_name(model, key) for key in fixed_values}
-    initial_names = {_name(model, key) for initial_values in starts for key in initial_values}
+    initial_names = {_name(model, key) for initial_values in initials for key in initial_values}
     for x in unknowns:
         fixed_names = value_names if x.symbol is not None else initial_names
         if guesses[x.name] is not None and x.name in fixed_names:
@@ -218,7 +243,7 @@ def fit(
                 f"'{x.name}' has a first guess in unknown= and a value in {where}. Leave one out."
             )
     numbers = model.values(fixed_values | _parameter_guesses(unknowns, guesses))
-    first = np.array([_first(x, guesses, numbers, starts, model) for x in unknowns])
+    first = np.array([_first(x, guesses, numbers, initials, model) for x in unknowns])
     weights = _weights(sigma, quantities, measured)
     low, high = _bounds(bounds, names, first)
     calls = [0]
@@ -229,7 +254,7 @@ def fit(
         at = dict(zip(names, p.tolist(), strict=True))
         parameters = {**fixed_values, **{x.name: at[x.name] for x in unknowns if x.symbol is not None}}
         searched = {x.name: at[x.name] for x in unknowns if x.symbol is None}
-        for (times, _), initial_values in zip(measured, starts, strict=True):
+        for (times, _), initial_values in zip(measured, initials, strict=True):
             fixed = {_name(model, k): v for k, v in initial_values.items()}
             result.append(
                 simulate(
@@ -521,4 +546,5 @@ def _result(
         spread,
         tuple(motions),
         calls,
+        float(residuals @ residuals),
     )
