@@ -171,9 +171,11 @@ class LaneLoop:
             others = others[np.isin(new.outcomes[others, 0], _BLAMED)]
         for k in others:
             rates = job.kernels.rates(parameters[k])
-            blame, end = int(new.outcomes[k, 3]), float(new.end_times[k])
-            blame = to_blame(job.kernels, blame, self.method, rates, end, initial[k, : self.n])
-            new.outcomes[k, 3] = blame
+            known = self.method != "taylor" or new.outcomes[k, 0] == layout.NOT_FINITE
+            reported = int(new.outcomes[k, 3]) if known else None
+            new.outcomes[k, 3] = to_blame(
+                job.kernels, reported, rates, float(new.end_times[k]), initial[k, : self.n]
+            )
         if new.values.size:
             results.values[rows[:, None], self.order] = new.values
         for name in ("reduced", "event_times", "counts", "end_times", "outcomes"):

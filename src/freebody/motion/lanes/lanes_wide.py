@@ -640,9 +640,12 @@ def lanes_wide(
                     if fixed != 0.0:
                         code = DIVERGED
                 else:
-                    blame = lost(lane, n, wide, w, 1, 12)
-                    if blame < 0:
-                        blame = lost(lane, n, wide, w, RAW, 3)
+                    if PREDICTED != 0:
+                        blame = blame_wide(lane, n, wide, w)
+                    else:
+                        blame = lost(lane, n, wide, w, 1, 12)
+                        if blame < 0:
+                            blame = lost(lane, n, wide, w, RAW, 3)
                     h *= 0.25
                     if fixed != 0.0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
                         code = NOT_FINITE

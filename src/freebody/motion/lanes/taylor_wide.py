@@ -67,11 +67,17 @@ def prepare_wide(kernel: int, wide: Reals, w: int, c: Reals, tolerances: Reals) 
 
 @compiled
 def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
-    """Return the first component with a last coefficient that is not finite."""
-    for i in range(n):
-        for j in range(TERMS):
-            if not math.isfinite(wide[(HEIGHT + P - j) * w + WIDE_PLACES + 8 * i + lane]):
+    """Return the component of a lane to blame for what is not finite (`taylor.blamed`)."""
+    for j in range(1, P + 1):
+        for i in range(n):
+            if not math.isfinite(wide[(HEIGHT + j) * w + WIDE_PLACES + 8 * i + lane]):
                 return i
+    for i in range(n):
+        if not math.isfinite(wide[SLOPES * w + 8 * i + lane]):
+            return i
+    for i in range(n):
+        if not math.isfinite(wide[RAW * w + 8 * i + lane]):
+            return i
     return 0
 
 

@@ -25,19 +25,22 @@ from .independent_conditions import taking_over
 def culprit(path: Path, kernels: Kernels) -> int:
     """Return the component, or event, that stopped a run.
 
-    For the work, which follows from the motion, and for a series, whose coefficients depend on all components, it is
+    For the work, which follows from the motion, and for the length of a series, which depends on all components, it is
     the speed that changes fastest.
     """
     if path.status == runs.UNDEFINED:
         return path.blame
-    return to_blame(kernels, path.blame, path.method, path.rates, path.end, path.states[-1])
+    reported = path.blame if path.method != "taylor" or path.status == runs.NOT_FINITE else None
+    return to_blame(kernels, reported, path.rates, path.end, path.states[-1])
 
 
-def to_blame(kernels: Kernels, blame: int, method: str, rates: Rates, t: float, y: Array) -> int:
-    """Return the component that stopped a run at a state; ``blame`` is the component that the method reported."""
+def to_blame(kernels: Kernels, reported: int | None, rates: Rates, t: float, y: Array) -> int:
+    """Return the component that stopped a run at a state; ``reported`` is that of the method, if it knows one."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
-    if blame < n_q + n_u and (method != "taylor" or not n_u):
-        return blame
+    if reported is not None and reported < n_q + n_u:
+        return reported
+    if not n_u:
+        return 0
     derivative = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
     fast = np.abs(derivative[n_q : n_q + n_u]) / (1 + np.abs(y[n_q : n_q + n_u]))
     return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))

@@ -579,9 +579,10 @@ def advance(
                     break
                 h *= greater(SMALLEST, SAFETY / error**EXPONENT)
                 continue
-            integers[BLAME] = _first_not_finite(work, w, n, 1, 12)
-            if integers[BLAME] < 0:
-                integers[BLAME] = _first_not_finite(work, w, n, RAW, 3)
+            if PREDICTED == 0:  # the others have told it, since they have other rows
+                integers[BLAME] = _first_not_finite(work, w, n, 1, 12)
+                if integers[BLAME] < 0:
+                    integers[BLAME] = _first_not_finite(work, w, n, RAW, 3)
             h *= 0.25
             if integers[FIXED] != 0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
                 status = NOT_FINITE

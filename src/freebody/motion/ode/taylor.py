@@ -109,11 +109,19 @@ def in_pairs(numbers: list[Any], of: Callable[[Any, Any], Any]) -> Any:
 
 @compiled
 def blamed(work: Reals, w: int, n: int) -> int:
-    """Return the first component with a last term that is not finite."""
-    for i in range(n):
-        for j in range(TERMS):
-            if not math.isfinite(work[(SERIES + P - j) * w + i]):
+    """Return the first component that is not finite: in the lowest order of the series, since others follow from it, in
+    the rates at the end of a step, or in the state there.
+    """
+    for j in range(1, P + 1):
+        for i in range(n):
+            if not math.isfinite(work[(SERIES + j) * w + i]):
                 return i
+    for i in range(n):
+        if not math.isfinite(work[SLOPES * w + i]):
+            return i
+    for i in range(n):
+        if not math.isfinite(work[RAW * w + i]):
+            return i
     return 0
 
 
@@ -243,10 +251,7 @@ def judge(
     """Return 0, or the error of a step that continued past a bend; nan if the state is not finite."""
     error = work[LENGTH * w + 1]
     if not math.isfinite(error):
-        for i in range(n):
-            if not math.isfinite(work[RAW * w + i]):
-                integers[BLAME] = i
-                break
+        integers[BLAME] = blamed(work, w, n)
     return error
 
 

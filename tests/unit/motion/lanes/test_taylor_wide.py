@@ -336,3 +336,21 @@ def test_no_time_and_nothing_to_move() -> None:
     s = pendulum()
     data = fb.simulate(s, 0, initial={"theta": [0.5, 1.0]}, method="taylor")
     assert data["theta"].values.ravel().tolist() == [0.5, 1.0] and set(data.steps.values) == {0}
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "dop54", "radau"])
+def test_the_rate_that_fails_is_to_blame(method: str) -> None:
+    """√(1 - x) ends where x = 1, and √(1 - y) where y = 1: alone and in lanes, whichever comes first."""
+    s = fb.System("two rails")
+    for name in "xy":
+        block = s.body(f"block_{name}", fb.particle(1))
+        s.slider(f"rail_{name}", s.ground, block, axis="x", coordinate=name)
+        s.generalized_force(name, f"sqrt(1 - {name})/100")
+    first = np.arange(10) % 3 == 0
+    speeds = {"x'": np.where(first, 3.0, 0.1), "y'": np.where(first, 0.1, 3.0)}
+    data = fb.simulate(s, 2, initial=speeds, method=method, outputs=["x"])
+    assert set(data.status.values) == {"not finite"}
+    assert data.blame.values.tolist() == np.where(first, "x'", "y'").tolist()
+    for name, start in (("x'", {"x'": 3.0, "y'": 0.1}), ("y'", {"x'": 0.1, "y'": 3.0})):
+        with pytest.raises(SimulationError, match=f"the rate of '{name}' is not a finite number"):
+            fb.simulate(s, 2, initial=start, method=method)
