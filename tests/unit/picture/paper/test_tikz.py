@@ -1,0 +1,25 @@
+"""Sheets as TikZ: sizes and places of labels."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from freebody.picture.paper.sheet import Group, Label, Sheet
+from freebody.picture.paper.tikz import tikz
+
+
+@pytest.mark.parametrize("size", [10.0, 20.0])
+def test_a_symbol_is_as_large_as_in_the_drawing(size: float) -> None:
+    """Computer Modern is 0.92 of the size of STIX at the same width; the symbol stands at the middle of its ink."""
+    label = Label("$N$", np.array([30.0, 40.0]), size)
+    text = tikz(Sheet(Group([label]), "one symbol"))
+    (found,) = re.findall(
+        r"anchor=center,.*fontsize\{(.*?)\}\{(.*?)\}\\selectfont\] at \((.*?),(.*?)\) \{\$N\$\}", text
+    )
+    x0, y0, x1, y1 = label.box
+    assert [float(x) for x in found] == pytest.approx(
+        [0.92 * size, 1.104 * size, (x0 + x1) / 2, (y0 + y1) / 2], abs=1e-3
+    )
