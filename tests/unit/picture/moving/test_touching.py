@@ -37,12 +37,18 @@ def test_a_round_wall_ends_at_its_radius(state, shape, height, inside):
 
 
 def test_a_side_is_a_rod_between_its_ends(state):
-    (part,) = surface_parts(state, Segment(None, (0, 0, 0), (3, 4, 0), (0.6, 0.8, 0), (-0.8, 0.6, 0), 5), (0, 1), 1.0)
+    (part,) = surface_parts(
+        state, Segment(None, (0, 0, 0), (3, 4, 0), (0.6, 0.8, 0), (-0.8, 0.6, 0), 5), (0, 1), 1.0
+    )
     assert part["length"] == pytest.approx(5) and part.center == pytest.approx([1.5, 2, 0])
     assert part.axes[:, 2] == pytest.approx([0.6, 0.8, 0])
 
 
 def test_planes_are_drawn_once():
     floor = {"normal": [0, 0, 1], "at": [0, 0, 0]}
-    same, above, tilted = {**floor, "at": [5, 6, 0]}, {**floor, "at": [0, 0, 0.1]}, {**floor, "normal": [0, 0.6, 0.8]}
+    same, above, tilted = (
+        {**floor, "at": [5, 6, 0]},
+        {**floor, "at": [0, 0, 0.1]},
+        {**floor, "normal": [0, 0.6, 0.8]},
+    )
     assert distinct([floor, same, above, tilted], 1.0) == [floor, above, tilted]
