@@ -23,7 +23,7 @@ def state():
 @pytest.mark.parametrize("inside", [False, True])
 @pytest.mark.parametrize(("shape", "height"), [(Circle, 4.0), (Cylinder, None)])
 def test_a_round_wall_ends_at_its_radius(state, shape, height, inside):
-    """A circle is a ring, four times as wide as thick; a cylinder has three tenths of the machine's size to each side."""
+    """A circle is a ring, four times as wide as thick; a cylinder reaches 0.3 of the size to each side."""
     size = 2.0
     (part,) = surface_parts(state, shape(None, (1, 2, 3), X, 0.5, inside), (-1.0, 1.0), size)
     radii, along = np.array(part["profile"]).T
