@@ -445,7 +445,7 @@ class Study:
         (("y'", 'm'), ('max(y)',))
         >>> f([2.0, 1.0]).round(6), f([[2.0, 3.0], [1.0, 1.0]]).round(6)
         (np.float64(0.203874), array([0.203874, 0.458716]))
-        >>> indices = sobol_indices(func=f, n=1024, dists=f.distributions)
+        >>> indices = sobol_indices(func=f, n=1024, dists=f.distributions, random_state=1)
         >>> abs(indices.first_order).round(1), indices.total_order.round(1)
         (array([1., 0.]), array([1., 0.]))
         """

@@ -410,7 +410,7 @@ start, heights = {"y": "h"}, [1.0 + k / 100 for k in range(20)]
 data = fb.simulate(build(), 1, initial=start, values={"h": heights}, samples=2, executor=pool, progress=press)
 print((data.status == "waiting").sum().item())
 """
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=600)
     assert 0 < int(found.stdout) < 20 and "InvalidStateError" not in found.stderr, found.stderr
 
 

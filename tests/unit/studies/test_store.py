@@ -76,7 +76,7 @@ def test_two_clients_at_once_do_no_harm(tmp_path) -> None:
     path = tmp_path / "x.zarr"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, os.path.dirname(__file__)])}
     clients = [subprocess.Popen([sys.executable, "-c", TWO, str(path)], env=environment) for _ in range(2)]
-    assert [client.wait(timeout=120) for client in clients] == [0, 0]
+    assert [client.wait(timeout=600) for client in clients] == [0, 0]
     kept, whole = fb.open_study(path), swings(3000).run(progress=False)
     assert not kept.missing and not list(tmp_path.glob(".*"))
     for name in whole.data_vars:

@@ -193,7 +193,7 @@ if __name__ == "__main__":
 def test_ctrl_c_of_a_terminal_keeps_lanes_of_blocks_that_are_run(tmp_path) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     found = subprocess.run(
-        [sys.executable, "-c", PRESSED, str(tmp_path / "x.nc")], capture_output=True, text=True, timeout=120,
+        [sys.executable, "-c", PRESSED, str(tmp_path / "x.nc")], capture_output=True, text=True, timeout=600,
         env=environment, start_new_session=True,
     )  # fmt: skip
     assert found.stdout, found.stderr
