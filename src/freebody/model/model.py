@@ -198,12 +198,16 @@ def _number(value: Expression, name: str, model: Model) -> float:
     if type(value) in _NUMBERS and abs(value) <= sys.float_info.max:
         return float(value) + 0  # -0.0 becomes 0.0, as it does in expressions
     if isinstance(value, str):
-        declared = model.about.get(name, ("", ""))[0]
-        value = quantity(value, declared or _unit_by_use(model, name), f"parameter '{name}'")
+        value = quantity(value, unit_of(model, name), f"parameter '{name}'")
     expression = model.names.expression(value, f"the value of parameter '{name}'")
     if isinstance(expression, sympy.Basic) and expression.free_symbols:
         raise ModelError(f"Expected a number for parameter '{name}', got '{value}'.")
     return finite(expression, f"parameter '{name}'")
+
+
+def unit_of(model: Model, name: str) -> str:
+    """Return the unit of a parameter, as declared or from its use; "" if neither tells it."""
+    return str(model.about.get(name, ("", ""))[0] or _unit_by_use(model, name))
 
 
 def _unit_by_use(model: Model, name: str) -> str:

@@ -255,10 +255,13 @@ def _checked(
     rules = rules_of(options.until)
     for rule in rules:
         rule.check(reducers)
-    most = int(options.most)
-    if not 0 < most <= study.count:
-        raise SimulationError(f"Expected most= from 1 to {study.count}, the number of lanes, got {most}.")
-    return rules, most
+    most = options.most
+    number = isinstance(most, int | float | np.integer | np.floating) and not isinstance(most, bool)
+    if not (number and 0 < most <= study.count and most == int(most)):
+        raise SimulationError(
+            f"Expected a whole number most= from 1 to {study.count}, the number of lanes, got {most!r}."
+        )
+    return rules, int(most)
 
 
 def _check_name(name: str, reducers: Mapping[str, Reducer]) -> None:

@@ -472,7 +472,13 @@ class Study:
             There is no such lane.
         """
         if isinstance(lane, slice):
-            return replace(self, lanes=Chosen(self.lanes, np.arange(self.count)[lane]))
+            lanes = range(self.count)[lane]
+            if not lanes:
+                raise SimulationError(
+                    f"Expected a slice with lanes among 0 to {self.count - 1}, got {lane!r}."
+                )
+            numbers = np.arange(lanes.start, lanes.stop, lanes.step)
+            return replace(self, lanes=Chosen(self.lanes, numbers))
         numbers = np.asarray(lane)
         if numbers.dtype.kind not in "iu" or numbers.ndim > 1 or not numbers.size:
             raise SimulationError(f"Expected the number of a lane, several, or a slice, got {lane!r}.")

@@ -86,8 +86,10 @@ def test_nonsense_is_refused() -> None:
     ):
         with pytest.raises(SimulationError, match=message):
             study.reduce(reducers, progress=False)
-    with pytest.raises(SimulationError, match="Expected most= from 1 to 10, the number of lanes, got 11"):
-        study.reduce({"p": fb.mean("end")}, most=11)
+    for most in (11, 1.5, "many", True, float("nan"), 0):
+        message = f"Expected a whole number most= from 1 to 10, the number of lanes, got {most!r}"
+        with pytest.raises(SimulationError, match=message):
+            study.reduce({"p": fb.mean("end")}, most=most)
     with pytest.raises(SimulationError, match="Unknown result 'q' in fb.error"):
         study.reduce({"p": fb.mean("end")}, until=fb.error("q", relative=0.1))
     with pytest.raises(SimulationError, match="has none in lane"):

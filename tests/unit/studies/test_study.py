@@ -71,6 +71,10 @@ def test_lanes_can_be_chosen() -> None:
     assert isinstance(study.isel(lane=some).lanes, Chosen)
     with pytest.raises(SimulationError, match="Expected lanes from 0 to 299, got 300"):
         study.isel(lane=300)
+    with pytest.raises(SimulationError, match="Expected a slice with lanes among 0 to 299, got slice"):
+        study.isel(lane=slice(300, 400))
+    many = fb.study(pendulum(), until=1, lanes=fb.sample({"theta": (0, 1)}, n=10**12, by="random"))
+    assert many.isel(lane=slice(10**11, 10**11 + 3)).count == 3  # no array of all lanes
     with pytest.raises(SimulationError, match="Expected the number of a lane, several, or a slice, got 'x'"):
         study.isel(lane="x")
 

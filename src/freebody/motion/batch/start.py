@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...describe.names import finite
 from ...errors import ExpressionError, SimulationError
 from ...model import Model
+from ...model.model import unit_of
 from ...scalar.arrays import arrays, column
 from ...scalar.expression import evaluate
 from ...scalar.units import quantity
@@ -322,11 +323,12 @@ def numbers_in(model: Model, values: Any, name: str, what: str) -> Any:
     if not any(issubclass(kind, str) for kind in set(map(type, values))):
         return values
     numbers = []
+    unit = unit_of(model, name) if name in model.defaults else ""
     for lane, x in enumerate(values):
         if isinstance(x, str):
             try:
                 if name in model.defaults:
-                    numbers.append(finite(quantity(x, model.about.get(name, ("", ""))[0], f"'{x}'"), what))
+                    numbers.append(finite(quantity(x, unit, f"parameter '{name}'"), what))
                     continue
                 expression = model.names.expression(x, what)
             except ExpressionError as error:

@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,9 +60,6 @@ from ...program.large.tree_loop import LoopedSet, is_large
 from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.trace import Tape
 from ..ode.dense_output import Rates, observe
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
 
@@ -118,12 +115,16 @@ class Conditions(Program):
         moved = np.concatenate([states, selection], axis=1)
         return observe(self.address(function), self.outputs(function), times, moved, constants)
 
-    def matrix(self, outputs: Array) -> csr_array:
-        """Return G from the outputs of "conditions" or "motion" at one state."""
-        from scipy.sparse import csr_array
+    def entries(self, outputs: Array) -> Array:
+        """Return the entries of G, row by row, from the outputs of "conditions" or "motion" at one state."""
+        m = self.shape[0]
+        return outputs[m : m + self.columns.size]
 
-        m, entries = self.shape[0], self.columns.size
-        return csr_array((outputs[m : m + entries], self.columns, self.pattern[: m + 1]), shape=self.shape)
+    def matrix(self, outputs: Array) -> Array:
+        """Return G as :meth:`entries`, with its zeros."""
+        G = np.zeros(self.shape)
+        G[self.rows, self.columns] = self.entries(outputs)
+        return G
 
 
 class Kernels:

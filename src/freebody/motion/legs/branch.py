@@ -22,7 +22,7 @@ from ..kernels.kernels import Kernels
 from ..ode.crossing import ROUNDED
 from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, Sampler, cut, observe, projected
 from ..ode.integration import FINEST_OF_SUMS, Halt
-from ..start.loop_closure import names_of_dependent
+from ..start.loop_closure import Entries, names_of_dependent
 from ..trajectory.event import Happening
 
 LIMIT = 0.2
@@ -355,8 +355,8 @@ def _event(kernels: Kernels, parameters: Array, y: Array, meeting: float) -> Hap
     program = kernels.closing()
     moved = y[None, : model.n_q + n]
     numbers = program.observed("motion", np.array([meeting]), moved, program.constants(parameters))[0]
-    G, masses = program.matrix(numbers), numbers[-2 * n : -n]
-    names = names_of_dependent(model, G, masses, kernels.active, LIMIT)
+    G = Entries(program.entries(numbers), program.rows, program.columns)
+    names = names_of_dependent(model, G, numbers[-2 * n : -n], kernels.active, LIMIT)
     shown = [*map(repr, names[:SHOWN]), *([f"{len(names) - SHOWN} others"] if len(names) > SHOWN else [])]
     state = dict(zip(kernels.names, y.tolist(), strict=False))
     text = (

@@ -147,7 +147,7 @@ def taking_over(kernels: Kernels, parameters: Array, t: float, y: Array) -> tupl
     program = kernels.closing()
     state = y[None, : kernels.model.n_q + n]
     outputs = program.observed("motion", np.array([t]), state, program.constants(parameters))[0]
-    G = program.matrix(outputs).toarray()
+    G = program.matrix(outputs)
     if len(active) == m or not np.isfinite(G).all():
         return kernels.active
     for group in condition_groups(kernels.model):

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +27,6 @@ from ..kernels.kernels import Kernels
 from ..ode import layout
 from .initial import named_numbers
 from .sparse_rows import integers_needed, reals_needed
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 
 def closed_start(
@@ -178,37 +176,55 @@ def nearly_dependent(
     """Return the names of conditions that are nearly dependent on each other at a state; none if all are well
     separated.
     """
-    from scipy.sparse import csr_array
-
-    G = csr_array(np.array([[float(x) for x in row] for row in linearized(model, state).matrix]))
+    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])
     masses = np.array([float(x) for x in mass_diagonal(model, state)])
-    return names_of_dependent(model, G, masses, active, nearly)
+    places = np.nonzero(G)
+    return names_of_dependent(model, Entries(G[places], *places), masses, active, nearly)
 
 
+class Entries(NamedTuple):
+    """Entries of a sparse matrix, with the row and the column of each."""
+
+    values: NDArray[np.float64]
+    rows: NDArray[np.int64]
+    columns: NDArray[np.int64]
+
+
+FEW = 100
+"""Number of conditions up to which their matrix is kept with its zeros."""
 TURNS = 200
 """Greatest number of steps of a power iteration."""
 
 
 def names_of_dependent(
-    model: Model, G: csr_array, masses: NDArray[np.float64], active: tuple[int, ...], nearly: float
+    model: Model, G: Entries, masses: NDArray[np.float64], active: tuple[int, ...], nearly: float
 ) -> tuple[str, ...]:
     """Return the names as :func:`nearly_dependent` does, from the matrix of the conditions and the diagonal of M.
 
-    The least singular vector comes from inverse iteration with sparse factors of W Wᵀ, W the conditions of unit length.
+    The least singular vector comes from inverse iteration with factors of W Wᵀ, W the conditions of unit length. They
+    are sparse for many conditions; for a few SciPy's sparse matrices take longer to import than to use.
     """
-    from scipy.sparse import csr_array
-    from scipy.sparse.linalg import splu
-
-    if not active or not (np.isfinite(G.data).all() and np.isfinite(masses).all()):
+    if not active or not (np.isfinite(G.values).all() and np.isfinite(masses).all()):
         return ()
     # one row may vanish; the rows of a constraint never all vanish
     groups = np.array([[i, k] for k, group in enumerate(condition_groups(model)) for i in group])
-    group_of = groups[np.argsort(groups[:, 0]), 1][np.repeat(np.arange(G.shape[0]), np.diff(G.indptr))]
-    entries = G.data / np.sqrt(masses)[G.indices]
+    group_of = groups[np.argsort(groups[:, 0]), 1][G.rows]
+    entries = G.values / np.sqrt(masses)[G.columns]
     sizes = np.sqrt(np.bincount(group_of, entries * entries))[group_of]
     entries = np.divide(entries, sizes, out=entries, where=sizes > 0)
-    W = csr_array((entries, G.indices, G.indptr), shape=G.shape)[list(active)]
-    A = (W @ W.T).tocsc()
+    W: Any
+    shape = (len(groups), masses.size)
+    if len(active) <= FEW:
+        W = np.zeros(shape)
+        W[G.rows, G.columns] = entries
+        W = W[list(active)]
+        A = W @ W.T
+    else:
+        from scipy.sparse import csr_array
+        from scipy.sparse.linalg import splu
+
+        W = csr_array((entries, (G.rows, G.columns)), shape=shape)[list(active)]
+        A = (W @ W.T).tocsc()
     start = 1 + 1 / (1 + np.arange(len(active)))  # has a part along every vector of a row of equal loops
     largest, x = 0.0, start
     for _ in range(TURNS):
@@ -217,10 +233,15 @@ def names_of_dependent(
         if not largest > last * (1 + nearly / 10):
             break
     shift = np.finfo(float).eps * largest
-    A.setdiag(A.diagonal() + shift)
-    factors, x = splu(A), start
+    x = start
+    if len(active) <= FEW:
+        A[np.diag_indices_from(A)] += shift
+        solve = partial(np.linalg.solve, A)
+    else:
+        A.setdiag(A.diagonal() + shift)
+        solve = splu(A).solve
     for _ in range(TURNS):
-        last_x, x = x, factors.solve(x)
+        last_x, x = x, solve(x)
         x /= np.linalg.norm(x)
         if abs(last_x @ x) > 1 - 1e-12:
             break

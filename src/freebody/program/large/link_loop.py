@@ -160,12 +160,14 @@ class Driver:
         numbers = [*[1.0] * self.lanes, *[0.0] * (self.width - self.lanes)]
         one = ", ".join(f"double {literal(x)}" for x in numbers)
         one = f"<{one}>" if self.width > 1 else literal(1.0)
+        # links that move in a plane leave out what stands across it
+        cleared = parts.sums.aside if parts.normal < 0 else parts.sums.end
         lines = [
             f"define internal void @{name}(ptr %S, ptr %c) nounwind noinline {{",
             "entry:",
             self._zeros("zero", 0, 1),
             self._zeros("rest", 2 + state, parts.inputs - state),
-            self._zeros("begun", parts.sums.cleared, parts.sums.aside - parts.sums.cleared),
+            self._zeros("begun", parts.sums.cleared, cleared - parts.sums.cleared),
             self._zeros("ground", parts.base, WIDTH),
             self._zeros("rest_of_ground", parts.accelerations[-1], 3),
         ]

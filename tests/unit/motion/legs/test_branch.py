@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
@@ -10,6 +14,7 @@ import freebody as fb
 from freebody.dynamics import float_state
 from freebody.dynamics.constrained import independent_rows
 from freebody.motion.legs.branch import LIMIT
+from freebody.motion.start import loop_closure
 from freebody.motion.start.loop_closure import nearly_dependent
 
 G = 9.81
@@ -223,3 +228,25 @@ def test_long_steps_of_gauss_are_looked_into(tolerance):
         )
         assert len(motion.events) == 5
         assert np.abs(motion["phi0"] - angle(n, motion.t)).max() < 0.1 * tolerance
+
+
+def test_names_do_not_depend_on_how_the_conditions_are_kept(monkeypatch):
+    """The matrix of few conditions is kept with its zeros, that of many without."""
+    names = []
+    for few in (loop_closure.FEW, 0):
+        monkeypatch.setattr(loop_closure, "FEW", few)
+        motion = fb.simulate(row(2), 1.0, initial=upright(2))
+        names.append(str(motion.events))
+    assert names[0] and names[0] == names[1]
+
+
+def test_a_small_linkage_imports_no_sparse_matrices():
+    """They take longer to import than the motion takes."""
+    script = (
+        f"import sys\nimport numpy as np\nimport freebody as fb\nG = {G}\n"
+        f"{inspect.getsource(row)}\n{inspect.getsource(upright)}\n"
+        "motion = fb.simulate(row(2), 1.0, initial=upright(2))\n"
+        "print(len(motion.events), 'scipy.sparse' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["1", "False"]

@@ -215,6 +215,10 @@ def test_texts_have_units() -> None:
             SimulationError, match="Expected an array of numbers for the values of 'm' in lanes"
         ):
             make(m=["much", "2 kg"]).resolved(model)
+        with pytest.raises(
+            SimulationError, match="Expected parameter 'm' in kg or a unit of its kind, got '3 m'"
+        ):
+            make(m=["2 kg", "3 m"]).resolved(model)
 
 
 def test_a_quaternion_is_varied_by_components() -> None:
