@@ -22,7 +22,8 @@ from ..paper.view import view_of
 from .configuration import configuration, equations_at
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
 from .draw_forces import gravity, loads, springs
-from .draw_ground import feet, gears, guides, rolling_planes, ropes, surfaces
+from .draw_ground import feet, gears, guides, rolling_planes, ropes, scenery, surfaces
+from .inclinations import mark_inclinations
 from .machine_drawing import WIDE, MachineDrawing
 from .outlines import outlines, polygon
 
@@ -101,6 +102,7 @@ class Machine(MachineDrawing):
 
     def sheet(self, coordinates: bool, dimensions: bool, names: bool) -> Sheet:
         """Return the sheet with everything, drawn from the back to the front."""
+        scenery(self)
         rolling_planes(self)
         surfaces(self)
         ropes(self)
@@ -116,6 +118,7 @@ class Machine(MachineDrawing):
             mark_coordinates(self)
         if dimensions and self.view.planar:
             mark_dimensions(self)
+            mark_inclinations(self)
         ground_axes(self)
         gravity(self)
         if names:
@@ -154,7 +157,12 @@ class Machine(MachineDrawing):
         for name, (kind, parent, child, point) in self.joints.items():
             at = self.page(point)
             attributes = {"class_": f"joint {kind}", "data_joint": name}
-            if kind == "planar":  # no point of the body is held
+            if kind == "planar" and self._at_centre(name):
+                self.add(symbols.mass_centre(at), class_="mass-centre", data_body=child)
+            if kind == "planar" or not self._shows(parent, child):  # no point of a drawn body is held
+                continue
+            if name in self.idle:
+                self.add(symbols.mass_centre(at), **attributes)
                 continue
             if kind in ("slider", "cylindrical"):
                 if parent != "ground" or kind == "cylindrical" or not self.view.planar:
@@ -172,6 +180,23 @@ class Machine(MachineDrawing):
                 self.add([Line(square, Style(INK, 1.0, (), INK), True)], **attributes)
             else:
                 self.add(symbols.pin(at), **attributes)
+
+    def _at_centre(self, joint: str) -> bool:
+        """True if the coordinates of a joint are those of the mass centre of its body."""
+        place = self.model.joints[joint]
+        center = self.model.bodies[place.child].center
+        return (
+            self.view.planar
+            and place.child in self.drawn
+            and all(
+                float(self.now.state(a)) == float(self.now.state(b))
+                for a, b in zip(place.to, center, strict=True)
+            )
+        )
+
+    def _shows(self, *bodies: str) -> bool:
+        """True if any of these bodies is drawn."""
+        return any(body in self.drawn for body in bodies)
 
     def _shaft(self, name: str, at: Array, d: Array) -> list[Any]:
         """A hinge in space: its axis, and bearings if the axis is fixed in the ground."""
@@ -224,8 +249,8 @@ class Machine(MachineDrawing):
             if name in self.drawn:
                 self.labels.append((name.replace("_", " "), [(self._visible_point(name), None)], 10.5, INK))
         points: list[tuple[Array, list[str]]] = []
-        for name, (kind, _, _, point) in self.joints.items():
-            if kind == "planar":
+        for name, (kind, parent, child, point) in self.joints.items():
+            if kind == "planar" or not self._shows(parent, child):
                 continue
             at = self.page(point)
             together = next((names for q, names in points if float(np.linalg.norm(q - at)) < 1.0), None)

@@ -14,7 +14,7 @@ from ...symbolic.printing.display import latex
 from ..paper.palette import GREY, PALE
 from ..paper.sheet import Arrow, Line, Style, box_of
 from .machine_drawing import MachineDrawing
-from .measures import Measured, angle_of, dimensions_of
+from .measures import Measured, angle_of, dimensions_of, ground_dimensions
 
 Array = NDArray[np.float64]
 
@@ -67,19 +67,27 @@ def _slide(m: MachineDrawing, name: str, number: int, link: Link) -> None:
         start = end - 0.6 * m.wide * d
     side = np.array([-d[1], d[0]])
     choices = []
+    child = m.model.joints[name].child
+    # in a plane, beside the body: lines do not lead through it
+    edges = {
+        s: m.reach(child, end, s * side) if m.view.planar and child in m.drawn else 0.0 for s in (1.0, -1.0)
+    }
     for k, (sign, gap) in enumerate((s, g) for g in (24.0, 34.0, 46.0) for s in (1.0, -1.0)):
+        gap = max(gap, edges[sign] + gap - 10.0)
         line = np.array([start, end]) + sign * gap * side
         choices.append((m.placer.crowding(line) + 0.004 * gap + 0.001 * k, k, sign * gap * side))
     shift = min(choices, key=lambda choice: choice[:2])[2]
     out = shift / np.linalg.norm(shift)
+    edge = max(13.0, edges[float(np.sign(shift @ side))] + 3.0)
     items = [
-        Line(np.array([end + 13 * out, end + shift + 4 * out]), Style(GREY, 0.7)),
+        Line(np.array([end + edge * out, end + shift + 4 * out]), Style(GREY, 0.7)),
         Arrow(np.array([start, end]) + shift, Style(GREY, 0.9)),
     ]
     if far:
         items.append(Line(np.array([start, start - 22.0 * d]) + shift, Style(GREY, 0.9, (3.0, 3.0))))
     else:
-        items.append(Line(np.array([start + 3 * out, start + shift + 4 * out]), Style(GREY, 0.7)))
+        foot = max(3.0, float(np.linalg.norm(shift)) - 22.0)
+        items.append(Line(np.array([start + foot * out, start + shift + 4 * out]), Style(GREY, 0.7)))
     m.add(items, class_="coordinate", data_joint=name)
     m.labels.append((f"${tex}$", [((start + end) / 2 + shift, out)], 10.5, GREY))
 
@@ -148,6 +156,10 @@ def mark_dimensions(m: MachineDrawing) -> None:
             if tex in done and len(m.model.bodies) > 3:
                 continue
             done.add(tex)
+            _add_measures(m, [(group, tex, anchor)])
+    placer = m.placer.about([area for name in m.drawn for area in m.areas_of(name)])
+    for group, tex, anchor in ground_dimensions(m.e, m.now, m.view, m.scale, placer):
+        if tex not in done:
             _add_measures(m, [(group, tex, anchor)])
 
 

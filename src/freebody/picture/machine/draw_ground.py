@@ -18,9 +18,22 @@ from ..paper.palette import GREEN, GREY, INK
 from ..paper.sheet import Circle, Line, Style, arc
 from .configuration import NEAR
 from .machine_drawing import ROUND, MachineDrawing, fixed
-from .shapes import ropes_of
+from .outlines import outlines, polygon
+from .shapes import ropes_of, scenery_of
 
 Array = NDArray[np.float64]
+
+
+def scenery(m: MachineDrawing) -> None:
+    """Draw the solids fixed in the ground: cut by the page in a planar machine, in pale grey in space."""
+    pieces = scenery_of(m.model, m.now.state, m.wide / m.scale)
+    for piece in pieces:
+        fill = "#ffffff" if m.view.planar else "#e6e6e6"
+        items = outlines(piece, np.eye(3), np.zeros(3), m.view, m.scale, fill)
+        if m.view.planar:
+            areas = [area for item in items if (area := polygon(item)) is not None]
+            items = [part for area in areas for part in symbols.section(area)]
+        m.add(items, class_="scenery")
 
 
 def rolling_planes(m: MachineDrawing) -> None:
@@ -65,7 +78,10 @@ def surfaces(m: MachineDrawing) -> None:
             elif kind in ROUND and m.view.planar:
                 _wall_round(m, shape)
             elif kind == "point" and m.view.planar:  # an edge of the ground, seen along it
-                m.add(symbols.pin_on_ground(m.page(fixed(m, shape.components)), m.down), class_="plane")
+                at = m.page(fixed(m, shape.components))
+                m.labels.append((f"${latex_name(contact.name)}$", [(at, None)], 9.5, GREY))
+                if m.model.scenery is None:
+                    m.add(symbols.pin_on_ground(at, m.down), class_="plane")
 
 
 def feet(m: MachineDrawing) -> None:

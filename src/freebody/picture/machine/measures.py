@@ -11,8 +11,11 @@ import sympy
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
+from ...describe.contact_shapes import kind_of
+from ...model.closure import Closure
 from ...model.model import GROUND
 from ...scalar.algebra import Scalar, Vector
+from ...scalar.element import Polynomial
 from ...symbolic.equations import Equations
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
@@ -113,12 +116,92 @@ def dimensions_of(
     placer: Placer,
     center: bool = True,
 ) -> list[Measured]:
-    """Distances between points of a body along its length (with its mass centre), and the radius of a round body."""
+    """Distances between points of a body along its axes, and the radius of a round body.
+
+    With ``center``, the chain along the length has the mass centre as a point; otherwise it is one only beside points
+    of contact, unless it lies midway.
+    """
     result = _radius(e, now, view, scale, body, placer)
     points = _points_of(e, body)
-    if not center:
+    touched = _touched(e, body)
+    if center:
+        return result + _lengths(e, now, view, scale, body, placer, points, (_longest(e, now, points),))
+    if not touched or _shape(e, body) is None or _shape(e, body).kind == "slender_bar":
         del points["C"]
-    return result + _lengths(e, now, view, scale, body, placer, points)
+    for k in range(3):
+        if k != view.normal:
+            along = _without_midway(now, points | touched | _faces(e, body, k), k)
+            chain = _lengths(e, now, view, scale, body, placer, along, (k,))
+            for group, _, _ in chain:
+                for item in group.items:
+                    placer.line(item.points)
+            result += chain
+    return result
+
+
+def ground_dimensions(
+    e: Equations, now: Configuration, view: View, scale: float, placer: Placer
+) -> list[Measured]:
+    """Distances between the hinges and pivots that are fixed in the ground, along ground axes."""
+    fixed: dict[str, Vector] = {
+        name: joint.at
+        for name, joint in e.model.joints.items()
+        if joint.parent == "ground" and joint.type in ("hinge", "ball", "gimbal", "universal")
+    }
+    for name, closure in e.model.constraints.items():
+        if isinstance(closure, Closure) and closure.parent.is_ground and closure.type in ("hinge", "ball"):
+            fixed[name] = closure.at
+    axes = tuple(k for k in range(3) if k != view.normal)
+    return _lengths(e, now, view, scale, "ground", placer, fixed, axes) if len(fixed) > 1 else []
+
+
+def _longest(e: Equations, now: Configuration, points: dict[str, Vector]) -> int:
+    """Number of the body axis along which points lie farthest apart."""
+    values = np.array([[float(now.state(x)) for x in v] for v in points.values()])
+    return int(np.argmax(np.ptp(values, axis=0)))
+
+
+def _without_midway(now: Configuration, points: dict[str, Vector], k: int) -> dict[str, Vector]:
+    """The points without the mass centre, if it lies midway between its neighbours for all values of parameters."""
+    if "C" not in points:
+        return points
+    C = points["C"]
+    others = {
+        name: p
+        for name, p in points.items()
+        if any(sympy.expand(a - b) != 0 for a, b in zip(p, C, strict=True))
+    }
+    at = {name: float(now.state(p[k])) - float(now.state(C[k])) for name, p in others.items()}
+    below = [name for name in at if at[name] < 0]
+    above = [name for name in at if at[name] > 0]
+    if not below or not above:
+        return points
+    low, high = max(below, key=at.__getitem__), min(above, key=at.__getitem__)
+    return others if sympy.expand(others[low][k] + others[high][k] - 2 * C[k]) == 0 else points
+
+
+def _touched(e: Equations, body: str) -> dict[str, Vector]:
+    """Points of a body that touch, by the name of the contact."""
+    return {
+        contact.name: shape.components
+        for contact in e.model.contacts
+        for shape in (contact.feature, contact.surface)
+        if kind_of(shape) == "point" and shape.body.name == body
+    }
+
+
+def _faces(e: Equations, body: str, k: int) -> dict[str, Vector]:
+    """Middles of the two faces of a box across an axis, if their distance depends on parameters; in body axes."""
+    shape = _shape(e, body)
+    if shape is None or shape.kind != "box":
+        return {}
+    result: dict[str, Vector] = {}
+    edge = shape.dimensions[k][1]
+    if sympy.sympify(edge).free_symbols:
+        for sign in (-1, 1):
+            middle = sympy.Matrix(shape.center) + sympy.Matrix(shape.axes)[:, k] * edge * sign / 2
+            result[f"face {sign}"] = tuple(middle)
+    return result
 
 
 def _shape(e: Equations, body: str) -> Any:
@@ -133,7 +216,7 @@ def _points_of(e: Equations, body: str) -> dict[str, Vector]:
     for name, joint in model.joints.items():
         if joint.child == body and joint.type != "free":
             named[name] = joint.to
-        elif joint.parent == body:
+        elif joint.parent == body and joint.type not in ("free", "planar"):
             named[name] = joint.at
     for load in model.loads.values():
         for end in ("point", "start", "end"):
@@ -175,6 +258,8 @@ def _radius(
         line = np.array([middle, middle + r * np.array([math.cos(t), math.sin(t)])])
         choices.append((placer.crowding(line), j, line))
     line = min(choices, key=lambda choice: choice[:2])[2]
+    if e.model.parameters and not isinstance(e.state(radius), Polynomial):
+        return []
     tex = latex(e.state(radius), e.ring)
     group = Group([Arrow(line, Style(GREY, 0.8))], {"class": "dimension", "data-symbol": tex}, "radius")
     d = (line[1] - line[0]) / max(r, 1e-9)
@@ -189,14 +274,28 @@ def _lengths(
     body: str,
     placer: Placer,
     named: dict[str, Vector],
+    axes: Sequence[int],
 ) -> list[Measured]:
-    """One chain of dimensions, along the body axis on which the points lie farthest apart."""
+    """Chains of dimensions between points, one along each of these axes of a body (or of the ground)."""
+    return [measured for k in axes for measured in _chain(e, now, view, scale, body, placer, named, k)]
+
+
+def _chain(
+    e: Equations,
+    now: Configuration,
+    view: View,
+    scale: float,
+    body: str,
+    placer: Placer,
+    named: dict[str, Vector],
+    k: int,
+) -> list[Measured]:
+    """One chain of dimensions, along axis ``k`` of the body."""
     exact = {name: tuple(e.state(x) for x in v) for name, v in named.items()}
     points = {name: np.array([float(now.state(x)) for x in v]) for name, v in named.items()}
     if not points:
         return []
     span = np.ptp(np.array(list(points.values())), axis=0)
-    k = int(np.argmax(span))
     stops: list[str] = []
     for name in sorted(points, key=lambda name: float(points[name][k])):
         if not stops or (points[name][k] - points[stops[-1]][k]) * scale > 6.0:
@@ -219,7 +318,10 @@ def _lengths(
     _, _, normal, level = min(choices, key=lambda choice: choice[:2])
     result: list[Measured] = []
     for first, second, a, b in zip(stops, stops[1:], pages, pages[1:], strict=False):
-        tex = latex(exact[second][k] - exact[first][k], e.ring)
+        distance = exact[second][k] - exact[first][k]
+        if e.model.parameters and not isinstance(distance, Polynomial):
+            continue  # a number among parameters belongs to the look of a body
+        tex = latex(distance, e.ring)
         low, high = (q + (level - float(q @ normal)) * normal for q in (a, b))
         group = Group(
             [

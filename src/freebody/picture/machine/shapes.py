@@ -22,6 +22,7 @@ from ...describe.constraints.constraint import Rolling, Rope
 from ...describe.contact_shapes import Tether, kind_of
 from ...describe.frame import Point
 from ...describe.loads.load import Damper, Force, Spring
+from ...describe.looks import NOTHING
 from ...dynamics.state import State, float_state
 from ...errors import ModelError
 from ...model.closure import Closure
@@ -170,6 +171,22 @@ def colors(model: Model) -> dict[str, str]:
     return result
 
 
+def hidden(model: Model) -> set[str]:
+    """Names of the bodies that their descriptions do not want drawn."""
+    return {
+        name
+        for name, place in model.bodies.items()
+        if place.properties is not None
+        and place.properties.shape is not None
+        and place.properties.shape.kind == NOTHING
+    }
+
+
+def scenery_of(model: Model, state: State, size: float) -> list[Primitive]:
+    """Pieces of the scenery, in ground axes."""
+    return [] if model.scenery is None else _pieces(state, model.scenery, size)
+
+
 def fill_of(model: Model, body: str) -> str:
     """Fill of a body in a line drawing: a pale tone of the chosen colour, or the colour of its place in the model."""
     chosen = colors(model)
@@ -295,6 +312,8 @@ def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
     ModelError
         If a dimension is not positive and finite.
     """
+    if shape.kind == NOTHING:
+        return []
     if shape.kind == "compound":
         return [piece for part in shape.parts for piece in _pieces(state, part, size)]
     if shape.kind == "revolved":

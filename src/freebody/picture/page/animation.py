@@ -23,7 +23,7 @@ from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import Vector
 from ...space.quaternion import matrix_from_quaternion
-from ..machine.shapes import ROD, Primitive, axes_along, machine_size, rod, ropes_of, shapes
+from ..machine.shapes import ROD, Primitive, axes_along, hidden, machine_size, rod, ropes_of, shapes
 from ..moving.forces import Arrow
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes
 from ..moving.quantities import base64_floats, channels, charts
@@ -148,12 +148,12 @@ def _bodies(
 ) -> list[dict[str, Any]]:
     """Bodies with their parts and their motion."""
     pieces_of = shapes(model, trajectory.values, size)
-    pins = _pins(model, state, size)
+    pins, unseen = _pins(model, state, size), hidden(model)
     result = []
     for i, (name, place) in enumerate(model.bodies.items()):
         shape = place.properties.shape if place.properties is not None else None
         color = _rgb((shape.color if shape is not None else None) or SOLIDS[i % len(SOLIDS)])
-        pieces = [piece for piece in pieces_of[name] if not piece.hole]
+        pieces = [piece for piece in pieces_of[name] if not piece.hole and name not in unseen]
         result.append(
             {
                 "name": name,

@@ -62,6 +62,32 @@ def ball_on_ground(at: Array, down: Array) -> list[Any]:
     return [*pin_on_ground(at, down), Circle(at, 4.0, Style(INK, 1.1, (), INK))]
 
 
+def mass_centre(at: Array) -> list[Any]:
+    """The mass centre of a body that nothing holds: a circle with two of its quarters filled."""
+    quarters = [
+        Line(np.vstack([at, arc(at, 4.0, start, start + math.pi / 2)]), Style(None, fill=INK), True)
+        for start in (0.0, math.pi)
+    ]
+    return [Circle(at, 4.0, Style(INK, 1.0, (), "#ffffff")), *quarters]
+
+
+def section(corners: Array) -> list[Any]:
+    """A solid fixed in the ground, cut by the page: a convex polygon, hatched all over at 45 degrees."""
+    items: list[Any] = [Line(corners, Style(INK, 1.2, (), "#f2f2f2"), True)]
+    # lines x - y = c, each clipped to the polygon
+    along, across = np.array([1.0, 1.0]) / math.sqrt(2), np.array([1.0, -1.0]) / math.sqrt(2)
+    depth = corners @ across
+    for c in np.arange(float(depth.min()) + 3.5, float(depth.max()), 7.0):
+        meets = []
+        for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            u, v = float(a @ across) - c, float(b @ across) - c
+            if (u > 0) != (v > 0):
+                meets.append(float((a + (b - a) * u / (u - v)) @ along))
+        if len(meets) >= 2:
+            items.append(Line(np.array([c * across + s * along for s in (min(meets), max(meets))]), FINE))
+    return items
+
+
 def guide(at: Array, along: Array, reach: tuple[float, float], gap: float, side: float) -> list[Any]:
     """The hatched edge on which a block slides, at a distance ``gap`` from its middle."""
     normal = side * np.array([along[1], -along[0]])

@@ -21,9 +21,30 @@ import freebody as fb
 from ...tools.answer import Answer, Answers, Check, Plots, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import tube_between
 from ...tools.pictures import moments
 
 CURVE = {"psi": 0, "psi'": "v/R", "p'": "-v/r", "theta'": 0, "theta''": 0, "psi''": 0, "p''": 0}
+
+
+def look(r: Any, h: Any) -> fb.MassProperties:
+    """Return the machine as it is drawn, with its two wheels and the rider; it runs along y, its centre is the origin."""
+    rear, front = (0, -2 * h / 3 - r / 3, r - h), (0, 2 * h / 3 + r, r - h)
+    head, seat = (0, 2 * h / 3, h / 3), (0, -2 * h / 3, h / 6)
+    low, hips, neck = (0, 0, r - h), (0, -h / 3, h / 4), (0, 0, h)
+    thin = r / 8
+    return (
+        fb.torus(1, r - thin, thin, axis="x").moved(rear)
+        + fb.torus(1, r - thin, thin, axis="x").moved(front)
+        + tube_between(rear, low, thin)
+        + tube_between(rear, seat, thin)
+        + tube_between(low, head, thin)
+        + tube_between(head, front, thin)
+        + tube_between(seat, head, 2 * thin)
+        + tube_between(hips, neck, 2 * thin)
+        + tube_between(neck, head, thin)
+        + fb.sphere(1, h / 5).moved((0, h / 10, 6 * h / 5))
+    )
 
 
 def build() -> fb.System:
@@ -34,10 +55,11 @@ def build() -> fb.System:
     s.assume(spin > 0, r > 0, R > 0, h > 0, g > 0)
     s.gravity = (0, 0, -g)
     nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
-    carriage, frame = s.body("carriage", nothing), s.body("frame", nothing)
+    carriage = s.body("carriage", nothing, shape="nothing")
+    frame = s.body("frame", nothing, shape=look(r, h))
     # two thin hoops: the moment of inertia about a diameter is half
     inertia = ((2 * spin, 0, 0), (0, spin, 0), (0, 0, spin))
-    wheels = s.body("wheels", fb.MassProperties(m, (0, 0, 0), inertia), shape=fb.ring(1, r, axis="x"))
+    wheels = s.body("wheels", fb.MassProperties(m, (0, 0, 0), inertia), shape="nothing")
     s.hinge("turn", s.ground, carriage, axis="z", coordinate="psi")
     s.hinge("lean", carriage, frame, at=(R, 0, 0), axis=(0, -1, 0), coordinate="theta")
     s.hinge("axle", frame, wheels, axis="x", coordinate="p")

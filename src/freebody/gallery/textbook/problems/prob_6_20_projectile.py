@@ -8,6 +8,7 @@ ahead of C: its moment is overturning.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import freebody as fb
 
@@ -18,14 +19,25 @@ from ...tools.pictures import tip
 from ...tools.precession import least_spin, steady_rates, steady_root
 
 
+def look(h: Any) -> fb.MassProperties:
+    """Return the shell as it is drawn, with its tip along z."""
+    return fb.cylinder(1, h / 2, 3 * h).moved((0, 0, -h / 2)) + fb.cone(1, h / 2, 2 * h).moved(
+        (0, 0, 3 * h / 2)
+    )
+
+
 def shell_in(axis: str, angles: str) -> fb.System:
     """Return a symmetric body on a gimbal at its mass centre, with the drag along -Z; its mass has no effect."""
     s = fb.System("projectile")
     D, h, I_T, I_S = s.parameters(D=150.0, h=0.03, I_T=3.0e-4, I_S=4.5e-5)
     s.parameters(alpha="3deg", Omega=2500.0)
     s.assume(D > 0, h > 0, I_T > 0, I_S > 0)
-    shell = s.body("shell", fb.MassProperties(1, (0, 0, 0), ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))))
-    s.gimbal("C", s.ground, shell, axis=axis, coordinate=angles)
+    inertia = ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))
+    shell = s.body("shell", fb.MassProperties(1, (0, 0, 0), inertia), shape=look(h))
+    nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
+    flight = s.body("flight", nothing, shape="nothing")  # moves with C, at the constant velocity
+    s.weld("moving", s.ground, flight)
+    s.gimbal("C", flight, shell, axis=axis, coordinate=angles)
     s.force("drag", shell.point(0, 0, h), (0, 0, -D))
     explain(
         s,

@@ -8,6 +8,7 @@ the rim is a point of the car, which therefore moves backwards while this force 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import sympy
 
@@ -16,9 +17,19 @@ import freebody as fb
 from ...tools.answer import Answer, Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import box_between, wheel
 
 LEVEL = {"theta": 0, "theta'": 0}
 WHEELS = ("front", "rear")
+
+
+def look(span: Any, h: Any) -> fb.MassProperties:
+    """Return the car as it is drawn: it hangs from two wheels that run on top of the cable."""
+    r = h / 6
+    shape = box_between((-3 * span / 5, -h / 2, 0), (3 * span / 5, h / 2, 0))
+    for x in (span / 2, -span / 2):
+        shape = wheel(r, (x, h + r, 0)) + box_between((x - r / 3, h / 2, 0), (x + r / 3, h + r, 0)) + shape
+    return shape
 
 
 def build(driven: str = "front") -> fb.System:
@@ -26,7 +37,7 @@ def build(driven: str = "front") -> fb.System:
     s = fb.System("monorail")
     m, span, h, mu, g = s.parameters(m=2000.0, l=4.0, h=1.5, mu=0.5, g=9.81)
     s.gravity = (0, -g, 0)
-    car = s.body("car", fb.box(m, (span, h, h)))
+    car = s.body("car", fb.box(m, (span, h, h)), shape=look(span, h))
     s.planar("plane", s.ground, car, at=(0, -h, 0), coordinate="x y theta")
     for name, x in (("front", span / 2), ("rear", -span / 2)):
         s.contact(name, car.point(x, h, 0), s.ground.plane(), friction=mu if name == driven else 0)
