@@ -41,7 +41,9 @@ def drawn_as(mass: MassProperties, shape: Any, color: Any, name: str) -> MassPro
     """
     if shape is not None:
         hidden = isinstance(shape, str) and shape == NOTHING
-        mass = replace(mass, shape=Shape(NOTHING) if hidden else solid_of(shape, f"shape= of body '{name}'"))
+        solid = Shape(NOTHING) if hidden else solid_of(shape, f"shape= of body '{name}'")
+        parts = tuple(replace(part, look=True) for part in solid.parts)
+        mass = replace(mass, shape=replace(solid, look=True, parts=parts))
     if color is not None:
         if not isinstance(color, str) or not re.fullmatch(r"#[0-9A-Fa-f]{6}", color):
             raise ModelError(

@@ -151,6 +151,7 @@ TURNTABLE = Entry(
     until=10.0,
     positive=("g", "mu"),
     start={"x": "x_0", "y'": "v_0"},
+    drawn={"x": 0.3, "y": 0.1},
     bodies=("ball",),
     modes={"top": "stick"},
     fixed_values={**ALIGNED, "turn_x": 0, "turn_y": 0, "turn_z": 0},

@@ -21,7 +21,7 @@ from ..paper.sheet import Group, Line, Sheet, Style
 from ..paper.view import view_of
 from .configuration import configuration, equations_at
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
-from .draw_forces import gravity, loads, springs
+from .draw_forces import gravity, impulses, loads, springs
 from .draw_ground import feet, gears, guides, rolling_planes, ropes, scenery, surfaces
 from .inclinations import mark_inclinations
 from .machine_drawing import WIDE, MachineDrawing
@@ -45,6 +45,7 @@ def draw(
     dimensions: bool = True,
     names: bool = True,
     axonometric: bool = False,
+    impulses: Mapping[str, Any] | None = None,
 ) -> Drawing:
     """Draw a machine: bodies, joints, springs, loads, coordinates, axes.
 
@@ -69,6 +70,9 @@ def draw(
         Show the coordinates, the lengths, and the names of bodies and joints.
     axonometric : bool
         Draw a planar machine in the axonometric view, too.
+    impulses : mapping, optional
+        Blows to show, by name: (point of a body, three components in ground axes), as :func:`freebody.impulse` takes
+        them.
 
     Returns
     -------
@@ -94,13 +98,13 @@ def draw(
     now = configuration(e.model, at, trajectory=trajectory, values=values, near=near)
     view = view_of(e.model, e, now.values, axonometric)
     maker = Machine(e, now, view)
-    return Drawing(maker.sheet(coordinates, dimensions, names))
+    return Drawing(maker.sheet(coordinates, dimensions, names, impulses or {}))
 
 
 class Machine(MachineDrawing):
     """Draws one machine in one configuration."""
 
-    def sheet(self, coordinates: bool, dimensions: bool, names: bool) -> Sheet:
+    def sheet(self, coordinates: bool, dimensions: bool, names: bool, blows: Mapping[str, Any]) -> Sheet:
         """Return the sheet with everything, drawn from the back to the front."""
         scenery(self)
         rolling_planes(self)
@@ -114,11 +118,13 @@ class Machine(MachineDrawing):
         self._joint_symbols()
         springs(self)
         loads(self)
+        impulses(self, blows)
         if coordinates:
             mark_coordinates(self)
-        if dimensions and self.view.planar:
+        if dimensions:
             mark_dimensions(self)
-            mark_inclinations(self)
+            if self.view.planar:
+                mark_inclinations(self)
         ground_axes(self)
         gravity(self)
         if names:
@@ -211,7 +217,7 @@ class Machine(MachineDrawing):
         items: list[Any] = [Line(np.array(ends), Style(INK, 0.9, (9.0, 2.0, 1.5, 2.0)))]
         for end, side in zip(ends, (1.0, -1.0), strict=True):
             items += symbols.bearing(end - 6.0 * side * d, d, self.down) if on_ground else []
-        return [*items, *symbols.pin(at)]
+        return items if on_ground else [*items, *symbols.pin(at)]
 
     def along(self, body: str, at: Array, d: Array) -> float:
         """Distance from a point at which the line in a direction leaves a body [pt]."""

@@ -15,6 +15,7 @@ from ..paper.palette import GREY, PALE
 from ..paper.sheet import Arrow, Line, Style, box_of
 from .machine_drawing import MachineDrawing
 from .measures import Measured, angle_of, dimensions_of, ground_dimensions
+from .space_dimensions import mark_tilts, space_dimensions
 
 Array = NDArray[np.float64]
 
@@ -112,6 +113,10 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     before = _about(n, -value) @ r
     point = m.joints[name][3]
     at = m.page(point)
+    box = np.array([m.page(q) for q in m.extent()])
+    if float(np.abs(at - box.mean(axis=0)).max()) > 2 * m.wide:
+        _far_axis(m, name, at, box)
+        return
     # arcs about one point have increasing radii
     concentric = sum(float(np.linalg.norm(at - q)) < 1.0 for q in m.arcs)
     m.arcs.append(at)
@@ -133,6 +138,22 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     m.labels.append((f"${latex(exact, m.e.ring)}$", [(middle, out)], 10.5, GREY))
 
 
+def _far_axis(m: MachineDrawing, name: str, at: Array, box: Array) -> None:
+    """Draw the way to the distant axis of a hidden frame that carries the machine, with its length."""
+    child = m.model.joints[name].child
+    for key, joint in m.model.joints.items():
+        distances = [m.e.state(x) for x in joint.at if x != 0]
+        if joint.parent != child or len(distances) != 1:
+            continue
+        start = m.page(m.joints[key][3])
+        d = (at - start) / np.linalg.norm(at - start)
+        reach = max(float(((q - start) @ d)) for q in box) + 14.0
+        line = np.array([start + reach * d, start + (reach + 52.0) * d])
+        items = [Line(np.array([start, line[0]]), Style(GREY, 0.7, (3.0, 3.0))), Arrow(line, Style(GREY, 0.9))]
+        m.add(items, class_="dimension", data_joint=name)
+        m.labels.append((f"${latex(distances[0], m.e.ring)}$", [(line[1], d)], 10.5, GREY))
+
+
 def _body_axes(m: MachineDrawing, body: str) -> None:
     """Draw the axes of a body that turns freely, as 1, 2, 3."""
     R, p = m.now.posture(body)
@@ -148,15 +169,23 @@ def _body_axes(m: MachineDrawing, body: str) -> None:
 
 
 def mark_dimensions(m: MachineDrawing) -> None:
-    """Draw the dimensions of the bodies; in a machine of more than three bodies, each expression once."""
+    """Draw the dimensions of the bodies; in space and in a machine of more than three bodies, each expression once."""
     done: set[str] = set()
+    once = len(m.model.bodies) > 3 or not m.view.planar
     for name in m.model.bodies:
-        placer = m.placer.about(m.areas_of(name))
-        for group, tex, anchor in dimensions_of(m.e, m.now, m.view, m.scale, name, placer, center=False):
-            if tex in done and len(m.model.bodies) > 3:
+        if m.view.planar:
+            placer = m.placer.about(m.areas_of(name))
+            measures = dimensions_of(m.e, m.now, m.view, m.scale, name, placer, center=False)
+        else:
+            measures = space_dimensions(m, name) if name in m.drawn else []
+        for group, tex, anchor in measures:
+            if tex in done and once:
                 continue
             done.add(tex)
             _add_measures(m, [(group, tex, anchor)])
+    if not m.view.planar:
+        mark_tilts(m)
+        return
     placer = m.placer.about([area for name in m.drawn for area in m.areas_of(name)])
     for group, tex, anchor in ground_dimensions(m.e, m.now, m.view, m.scale, placer):
         if tex not in done:

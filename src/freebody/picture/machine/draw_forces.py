@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...describe.description import vector
 from ...describe.loads.load import Damper, Force, JointDamper, JointForce, JointSpring, Spring, Torque
 from ...scalar.algebra import Expression
+from ...errors import ModelError, shown
 from ...symbolic.printing.display import latex
+from ...symbolic.printing.latex import latex_name
 from ..paper import symbols
 from ..paper.palette import INK, VERMILLION
 from ..paper.sheet import Arrow, Style, arc, box_of
@@ -144,6 +148,31 @@ def _load(m: MachineDrawing, mark: Mark, style: Style) -> tuple[Array, Array]:
         far = points[len(points) // 2]
     out = far - at
     return far, out / max(float(np.linalg.norm(out)), 1e-9)
+
+
+def impulses(m: MachineDrawing, blows: Mapping[str, Any]) -> None:
+    """Draw blows: an open arrow whose tip is at the point that is struck, labelled with a hat.
+
+    Raises
+    ------
+    ModelError
+        If the point is not a point of the machine, or the impulse is zero there.
+    """
+    for name, (point, components) in blows.items():
+        body = getattr(getattr(point, "body", None), "name", None)
+        if body not in m.model.bodies:
+            raise ModelError(
+                f"Expected a point of a body of '{m.model.name}' for the impulse '{name}', got {shown(point)}."
+            )
+        system = point.body.system
+        v = np.array([float(m.now.state(x)) for x in vector(system, components, f"the impulse '{name}'")])
+        at, d = m.page(m.now.point(point)), m.view(v)
+        if not d.any():
+            raise ModelError(f"Expected an impulse '{name}' that the drawing can show, got zero in its view.")
+        d = d / np.linalg.norm(d)
+        arrow = Arrow(np.array([at - 1.2 * FORCE * d, at]), Style(VERMILLION, 1.8), "open")
+        m.add([arrow], class_="impulse", data_load=name)
+        m.labels.append((rf"$\hat{{{latex_name(name)}}}$", [(at - 1.2 * FORCE * d, -d)], 11.0, VERMILLION))
 
 
 def gravity(m: MachineDrawing) -> None:

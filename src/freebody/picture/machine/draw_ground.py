@@ -12,10 +12,13 @@ from ...describe.constraints.constraint import Gear, Rolling
 from ...describe.contact_shapes import kind_of
 from ...dynamics.constraints import _arm
 from ...dynamics.contact import touches
+from ...scalar.element import Polynomial
+from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name
 from ..paper import symbols
 from ..paper.palette import GREEN, GREY, INK
-from ..paper.sheet import Circle, Line, Style, arc
+from ..paper.placing import inside, sampled
+from ..paper.sheet import Arrow, Circle, Line, Style, arc
 from .configuration import NEAR
 from .machine_drawing import ROUND, MachineDrawing, fixed
 from .outlines import outlines, polygon
@@ -137,6 +140,21 @@ def _wall_round(m: MachineDrawing, shape: Any) -> None:
         foot = center + r * d
         items.append(Line(np.array([foot, foot + 5.0 * (sign * d + np.array([-d[1], d[0]]))]), symbols.FINE))
     m.add(items, class_="plane")
+    radius = m.e.state(shape.radius)
+    if not isinstance(radius, Polynomial):
+        return
+    choices = []
+    for k in range(12):
+        t = math.radians(30 * k + 10)
+        d = np.array([math.cos(t), math.sin(t)])
+        areas = [area for name in m.drawn for area in m.areas_of(name)]
+        clear = 20.0 * sum(inside(area, sampled(np.array([center, center + r * d]), 4.0)).any() for area in areas)
+        choices.append((clear + abs(d[0] - d[1]), k, d))
+    d = min(choices, key=lambda choice: choice[:2])[2]
+    line = np.array([center, center + r * d])
+    tex = latex(radius, m.e.ring)
+    m.add([Arrow(line, Style(GREY, 0.8))], class_="dimension", data_symbol=tex)
+    m.labels.append((f"${tex}$", [(line.mean(axis=0), np.array([-d[1], d[0]]))], 10.5, GREY))
 
 
 def guides(m: MachineDrawing) -> None:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from ...describe.contact_shapes import kind_of
 from ...describe.loads.load import Force
+from ...dynamics.kinematics import rotation
+from ...scalar.algebra import apply
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
 from ..paper.sheet import Arrow, Line, Style, arc
@@ -57,10 +59,30 @@ def mark_inclinations(m: MachineDrawing) -> None:
                 drawn.append(shape)
                 n = shape.normal
                 _mark(m, _low_end(m, shape), (n[up], -n[across]) if n[up] != 0 else (n[across], 0))
+    for name in m.drawn:
+        _leaning(m, name, across, up)
     for name, load in m.model.loads.items():
         if isinstance(load, Force) and load.frame.is_ground:
             v = load.components
             _mark(m, _tail(m, name), (v[across], v[up]))
+
+
+def _leaning(m: MachineDrawing, name: str, across: int, up: int) -> None:
+    """Draw the angle from the horizontal of a bar that leans at zero coordinates, if it is drawn there."""
+    place = m.model.bodies[name]
+    shape = place.properties.shape if place.properties is not None else None
+    if shape is None or shape.kind != "slender_bar" or shape.parts:
+        return
+    zero = {c.symbol: 0 for c in m.model.coordinates}
+    turned = apply(rotation(m.model, m.e.state, place.link), apply(shape.axes, shape.axis))
+    direction = [sympy.sympify(m.e.sympy(x)).subs(zero) for x in turned]
+    numbers = np.array([float(m.now.state(x)) for x in direction])
+    R, p = m.now.posture(name)
+    piece = m.pieces[name][0]
+    if abs(float(numbers @ (R @ piece.axis))) < 1 - 1e-9:
+        return
+    ends = m.page([p + R @ (piece.center + s * piece["length"] / 2 * piece.axis) for s in (1, -1)])
+    _mark(m, min(ends, key=lambda q: float(q[1])), (direction[across], direction[up]))
 
 
 def _low_end(m: MachineDrawing, shape: Any) -> Array | None:

@@ -23,12 +23,13 @@ from ..paper.placing import Placer
 from ..paper.sheet import Arrow, Group, Line, Style, arc
 from ..paper.view import View
 from .configuration import Configuration
-from .shapes import Primitive, attachments, holds
+from .shapes import Primitive, attachments, hidden, holds
 
 Array = NDArray[np.float64]
 
 THIN = Style(GREY, 0.7)
 DASHED = Style(GREY, 0.7, (4.0, 2.5))
+CENTRE_LINE = Style(GREY, 0.7, (8.0, 2.0, 1.5, 2.0))
 
 ROUND = ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube")
 """Kinds of solids that have a radius."""
@@ -97,8 +98,9 @@ def angle_of(
     radius = min(34.0, 0.62 * reach[far])
     reference = np.array([start, start + (radius + 14.0) * np.array([math.cos(zero), math.sin(zero)])])
     swept = arc(start, radius, zero, now_at)
+    axis = [Line(np.array([start, ends[far]]), CENTRE_LINE)] if body in hidden(model) else []
     group = Group(
-        [Line(reference, DASHED), Arrow(swept, Style(GREY, 0.8), "full")],
+        [*axis, Line(reference, DASHED), Arrow(swept, Style(GREY, 0.8), "full")],
         {"class": "angle", "data-symbol": shown},
         f"angle of {body}",
     )
@@ -118,24 +120,26 @@ def dimensions_of(
 ) -> list[Measured]:
     """Distances between points of a body along its axes, and the radius of a round body.
 
-    With ``center``, the chain along the length has the mass centre as a point; otherwise it is one only beside points
-    of contact, unless it lies midway.
+    With ``center``, the chain along the length has the mass centre as a point; otherwise in both chains, except on
+    a bar, and where it lies midway.
     """
     result = _radius(e, now, view, scale, body, placer)
-    points = _points_of(e, body)
+    points = named_points(e, body)
     touched = _touched(e, body)
     if center:
         return result + _lengths(e, now, view, scale, body, placer, points, (_longest(e, now, points),))
-    if not touched or _shape(e, body) is None or _shape(e, body).kind == "slender_bar":
+    if _shape(e, body) is not None and _shape(e, body).kind == "slender_bar":
         del points["C"]
+    shown = {tex for _, tex, _ in result}
     for k in range(3):
         if k != view.normal:
-            along = _without_midway(now, points | touched | _faces(e, body, k), k)
+            along = _without_midway(e, now, points | touched | _faces(e, body, k), k)
             chain = _lengths(e, now, view, scale, body, placer, along, (k,))
-            for group, _, _ in chain:
-                for item in group.items:
+            # the distance of a rim from its centre is the radius
+            for measured in (measured for measured in chain if measured[1] not in shown):
+                for item in measured[0].items:
                     placer.line(item.points)
-            result += chain
+                result.append(measured)
     return result
 
 
@@ -161,23 +165,27 @@ def _longest(e: Equations, now: Configuration, points: dict[str, Vector]) -> int
     return int(np.argmax(np.ptp(values, axis=0)))
 
 
-def _without_midway(now: Configuration, points: dict[str, Vector], k: int) -> dict[str, Vector]:
-    """The points without the mass centre, if it lies midway between its neighbours for all values of parameters."""
-    if "C" not in points:
-        return points
-    C = points["C"]
-    others = {
-        name: p
-        for name, p in points.items()
-        if any(sympy.expand(a - b) != 0 for a, b in zip(p, C, strict=True))
-    }
-    at = {name: float(now.state(p[k])) - float(now.state(C[k])) for name, p in others.items()}
-    below = [name for name in at if at[name] < 0]
-    above = [name for name in at if at[name] > 0]
-    if not below or not above:
-        return points
-    low, high = max(below, key=at.__getitem__), min(above, key=at.__getitem__)
-    return others if sympy.expand(others[low][k] + others[high][k] - 2 * C[k]) == 0 else points
+def _without_midway(
+    e: Equations, now: Configuration, points: dict[str, Vector], k: int
+) -> dict[str, Vector]:
+    """The points without those that lie midway between their neighbours for all values of the parameters.
+
+    Only the mass centre, and points that a planar joint gives coordinates, are left out.
+    """
+    movable = {name for name, joint in e.model.joints.items() if joint.type == "planar"} | {"C"}
+    for name in sorted(movable & set(points)):
+        if name not in points:
+            continue
+        p = points[name]
+        at = {key: float(now.state(q[k])) - float(now.state(p[k])) for key, q in points.items()}
+        here = [key for key in at if sympy.expand(points[key][k] - p[k]) == 0]
+        below = [key for key in at if at[key] < 0 and key not in here]
+        above = [key for key in at if at[key] > 0 and key not in here]
+        if set(here) <= movable and below and above:
+            low, high = max(below, key=at.__getitem__), min(above, key=at.__getitem__)
+            if sympy.expand(points[low][k] + points[high][k] - 2 * p[k]) == 0:
+                points = {key: q for key, q in points.items() if key not in here}
+    return points
 
 
 def _touched(e: Equations, body: str) -> dict[str, Vector]:
@@ -209,7 +217,7 @@ def _shape(e: Equations, body: str) -> Any:
     return None if properties is None else properties.shape
 
 
-def _points_of(e: Equations, body: str) -> dict[str, Vector]:
+def named_points(e: Equations, body: str) -> dict[str, Vector]:
     """Points of joints, loads and constraints on a body, and the ends of a bar: expressions in body axes, by name."""
     model = e.model
     named: dict[str, Vector] = {"C": model.bodies[body].center}
@@ -277,10 +285,15 @@ def _lengths(
     axes: Sequence[int],
 ) -> list[Measured]:
     """Chains of dimensions between points, one along each of these axes of a body (or of the ground)."""
-    return [measured for k in axes for measured in _chain(e, now, view, scale, body, placer, named, k)]
+    return [measured for k in axes for measured in chain(e, now, view, scale, body, placer, named, k)]
 
 
-def _chain(
+def _has_number(e: Equations, distance: Scalar) -> bool:
+    """True if a distance is a number, or the sum of a number and others."""
+    return not isinstance(distance, Polynomial) or bool(e.sympy(distance).expand().as_coeff_Add()[0] != 0)
+
+
+def chain(
     e: Equations,
     now: Configuration,
     view: View,
@@ -319,8 +332,8 @@ def _chain(
     result: list[Measured] = []
     for first, second, a, b in zip(stops, stops[1:], pages, pages[1:], strict=False):
         distance = exact[second][k] - exact[first][k]
-        if e.model.parameters and not isinstance(distance, Polynomial):
-            continue  # a number among parameters belongs to the look of a body
+        if e.model.parameters and _has_number(e, distance):
+            continue  # a number among parameters belongs to the look of a body, or to data that have no symbol
         tex = latex(distance, e.ring)
         low, high = (q + (level - float(q @ normal)) * normal for q in (a, b))
         group = Group(

@@ -279,12 +279,16 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
 
 
 def _bridges(solid: list[Primitive], size: float) -> list[Primitive]:
-    """Rods between the particles of a body and its next pieces."""
-    return [
-        rod(a.middle, b.middle, ROD * size)
-        for a, b in zip(solid, solid[1:], strict=False)
-        if "particle" in (a.kind, b.kind) and not holds(a, b.middle, 0.02 * size)
-    ]
+    """Rods between the particles of a body and its next pieces, each piece held once."""
+    rods: list[Primitive] = []
+    for a, b in zip(solid, solid[1:], strict=False):
+        through = np.linspace(0.0, 1.0, 41)
+        passed = [r.center + (2 * t - 1) * r["length"] / 2 * r.axis for r in rods for t in through]
+        if "particle" not in (a.kind, b.kind) or holds(a, b.middle, 0.02 * size):
+            continue
+        if not any(holds(b, q, 0.02 * size) for q in passed):  # a rod through the next piece holds it already
+            rods.append(rod(a.middle, b.middle, ROD * size))
+    return rods
 
 
 def _nearest(piece: Primitive, point: Array) -> Array:

@@ -140,6 +140,7 @@ BOARD_ON_TRUCK = Entry(
     solve,
     until=0.4,
     positive=("mu", "g"),
+    drawn={"x": 0, "y": 0, "theta": 0},
     bodies=("board",),
     modes={"floor": "stick", "wall": "slip"},
 )

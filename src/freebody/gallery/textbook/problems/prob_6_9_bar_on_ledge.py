@@ -123,6 +123,7 @@ BAR_ON_LEDGE = Entry(
     solve,
     until=0.6,
     positive=("g",),
+    drawn={"phi": "-15deg"},
     modes={"O": "stick"},
     fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )
