@@ -20,10 +20,11 @@ import sympy
 import freebody as fb
 
 from ...scalar.digits import significant
+from ...space.shape import Shape
 from ..tools.answer import Answer, Answers, Plots, Solved
 from ..tools.case import Case, explain
 from ..tools.entry import Entry
-from ..tools.looks import tube_between
+from ..tools.looks import placed, rim, together, tube_between
 
 LEAN_AND_STEER = ("air_rx", "delta", "rear")
 """Independent small motions: lean, steer, and the rotation of the rear wheel, which is the forward motion."""
@@ -32,7 +33,7 @@ KICK = {"air_vx": "v", "rear'": "-v/r_R", "air_wx": "kick"}
 """Straight running at the speed v with a rate of lean; the contacts determine all other speeds."""
 
 
-def look(w: Any, c: Any, lam: Any, r_R: Any, r_F: Any) -> dict[str, fb.MassProperties]:
+def look(w: Any, c: Any, lam: Any, r_R: Any, r_F: Any) -> dict[str, Shape]:
     """Return the parts as they are drawn: two rims, a frame of tubes with a saddle, a fork with a handlebar."""
 
     def steering(height: Any) -> tuple[Any, Any, Any]:
@@ -41,17 +42,15 @@ def look(w: Any, c: Any, lam: Any, r_R: Any, r_F: Any) -> dict[str, fb.MassPrope
     thin = r_R / 16
     hub, cranks, saddle = (0, 0, -r_R), (2 * w / 5, 0, -r_R), (w / 5, 0, -3 * r_R)
     low, high, grip = steering(2 * r_F), steering(13 * r_F / 5), steering(3 * r_F)
-    frame = tube_between(hub, cranks, thin)
-    for start, end in ((hub, saddle), (cranks, saddle), (cranks, low), (saddle, high), (low, high)):
-        frame = frame + tube_between(start, end, thin)
-    frame = frame + fb.box(1, (r_R / 2, r_R / 4, r_R / 8)).moved((w / 5, 0, -25 * r_R / 8))
+    tubes = ((hub, cranks), (hub, saddle), (cranks, saddle), (cranks, low), (saddle, high), (low, high))
+    seat = placed(fb.box(1, (r_R / 2, r_R / 4, r_R / 8)), (w / 5, 0, -25 * r_R / 8))
     bar = [(grip[0] - r_F / 6, side * r_F * 3 / 5, grip[2]) for side in (1, -1)]
-    fork = tube_between((w, 0, -r_F), low, thin) + tube_between(low, grip, thin) + tube_between(*bar, thin)
+    fork = (((w, 0, -r_F), low), (low, grip), bar)
     return {
-        "rear": fb.torus(1, r_R - thin, thin, axis="y"),
-        "front": fb.torus(1, r_F - thin, thin, axis="y"),
-        "frame": frame,
-        "fork": fork,
+        "rear": rim(r_R, thin, (0, 0, 0), "y"),
+        "front": rim(r_F, thin, (0, 0, 0), "y"),
+        "frame": together(*(tube_between(*ends, thin) for ends in tubes), seat),
+        "fork": together(*(tube_between(*ends, thin) for ends in fork)),
     }
 
 

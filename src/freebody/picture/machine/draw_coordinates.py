@@ -147,9 +147,12 @@ def _far_axis(m: MachineDrawing, name: str, at: Array, box: Array) -> None:
             continue
         start = m.page(m.joints[key][3])
         d = (at - start) / np.linalg.norm(at - start)
-        reach = max(float(((q - start) @ d)) for q in box) + 14.0
+        reach = max(float((q - start) @ d) for q in box) + 14.0
         line = np.array([start + reach * d, start + (reach + 52.0) * d])
-        items = [Line(np.array([start, line[0]]), Style(GREY, 0.7, (3.0, 3.0))), Arrow(line, Style(GREY, 0.9))]
+        items = [
+            Line(np.array([start, line[0]]), Style(GREY, 0.7, (3.0, 3.0))),
+            Arrow(line, Style(GREY, 0.9)),
+        ]
         m.add(items, class_="dimension", data_joint=name)
         m.labels.append((f"${latex(distances[0], m.e.ring)}$", [(line[1], d)], 10.5, GREY))
 

@@ -148,7 +148,9 @@ def _wall_round(m: MachineDrawing, shape: Any) -> None:
         t = math.radians(30 * k + 10)
         d = np.array([math.cos(t), math.sin(t)])
         areas = [area for name in m.drawn for area in m.areas_of(name)]
-        clear = 20.0 * sum(inside(area, sampled(np.array([center, center + r * d]), 4.0)).any() for area in areas)
+        clear = 20.0 * sum(
+            inside(area, sampled(np.array([center, center + r * d]), 4.0)).any() for area in areas
+        )
         choices.append((clear + abs(d[0] - d[1]), k, d))
     d = min(choices, key=lambda choice: choice[:2])[2]
     line = np.array([center, center + r * d])
@@ -173,8 +175,9 @@ def guides(m: MachineDrawing) -> None:
         base = m.page(m.now.place("ground", m.model.joints[name].at)) if name in m.model.joints else at
         s = sorted((0.0, float((base - at) @ d)))
         gap = m.reach(child, at, np.array([d[1], -d[0]]))
-        # a guide does not reach all the way to a distant origin
-        reach = (max(s[0] - 34.0, -110.0), min(s[1] + 34.0, 110.0))
+        # a guide does not reach all the way to a distant origin, but under the whole body
+        ends = [m.reach(child, at, sign * d) + 14.0 for sign in (-1.0, 1.0)]
+        reach = (min(max(s[0] - 34.0, -110.0), -ends[0]), max(min(s[1] + 34.0, 110.0), ends[1]))
         items = symbols.guide(at, d, reach, gap, 1.0)
         m.add(items, class_="joint slider", data_joint=name)
 

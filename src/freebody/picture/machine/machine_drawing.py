@@ -93,7 +93,7 @@ class MachineDrawing:
     def _back_to_front(self) -> list[str]:
         """Names of the bodies in drawing order: in space the far ones first, at equal depth the large ones first.
 
-        Hidden bodies are not drawn, nor in space a body without mass or extent between two primitive motions of a joint.
+        Hidden bodies are not drawn, nor in space a body without mass or extent between two motions of a joint.
         """
 
         def order(name: str) -> tuple[float, float]:

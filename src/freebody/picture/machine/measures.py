@@ -165,9 +165,7 @@ def _longest(e: Equations, now: Configuration, points: dict[str, Vector]) -> int
     return int(np.argmax(np.ptp(values, axis=0)))
 
 
-def _without_midway(
-    e: Equations, now: Configuration, points: dict[str, Vector], k: int
-) -> dict[str, Vector]:
+def _without_midway(e: Equations, now: Configuration, points: dict[str, Vector], k: int) -> dict[str, Vector]:
     """The points without those that lie midway between their neighbours for all values of the parameters.
 
     Only the mass centre, and points that a planar joint gives coordinates, are left out.
@@ -325,8 +323,15 @@ def chain(
         edge = max((float((area @ normal).max()) for area in placer.areas), default=0.0)
         for gap in (24.0, 36.0, 48.0):
             line = np.array([q + (edge + gap - float(q @ normal)) * normal for q in (pages[0], pages[-1])])
-            # better below than above
-            cost = placer.crowding(line) + 0.1 * float(normal[1] > 0) + 0.003 * gap + 0.001 * rank
+            leads = [np.array([q + 7 * normal, p]) for q, p in zip((pages[0], pages[-1]), line, strict=True)]
+            # better below than above, and no lines through the body
+            cost = (
+                0.5 * sum(map(placer.crowding, leads))
+                + placer.crowding(line)
+                + 0.1 * float(normal[1] > 0)
+                + 0.003 * gap
+                + 0.001 * rank
+            )
             choices.append((cost, len(choices), normal, edge + gap))
     _, _, normal, level = min(choices, key=lambda choice: choice[:2])
     result: list[Measured] = []

@@ -41,7 +41,7 @@ def space_dimensions(m: MachineDrawing, name: str) -> list[Measured]:
     points = {key: p for key, p in named_points(m.e, name).items() if not key.startswith("end ")}
     result += _dumbbell(m, name, solid)
     for k in range(3):
-        along = _ends(m, solid, k) or points
+        along = _ends(m, name, solid, k) or points
         if len(along) > 1:
             placer = m.placer.about(m.areas_of(name))
             result += chain(m.e, m.now, m.view, m.scale, name, placer, along, k)
@@ -62,9 +62,13 @@ def _dumbbell(m: MachineDrawing, name: str, shape: Shape | None) -> list[Measure
     side = min((24.0, -24.0), key=lambda gap: m.placer.crowding(np.array(ends) + gap * n))
     line = np.array(ends) + side * n
     out = n * np.sign(side)
-    leads = [Line(np.array([p + 11 * out, q + 4 * out]), Style(GREY, 0.7)) for p, q in zip(ends, line, strict=True)]
+    leads = [
+        Line(np.array([p + 11 * out, q + 4 * out]), Style(GREY, 0.7)) for p, q in zip(ends, line, strict=True)
+    ]
     group = Group(
-        [*leads, Arrow(line, Style(GREY, 0.8), "both")], {"class": "dimension", "data-symbol": tex}, "distance"
+        [*leads, Arrow(line, Style(GREY, 0.8), "both")],
+        {"class": "dimension", "data-symbol": tex},
+        "distance",
     )
     return [(group, f"${tex}$", (line.mean(axis=0), out))]
 
@@ -73,13 +77,16 @@ def _leaves(shape: Shape | None) -> tuple[Shape, ...]:
     return () if shape is None else shape.parts or (shape,)
 
 
-def _ends(m: MachineDrawing, shape: Shape | None, k: int) -> dict[str, Vector]:
+def _ends(m: MachineDrawing, name: str, shape: Shape | None, k: int) -> dict[str, Vector]:
     """Points of the shape at its two ends along an axis of the body."""
     ends: list[tuple[Any, ...]] = []
     for leaf in _leaves(shape):
         half = _half(leaf, k)
         if half is not None:
-            ends += [tuple(c + (sign * half if i == k else 0) for i, c in enumerate(leaf.center)) for sign in (-1, 1)]
+            middle = _lowest_edge(m, name, leaf, k)
+            ends += [
+                tuple(c + (sign * half if i == k else 0) for i, c in enumerate(middle)) for sign in (-1, 1)
+            ]
     if len(ends) < 2 or shape is None:
         return {}
     ends.sort(key=lambda p: float(m.now.state(p[k])))
@@ -87,6 +94,17 @@ def _ends(m: MachineDrawing, shape: Shape | None, k: int) -> dict[str, Vector]:
     if shape.look and not whole.is_Symbol:
         return {}
     return {"first end": ends[0], "last end": ends[-1]} if whole.free_symbols else {}
+
+
+def _lowest_edge(m: MachineDrawing, name: str, leaf: Shape, k: int) -> tuple[Any, ...]:
+    """Middle of the edge of a box or plate along an axis that is lowest on paper; the centre of other solids."""
+    R, _ = m.now.posture(name)
+    result = list(leaf.center)
+    for i in range(3):
+        half = _half(leaf, i) if leaf.kind in ("box", "plate") and i != k else None
+        if half is not None:
+            result[i] = result[i] + (-half if float(m.view(R[:, i])[1]) > 0 else half)
+    return tuple(result)
 
 
 def _half(leaf: Shape, k: int) -> Any:
@@ -185,7 +203,10 @@ def _tilt(m: MachineDrawing, exact: Any, axis: Any, at: Array, first: Array, sec
         return
     across = np.cross(normal / np.linalg.norm(normal), first)
     curve = np.array(
-        [m.page(at + radius * (math.cos(a) * first + math.sin(a) * across)) for a in np.linspace(0, angle, 12)]
+        [
+            m.page(at + radius * (math.cos(a) * first + math.sin(a) * across))
+            for a in np.linspace(0, angle, 12)
+        ]
     )
     items: list[Any] = [
         Line(np.array([m.page(at), m.page(at + 1.3 * radius * d)]), Style(GREY, 0.7, dash))

@@ -18,32 +18,29 @@ import sympy
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Check, Plots, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
-from ...tools.looks import tube_between
+from ...tools.looks import placed, rim, together, tube_between
 from ...tools.pictures import moments
 
 CURVE = {"psi": 0, "psi'": "v/R", "p'": "-v/r", "theta'": 0, "theta''": 0, "psi''": 0, "p''": 0}
 
 
-def look(r: Any, h: Any) -> fb.MassProperties:
-    """Return the machine as it is drawn, with its two wheels and the rider; it runs along y, its centre is the origin."""
+def look(r: Any, h: Any) -> Shape:
+    """Return the machine as it is drawn, with wheels and rider; it runs along y, and its centre is the origin."""
     rear, front = (0, -2 * h / 3 - r / 3, r - h), (0, 2 * h / 3 + r, r - h)
     head, seat = (0, 2 * h / 3, h / 3), (0, -2 * h / 3, h / 6)
     low, hips, neck = (0, 0, r - h), (0, -h / 3, h / 4), (0, 0, h)
     thin = r / 8
-    return (
-        fb.torus(1, r - thin, thin, axis="x").moved(rear)
-        + fb.torus(1, r - thin, thin, axis="x").moved(front)
-        + tube_between(rear, low, thin)
-        + tube_between(rear, seat, thin)
-        + tube_between(low, head, thin)
-        + tube_between(head, front, thin)
-        + tube_between(seat, head, 2 * thin)
-        + tube_between(hips, neck, 2 * thin)
-        + tube_between(neck, head, thin)
-        + fb.sphere(1, h / 5).moved((0, h / 10, 6 * h / 5))
+    tubes = ((rear, low), (rear, seat), (low, head), (head, front), (neck, head))
+    return together(
+        rim(r, thin, rear, "x"),
+        rim(r, thin, front, "x"),
+        *(tube_between(*ends, thin) for ends in tubes),
+        *(tube_between(*ends, 2 * thin) for ends in ((seat, head), (hips, neck))),
+        placed(fb.sphere(1, h / 5), (0, h / 10, 6 * h / 5)),
     )
 
 

@@ -11,22 +11,24 @@ from typing import Any
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import placed, together
 from ...tools.pictures import moments
 
 SHAFTS = ("propeller_shaft", "engine_shaft")
 TURN = {"psi'": "-v/R", "p'": "w_p", "n'": "-w_e"}
 
 
-def look() -> fb.MassProperties:
+def look() -> Shape:
     """Return the airframe as it is drawn: fuselage along x, wings, tail."""
-    return (
-        fb.ellipsoid(1, (3, 0.5, 0.5))
-        + fb.box(1, (1, 7, 0.08)).moved((0.5, 0, 0))
-        + fb.box(1, (0.6, 2.4, 0.06)).moved((-2.6, 0, 0.2))
-        + fb.box(1, (0.7, 0.06, 1)).moved((-2.6, 0, 0.7))
+    return together(
+        placed(fb.ellipsoid(1, (3, 0.5, 0.5))),
+        placed(fb.box(1, (1, 7, 0.08)), (0.5, 0, 0)),
+        placed(fb.box(1, (0.6, 2.4, 0.06)), (-2.6, 0, 0.2)),
+        placed(fb.box(1, (0.7, 0.06, 1)), (-2.6, 0, 0.7)),
     )
 
 

@@ -12,10 +12,11 @@ import sympy
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Plots, Solved, same
 from ...tools.case import Case, angle_where, explain
 from ...tools.entry import Entry
-from ...tools.looks import box_between, wheel
+from ...tools.looks import box_between, together, wheel
 
 REST = {"theta": 0, "x": 0, "y": 0, "theta'": 0, "x'": 0, "y'": 0}
 WAYS = {
@@ -26,14 +27,14 @@ WAYS = {
 }
 
 
-def look(length: Any, cab: Any, height: Any) -> fb.MassProperties:
-    """Return the truck as it is drawn: a bed whose top is the floor, a cab with its rear wall at x = ``cab``, wheels."""
+def look(length: Any, cab: Any, height: Any) -> Shape:
+    """Return the truck as it is drawn: a bed whose top is the floor, a cab whose rear wall is at ``cab``, wheels."""
     low, r = length / 12, length / 9
-    return (
-        wheel(r, (-length / 4, -low - r / 2, 0))
-        + wheel(r, (cab + length / 6, -low - r / 2, 0))
-        + box_between((-length / 2, -low, 0), (cab, 0, 0))
-        + box_between((cab, -low, 0), (cab + length / 3, height + length / 12, 0))
+    return together(
+        wheel(r, (-length / 4, -low - r / 2, 0)),
+        wheel(r, (cab + length / 6, -low - r / 2, 0)),
+        box_between((-length / 2, -low, 0), (cab, 0, 0)),
+        box_between((cab, -low, 0), (cab + length / 3, height + length / 12, 0)),
     )
 
 

@@ -12,17 +12,20 @@ from typing import Any
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import placed, together
 from ...tools.pictures import tip
 from ...tools.precession import least_spin, steady_rates, steady_root
 
 
-def look(h: Any) -> fb.MassProperties:
+def look(h: Any) -> Shape:
     """Return the shell as it is drawn, with its tip along z."""
-    return fb.cylinder(1, h / 2, 3 * h).moved((0, 0, -h / 2)) + fb.cone(1, h / 2, 2 * h).moved(
-        (0, 0, 3 * h / 2)
+    return together(
+        placed(fb.cylinder(1, h / 2, 3 * h), (0, 0, -h / 2)),
+        placed(fb.cone(1, h / 2, 2 * h), (0, 0, 3 * h / 2)),
     )
 
 

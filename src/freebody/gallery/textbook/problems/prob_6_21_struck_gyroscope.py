@@ -32,7 +32,7 @@ def build() -> fb.System:
 
 
 def blow(s: fb.System) -> dict[str, Any]:
-    """Return the blow on the shaft: at psi = 0 the nodal axis is X; the rotor's origin is its centre, L from the pivot."""
+    """Return the blow on the shaft: at psi = 0 the nodal axis is X; the rotor's origin is L from the pivot."""
     return {"F": (s.bodies["rotor"].point(0, 0, "reach*L - L"), ("F", 0, 0))}
 
 

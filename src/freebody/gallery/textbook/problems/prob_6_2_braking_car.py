@@ -9,22 +9,23 @@ from typing import Any
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
-from ...tools.looks import box_between, wheel
+from ...tools.looks import box_between, together, wheel
 
 LEVEL = {"theta": 0, "theta'": 0}
 
 
-def look(lf: Any, lr: Any, h: Any) -> fb.MassProperties:
+def look(lf: Any, lr: Any, h: Any) -> Shape:
     """Return the car as it is drawn, on its wheels."""
     r = 3 * h / 5
-    return (
-        box_between((-lr / 2, h / 4, 0), (lf / 4, h, 0))
-        + box_between((-lr - h / 2, -h / 2, 0), (lf + h, h / 4, 0))
-        + wheel(r, (lf, r - h, 0))
-        + wheel(r, (-lr, r - h, 0))
+    return together(
+        box_between((-lr / 2, h / 4, 0), (lf / 4, h, 0)),
+        box_between((-lr - h / 2, -h / 2, 0), (lf + h, h / 4, 0)),
+        wheel(r, (lf, r - h, 0)),
+        wheel(r, (-lr, r - h, 0)),
     )
 
 

@@ -14,22 +14,24 @@ import sympy
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
-from ...tools.looks import box_between, wheel
+from ...tools.looks import box_between, together, wheel
 
 LEVEL = {"theta": 0, "theta'": 0}
 WHEELS = ("front", "rear")
 
 
-def look(span: Any, h: Any) -> fb.MassProperties:
+def look(span: Any, h: Any) -> Shape:
     """Return the car as it is drawn: it hangs from two wheels that run on top of the cable."""
-    r = h / 6
-    shape = box_between((-3 * span / 5, -h / 2, 0), (3 * span / 5, h / 2, 0))
-    for x in (span / 2, -span / 2):
-        shape = wheel(r, (x, h + r, 0)) + box_between((x - r / 3, h / 2, 0), (x + r / 3, h + r, 0)) + shape
-    return shape
+    r, ends = h / 6, (span / 2, -span / 2)
+    return together(
+        *(wheel(r, (x, h + r, 0)) for x in ends),
+        *(box_between((x - r / 3, h / 2, 0), (x + r / 3, h + r, 0)) for x in ends),
+        box_between((-3 * span / 5, -h / 2, 0), (3 * span / 5, h / 2, 0)),
+    )
 
 
 def build(driven: str = "front") -> fb.System:
@@ -87,8 +89,8 @@ def solve(case: Case) -> Solved:
         answers[f"a_{driven}"] = cases[driven].formula(
             f"(2) largest acceleration with the {driven} wheel driven", solutions[driven]["x''"], "m/s²", how
         )
-    for wheel in WHEELS:
-        answers[f"N_{wheel}"] = cases[better].formula(
+    for end in WHEELS:
+        answers[f"N_{end}"] = cases[better].formula(
             f"(2) load of the {wheel} wheel then, {better} wheel driven",
             solutions[better][f"N_{wheel}"],
             "N",
