@@ -208,5 +208,6 @@ WHIPPLE_BICYCLE = Entry(
     solve,
     until=4.0,
     positive=("g", "w", "r_R", "r_F", "m_B"),
+    drawn={"delta": "12deg"},
     bodies=(),
 )

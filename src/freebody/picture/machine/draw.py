@@ -22,7 +22,7 @@ from ..paper.view import view_of
 from .configuration import configuration, equations_at
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
 from .draw_forces import gravity, impulses, loads, springs
-from .draw_ground import feet, gears, guides, rolling_planes, ropes, scenery, surfaces
+from .draw_ground import feet, gear_wheels, gears, guides, rolling_planes, ropes, scenery, surfaces
 from .inclinations import mark_inclinations
 from .machine_drawing import WIDE, MachineDrawing
 from .outlines import outlines, polygon
@@ -143,7 +143,7 @@ class Machine(MachineDrawing):
 
     def _body(self, name: str) -> None:
         R, p = self.now.posture(name)
-        fill = self.fill(name)
+        fill, geared = self.fill(name), gear_wheels(self).values()
         group = Group([], {"class": "body", "data-body": name}, name)
         order = sorted(
             self.pieces[name],
@@ -151,7 +151,10 @@ class Machine(MachineDrawing):
         )
         for piece in order:
             for item in outlines(piece, R, p, self.view, self.scale, fill, self._slides(name)):
-                group.add(item)
+                if not any(
+                    piece is wheel for pair in geared for wheel in pair.values()
+                ):  # its teeth are drawn
+                    group.add(item)
                 area = polygon(item)
                 if area is not None:
                     self.placer.area(area, 1.0 if piece.kind in ("slender_bar", "rod") else 0.3)

@@ -314,10 +314,14 @@ def chain(
     R, p = now.posture(body)
     along = view(R[:, k])
     length = float(np.linalg.norm(along))
-    if span[k] * scale < 12.0 or length < 0.3 or len(stops) < 2:
+    if span[k] * scale < 12.0 or length < (0.3 if view.planar else 0.5) or len(stops) < 2:
         return []
     across = np.array([-along[1], along[0]]) / length
-    pages = [scale * view(p + R @ points[name]) for name in stops]
+    # in space, where axes are not at right angles on paper: on the line along the axis through the first point
+    unit, first = np.eye(3)[k], points[stops[0]]
+    on_line = [points[name] if view.planar else first + (points[name][k] - first[k]) * unit for name in stops]
+    pages = [scale * view(p + R @ point) for point in on_line]
+    places = [scale * view(p + R @ points[name]) for name in stops]
     choices: list[tuple[float, int, Array, float]] = []
     for rank, normal in enumerate((across, -across)):
         edge = max((float((area @ normal).max()) for area in placer.areas), default=0.0)
@@ -335,8 +339,9 @@ def chain(
             choices.append((cost, len(choices), normal, edge + gap))
     _, _, normal, level = min(choices, key=lambda choice: choice[:2])
     result: list[Measured] = []
-    for first, second, a, b in zip(stops, stops[1:], pages, pages[1:], strict=False):
-        distance = exact[second][k] - exact[first][k]
+    for i, (before, after) in enumerate(zip(stops, stops[1:], strict=False)):
+        a, b = pages[i : i + 2]
+        distance = exact[after][k] - exact[before][k]
         if e.model.parameters and _has_number(e, distance):
             continue  # a number among parameters belongs to the look of a body, or to data that have no symbol
         tex = latex(distance, e.ring)
@@ -347,8 +352,15 @@ def chain(
                 Line(np.array([b + 7 * normal, high + 4 * normal]), THIN),
                 Arrow(np.array([low, high]), Style(GREY, 0.8), "both"),
             ],
-            {"class": "dimension", "data-symbol": tex},
-            f"from {first} to {second}",
+            {"class": "dimension", "data-symbol": tex, "data-axis": f"{body} {'xyz'[k]}"},
+            f"from {before} to {after}",
+        )
+        group.add(
+            *(
+                Line(np.array([q, r]), DASHED)
+                for q, r in zip(places, pages, strict=True)
+                if np.hypot(*(q - r)) > 3.0
+            )
         )
         result.append((group, f"${tex}$", ((low + high) / 2, normal)))
     return result

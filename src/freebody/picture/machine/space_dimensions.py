@@ -41,11 +41,18 @@ def space_dimensions(m: MachineDrawing, name: str) -> list[Measured]:
     points = {key: p for key, p in named_points(m.e, name).items() if not key.startswith("end ")}
     result += _dumbbell(m, name, solid)
     for k in range(3):
-        along = _ends(m, name, solid, k) or points
+        along = _ends(m, name, solid, k) or {
+            key: p for key, p in points.items() if key != "C" or not _datum(p[k])
+        }
         if len(along) > 1:
             placer = m.placer.about(m.areas_of(name))
             result += chain(m.e, m.now, m.view, m.scale, name, placer, along, k)
     return result
+
+
+def _datum(x: Any) -> bool:
+    """True for a coordinate of the mass centre that is a number among parameters: it has no symbol."""
+    return x != 0 and not sympy.sympify(x).free_symbols
 
 
 def _dumbbell(m: MachineDrawing, name: str, shape: Shape | None) -> list[Measured]:
@@ -54,7 +61,9 @@ def _dumbbell(m: MachineDrawing, name: str, shape: Shape | None) -> list[Measure
     if len(leaves) < 2 or {leaves[0].kind, leaves[1].kind} != {"particle"}:
         return []
     apart = [a - b for a, b in zip(leaves[0].center, leaves[1].center, strict=True)]
-    distance = sympy.sqrt(sympy.factor(sympy.trigsimp(sum(x**2 for x in apart))))
+    positive = {x: sympy.Dummy(x.name, positive=True) for p in apart for x in sympy.sympify(p).free_symbols}
+    square = sympy.trigsimp(sum(sympy.sympify(x).xreplace(positive) ** 2 for x in apart))
+    distance = sympy.sqrt(sympy.factor(square)).xreplace({dummy: x for x, dummy in positive.items()})
     tex = latex(m.e.state(distance), m.e.ring)
     ends = [m.page(m.now.place(name, leaf.center)) for leaf in leaves[:2]]
     d = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
@@ -83,7 +92,7 @@ def _ends(m: MachineDrawing, name: str, shape: Shape | None, k: int) -> dict[str
     for leaf in _leaves(shape):
         half = _half(leaf, k)
         if half is not None:
-            middle = _lowest_edge(m, name, leaf, k)
+            middle = _outer_edge(m, name, leaf, k)
             ends += [
                 tuple(c + (sign * half if i == k else 0) for i, c in enumerate(middle)) for sign in (-1, 1)
             ]
@@ -96,14 +105,20 @@ def _ends(m: MachineDrawing, name: str, shape: Shape | None, k: int) -> dict[str
     return {"first end": ends[0], "last end": ends[-1]} if whole.free_symbols else {}
 
 
-def _lowest_edge(m: MachineDrawing, name: str, leaf: Shape, k: int) -> tuple[Any, ...]:
-    """Middle of the edge of a box or plate along an axis that is lowest on paper; the centre of other solids."""
+def _outer_edge(m: MachineDrawing, name: str, leaf: Shape, k: int) -> tuple[Any, ...]:
+    """Middle of the edge of a box or plate along an axis that is farthest below it (or beside it) on paper.
+
+    The centre of other solids.
+    """
     R, _ = m.now.posture(name)
+    along = m.view(R[:, k])
+    across = np.array([-along[1], along[0]])
+    across = -across if across[1] > 0 else across
     result = list(leaf.center)
     for i in range(3):
         half = _half(leaf, i) if leaf.kind in ("box", "plate") and i != k else None
         if half is not None:
-            result[i] = result[i] + (-half if float(m.view(R[:, i])[1]) > 0 else half)
+            result[i] = result[i] + (half if float(m.view(R[:, i]) @ across) > 0 else -half)
     return tuple(result)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .palette import INK
+from .palette import GREY, INK
 from .sheet import Circle, Line, Style, arc
 
 Array = NDArray[np.float64]
@@ -142,7 +142,7 @@ def spiral(at: Array, radius: float = 13.0) -> list[Any]:
 
 def teeth(center: Array, radius: float, count: int, phase: float, fill: str) -> list[Any]:
     """A gear wheel: its teeth, with one at the angle ``phase`` [rad], and its pitch circle."""
-    depth = min(3.4, 0.24 * 2 * math.pi * radius / count)
+    depth = min(4.0, 0.24 * 2 * math.pi * radius / count)
     points = []
     for k in range(count):
         for share, r in ((-0.32, -depth), (-0.17, depth), (0.17, depth), (0.32, -depth)):
@@ -151,7 +151,7 @@ def teeth(center: Array, radius: float, count: int, phase: float, fill: str) -> 
     pitch = arc(center, radius, 0.0, 2 * math.pi)
     return [
         Line(np.array(points), Style(INK, 1.0, (), fill), True),
-        Line(pitch, Style(INK, 0.5, (6.0, 2.0, 1.0, 2.0))),
+        Line(pitch, Style(GREY, 0.8, (8.0, 2.0, 1.5, 2.0))),
     ]
 
 
