@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add, apply, multiply
@@ -44,7 +44,7 @@ class Shape:
     axes: Matrix = IDENTITY
     parts: tuple[Shape, ...] = ()
     hole: bool = False
-    look: bool = False
+    look: bool = field(default=False, compare=False)
     color: str = ""
 
     def __repr__(self) -> str:

@@ -124,7 +124,7 @@ def _part_text(writer: ValueTexts, shape: Shape, kinds: tuple[str, ...]) -> str 
         return None
     turned = apply(shape.axes, make(m=1, **arguments).shape.center)
     at: Any = tuple(a - b for a, b in zip(shape.center, turned, strict=True))
-    if base.moved(at) != replace(shape, hole=False, look=False, color=""):
+    if base.moved(at) != replace(shape, hole=False, color=""):
         return None
     keys = {"solid": json.dumps(shape.kind)}
     for name, value in arguments.items():

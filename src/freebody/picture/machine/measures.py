@@ -14,8 +14,9 @@ from ...describe.constraints.constraint import Rolling
 from ...describe.contact_shapes import kind_of
 from ...model.closure import Closure
 from ...model.model import GROUND
-from ...scalar.algebra import Scalar, Vector
+from ...scalar.algebra import Scalar, Vector, floats
 from ...scalar.element import Polynomial
+from ...scalar.expression import evaluate
 from ...symbolic.equations import Equations
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
@@ -33,6 +34,9 @@ CENTRE_LINE = Style(GREY, 0.7, (8.0, 2.0, 1.5, 2.0))
 
 ROUND = ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube")
 """Kinds of solids that have a radius."""
+
+FORESHORTENED = 0.35
+"""Least part of a length that is left on paper for it to be dimensioned."""
 
 Measured = tuple[Group, str, tuple[Array, Array | None]]
 """A measure: its lines, its label, and the anchor of the label (point, direction from it)."""
@@ -314,7 +318,7 @@ def chain(
     R, p = now.posture(body)
     along = view(R[:, k])
     length = float(np.linalg.norm(along))
-    if span[k] * scale < 12.0 or length < (0.3 if view.planar else 0.5) or len(stops) < 2:
+    if span[k] * scale < 12.0 or length < FORESHORTENED or len(stops) < 2:
         return []
     across = np.array([-along[1], along[0]]) / length
     # in space, where axes are not at right angles on paper: on the line along the axis through the first point
@@ -352,7 +356,12 @@ def chain(
                 Line(np.array([b + 7 * normal, high + 4 * normal]), THIN),
                 Arrow(np.array([low, high]), Style(GREY, 0.8), "both"),
             ],
-            {"class": "dimension", "data-symbol": tex, "data-axis": f"{body} {'xyz'[k]}"},
+            {
+                "class": "dimension",
+                "data-symbol": tex,
+                "data-axis": f"{body} {'xyz'[k]}",
+                "data-value": f"{float(evaluate(e.sympy(distance), now.lookup, floats)):.12g}",
+            },
             f"from {before} to {after}",
         )
         group.add(

@@ -26,9 +26,6 @@ from .shapes import axes_along
 
 Array = NDArray[np.float64]
 
-FORESHORTENED = 0.35
-"""Least part of a length that is left on paper for it to be dimensioned."""
-
 REACH = 62.0
 """Radius of the arc of a tilt [pt]."""
 
