@@ -61,14 +61,38 @@ def write_pages(app: Any) -> None:
             for path in paths
         ]
     made += [thumbnail(entry, folder) for entry in entries().values()]
+    made.append(write(folder / "drawings.md", drawings()))
     finish(folder, stamp, {*made, write(folder / "index.md", index())})
 
 
 def thumbnail(entry: Any, folder: Path) -> Path:
     """Draw the machine of an entry, for the lists of systems."""
     path = folder / f"{entry.name}-thumbnail.svg"
-    fb.draw(entry.build(), near=entry.near).save(path)
+    _drawing(entry, entry.build()).save(path)
     return path
+
+
+def _drawing(entry: Any, machine: Any) -> Any:
+    """Draw the machine of an entry where the entry wants it drawn, with the blows that it gets."""
+    blows = entry.blows(entry.build()) if entry.blows is not None else None
+    return fb.draw(machine, near=entry.near, at=dict(entry.drawn) or None, impulses=blows)
+
+
+def drawings() -> str:
+    """All machines on one page, drawn large."""
+    from freebody.gallery import entries
+
+    figures = [
+        f"## [{plain(entry.title)}]({name}.md)\n\n![Drawing of {plain(entry.title)}]({name}-thumbnail.svg)\n"
+        for name, entry in entries().items()
+    ]
+    return "\n".join(
+        [
+            "# All drawings\n",
+            "What `freebody draw NAME` draws, for every system of the gallery.\n",
+            *figures,
+        ]
+    )
 
 
 def index() -> str:
@@ -83,11 +107,13 @@ def index() -> str:
         [
             "# Systems of the gallery\n",
             "Each page is made from the system itself, when this documentation is built: drawings, equations, answers",
-            "and plots are what the library gives. `freebody run NAME` prints the same.\n",
+            "and plots are what the library gives. `freebody run NAME` prints the same. [All drawings](drawings.md) are on",
+            "one page, too.\n",
             ":::{container} thumbnails\n",
             *systems,
             ":::\n",
             "\n```{toctree}\n:hidden:\n",
+            "All drawings <drawings>",
             *(f"{short(entry)} <{entry.name}>" for entry in entries().values()),
             "```\n",
         ]
@@ -140,7 +166,7 @@ class Page:
         return "\n\n".join([*paragraphs, f"Asked ({names}):\n\n{asked}\n"])
 
     def _machine(self) -> str:
-        shown = fb.draw(self.outcome.equations, near=self.entry.near)
+        shown = _drawing(self.entry, self.outcome.equations)
         about = about_of(self.outcome.system)
         rows = [
             (
@@ -171,7 +197,7 @@ class Page:
             )
         parts = ["## Free bodies and their equations\n"]
         for name, body in self.outcome.free_bodies.items():
-            drawn = fb.free_body_diagram(e, name, near=self.entry.near)
+            drawn = fb.free_body_diagram(e, name, near=self.entry.near, at=dict(self.entry.drawn) or None)
             parts += [
                 f"### {plain(name)}\n",
                 self._figures([(self._drawn(drawn, f"body-{name}"), f"Free-body diagram of {name}")]),

@@ -49,8 +49,8 @@ def look(w: Any, c: Any, lam: Any, r_R: Any, r_F: Any) -> dict[str, Shape]:
     return {
         "rear": rim(r_R, thin, (0, 0, 0), "y"),
         "front": rim(r_F, thin, (0, 0, 0), "y"),
-        "frame": together(*(tube_between(*ends, thin) for ends in tubes), seat),
-        "fork": together(*(tube_between(*ends, thin) for ends in fork)),
+        "frame": together(*(tube_between(start, end, thin) for start, end in tubes), seat),
+        "fork": together(*(tube_between(start, end, thin) for start, end in fork)),
     }
 
 

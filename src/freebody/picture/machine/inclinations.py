@@ -81,7 +81,7 @@ def _leaning(m: MachineDrawing, name: str, across: int, up: int) -> None:
     piece = m.pieces[name][0]
     if abs(float(numbers @ (R @ piece.axis))) < 1 - 1e-9:
         return
-    ends = m.page([p + R @ (piece.center + s * piece["length"] / 2 * piece.axis) for s in (1, -1)])
+    ends = [m.page(p + R @ (piece.center + s * piece["length"] / 2 * piece.axis)) for s in (1, -1)]
     _mark(m, min(ends, key=lambda q: float(q[1])), (direction[across], direction[up]))
 
 

@@ -57,7 +57,7 @@ def height_of_line(m: MachineDrawing, name: str, axis: int, distance: Any) -> tu
 
     None if the body does not touch a plane of the ground across ``axis`` with a circle about the point of the force.
     """
-    load = m.model.loads[name]
+    load: Any = m.model.loads[name]
     for contact in m.model.contacts:
         circle, plane = contact.feature, contact.surface
         if kind_of(circle) != "circle" or kind_of(plane) != "plane" or not plane.body.is_ground:
@@ -77,14 +77,15 @@ def height_of_line(m: MachineDrawing, name: str, axis: int, distance: Any) -> tu
 
 def mark_line(m: MachineDrawing, name: str, couple: str, axis: int, distance: Any) -> Array:
     """Draw the distance of a line of action from the ground, or from the point; return the point on the line."""
-    at = m.now.point(m.model.loads[name].point)
+    load: Any = m.model.loads[name]
+    at = m.now.point(load.point)
     start = m.page(at)
     end = m.page(at + float(m.now.state(distance)) * np.eye(3)[axis])
     foot = height_of_line(m, name, axis, distance)
     value, base = (distance, start) if foot is None else foot
     d = m.view.matrix[:, axis]
     across = np.array([d[1], -d[0]])
-    reach = m.reach(m.model.loads[name].point.body.name, start, across) + 26.0
+    reach = m.reach(load.point.body.name, start, across) + 26.0
     line = np.array([base, end]) + reach * across
     tex = latex(m.e.state(value), m.e.ring)
     leads = [

@@ -213,10 +213,10 @@ def _tilt(m: MachineDrawing, exact: Any, axis: Any, at: Array, first: Array, sec
     angle = math.atan2(float(np.linalg.norm(normal)), float(first @ second))
     if angle < math.radians(2):
         return
-    across = np.cross(normal / np.linalg.norm(normal), first)
+    sideways = np.cross(normal / np.linalg.norm(normal), first)
     curve = np.array(
         [
-            m.page(at + radius * (math.cos(a) * first + math.sin(a) * across))
+            m.page(at + radius * (math.cos(a) * first + math.sin(a) * sideways))
             for a in np.linspace(0, angle, 12)
         ]
     )

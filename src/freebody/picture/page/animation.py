@@ -153,13 +153,14 @@ def _bodies(
     for i, (name, place) in enumerate(model.bodies.items()):
         shape = place.properties.shape if place.properties is not None else None
         color = _rgb((shape.color if shape is not None else None) or SOLIDS[i % len(SOLIDS)])
-        pieces = [piece for piece in pieces_of[name] if not piece.hole and name not in unseen]
+        pieces = [piece for piece in pieces_of[name] if not piece.hole]
+        parts = [] if name in unseen else [part(piece, size) for piece in pieces] + pins.get(name, [])
         result.append(
             {
                 "name": name,
                 "color": color,
                 "center": _numbers(state, place.center),
-                "parts": [part(piece, size) for piece in pieces] + pins.get(name, []),
+                "parts": parts,
                 "position": base64_floats(keys.position[:, i]),
                 "quaternion": base64_floats(keys.quaternion[:, i]),
                 "spin": base64_floats(keys.spin[:, i]),

@@ -38,8 +38,8 @@ def look(r: Any, h: Any) -> Shape:
     return together(
         rim(r, thin, rear, "x"),
         rim(r, thin, front, "x"),
-        *(tube_between(*ends, thin) for ends in tubes),
-        *(tube_between(*ends, 2 * thin) for ends in ((seat, head), (hips, neck))),
+        *(tube_between(start, end, thin) for start, end in tubes),
+        *(tube_between(start, end, 2 * thin) for start, end in ((seat, head), (hips, neck))),
         placed(fb.sphere(1, h / 5), (0, h / 10, 6 * h / 5)),
     )
 

@@ -91,8 +91,8 @@ def solve(case: Case) -> Solved:
         )
     for end in WHEELS:
         answers[f"N_{end}"] = cases[better].formula(
-            f"(2) load of the {wheel} wheel then, {better} wheel driven",
-            solutions[better][f"N_{wheel}"],
+            f"(2) load of the {end} wheel then, {better} wheel driven",
+            solutions[better][f"N_{end}"],
             "N",
             how,
         )
