@@ -107,8 +107,8 @@ def index() -> str:
         [
             "# Systems of the gallery\n",
             "Each page is made from the system itself, when this documentation is built: drawings, equations, answers",
-            "and plots are what the library gives. `freebody run NAME` prints the same. [All drawings](drawings.md) are on",
-            "one page, too.\n",
+            "and plots are what the library gives. `freebody run NAME` prints the same.",
+            "[All drawings](drawings.md) are on one page, too.\n",
             ":::{container} thumbnails\n",
             *systems,
             ":::\n",
