@@ -105,10 +105,9 @@ def centres(trajectory: Trajectory, at: float | None = None) -> dict[tuple[str, 
     frames: dict[str, tuple[float, Array]] = {"ground": (0.0, np.zeros(3))}
     places = {"ground": np.zeros(3)}
     for name in moment.bodies:
-        body = Named(name)
         frames[name] = (
-            float(n @ np.array([float(x) for x in angular_velocity(model, now.state, body)])),
-            np.array([float(x) for x in point_velocity(model, now.state, Point(body, (0, 0, 0)))]),
+            float(n @ np.array([float(x) for x in angular_velocity(model, now.state, Named(name))])),
+            np.array([float(x) for x in point_velocity(model, now.state, _point(name, (0, 0, 0)))]),
         )
         places[name] = now.posture(name)[1]
     fastest = max((abs(w) for w, _ in frames.values()), default=0.0)
@@ -281,6 +280,12 @@ def acceleration_diagram(
     return _diagram(trajectory, ax, at, title, "a", "m/s²")
 
 
+def _point(body: str, components: Any) -> Any:
+    """A point of a body by its name."""
+    frame: Any = Named(body)
+    return Point(frame, components)
+
+
 def _points(moment: _Moment) -> dict[str, list[tuple[str, Point]]]:
     """Points of the joints on each body, by body: (name of the joint, point)."""
     model = moment.now.model
@@ -288,7 +293,7 @@ def _points(moment: _Moment) -> dict[str, list[tuple[str, Point]]]:
 
     def add(body: str, joint: str, components: Any) -> None:
         if body in result:
-            result[body].append((joint, Point(Named(body), components)))
+            result[body].append((joint, _point(body, components)))
 
     for name, joint in model.joints.items():
         if joint.type in ("hinge", "ball", "slider"):
@@ -303,7 +308,7 @@ def _points(moment: _Moment) -> dict[str, list[tuple[str, Point]]]:
         center = model.bodies[name].center
         place = moment.now.place(name, center)
         if not any(np.allclose(place, moment.now.point(p)) for _, p in result[name]):
-            result[name].append((f"C {name}".replace("_", " "), Point(Named(name), center)))
+            result[name].append((f"C {name}".replace("_", " "), _point(name, center)))
     return result
 
 
@@ -431,7 +436,7 @@ def coupler_curves(
     _outlines(ax, moment)
     for k, point in enumerate(chosen):
         name = getattr(getattr(point, "body", None), "name", None)
-        if not isinstance(point, Point) or name not in moment.now.model.bodies:
+        if not isinstance(point, Point) or not isinstance(name, str) or name not in moment.now.model.bodies:
             raise SimulationError(
                 f"Expected points of bodies of '{trajectory.name}', such as body.point(x, y, z), got {point!r}; "
                 f"{nearest(str(name), moment.now.model.bodies)}"

@@ -14,6 +14,7 @@
     section_forces    normal force, shear force and bending moment along a bar
     mode_shapes       mode shapes of linear equations
     root_locus        eigenvalues along a parameter
+    campbell          natural frequencies of a rotor over its speed, with whirl sense and critical speeds
     bifurcation       steady motions along a parameter
     lanes             results of a study: numbers against what varies, bands over time
 
@@ -22,6 +23,7 @@ Each function returns matplotlib axes, and draws into the axes ``ax=`` if given;
 
 from __future__ import annotations
 
+from .campbell_diagram import campbell
 from .cones import cones
 from .contact_plots import contact_forces, contact_gaps, friction_margin
 from .lane_plots import lanes
@@ -35,6 +37,7 @@ __all__ = [
     "acceleration_diagram",
     "axis_path",
     "bifurcation",
+    "campbell",
     "cones",
     "contact_forces",
     "contact_gaps",

@@ -173,7 +173,7 @@ def test_the_instant_centres_are_marked(four_bar: fb.Trajectory) -> None:
     found = centres(four_bar, 0.2)
     beyond = [label for label in ax.get_legend_handles_labels()[1] if "beyond" in label]
     assert len(ax.texts) + len(beyond) == sum(centre.point is not None for centre in found.values()) == 6
-    dots = [line.get_xydata()[0] for line in ax.lines if line.get_marker() == "o"]
+    dots = [line.get_xydata()[0] for line in ax.lines if line.get_marker() == "o" and len(line.get_xdata())]
     assert dots[0] == pytest.approx(found["ground", "crank"].point[:2])  # type: ignore[index]
 
 
