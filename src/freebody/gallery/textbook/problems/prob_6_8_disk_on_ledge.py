@@ -17,7 +17,6 @@ import freebody as fb
 from ...tools.answer import Answer, Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
-from ...tools.looks import box_between
 
 CENTRED = {"x": 0, "y": 0, "x'": 0, "y'": 0}
 TOP = {**CENTRED, "theta": 0, "theta'": 0}
@@ -32,7 +31,7 @@ def build() -> fb.System:
     s.gravity = (0, -g, 0)
     disk = s.body("disk", fb.disk(m, R))
     s.planar("plane", s.ground, disk, to=(0, -R, 0), coordinate="x y theta")
-    s.scenery = box_between((0, -R, 0), (5 * R / 2, 0, 0))  # the ledge, whose corner is O
+    s.scenery = fb.box(1, (5 * R / 2, R, 1)).moved((5 * R / 4, -R / 2, 0))  # the ledge, whose corner is O
     s.contact("O", disk.circle(R), s.ground.point(0, 0, 0), friction=mu)
     explain(
         s,

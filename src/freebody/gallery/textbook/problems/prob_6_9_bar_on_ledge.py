@@ -13,7 +13,6 @@ import freebody as fb
 from ...tools.answer import Answer, Answers, Plots, Solved, same
 from ...tools.case import Case, angle_where, explain
 from ...tools.entry import Entry
-from ...tools.looks import box_between
 
 CENTRED = {"x": 0, "y": 0, "x'": 0, "y'": 0}
 LEVEL = {**CENTRED, "phi": 0, "phi'": 0}
@@ -26,7 +25,9 @@ def build() -> fb.System:
     s.gravity = (0, -g, 0)
     bar = s.body("bar", fb.slender_bar(m, L))
     s.planar("plane", s.ground, bar, to=(b - L / 2, 0, 0), coordinate="x y phi")
-    s.scenery = box_between((-3 * L / 5, -L / 3, 0), (0, 0, 0))  # the ledge, whose corner is O
+    s.scenery = fb.box(1, (3 * L / 5, L / 3, 1)).moved(
+        (-3 * L / 10, -L / 6, 0)
+    )  # the ledge, whose corner is O
     side = bar.segment((-L / 2, 0, 0), (L / 2, 0, 0), normal="-y")
     s.contact("O", side, s.ground.point(0, 0, 0), friction=mu)
     explain(
