@@ -6,6 +6,8 @@ Two bodies that turn by ω relative to each other about the normal n have the sa
 
 (Norton, *Design of Machinery*, chapter 6). A diagram draws the velocities of the points of the joints from one pole, so
 that the line between the ends of two of them is the velocity of one point relative to the other.
+
+This file is longer than others: these diagrams share the machine at one time, and the way in which it is drawn.
 """
 
 from __future__ import annotations
