@@ -56,6 +56,7 @@ class MachineDrawing:
         self.model = e.model
         self.pieces = pieces_of(now, view.planar)
         self.placer = Placer()
+        self._areas: dict[str, list[Array]] = {}
         self.root = Group()
         self.labels: list[tuple[str, list[tuple[Array, Array | None]], float, str]] = []
         self.arcs: list[Array] = []
@@ -145,7 +146,9 @@ class MachineDrawing:
         return max((float(((area - at) @ d).max()) for area in self.areas_of(body)), default=0.0)
 
     def areas_of(self, name: str) -> list[Array]:
-        """Polygons that a body covers on paper."""
+        """Polygons that a body covers on paper; they are computed once."""
+        if name in self._areas:
+            return self._areas[name]
         R, p = self.now.posture(name)
         areas = []
         for piece in self.pieces[name]:
@@ -153,6 +156,7 @@ class MachineDrawing:
                 area = polygon(item)
                 if area is not None:
                     areas.append(area)
+        self._areas[name] = areas
         return areas
 
     # -- items ----------------------------------------------------------------------------------------
