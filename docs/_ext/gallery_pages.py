@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import itertools
 import multiprocessing
 import os
 import sys
@@ -61,14 +62,38 @@ def write_pages(app: Any) -> None:
             for path in paths
         ]
     made += [thumbnail(entry, folder) for entry in entries().values()]
+    made.append(write(folder / "drawings.md", drawings()))
     finish(folder, stamp, {*made, write(folder / "index.md", index())})
 
 
 def thumbnail(entry: Any, folder: Path) -> Path:
     """Draw the machine of an entry, for the lists of systems."""
     path = folder / f"{entry.name}-thumbnail.svg"
-    fb.draw(entry.build(), near=entry.near).save(path)
+    _drawing(entry, entry.build()).save(path)
     return path
+
+
+def _drawing(entry: Any, machine: Any) -> Any:
+    """Draw the machine of an entry where the entry wants it drawn, with the blows that it gets."""
+    blows = entry.blows(entry.build()) if entry.blows is not None else None
+    return fb.draw(machine, near=entry.near, at=dict(entry.drawn) or None, impulses=blows)
+
+
+def drawings() -> str:
+    """All machines on one page, drawn large."""
+    from freebody.gallery import entries
+
+    figures = [
+        f"## [{plain(entry.title)}]({name}.md)\n\n![Drawing of {plain(entry.title)}]({name}-thumbnail.svg)\n"
+        for name, entry in entries().items()
+    ]
+    return "\n".join(
+        [
+            "# All drawings\n",
+            "What `freebody draw NAME` draws, for every system of the gallery.\n",
+            *figures,
+        ]
+    )
 
 
 def index() -> str:
@@ -83,11 +108,13 @@ def index() -> str:
         [
             "# Systems of the gallery\n",
             "Each page is made from the system itself, when this documentation is built: drawings, equations, answers",
-            "and plots are what the library gives. `freebody run NAME` prints the same.\n",
+            "and plots are what the library gives. `freebody run NAME` prints the same.",
+            "[All drawings](drawings.md) are on one page, too.\n",
             ":::{container} thumbnails\n",
             *systems,
             ":::\n",
             "\n```{toctree}\n:hidden:\n",
+            "All drawings <drawings>",
             *(f"{short(entry)} <{entry.name}>" for entry in entries().values()),
             "```\n",
         ]
@@ -140,7 +167,7 @@ class Page:
         return "\n\n".join([*paragraphs, f"Asked ({names}):\n\n{asked}\n"])
 
     def _machine(self) -> str:
-        shown = fb.draw(self.outcome.equations, near=self.entry.near)
+        shown = _drawing(self.entry, self.outcome.equations)
         about = about_of(self.outcome.system)
         rows = [
             (
@@ -171,7 +198,7 @@ class Page:
             )
         parts = ["## Free bodies and their equations\n"]
         for name, body in self.outcome.free_bodies.items():
-            drawn = fb.free_body_diagram(e, name, near=self.entry.near)
+            drawn = fb.free_body_diagram(e, name, near=self.entry.near, at=dict(self.entry.drawn) or None)
             parts += [
                 f"### {plain(name)}\n",
                 self._figures([(self._drawn(drawn, f"body-{name}"), f"Free-body diagram of {name}")]),
@@ -248,10 +275,15 @@ class Page:
 # -- the code of a model --------------------------------------------------------------------------------------
 
 
+LOOKS = ("look", "with_shaft")
+"""Functions of the gallery that return the look of a body."""
+
+
 def code_of(build: Any) -> str:
     """The source of a function that builds a system, and of what it uses of the gallery's modules.
 
-    Without documentation, which the page has already, and without ``explain``, which the table of parameters shows.
+    Without documentation, which the page has already, without ``explain``, which the table of parameters shows, and
+    without the looks of bodies that the gallery draws in more than a solid.
     """
     wanted = [(build.__module__, build.__name__)]
     found: dict[tuple[str, str], str] = {}
@@ -284,7 +316,10 @@ class Texts:
     def _left_out(self, name: str) -> set[int]:
         left_out: set[int] = set()
         for inner in ast.walk(self.own[name]):
-            if isinstance(inner, ast.Expr) and (_is_text(inner) or _explains(inner)):
+            looks = isinstance(inner, ast.Assign) and _called(inner.value) in LOOKS
+            if looks or (
+                isinstance(inner, ast.Expr) and (_is_text(inner) or _called(inner.value) == "explain")
+            ):
                 left_out |= set(range(inner.lineno, (inner.end_lineno or inner.lineno) + 1))
         return left_out
 
@@ -292,13 +327,52 @@ class Texts:
         """Its lines, without documentation."""
         node, left_out = self.own[name], self._left_out(name)
         span = range(node.lineno, (node.end_lineno or node.lineno) + 1)
-        kept = [self.lines[i - 1] for i in span if i not in left_out]
+        lines = {i: self.lines[i - 1] for i in span}
+        for first, last in sorted(self._cuts(name), reverse=True):
+            lines[first[0]] = lines[first[0]][: first[1]] + lines[last[0]][last[1] :]
+            left_out |= set(range(first[0] + 1, last[0] + 1))
+        kept = [line for i, line in lines.items() if i not in left_out]
         return textwrap.dedent("\n".join(kept)).strip("\n") + "\n"
+
+    def _looks(self, name: str) -> list[ast.keyword]:
+        """The arguments ``shape=`` that are made by a function of looks."""
+        made = {
+            target.id
+            for inner in ast.walk(self.own[name])
+            if isinstance(inner, ast.Assign) and _called(inner.value) in LOOKS
+            for target in inner.targets
+            if isinstance(target, ast.Name)
+        }
+        return [
+            inner
+            for inner in ast.walk(self.own[name])
+            if isinstance(inner, ast.keyword)
+            and inner.arg == "shape"
+            and (
+                _called(inner.value) in LOOKS
+                or (isinstance(inner.value, ast.Subscript) and ast.unparse(inner.value.value) in made)
+            )
+        ]
+
+    def _cuts(self, name: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+        """Spans of text from the end of the argument before a look to the end of the look: (line, column) each."""
+        looks, spans = self._looks(name), []
+        for call in ast.walk(self.own[name]):
+            arguments = [*call.args, *call.keywords] if isinstance(call, ast.Call) else []
+            for before, after in itertools.pairwise(arguments):
+                if after in looks:
+                    spans.append((_end(before), _end(after)))
+        return spans
 
     def used(self, name: str) -> list[str]:
         """Names that stand in its lines."""
         left_out = self._left_out(name)
-        nodes = (n for n in ast.walk(self.own[name]) if isinstance(n, ast.Name) and n.lineno not in left_out)
+        hidden = {id(n) for look in self._looks(name) for n in ast.walk(look)}
+        nodes = (
+            n
+            for n in ast.walk(self.own[name])
+            if isinstance(n, ast.Name) and n.lineno not in left_out and id(n) not in hidden
+        )
         return list(dict.fromkeys(n.id for n in nodes))
 
     def origin(self, name: str) -> tuple[str, str]:
@@ -326,9 +400,13 @@ def _is_text(node: ast.Expr) -> bool:
     return isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
 
 
-def _explains(node: ast.Expr) -> bool:
-    call = node.value
-    return isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "explain"
+def _called(value: ast.expr) -> str:
+    """Name of the function that an expression calls; empty for other expressions."""
+    return value.func.id if isinstance(value, ast.Call) and isinstance(value.func, ast.Name) else ""
+
+
+def _end(node: ast.expr | ast.keyword) -> tuple[int, int]:
+    return node.end_lineno or 0, node.end_col_offset or 0
 
 
 # -- HTML -------------------------------------------------------------------------------------------------------

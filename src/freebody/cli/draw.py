@@ -99,7 +99,7 @@ def draw(
         outcome = entry.run(values, max(time, 1e-9), None)
         system, options = outcome.system, {"trajectory": outcome.trajectory, "at": time}
     else:
-        options["at"] = at or None
+        options["at"] = {**entry.drawn, **at} or None
         names = {name for name, kind in names_of(system).kinds.items() if kind in ("coordinate", "joint")}
         near = {**_contact_start(entry, system), **entry.near}
         options["near"] = {name: value for name, value in near.items() if name in names and name not in at}
@@ -110,6 +110,8 @@ def draw(
     if body is None:
         if mode is not None:
             raise click.UsageError("--mode is for free-body diagrams: add --body.")
+        if time is None and entry.blows is not None:
+            options["impulses"] = entry.blows(system)
         picture = drawn(system, **options)
     else:
         picture = free_body_diagram(system, body, mode=mode, **options)

@@ -49,6 +49,8 @@ class FileEntry:
     title: str = ""
     asks: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
+    drawn: Mapping[str, Any] = field(default_factory=dict)
+    blows: None = None
 
     @property
     def start(self) -> Mapping[str, Any]:

@@ -14,6 +14,7 @@ from ..errors import ModelError, arguments_named, shown
 from ..rooms_above import module_for
 from ..scalar.algebra import Vector
 from ..space.mass import MassProperties
+from ..space.shape import Shape
 from . import controller as _controller
 from .body import Body
 from .constraints import system_constraints as _constraints
@@ -34,7 +35,7 @@ from .joints import system_joints as _joints
 from .joints.joint import Joint
 from .loads import system_loads as _loads
 from .loads.load import Load
-from .looks import drawn_as
+from .looks import drawn_as, solid_of
 from .names import TIME, check_name, finite
 
 
@@ -69,6 +70,7 @@ class System(Description):
         super().__init__(name)
         self.ground = Body(self, "ground")
         self._gravity: Vector = (0, 0, 0)
+        self._scenery: Shape | None = None
 
     def __copy__(self) -> System:
         """Return an independent copy of the machine."""
@@ -175,6 +177,16 @@ class System(Description):
         self._gravity = acceleration
         self._changes.count += 1
 
+    @property
+    def scenery(self) -> Shape | None:
+        """Solid fixed in the ground that is only drawn, such as a ledge; nothing touches it. None if there is none."""
+        return self._scenery
+
+    @scenery.setter
+    def scenery(self, solid: Any) -> None:
+        self._scenery = None if solid is None else solid_of(solid, f"the scenery of '{self.name}'")
+        self._changes.count += 1
+
     # -- joints, loads, constraints, contacts ---------------------------------------------------
 
     hinge = arguments_named(_joints.hinge)
@@ -216,6 +228,7 @@ class System(Description):
             Such as those that :func:`freebody.slender_bar` returns.
         shape : MassProperties, optional
             Solid that is drawn for the body, such as ``fb.box(1, (0.4, 0.2, 0.2))``; its mass does not matter.
+            ``"nothing"`` for a frame between two joints that is not drawn.
         color : str, optional
             Colour of the body in drawings, such as ``"#0072B2"``.
         """

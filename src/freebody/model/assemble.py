@@ -109,6 +109,7 @@ def assemble(system: System) -> Model:
             **system.constraints,
         },
         controllers=tuple(system.controllers.values()),
+        scenery=system.scenery,
         described=(system, changes_of(system).count),
     )
     _check_coordinates(model)

@@ -57,6 +57,9 @@ class Model:
     controllers: tuple[Any, ...] = ()
     """Sampled controllers, in order of declaration."""
 
+    scenery: Any = None
+    """Shape fixed in the ground that is only drawn, or None."""
+
     described: Any = field(default=None, repr=False, compare=False)
     """The system of the model, and the count of its changes at assembly."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add, apply, multiply
@@ -31,6 +31,8 @@ class Shape:
         Parts of a compound, each placed in body axes.
     hole : bool
         True if this part is cut out.
+    look : bool
+        True if the shape was chosen for drawing, and is not that of the mass.
     color : str
         Colour of the whole body, "#rrggbb"; empty if none was chosen.
     """
@@ -42,6 +44,7 @@ class Shape:
     axes: Matrix = IDENTITY
     parts: tuple[Shape, ...] = ()
     hole: bool = False
+    look: bool = field(default=False, compare=False)
     color: str = ""
 
     def __repr__(self) -> str:

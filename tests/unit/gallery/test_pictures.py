@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import freebody as fb
 from freebody.cli import command
 from freebody.gallery import entries
+from freebody.picture.machine.shapes import hidden
 
 SVG = "{http://www.w3.org/2000/svg}"
 HEAVY = ("whipple-bicycle",)
@@ -45,8 +47,9 @@ def test_draw(name: str, tmp_path: Path) -> None:
     boxes_inside(svg)
     drawn = {g.get("data-body") for g in ElementTree.fromstring(svg).iter(f"{SVG}g")} - {None}
     assert drawn <= set(system.bodies)
-    # all but links without mass, which unit/test_draw.py looks at
-    assert not any(system.bodies[name].mass_properties.mass for name in set(system.bodies) - drawn)
+    # all but hidden bodies and links without mass, which unit/test_draw.py looks at
+    unseen = hidden(fb.assemble(system))
+    assert not any(system.bodies[name].mass_properties.mass for name in set(system.bodies) - drawn - unseen)
     body = next(iter(system.bodies))
     diagram = tmp_path / "body.svg"
     run("draw", name, "--body", body, "-o", str(diagram))

@@ -4,7 +4,8 @@ color = "#0072B2"
 shape = { solid = "box", sizes = [0.4, 0.2, 0.2], at = [0, 0.1, 0] }
 
 A shape of several parts is a list of such tables; parts with ``hole = true`` are cut out. First ``axes`` (a rotation
-matrix whose columns are the part's axes) turns a part, then ``at`` displaces it.
+matrix whose columns are the part's axes) turns a part, then ``at`` displaces it. ``shape = "nothing"``: the body is
+not drawn. The key ``scenery`` of the file is such a shape fixed in the ground.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...describe.axes import UNIT
+from ...describe.looks import NOTHING
 from ...errors import FreebodyError, nearest
 from ...scalar.algebra import IDENTITY, ZERO, apply
 from ...space import solids
@@ -32,23 +34,30 @@ def read_looks(
     color = table.text("color") if table.has("color") else None
     if not table.has("shape"):
         return None, color
-    value = table.raw("shape")
+    if table.raw("shape") == NOTHING:
+        return Shape(NOTHING), color
+    return read_shape(table, "shape", kinds, arguments), color
+
+
+def read_shape(table: Table, key: str, kinds: tuple[str, ...], arguments: Callable[..., Any]) -> Shape:
+    """Return the shape that a key describes: one part, or a list of parts."""
+    value = table.raw(key)
     tables = value if isinstance(value, list) else [value]
     if not tables or not all(isinstance(data, dict) for data in tables):
         table.fail(
             'Expected a shape such as { solid = "box", sizes = [0.4, 0.2, 0.2] }, or a list of these, '
             f"got {value!r}.",
-            "shape",
+            key,
         )
-    parts = [_part(table, data, kinds, arguments) for data in tables]
+    parts = [_part(table, key, data, kinds, arguments) for data in tables]
     if len(parts) == 1 and not parts[0].hole:
-        return parts[0], color
-    return Shape("compound", parts=tuple(parts)), color
+        return parts[0]
+    return Shape("compound", parts=tuple(parts))
 
 
-def _part(table: Table, data: Any, kinds: tuple[str, ...], arguments: Callable[..., Any]) -> Shape:
+def _part(table: Table, key: str, data: Any, kinds: tuple[str, ...], arguments: Callable[..., Any]) -> Shape:
     """Return one part of a shape."""
-    part = Table(table.document, (*table.path, "shape"), data, table.system)
+    part = Table(table.document, (*table.path, key), data, table.system)
     if part.has("mass"):
         part.fail("Expected no mass in a shape, which is only drawn; the mass belongs to the body.", "mass")
     kind = part.text("solid")
@@ -76,15 +85,22 @@ def looks_keys(
     if shape is None:
         return {}
     keys = {}
-    leaves = shape.parts if shape.kind == "compound" else (shape,)
-    if not solid and leaves:
-        texts = [_part_text(writer, part, kinds) for part in leaves]
-        tables = [text for text in texts if text is not None]
-        if len(tables) == len(texts):
-            keys["shape"] = tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]"
+    text = json.dumps(NOTHING) if shape.kind == NOTHING else shape_text(writer, shape, kinds)
+    if not solid and text is not None:
+        keys["shape"] = text
     if shape.color:
         keys["color"] = json.dumps(shape.color)
     return keys
+
+
+def shape_text(writer: ValueTexts, shape: Shape, kinds: tuple[str, ...]) -> str | None:
+    """Return a shape as a table or a list of tables; None if a part has no keys."""
+    leaves = shape.parts if shape.kind == "compound" else (shape,)
+    texts = [_part_text(writer, part, kinds) for part in leaves]
+    tables = [text for text in texts if text is not None]
+    if not leaves or len(tables) != len(texts):
+        return None
+    return tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]"
 
 
 def dimensions(shape: Shape, make: Callable[..., Any]) -> dict[str, Any]:

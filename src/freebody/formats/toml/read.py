@@ -19,7 +19,7 @@ from ...space import solids
 from ...space.mass import MassProperties
 from ..case import Case
 from .contacts import read_contact
-from .looks import read_looks
+from .looks import read_looks, read_shape
 from .positions import key_lines
 from .table import Document, Table
 
@@ -109,6 +109,8 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
         _constraint(system, constraint, table)
     for contact, table in root.tables("contacts"):
         read_contact(system, contact, table)
+    if root.has("scenery"):
+        system.scenery = read_shape(root, "scenery", SOLIDS, _solid_arguments)
     if root.has("gravity"):
         gravity = root.vector("gravity")
         root.guard(lambda: setattr(system, "gravity", gravity), "gravity")

@@ -23,7 +23,7 @@ from ...space import solids
 from ...space.mass import MassProperties
 from ..text import expression_text
 from .contacts import contact_keys
-from .looks import dimensions, looks_keys
+from .looks import dimensions, looks_keys, shape_text
 from .read import JOINTS, SOLIDS, case_from_text
 from .value_texts import ValueTexts, block, quoted
 
@@ -116,6 +116,8 @@ class Writer(ValueTexts):
         keys = {"name": quoted(system.name)}
         if any(component != 0 for component in system.gravity):
             keys["gravity"] = self.row(system.gravity)
+        if system.scenery is not None and (text := shape_text(self, system.scenery, SOLIDS)) is not None:
+            keys["scenery"] = text
         if first := self.declared_first():
             keys["coordinates"] = f"[{', '.join(map(quoted, first))}]"
         conditions = sorted(f"{expression_text(expression, self.texts)} > 0" for expression in assumed)

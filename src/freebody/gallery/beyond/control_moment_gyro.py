@@ -26,9 +26,12 @@ def build() -> fb.System:
     Omega, nu = s.parameters(Omega=600.0, nu=0.5)
     s.parameters(delta_1="60deg")
     s.assume(I_P > 0, I_S > 0, I_T > 0)
-    platform = s.body("platform", fb.MassProperties(1, (0, 0, 0), ((I_P, 0, 0), (0, I_P, 0), (0, 0, I_P))))
-    gimbal = s.body("gimbal", fb.particle(0))
-    rotor = s.body("rotor", fb.MassProperties(1, (0, 0, 0), ((I_T, 0, 0), (0, I_S, 0), (0, 0, I_T))))
+    platform = s.body("platform", fb.MassProperties(1, (0, 0, 0), ((I_P, 0, 0), (0, I_P, 0), (0, 0, I_P))),
+                      shape=fb.box(1, (0.7, 0.7, 0.1)).moved((0, 0, -0.3)))  # fmt: skip
+    gimbal = s.body("gimbal", fb.particle(0), shape=fb.torus(1, 0.2, 0.01, axis="z"))
+    disk = fb.cylinder(1, 0.14, 0.05, axis="y") + fb.cylinder(1, 0.008, 0.4, axis="y")
+    rotor = s.body("rotor", fb.MassProperties(1, (0, 0, 0), ((I_T, 0, 0), (0, I_S, 0), (0, 0, I_T))),
+                   shape=disk)  # fmt: skip
     s.hinge("pivot", s.ground, platform, axis="z", coordinate="theta")
     s.hinge("gimbal", platform, gimbal, axis="x", coordinate=nu * s.t)
     s.hinge("axle", gimbal, rotor, axis="y", coordinate=Omega * s.t)

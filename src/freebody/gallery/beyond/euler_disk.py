@@ -52,7 +52,7 @@ def coin() -> tuple[fb.System, Any]:
     s.gravity = (0, 0, -g)
     nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
     disk = s.body("disk", fb.disk(m, R))
-    along, across, above = (s.body(name, nothing) for name in ("along", "across", "above"))
+    along, across, above = (s.body(name, nothing, shape="nothing") for name in ("along", "across", "above"))
     s.slider("way_x", s.ground, along, axis="x", coordinate="x")
     s.slider("way_y", along, across, axis="y", coordinate="y")
     s.slider("way_z", across, above, axis="z", coordinate="z")

@@ -28,9 +28,12 @@ def build() -> fb.System:
     Omega, latitude = s.parameters(Omega=7.2921159e-5, latitude="50deg")
     s.parameters(spin=2500.0, theta_0="20deg", t_1=10.0)
     s.assume(I_S > 0, I_T > 0, I_R > 0, Omega > 0, sympy.cos(latitude) > 0)
-    stand = s.body("stand", fb.particle(0))
-    ring = s.body("ring", fb.MassProperties(1, (0, 0, 0), ((I_R, 0, 0), (0, I_R, 0), (0, 0, I_R))))
-    rotor = s.body("rotor", fb.MassProperties(1, (0, 0, 0), ((I_S, 0, 0), (0, I_T, 0), (0, 0, I_T))))
+    stand = s.body("stand", fb.particle(0), shape="nothing")
+    ring = s.body("ring", fb.MassProperties(1, (0, 0, 0), ((I_R, 0, 0), (0, I_R, 0), (0, 0, I_R))),
+                  shape=fb.torus(1, 0.12, 0.006, axis="y"))  # fmt: skip
+    disk = fb.cylinder(1, 0.08, 0.03, axis="x") + fb.cylinder(1, 0.004, 0.24, axis="x")
+    rotor = s.body("rotor", fb.MassProperties(1, (0, 0, 0), ((I_S, 0, 0), (0, I_T, 0), (0, 0, I_T))),
+                   shape=disk)  # fmt: skip
     s.hinge("earth", s.ground, stand, axis="z", coordinate=Omega * s.t)
     n, c_l = sympy.sin(latitude), sympy.cos(latitude)
     # columns: north, west, up, in axes whose z is the Earth's axis and whose x points away from it

@@ -28,8 +28,8 @@ def build() -> fb.System:
     s.parameters(x_0=0.3, v_0=0.2)
     s.gravity = (0, 0, -g)
     nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
-    table, ball = s.body("table", fb.particle(1)), s.body("ball", fb.sphere(m, R))
-    along, across, above = (s.body(name, nothing) for name in ("along", "across", "above"))
+    table, ball = s.body("table", fb.particle(1), shape=fb.disk(1, 0.5)), s.body("ball", fb.sphere(m, R))
+    along, across, above = (s.body(name, nothing, shape="nothing") for name in ("along", "across", "above"))
     s.hinge("axle", s.ground, table, axis="z", coordinate=Omega * s.t)
     s.slider("way_x", s.ground, along, axis="x", coordinate="x")
     s.slider("way_y", along, across, axis="y", coordinate="y")
@@ -151,6 +151,7 @@ TURNTABLE = Entry(
     until=10.0,
     positive=("g", "mu"),
     start={"x": "x_0", "y'": "v_0"},
+    drawn={"x": 0.3, "y": 0.1},
     bodies=("ball",),
     modes={"top": "stick"},
     fixed_values={**ALIGNED, "turn_x": 0, "turn_y": 0, "turn_z": 0},

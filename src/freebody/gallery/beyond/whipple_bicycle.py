@@ -15,19 +15,43 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import sympy
 
 import freebody as fb
 
 from ...scalar.digits import significant
+from ...space.shape import Shape
 from ..tools.answer import Answer, Answers, Plots, Solved
 from ..tools.case import Case, explain
 from ..tools.entry import Entry
+from ..tools.looks import placed, rim, together, tube_between
 
 LEAN_AND_STEER = ("air_rx", "delta", "rear")
 """Independent small motions: lean, steer, and the rotation of the rear wheel, which is the forward motion."""
 
 KICK = {"air_vx": "v", "rear'": "-v/r_R", "air_wx": "kick"}
 """Straight running at the speed v with a rate of lean; the contacts determine all other speeds."""
+
+
+def look(w: Any, c: Any, lam: Any, r_R: Any, r_F: Any) -> dict[str, Shape]:
+    """Return the parts as they are drawn: two rims, a frame of tubes with a saddle, a fork with a handlebar."""
+
+    def steering(height: Any) -> tuple[Any, Any, Any]:
+        return (w + c - sympy.tan(lam) * height, 0, -height)
+
+    thin = r_R / 16
+    hub, cranks, saddle = (0, 0, -r_R), (2 * w / 5, 0, -r_R), (w / 5, 0, -3 * r_R)
+    low, high, grip = steering(2 * r_F), steering(13 * r_F / 5), steering(3 * r_F)
+    tubes = ((hub, cranks), (hub, saddle), (cranks, saddle), (cranks, low), (saddle, high), (low, high))
+    seat = placed(fb.box(1, (r_R / 2, r_R / 4, r_R / 8)), (w / 5, 0, -25 * r_R / 8))
+    bar = [(grip[0] - r_F / 6, side * r_F * 3 / 5, grip[2]) for side in (1, -1)]
+    fork = (((w, 0, -r_F), low), (low, grip), bar)
+    return {
+        "rear": rim(r_R, thin, (0, 0, 0), "y"),
+        "front": rim(r_F, thin, (0, 0, 0), "y"),
+        "frame": together(*(tube_between(start, end, thin) for start, end in tubes), seat),
+        "fork": together(*(tube_between(start, end, thin) for start, end in fork)),
+    }
 
 
 def build() -> fb.System:
@@ -39,10 +63,13 @@ def build() -> fb.System:
 
     # moments of inertia, and the product I_xz: minus the entry of the matrix in the table
     solid = fb.MassProperties.from_products
-    rear = s.body("rear_wheel", solid(2, (0, 0, 0), (0.0603, 0.12, 0.0603)))
-    frame = s.body("frame", solid(m_B, (0.3, 0, -0.9), (9.2, 11, 2.8), (0, -2.4, 0)))
-    fork = s.body("fork", solid(4, (0.9, 0, -0.7), (0.05892, 0.06, 0.00708), (0, 0.00756, 0)))
-    front = s.body("front_wheel", solid(3, (0, 0, 0), (0.1405, 0.28, 0.1405)))
+    seen = look(w, c, lam, r_R, r_F)
+    rear = s.body("rear_wheel", solid(2, (0, 0, 0), (0.0603, 0.12, 0.0603)), shape=seen["rear"])
+    rider = solid(m_B, (0.3, 0, -0.9), (9.2, 11, 2.8), (0, -2.4, 0))
+    frame = s.body("frame", rider, shape=seen["frame"])
+    handlebar = solid(4, (0.9, 0, -0.7), (0.05892, 0.06, 0.00708), (0, 0.00756, 0))
+    fork = s.body("fork", handlebar, shape=seen["fork"])
+    front = s.body("front_wheel", solid(3, (0, 0, 0), (0.1405, 0.28, 0.1405)), shape=seen["front"])
     s.free("air", s.ground, frame)
     s.hinge("rear_axle", frame, rear, at=(0, 0, -r_R), axis="y", coordinate="rear")
     foot, tilted = (w + c, 0, 0), ("sin(lam)", 0, "cos(lam)")
@@ -181,5 +208,6 @@ WHIPPLE_BICYCLE = Entry(
     solve,
     until=4.0,
     positive=("g", "w", "r_R", "r_F", "m_B"),
+    drawn={"delta": "12deg"},
     bodies=(),
 )

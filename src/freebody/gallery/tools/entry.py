@@ -101,6 +101,10 @@ class Entry:
         Parameters that must be above 0 for the questions to have answers.
     bodies : tuple of str, optional
         The bodies whose free-body equations are shown with the answers; by default all.
+    drawn : mapping
+        Coordinates in which it is drawn; generic ones are chosen for the others.
+    blows : function of the system, optional
+        Returns the impulses that its drawing shows: (point, components) by name.
     modes : mapping, optional
         For machines with contacts: the contact modes of its equations, see :func:`freebody.equations`.
     fixed_values : mapping
@@ -117,6 +121,8 @@ class Entry:
     until: float
     start: Mapping[str, Any] = field(default_factory=dict)
     near: Mapping[str, Any] = field(default_factory=dict)
+    drawn: Mapping[str, Any] = field(default_factory=dict)
+    blows: Callable[[fb.System], Mapping[str, Any]] | None = None
     positive: tuple[str, ...] = ()
     bodies: tuple[str, ...] | None = None
     modes: Mapping[str, Any] | None = None

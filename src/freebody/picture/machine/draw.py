@@ -21,8 +21,9 @@ from ..paper.sheet import Group, Line, Sheet, Style
 from ..paper.view import view_of
 from .configuration import configuration, equations_at
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
-from .draw_forces import gravity, loads, springs
-from .draw_ground import feet, gears, guides, rolling_planes, ropes, surfaces
+from .draw_forces import gravity, impulses, loads, springs
+from .draw_ground import feet, gear_wheels, gears, guides, rolling_planes, ropes, scenery, surfaces
+from .inclinations import mark_inclinations
 from .machine_drawing import WIDE, MachineDrawing
 from .outlines import outlines, polygon
 
@@ -44,6 +45,7 @@ def draw(
     dimensions: bool = True,
     names: bool = True,
     axonometric: bool = False,
+    impulses: Mapping[str, Any] | None = None,
 ) -> Drawing:
     """Draw a machine: bodies, joints, springs, loads, coordinates, axes.
 
@@ -68,6 +70,9 @@ def draw(
         Show the coordinates, the lengths, and the names of bodies and joints.
     axonometric : bool
         Draw a planar machine in the axonometric view, too.
+    impulses : mapping, optional
+        Blows to show, by name: (point of a body, three components in ground axes), as :func:`freebody.impulse` takes
+        them.
 
     Returns
     -------
@@ -93,14 +98,15 @@ def draw(
     now = configuration(e.model, at, trajectory=trajectory, values=values, near=near)
     view = view_of(e.model, e, now.values, axonometric)
     maker = Machine(e, now, view)
-    return Drawing(maker.sheet(coordinates, dimensions, names))
+    return Drawing(maker.sheet(coordinates, dimensions, names, impulses or {}))
 
 
 class Machine(MachineDrawing):
     """Draws one machine in one configuration."""
 
-    def sheet(self, coordinates: bool, dimensions: bool, names: bool) -> Sheet:
+    def sheet(self, coordinates: bool, dimensions: bool, names: bool, blows: Mapping[str, Any]) -> Sheet:
         """Return the sheet with everything, drawn from the back to the front."""
+        scenery(self)
         rolling_planes(self)
         surfaces(self)
         ropes(self)
@@ -112,10 +118,13 @@ class Machine(MachineDrawing):
         self._joint_symbols()
         springs(self)
         loads(self)
+        impulses(self, blows)
         if coordinates:
             mark_coordinates(self)
-        if dimensions and self.view.planar:
+        if dimensions:
             mark_dimensions(self)
+            if self.view.planar:
+                mark_inclinations(self)
         ground_axes(self)
         gravity(self)
         if names:
@@ -134,7 +143,7 @@ class Machine(MachineDrawing):
 
     def _body(self, name: str) -> None:
         R, p = self.now.posture(name)
-        fill = self.fill(name)
+        fill, geared = self.fill(name), gear_wheels(self).values()
         group = Group([], {"class": "body", "data-body": name}, name)
         order = sorted(
             self.pieces[name],
@@ -142,7 +151,10 @@ class Machine(MachineDrawing):
         )
         for piece in order:
             for item in outlines(piece, R, p, self.view, self.scale, fill, self._slides(name)):
-                group.add(item)
+                if not any(
+                    piece is wheel for pair in geared for wheel in pair.values()
+                ):  # its teeth are drawn
+                    group.add(item)
                 area = polygon(item)
                 if area is not None:
                     self.placer.area(area, 1.0 if piece.kind in ("slender_bar", "rod") else 0.3)
@@ -154,7 +166,12 @@ class Machine(MachineDrawing):
         for name, (kind, parent, child, point) in self.joints.items():
             at = self.page(point)
             attributes = {"class_": f"joint {kind}", "data_joint": name}
-            if kind == "planar":  # no point of the body is held
+            if kind == "planar" and self._at_centre(name):
+                self.add(symbols.mass_centre(at), class_="mass-centre", data_body=child)
+            if kind == "planar" or not self._shows(parent, child):  # no point of a drawn body is held
+                continue
+            if name in self.idle:
+                self.add(symbols.mass_centre(at), **attributes)
                 continue
             if kind in ("slider", "cylindrical"):
                 if parent != "ground" or kind == "cylindrical" or not self.view.planar:
@@ -173,6 +190,23 @@ class Machine(MachineDrawing):
             else:
                 self.add(symbols.pin(at), **attributes)
 
+    def _at_centre(self, joint: str) -> bool:
+        """True if the coordinates of a joint are those of the mass centre of its body."""
+        place = self.model.joints[joint]
+        center = self.model.bodies[place.child].center
+        return (
+            self.view.planar
+            and place.child in self.drawn
+            and all(
+                float(self.now.state(a)) == float(self.now.state(b))
+                for a, b in zip(place.to, center, strict=True)
+            )
+        )
+
+    def _shows(self, *bodies: str) -> bool:
+        """True if any of these bodies is drawn."""
+        return any(body in self.drawn for body in bodies)
+
     def _shaft(self, name: str, at: Array, d: Array) -> list[Any]:
         """A hinge in space: its axis, and bearings if the axis is fixed in the ground."""
         _, parent, child, _ = self.joints[name]
@@ -186,7 +220,7 @@ class Machine(MachineDrawing):
         items: list[Any] = [Line(np.array(ends), Style(INK, 0.9, (9.0, 2.0, 1.5, 2.0)))]
         for end, side in zip(ends, (1.0, -1.0), strict=True):
             items += symbols.bearing(end - 6.0 * side * d, d, self.down) if on_ground else []
-        return [*items, *symbols.pin(at)]
+        return items if on_ground else [*items, *symbols.pin(at)]
 
     def along(self, body: str, at: Array, d: Array) -> float:
         """Distance from a point at which the line in a direction leaves a body [pt]."""
@@ -224,8 +258,8 @@ class Machine(MachineDrawing):
             if name in self.drawn:
                 self.labels.append((name.replace("_", " "), [(self._visible_point(name), None)], 10.5, INK))
         points: list[tuple[Array, list[str]]] = []
-        for name, (kind, _, _, point) in self.joints.items():
-            if kind == "planar":
+        for name, (kind, parent, child, point) in self.joints.items():
+            if kind == "planar" or not self._shows(parent, child):
                 continue
             at = self.page(point)
             together = next((names for q, names in points if float(np.linalg.norm(q - at)) < 1.0), None)

@@ -14,7 +14,8 @@ from ...symbolic.printing.display import latex
 from ..paper.palette import GREY, PALE
 from ..paper.sheet import Arrow, Line, Style, box_of
 from .machine_drawing import MachineDrawing
-from .measures import Measured, angle_of, dimensions_of
+from .measures import Measured, angle_of, dimensions_of, ground_dimensions
+from .space_dimensions import mark_tilts, space_dimensions
 
 Array = NDArray[np.float64]
 
@@ -67,19 +68,27 @@ def _slide(m: MachineDrawing, name: str, number: int, link: Link) -> None:
         start = end - 0.6 * m.wide * d
     side = np.array([-d[1], d[0]])
     choices = []
+    child = m.model.joints[name].child
+    # in a plane, beside the body: lines do not lead through it
+    edges = {
+        s: m.reach(child, end, s * side) if m.view.planar and child in m.drawn else 0.0 for s in (1.0, -1.0)
+    }
     for k, (sign, gap) in enumerate((s, g) for g in (24.0, 34.0, 46.0) for s in (1.0, -1.0)):
+        gap = max(gap, edges[sign] + gap - 10.0)
         line = np.array([start, end]) + sign * gap * side
         choices.append((m.placer.crowding(line) + 0.004 * gap + 0.001 * k, k, sign * gap * side))
     shift = min(choices, key=lambda choice: choice[:2])[2]
     out = shift / np.linalg.norm(shift)
+    edge = max(13.0, edges[float(np.sign(shift @ side))] + 3.0)
     items = [
-        Line(np.array([end + 13 * out, end + shift + 4 * out]), Style(GREY, 0.7)),
+        Line(np.array([end + edge * out, end + shift + 4 * out]), Style(GREY, 0.7)),
         Arrow(np.array([start, end]) + shift, Style(GREY, 0.9)),
     ]
     if far:
         items.append(Line(np.array([start, start - 22.0 * d]) + shift, Style(GREY, 0.9, (3.0, 3.0))))
     else:
-        items.append(Line(np.array([start + 3 * out, start + shift + 4 * out]), Style(GREY, 0.7)))
+        foot = max(3.0, float(np.linalg.norm(shift)) - 22.0)
+        items.append(Line(np.array([start + foot * out, start + shift + 4 * out]), Style(GREY, 0.7)))
     m.add(items, class_="coordinate", data_joint=name)
     m.labels.append((f"${tex}$", [((start + end) / 2 + shift, out)], 10.5, GREY))
 
@@ -104,6 +113,10 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     before = _about(n, -value) @ r
     point = m.joints[name][3]
     at = m.page(point)
+    box = np.array([m.page(q) for q in m.extent()])
+    if float(np.abs(at - box.mean(axis=0)).max()) > 2 * m.wide:
+        _far_axis(m, name, at, box)
+        return
     # arcs about one point have increasing radii
     concentric = sum(float(np.linalg.norm(at - q)) < 1.0 for q in m.arcs)
     m.arcs.append(at)
@@ -125,6 +138,25 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     m.labels.append((f"${latex(exact, m.e.ring)}$", [(middle, out)], 10.5, GREY))
 
 
+def _far_axis(m: MachineDrawing, name: str, at: Array, box: Array) -> None:
+    """Draw the way to the distant axis of a hidden frame that carries the machine, with its length."""
+    child = m.model.joints[name].child
+    for key, joint in m.model.joints.items():
+        distances = [m.e.state(x) for x in joint.at if x != 0]
+        if joint.parent != child or len(distances) != 1:
+            continue
+        start = m.page(m.joints[key][3])
+        d = (at - start) / np.linalg.norm(at - start)
+        reach = max(float((q - start) @ d) for q in box) + 14.0
+        line = np.array([start + reach * d, start + (reach + 52.0) * d])
+        items = [
+            Line(np.array([start, line[0]]), Style(GREY, 0.7, (3.0, 3.0))),
+            Arrow(line, Style(GREY, 0.9)),
+        ]
+        m.add(items, class_="dimension", data_joint=name)
+        m.labels.append((f"${latex(distances[0], m.e.ring)}$", [(line[1], d)], 10.5, GREY))
+
+
 def _body_axes(m: MachineDrawing, body: str) -> None:
     """Draw the axes of a body that turns freely, as 1, 2, 3."""
     R, p = m.now.posture(body)
@@ -140,14 +172,26 @@ def _body_axes(m: MachineDrawing, body: str) -> None:
 
 
 def mark_dimensions(m: MachineDrawing) -> None:
-    """Draw the dimensions of the bodies; in a machine of more than three bodies, each expression once."""
+    """Draw the dimensions of the bodies; in space and in a machine of more than three bodies, each expression once."""
     done: set[str] = set()
+    once = len(m.model.bodies) > 3 or not m.view.planar
     for name in m.model.bodies:
-        placer = m.placer.about(m.areas_of(name))
-        for group, tex, anchor in dimensions_of(m.e, m.now, m.view, m.scale, name, placer, center=False):
-            if tex in done and len(m.model.bodies) > 3:
+        if m.view.planar:
+            placer = m.placer.about(m.areas_of(name))
+            measures = dimensions_of(m.e, m.now, m.view, m.scale, name, placer, center=False)
+        else:
+            measures = space_dimensions(m, name) if name in m.drawn else []
+        for group, tex, anchor in measures:
+            if tex in done and once:
                 continue
             done.add(tex)
+            _add_measures(m, [(group, tex, anchor)])
+    if not m.view.planar:
+        mark_tilts(m)
+        return
+    placer = m.placer.about([area for name in m.drawn for area in m.areas_of(name)])
+    for group, tex, anchor in ground_dimensions(m.e, m.now, m.view, m.scale, placer):
+        if tex not in done:
             _add_measures(m, [(group, tex, anchor)])
 
 

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...describe.description import vector
+from ...describe.frame import Point
 from ...describe.loads.load import Damper, Force, JointDamper, JointForce, JointSpring, Spring, Torque
+from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
 from ...symbolic.printing.display import latex
+from ...symbolic.printing.latex import latex_name
 from ..paper import symbols
 from ..paper.palette import INK, VERMILLION
 from ..paper.sheet import Arrow, Style, arc, box_of
 from .force_arrows import Mark, Marks
+from .lines_of_action import mark_line, moved_forces
 from .machine_drawing import MachineDrawing
 
 Array = NDArray[np.float64]
@@ -29,6 +35,7 @@ def springs(m: MachineDrawing) -> None:
         if isinstance(load, Spring | Damper):
             a, b = m.page(m.now.point(load.start)), m.page(m.now.point(load.end))
             make = symbols.zigzag if isinstance(load, Spring) else symbols.dashpot
+            a, b = _surface(m, load.start, a, b - a), _surface(m, load.end, b, a - b)
             m.add(make(a, b), class_=type(load).__name__.lower(), data_load=name)
             value = load.stiffness if isinstance(load, Spring) else load.damping
             _spring_label(m, value, (a + b) / 2, b - a)
@@ -37,6 +44,15 @@ def springs(m: MachineDrawing) -> None:
                     _wall(m, q, b - a if point is load.start else a - b)
         elif isinstance(load, JointSpring | JointDamper):
             _joint_spring(m, name, load)
+
+
+def _surface(m: MachineDrawing, point: Point, at: Array, along: Array) -> Array:
+    """Return the end of a spring at a body: on the edge of a particle, which is drawn larger than it is."""
+    name, length = point.body.name, float(np.linalg.norm(along))
+    pieces = m.pieces.get(name, ())
+    if name not in m.drawn or length == 0 or not pieces or any(piece.kind != "particle" for piece in pieces):
+        return at
+    return np.asarray(at + min(m.reach(name, at, along / length), 0.4 * length) * along / length)
 
 
 def _spring_label(m: MachineDrawing, value: Expression, at: Array, along: Array) -> None:
@@ -101,7 +117,11 @@ def loads(m: MachineDrawing) -> None:
     marks = Marks(m.e, m.now, m.view.planar)
     style = Style(VERMILLION, 1.8)
     anchors_of: dict[tuple[str, str], list[Any]] = {}
+    moved = moved_forces(m)
+    combined = {couple for couple, _, _ in moved.values()}
     for name, load in applied.items():
+        if name in combined:
+            continue
         if isinstance(load, JointForce):
             body = m.model.joints[load.joint.name].child
         else:
@@ -112,18 +132,18 @@ def loads(m: MachineDrawing) -> None:
         for action in free.actions:
             if action.name != name:
                 continue
-            for vector, couple in ((action.force, False), (action.moment, True)):
-                if any(not (isinstance(x, int) and x == 0) for x in vector):
-                    for mark in marks.resolved(name, "load", couple, vector, action.at, free):
+            for exact, couple in ((action.force, False), (action.moment, True)):
+                if any(not (isinstance(x, int) and x == 0) for x in exact):
+                    for mark in marks.resolved(name, "load", couple, exact, action.at, free):
+                        at = mark_line(m, name, *moved[name]) if name in moved else m.page(mark.point)
                         # an action and its reaction share one label
-                        anchors_of.setdefault((name, mark.label), []).append(_load(m, mark, style))
+                        anchors_of.setdefault((name, mark.label), []).append(_load(m, mark, at, style))
     for (_, label), anchors in anchors_of.items():
         m.labels.append((f"${label}$", anchors, 11.0, VERMILLION))
 
 
-def _load(m: MachineDrawing, mark: Mark, style: Style) -> tuple[Array, Array]:
+def _load(m: MachineDrawing, mark: Mark, at: Array, style: Style) -> tuple[Array, Array]:
     """Draw the arrow of a load; return the anchor of its label: (point, direction from it)."""
-    at = m.page(mark.point)
     if mark.couple and m.view.planar:
         turn = 1.0 if m.view.turn(mark.direction) > 0 else -1.0
         choices = [
@@ -144,6 +164,31 @@ def _load(m: MachineDrawing, mark: Mark, style: Style) -> tuple[Array, Array]:
         far = points[len(points) // 2]
     out = far - at
     return far, out / max(float(np.linalg.norm(out)), 1e-9)
+
+
+def impulses(m: MachineDrawing, blows: Mapping[str, Any]) -> None:
+    """Draw blows: an open arrow whose tip is at the point that is struck, labelled with a hat.
+
+    Raises
+    ------
+    ModelError
+        If the point is not a point of the machine, or the impulse is zero there.
+    """
+    for name, (point, components) in blows.items():
+        body = getattr(getattr(point, "body", None), "name", None)
+        if body not in m.model.bodies:
+            raise ModelError(
+                f"Expected a point of a body of '{m.model.name}' for the impulse '{name}', got {shown(point)}."
+            )
+        system = point.body.system
+        v = np.array([float(m.now.state(x)) for x in vector(system, components, f"the impulse '{name}'")])
+        at, d = m.page(m.now.point(point)), m.view(v)
+        if not d.any():
+            raise ModelError(f"Expected an impulse '{name}' that the drawing can show, got zero in its view.")
+        d = d / np.linalg.norm(d)
+        arrow = Arrow(np.array([at - 1.2 * FORCE * d, at]), Style(VERMILLION, 1.8), "open")
+        m.add([arrow], class_="impulse", data_load=name)
+        m.labels.append((rf"$\hat{{{latex_name(name)}}}$", [(at - 1.2 * FORCE * d, -d)], 11.0, VERMILLION))
 
 
 def gravity(m: MachineDrawing) -> None:

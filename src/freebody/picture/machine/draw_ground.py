@@ -12,15 +12,31 @@ from ...describe.constraints.constraint import Gear, Rolling
 from ...describe.contact_shapes import kind_of
 from ...dynamics.constraints import _arm
 from ...dynamics.contact import touches
+from ...scalar.element import Polynomial
+from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name
 from ..paper import symbols
 from ..paper.palette import GREEN, GREY, INK
-from ..paper.sheet import Circle, Line, Style, arc
+from ..paper.placing import inside, sampled
+from ..paper.sheet import Arrow, Circle, Line, Style, arc
 from .configuration import NEAR
 from .machine_drawing import ROUND, MachineDrawing, fixed
-from .shapes import ropes_of
+from .outlines import outlines, polygon
+from .shapes import Primitive, ropes_of, scenery_of
 
 Array = NDArray[np.float64]
+
+
+def scenery(m: MachineDrawing) -> None:
+    """Draw the solids fixed in the ground: cut by the page in a planar machine, in pale grey in space."""
+    pieces = scenery_of(m.model, m.now.state, m.wide / m.scale)
+    for piece in pieces:
+        fill = "#ffffff" if m.view.planar else "#e6e6e6"
+        items = outlines(piece, np.eye(3), np.zeros(3), m.view, m.scale, fill)
+        if m.view.planar:
+            areas = [area for item in items if (area := polygon(item)) is not None]
+            items = [part for area in areas for part in symbols.section(area)]
+        m.add(items, class_="scenery")
 
 
 def rolling_planes(m: MachineDrawing) -> None:
@@ -65,7 +81,10 @@ def surfaces(m: MachineDrawing) -> None:
             elif kind in ROUND and m.view.planar:
                 _wall_round(m, shape)
             elif kind == "point" and m.view.planar:  # an edge of the ground, seen along it
-                m.add(symbols.pin_on_ground(m.page(fixed(m, shape.components)), m.down), class_="plane")
+                at = m.page(fixed(m, shape.components))
+                m.labels.append((f"${latex_name(contact.name)}$", [(at, None)], 9.5, GREY))
+                if m.model.scenery is None:
+                    m.add(symbols.pin_on_ground(at, m.down), class_="plane")
 
 
 def feet(m: MachineDrawing) -> None:
@@ -121,6 +140,23 @@ def _wall_round(m: MachineDrawing, shape: Any) -> None:
         foot = center + r * d
         items.append(Line(np.array([foot, foot + 5.0 * (sign * d + np.array([-d[1], d[0]]))]), symbols.FINE))
     m.add(items, class_="plane")
+    radius = m.e.state(shape.radius)
+    if not isinstance(radius, Polynomial):
+        return
+    choices = []
+    for k in range(12):
+        t = math.radians(30 * k + 10)
+        d = np.array([math.cos(t), math.sin(t)])
+        areas = [area for name in m.drawn for area in m.areas_of(name)]
+        clear = 20.0 * sum(
+            inside(area, sampled(np.array([center, center + r * d]), 4.0)).any() for area in areas
+        )
+        choices.append((clear + abs(d[0] - d[1]), k, d))
+    d = min(choices, key=lambda choice: choice[:2])[2]
+    line = np.array([center, center + r * d])
+    tex = latex(radius, m.e.ring)
+    m.add([Arrow(line, Style(GREY, 0.8))], class_="dimension", data_symbol=tex)
+    m.labels.append((f"${tex}$", [(line.mean(axis=0), np.array([-d[1], d[0]]))], 10.5, GREY))
 
 
 def guides(m: MachineDrawing) -> None:
@@ -139,8 +175,9 @@ def guides(m: MachineDrawing) -> None:
         base = m.page(m.now.place("ground", m.model.joints[name].at)) if name in m.model.joints else at
         s = sorted((0.0, float((base - at) @ d)))
         gap = m.reach(child, at, np.array([d[1], -d[0]]))
-        # a guide does not reach all the way to a distant origin
-        reach = (max(s[0] - 34.0, -110.0), min(s[1] + 34.0, 110.0))
+        # a guide does not reach all the way to a distant origin, but under the whole body
+        ends = [m.reach(child, at, sign * d) + 14.0 for sign in (-1.0, 1.0)]
+        reach = (min(max(s[0] - 34.0, -110.0), -ends[0]), max(min(s[1] + 34.0, 110.0), ends[1]))
         items = symbols.guide(at, d, reach, gap, 1.0)
         m.add(items, class_="joint slider", data_joint=name)
 
@@ -183,22 +220,30 @@ def ropes(m: MachineDrawing) -> None:
         m.labels.append((f"${latex_name(name)}$", [(middle, np.array([1.0, 0.0]))], 10.0, GREEN))
 
 
-def gears(m: MachineDrawing) -> None:
-    """Draw the meshing teeth of gear wheels whose bodies have a round solid."""
+def gear_wheels(m: MachineDrawing) -> dict[str, dict[str, Primitive]]:
+    """Return the round solids of the two wheels of each pair of gears, by the names of the gear and of the body."""
+    result = {}
     for name, gear in m.model.constraints.items():
         if not isinstance(gear, Gear) or not m.view.planar:
             continue
+        wheels = {
+            joint.child.name: piece
+            for joint in (gear.second, gear.first)
+            for piece in m.pieces[joint.child.name][::-1]
+            if "radius" in piece.dimensions and piece.kind in ("disk", "cylinder", "ring")
+        }
+        if len(wheels) == 2:
+            result[name] = {key: wheels[key] for key in (gear.first.child.name, gear.second.child.name)}
+    return result
+
+
+def gears(m: MachineDrawing) -> None:
+    """Draw the meshing teeth of gear wheels whose bodies have a round solid, with their pitch circles."""
+    for name, pair in gear_wheels(m).items():
         wheels = []
-        for joint in (gear.first, gear.second):
-            child = joint.child.name
-            R, p = m.now.posture(child)
-            wheels += [
-                (m.page(p + R @ piece.center), m.scale * piece["radius"], m.fill(child))
-                for piece in m.pieces[child]
-                if "radius" in piece.dimensions and piece.kind in ("disk", "cylinder", "ring")
-            ][:1]
-        if len(wheels) != 2:
-            continue
+        for body, piece in pair.items():
+            R, p = m.now.posture(body)
+            wheels.append((m.page(p + R @ piece.center), m.scale * piece["radius"], m.fill(body)))
         smallest = min(radius for _, radius, _ in wheels)
         pitch = 2 * math.pi * smallest / max(8, round(2 * math.pi * smallest / 12.0))
         for k, (center, radius, fill) in enumerate(wheels):

@@ -21,7 +21,19 @@ from ...describe.constraints.constraint import Rolling
 from ...dynamics.constraints import _arm, radial_names, rows
 from ...dynamics.kinematics import rotation
 from ...model.contact import Touching
-from ...scalar.algebra import ZERO, Scalar, Vector, add, apply_transpose, cross, dot, floats, subtract
+from ...scalar.algebra import (
+    ZERO,
+    Matrix,
+    Scalar,
+    Vector,
+    add,
+    apply_transpose,
+    cross,
+    dot,
+    floats,
+    scale,
+    subtract,
+)
 from ...scalar.element import Polynomial, element
 from ...scalar.expression import evaluate
 from ...symbolic.equations import Equations
@@ -178,22 +190,43 @@ class Marks:
         linear = min(frames, key=lambda body: self._length(body.mass_acceleration))
         angular = min(frames, key=lambda body: self._length(body.momentum_rate))
         result = []
+        guide = self._guide_axes(body.body)
+        if guide is not None and linear.frame == "ground":
+            along = apply_transpose(guide[0], linear.mass_acceleration)
+            if self._length(along) < self._length(linear.mass_acceleration):
+                return [
+                    *(mark for k in range(3) for mark in self._component(linear, k, along[k], False, guide)),
+                    *(
+                        mark
+                        for k in range(3)
+                        for mark in self._component(angular, k, angular.momentum_rate[k], True)
+                    ),
+                ]
         for k in range(3):
             result += self._component(linear, k, linear.mass_acceleration[k], False)
         for k in range(3):
             result += self._component(angular, k, angular.momentum_rate[k], True)
         return result
 
+    def _guide_axes(self, body: str) -> tuple[Matrix, str] | None:
+        """Axes along which the joint of a body to the ground displaces it, and their letters; None if it has none."""
+        joint = next((joint for joint in self.e.model.joints.values() if joint.child == body), None)
+        if joint is None or joint.parent != "ground" or joint.type not in ("planar", "slider"):
+            return None
+        return self.e.state.matrix(self.e.model.links[joint.links[0]].rotation), "tnb"
+
     def _length(self, v: Vector) -> int:
         """Number of terms of three canonical expressions."""
         return sum(len(x) if isinstance(x, Polynomial) else int(x != 0) for x in v)
 
-    def _component(self, body: FreeBody, k: int, x: Scalar, couple: bool) -> list[Mark]:
+    def _component(
+        self, body: FreeBody, k: int, x: Scalar, couple: bool, guide: tuple[Matrix, str] | None = None
+    ) -> list[Mark]:
         if isinstance(x, int) and x == 0:
             return []
-        R = body._axes
+        R, letters = (body._axes, "xyz" if body.frame == "ground" else "123") if guide is None else guide
         axis: Vector = tuple(R[i][k] for i in range(3))
-        letter = "xyz"[k] if body.frame == "ground" else "123"[k]
+        letter = letters[k]
         if couple:
             inner = r"I_{C} \alpha" if self.plane else rf"\dot{{H}}_{{C{letter}}}"
         else:
@@ -201,6 +234,8 @@ class Marks:
             inner = rf"{mass} a_{{C{letter}}}"
         name = f"{'dH' if couple else 'ma'}_C{letter}"
         vector: Vector = tuple(x if i == k else 0 for i in range(3))  # type: ignore[assignment]
+        if guide is not None:  # written in ground axes
+            vector = scale(x, axis)
         mark = self._mark(name, "kinetic", couple, x, self.vector(axis), vector, body._centre, inner)
         return [replace(mark, frame=body.frame)]
 

@@ -19,8 +19,9 @@ from ..paper.sheet import Arrow, Circle, Group, arc
 from ..paper.view import View
 from .configuration import Configuration
 from .outlines import outlines, polygon
-from .shapes import attachments, fill_of
+from .shapes import attachments, fill_of, hidden
 from .solid_pieces import pieces_of
+from .supports import idle_supports
 
 Array = NDArray[np.float64]
 
@@ -42,6 +43,8 @@ class MachineDrawing:
         Points per unit of length [pt/m].
     labels : list
         Labels, placed after all lines are drawn: text, anchors, size, colour.
+    idle : set
+        Names of joints to the ground that transmit no force.
     arcs : list
         Points about which angles are drawn, on paper.
     """
@@ -53,6 +56,7 @@ class MachineDrawing:
         self.model = e.model
         self.pieces = pieces_of(now, view.planar)
         self.placer = Placer()
+        self._areas: dict[str, list[Array]] = {}
         self.root = Group()
         self.labels: list[tuple[str, list[tuple[Array, Array | None]], float, str]] = []
         self.arcs: list[Array] = []
@@ -61,6 +65,7 @@ class MachineDrawing:
         self.down = np.array([0.0, -1.0])
         self.joints: dict[str, tuple[str, str, str, Array]] = self._joints()
         self.drawn = self._back_to_front()
+        self.idle = idle_supports(now, view.planar)
 
     def page(self, point: Array) -> Array:
         """Map a point in ground axes to paper [pt]."""
@@ -70,22 +75,26 @@ class MachineDrawing:
 
     def extent(self) -> list[Array]:
         """Points whose box contains the machine, in ground axes [m]."""
-        points = []
+        points: list[Array] = []
+        unseen = hidden(self.model)
         for name in self.model.bodies:
+            if name in unseen:
+                continue
             R, p = self.now.posture(name)
             points += [p + R @ q for q in attachments(self.model, self.now.state, name).values()]
             points.append(self.now.place(name, self.model.bodies[name].center))
             for piece in self.pieces[name]:
                 points += [p + R @ q for q in piece.points()]
         for joint in self.model.joints.values():
-            if joint.parent == "ground" and joint.type not in ("free", "planar"):
+            on_ground = joint.parent == "ground" and joint.child not in unseen
+            if on_ground and joint.type not in ("free", "planar"):
                 points.append(self.now.place("ground", joint.at))
         return points + round_walls(self)
 
     def _back_to_front(self) -> list[str]:
         """Names of the bodies in drawing order: in space the far ones first, at equal depth the large ones first.
 
-        In space a body without mass or extent, between two primitive motions of a joint, is not drawn.
+        Hidden bodies are not drawn, nor in space a body without mass or extent between two motions of a joint.
         """
 
         def order(name: str) -> tuple[float, float]:
@@ -94,7 +103,7 @@ class MachineDrawing:
             points = np.array([q for piece in self.pieces[name] for q in piece.points()])
             return round(depth * self.scale, 3), -float(np.ptp(points, axis=0).max())
 
-        carriers = {
+        carriers = hidden(self.model) | {
             name
             for name in self.model.bodies
             if not self.view.planar
@@ -137,7 +146,9 @@ class MachineDrawing:
         return max((float(((area - at) @ d).max()) for area in self.areas_of(body)), default=0.0)
 
     def areas_of(self, name: str) -> list[Array]:
-        """Polygons that a body covers on paper."""
+        """Polygons that a body covers on paper; they are computed once."""
+        if name in self._areas:
+            return self._areas[name]
         R, p = self.now.posture(name)
         areas = []
         for piece in self.pieces[name]:
@@ -145,6 +156,7 @@ class MachineDrawing:
                 area = polygon(item)
                 if area is not None:
                     areas.append(area)
+        self._areas[name] = areas
         return areas
 
     # -- items ----------------------------------------------------------------------------------------

@@ -11,8 +11,12 @@ import sympy
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
+from ...describe.contact_shapes import kind_of
+from ...model.closure import Closure
 from ...model.model import GROUND
-from ...scalar.algebra import Scalar, Vector
+from ...scalar.algebra import Scalar, Vector, floats
+from ...scalar.element import Polynomial
+from ...scalar.expression import evaluate
 from ...symbolic.equations import Equations
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
@@ -20,15 +24,19 @@ from ..paper.placing import Placer
 from ..paper.sheet import Arrow, Group, Line, Style, arc
 from ..paper.view import View
 from .configuration import Configuration
-from .shapes import Primitive, attachments, holds
+from .shapes import Primitive, attachments, hidden, holds
 
 Array = NDArray[np.float64]
 
 THIN = Style(GREY, 0.7)
 DASHED = Style(GREY, 0.7, (4.0, 2.5))
+CENTRE_LINE = Style(GREY, 0.7, (8.0, 2.0, 1.5, 2.0))
 
 ROUND = ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube")
 """Kinds of solids that have a radius."""
+
+FORESHORTENED = 0.35
+"""Least part of a length that is left on paper for it to be dimensioned."""
 
 Measured = tuple[Group, str, tuple[Array, Array | None]]
 """A measure: its lines, its label, and the anchor of the label (point, direction from it)."""
@@ -94,8 +102,9 @@ def angle_of(
     radius = min(34.0, 0.62 * reach[far])
     reference = np.array([start, start + (radius + 14.0) * np.array([math.cos(zero), math.sin(zero)])])
     swept = arc(start, radius, zero, now_at)
+    axis = [Line(np.array([start, ends[far]]), CENTRE_LINE)] if body in hidden(model) else []
     group = Group(
-        [Line(reference, DASHED), Arrow(swept, Style(GREY, 0.8), "full")],
+        [*axis, Line(reference, DASHED), Arrow(swept, Style(GREY, 0.8), "full")],
         {"class": "angle", "data-symbol": shown},
         f"angle of {body}",
     )
@@ -113,12 +122,96 @@ def dimensions_of(
     placer: Placer,
     center: bool = True,
 ) -> list[Measured]:
-    """Distances between points of a body along its length (with its mass centre), and the radius of a round body."""
+    """Distances between points of a body along its axes, and the radius of a round body.
+
+    With ``center``, the chain along the length has the mass centre as a point; otherwise in both chains, except on
+    a bar, and where it lies midway.
+    """
     result = _radius(e, now, view, scale, body, placer)
-    points = _points_of(e, body)
-    if not center:
+    points = named_points(e, body)
+    touched = _touched(e, body)
+    if center:
+        return result + _lengths(e, now, view, scale, body, placer, points, (_longest(e, now, points),))
+    if _shape(e, body) is not None and _shape(e, body).kind == "slender_bar":
         del points["C"]
-    return result + _lengths(e, now, view, scale, body, placer, points)
+    shown = {tex for _, tex, _ in result}
+    for k in range(3):
+        if k != view.normal:
+            along = _without_midway(e, now, points | touched | _faces(e, body, k), k)
+            chain = _lengths(e, now, view, scale, body, placer, along, (k,))
+            # the distance of a rim from its centre is the radius
+            for measured in (measured for measured in chain if measured[1] not in shown):
+                for item in measured[0].items:
+                    placer.line(item.points)
+                result.append(measured)
+    return result
+
+
+def ground_dimensions(
+    e: Equations, now: Configuration, view: View, scale: float, placer: Placer
+) -> list[Measured]:
+    """Distances between the hinges and pivots that are fixed in the ground, along ground axes."""
+    fixed: dict[str, Vector] = {
+        name: joint.at
+        for name, joint in e.model.joints.items()
+        if joint.parent == "ground" and joint.type in ("hinge", "ball", "gimbal", "universal")
+    }
+    for name, closure in e.model.constraints.items():
+        if isinstance(closure, Closure) and closure.parent.is_ground and closure.type in ("hinge", "ball"):
+            fixed[name] = closure.at
+    axes = tuple(k for k in range(3) if k != view.normal)
+    return _lengths(e, now, view, scale, "ground", placer, fixed, axes) if len(fixed) > 1 else []
+
+
+def _longest(e: Equations, now: Configuration, points: dict[str, Vector]) -> int:
+    """Number of the body axis along which points lie farthest apart."""
+    values = np.array([[float(now.state(x)) for x in v] for v in points.values()])
+    return int(np.argmax(np.ptp(values, axis=0)))
+
+
+def _without_midway(e: Equations, now: Configuration, points: dict[str, Vector], k: int) -> dict[str, Vector]:
+    """The points without those that lie midway between their neighbours for all values of the parameters.
+
+    Only the mass centre, and points that a planar joint gives coordinates, are left out.
+    """
+    movable = {name for name, joint in e.model.joints.items() if joint.type == "planar"} | {"C"}
+    for name in sorted(movable & set(points)):
+        if name not in points:
+            continue
+        p = points[name]
+        at = {key: float(now.state(q[k])) - float(now.state(p[k])) for key, q in points.items()}
+        here = [key for key in at if sympy.expand(points[key][k] - p[k]) == 0]
+        below = [key for key in at if at[key] < 0 and key not in here]
+        above = [key for key in at if at[key] > 0 and key not in here]
+        if set(here) <= movable and below and above:
+            low, high = max(below, key=at.__getitem__), min(above, key=at.__getitem__)
+            if sympy.expand(points[low][k] + points[high][k] - 2 * p[k]) == 0:
+                points = {key: q for key, q in points.items() if key not in here}
+    return points
+
+
+def _touched(e: Equations, body: str) -> dict[str, Vector]:
+    """Points of a body that touch, by the name of the contact."""
+    return {
+        contact.name: shape.components
+        for contact in e.model.contacts
+        for shape in (contact.feature, contact.surface)
+        if kind_of(shape) == "point" and shape.body.name == body
+    }
+
+
+def _faces(e: Equations, body: str, k: int) -> dict[str, Vector]:
+    """Middles of the two faces of a box across an axis, if their distance depends on parameters; in body axes."""
+    shape = _shape(e, body)
+    if shape is None or shape.kind != "box":
+        return {}
+    result: dict[str, Vector] = {}
+    edge = shape.dimensions[k][1]
+    if sympy.sympify(edge).free_symbols:
+        for sign in (-1, 1):
+            middle = sympy.Matrix(shape.center) + sympy.Matrix(shape.axes)[:, k] * edge * sign / 2
+            result[f"face {sign}"] = tuple(middle)
+    return result
 
 
 def _shape(e: Equations, body: str) -> Any:
@@ -126,14 +219,14 @@ def _shape(e: Equations, body: str) -> Any:
     return None if properties is None else properties.shape
 
 
-def _points_of(e: Equations, body: str) -> dict[str, Vector]:
+def named_points(e: Equations, body: str) -> dict[str, Vector]:
     """Points of joints, loads and constraints on a body, and the ends of a bar: expressions in body axes, by name."""
     model = e.model
     named: dict[str, Vector] = {"C": model.bodies[body].center}
     for name, joint in model.joints.items():
         if joint.child == body and joint.type != "free":
             named[name] = joint.to
-        elif joint.parent == body:
+        elif joint.parent == body and joint.type not in ("free", "planar"):
             named[name] = joint.at
     for load in model.loads.values():
         for end in ("point", "start", "end"):
@@ -175,6 +268,8 @@ def _radius(
         line = np.array([middle, middle + r * np.array([math.cos(t), math.sin(t)])])
         choices.append((placer.crowding(line), j, line))
     line = min(choices, key=lambda choice: choice[:2])[2]
+    if e.model.parameters and not isinstance(e.state(radius), Polynomial):
+        return []
     tex = latex(e.state(radius), e.ring)
     group = Group([Arrow(line, Style(GREY, 0.8))], {"class": "dimension", "data-symbol": tex}, "radius")
     d = (line[1] - line[0]) / max(r, 1e-9)
@@ -189,14 +284,33 @@ def _lengths(
     body: str,
     placer: Placer,
     named: dict[str, Vector],
+    axes: Sequence[int],
 ) -> list[Measured]:
-    """One chain of dimensions, along the body axis on which the points lie farthest apart."""
+    """Chains of dimensions between points, one along each of these axes of a body (or of the ground)."""
+    return [measured for k in axes for measured in chain(e, now, view, scale, body, placer, named, k)]
+
+
+def _has_number(e: Equations, distance: Scalar) -> bool:
+    """True if a distance is a number, or the sum of a number and others."""
+    return not isinstance(distance, Polynomial) or bool(e.sympy(distance).expand().as_coeff_Add()[0] != 0)
+
+
+def chain(
+    e: Equations,
+    now: Configuration,
+    view: View,
+    scale: float,
+    body: str,
+    placer: Placer,
+    named: dict[str, Vector],
+    k: int,
+) -> list[Measured]:
+    """One chain of dimensions, along axis ``k`` of the body."""
     exact = {name: tuple(e.state(x) for x in v) for name, v in named.items()}
     points = {name: np.array([float(now.state(x)) for x in v]) for name, v in named.items()}
     if not points:
         return []
     span = np.ptp(np.array(list(points.values())), axis=0)
-    k = int(np.argmax(span))
     stops: list[str] = []
     for name in sorted(points, key=lambda name: float(points[name][k])):
         if not stops or (points[name][k] - points[stops[-1]][k]) * scale > 6.0:
@@ -204,22 +318,37 @@ def _lengths(
     R, p = now.posture(body)
     along = view(R[:, k])
     length = float(np.linalg.norm(along))
-    if span[k] * scale < 12.0 or length < 0.3 or len(stops) < 2:
+    if span[k] * scale < 12.0 or length < FORESHORTENED or len(stops) < 2:
         return []
     across = np.array([-along[1], along[0]]) / length
-    pages = [scale * view(p + R @ points[name]) for name in stops]
+    # in space, where axes are not at right angles on paper: on the line along the axis through the first point
+    unit, first = np.eye(3)[k], points[stops[0]]
+    on_line = [points[name] if view.planar else first + (points[name][k] - first[k]) * unit for name in stops]
+    pages = [scale * view(p + R @ point) for point in on_line]
+    places = [scale * view(p + R @ points[name]) for name in stops]
     choices: list[tuple[float, int, Array, float]] = []
     for rank, normal in enumerate((across, -across)):
         edge = max((float((area @ normal).max()) for area in placer.areas), default=0.0)
         for gap in (24.0, 36.0, 48.0):
             line = np.array([q + (edge + gap - float(q @ normal)) * normal for q in (pages[0], pages[-1])])
-            # better below than above
-            cost = placer.crowding(line) + 0.1 * float(normal[1] > 0) + 0.003 * gap + 0.001 * rank
+            leads = [np.array([q + 7 * normal, p]) for q, p in zip((pages[0], pages[-1]), line, strict=True)]
+            # better below than above, and no lines through the body
+            cost = (
+                0.5 * sum(map(placer.crowding, leads))
+                + placer.crowding(line)
+                + 0.1 * float(normal[1] > 0)
+                + 0.003 * gap
+                + 0.001 * rank
+            )
             choices.append((cost, len(choices), normal, edge + gap))
     _, _, normal, level = min(choices, key=lambda choice: choice[:2])
     result: list[Measured] = []
-    for first, second, a, b in zip(stops, stops[1:], pages, pages[1:], strict=False):
-        tex = latex(exact[second][k] - exact[first][k], e.ring)
+    for i, (before, after) in enumerate(zip(stops, stops[1:], strict=False)):
+        a, b = pages[i : i + 2]
+        distance = exact[after][k] - exact[before][k]
+        if e.model.parameters and _has_number(e, distance):
+            continue  # a number among parameters belongs to the look of a body, or to data that have no symbol
+        tex = latex(distance, e.ring)
         low, high = (q + (level - float(q @ normal)) * normal for q in (a, b))
         group = Group(
             [
@@ -227,8 +356,20 @@ def _lengths(
                 Line(np.array([b + 7 * normal, high + 4 * normal]), THIN),
                 Arrow(np.array([low, high]), Style(GREY, 0.8), "both"),
             ],
-            {"class": "dimension", "data-symbol": tex},
-            f"from {first} to {second}",
+            {
+                "class": "dimension",
+                "data-symbol": tex,
+                "data-axis": f"{body} {'xyz'[k]}",
+                "data-value": f"{float(evaluate(e.sympy(distance), now.lookup, floats)):.12g}",
+            },
+            f"from {before} to {after}",
+        )
+        group.add(
+            *(
+                Line(np.array([q, r]), DASHED)
+                for q, r in zip(places, pages, strict=True)
+                if np.hypot(*(q - r)) > 3.0
+            )
         )
         result.append((group, f"${tex}$", ((low + high) / 2, normal)))
     return result

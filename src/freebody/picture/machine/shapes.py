@@ -22,6 +22,7 @@ from ...describe.constraints.constraint import Rolling, Rope
 from ...describe.contact_shapes import Tether, kind_of
 from ...describe.frame import Point
 from ...describe.loads.load import Damper, Force, Spring
+from ...describe.looks import NOTHING
 from ...dynamics.state import State, float_state
 from ...errors import ModelError
 from ...model.closure import Closure
@@ -170,6 +171,22 @@ def colors(model: Model) -> dict[str, str]:
     return result
 
 
+def hidden(model: Model) -> set[str]:
+    """Names of the bodies that their descriptions do not want drawn."""
+    return {
+        name
+        for name, place in model.bodies.items()
+        if place.properties is not None
+        and place.properties.shape is not None
+        and place.properties.shape.kind == NOTHING
+    }
+
+
+def scenery_of(model: Model, state: State, size: float) -> list[Primitive]:
+    """Pieces of the scenery, in ground axes."""
+    return [] if model.scenery is None else _pieces(state, model.scenery, size)
+
+
 def fill_of(model: Model, body: str) -> str:
     """Fill of a body in a line drawing: a pale tone of the chosen colour, or the colour of its place in the model."""
     chosen = colors(model)
@@ -262,12 +279,16 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
 
 
 def _bridges(solid: list[Primitive], size: float) -> list[Primitive]:
-    """Rods between the particles of a body and its next pieces."""
-    return [
-        rod(a.middle, b.middle, ROD * size)
-        for a, b in zip(solid, solid[1:], strict=False)
-        if "particle" in (a.kind, b.kind) and not holds(a, b.middle, 0.02 * size)
-    ]
+    """Rods between the particles of a body and its next pieces, each piece held once."""
+    rods: list[Primitive] = []
+    for a, b in zip(solid, solid[1:], strict=False):
+        through = np.linspace(0.0, 1.0, 41)
+        passed = [r.center + (2 * t - 1) * r["length"] / 2 * r.axis for r in rods for t in through]
+        if "particle" not in (a.kind, b.kind) or holds(a, b.middle, 0.02 * size):
+            continue
+        if not any(holds(b, q, 0.02 * size) for q in passed):  # a rod through the next piece holds it already
+            rods.append(rod(a.middle, b.middle, ROD * size))
+    return rods
 
 
 def _nearest(piece: Primitive, point: Array) -> Array:
@@ -295,6 +316,8 @@ def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
     ModelError
         If a dimension is not positive and finite.
     """
+    if shape.kind == NOTHING:
+        return []
     if shape.kind == "compound":
         return [piece for part in shape.parts for piece in _pieces(state, part, size)]
     if shape.kind == "revolved":

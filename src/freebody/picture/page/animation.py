@@ -23,7 +23,7 @@ from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import Vector
 from ...space.quaternion import matrix_from_quaternion
-from ..machine.shapes import ROD, Primitive, axes_along, machine_size, rod, ropes_of, shapes
+from ..machine.shapes import ROD, Primitive, axes_along, hidden, machine_size, rod, ropes_of, shapes
 from ..moving.forces import Arrow
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes
 from ..moving.quantities import base64_floats, channels, charts
@@ -148,18 +148,19 @@ def _bodies(
 ) -> list[dict[str, Any]]:
     """Bodies with their parts and their motion."""
     pieces_of = shapes(model, trajectory.values, size)
-    pins = _pins(model, state, size)
+    pins, unseen = _pins(model, state, size), hidden(model)
     result = []
     for i, (name, place) in enumerate(model.bodies.items()):
         shape = place.properties.shape if place.properties is not None else None
         color = _rgb((shape.color if shape is not None else None) or SOLIDS[i % len(SOLIDS)])
         pieces = [piece for piece in pieces_of[name] if not piece.hole]
+        parts = [] if name in unseen else [part(piece, size) for piece in pieces] + pins.get(name, [])
         result.append(
             {
                 "name": name,
                 "color": color,
                 "center": _numbers(state, place.center),
-                "parts": [part(piece, size) for piece in pieces] + pins.get(name, []),
+                "parts": parts,
                 "position": base64_floats(keys.position[:, i]),
                 "quaternion": base64_floats(keys.quaternion[:, i]),
                 "spin": base64_floats(keys.spin[:, i]),

@@ -183,11 +183,15 @@ def meets(line: Array, box: Box) -> bool:
 
 def inside(polygon: Array, points: Array) -> NDArray[np.bool_]:
     """Truth value for each point: it lies inside a polygon (odd number of crossings of a ray)."""
-    x, y = points[:, 0], points[:, 1]
     result = np.zeros(len(points), dtype=bool)
-    for (ax, ay), (bx, by) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        if ay == by:
-            continue
-        between = (ay > y) != (by > y)
-        result ^= between & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
+    near = ((points >= polygon.min(axis=0)) & (points <= polygon.max(axis=0))).all(axis=1)
+    if not near.any():
+        return result
+    x, y = points[near].T
+    after = np.roll(polygon, -1, axis=0)
+    slanted = polygon[:, 1] != after[:, 1]
+    ax, ay = polygon[slanted].T[:, :, None]
+    bx, by = after[slanted].T[:, :, None]
+    crossed = ((ay > y) != (by > y)) & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
+    result[near] = crossed.sum(axis=0) % 2 == 1
     return result

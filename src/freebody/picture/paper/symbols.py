@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .palette import INK
+from .palette import GREY, INK
 from .sheet import Circle, Line, Style, arc
 
 Array = NDArray[np.float64]
@@ -60,6 +60,32 @@ def pin(at: Array) -> list[Any]:
 def ball_on_ground(at: Array, down: Array) -> list[Any]:
     """A ball joint (or a pivot) on the ground."""
     return [*pin_on_ground(at, down), Circle(at, 4.0, Style(INK, 1.1, (), INK))]
+
+
+def mass_centre(at: Array) -> list[Any]:
+    """The mass centre of a body that nothing holds: a circle with two of its quarters filled."""
+    quarters = [
+        Line(np.vstack([at, arc(at, 4.0, start, start + math.pi / 2)]), Style(None, fill=INK), True)
+        for start in (0.0, math.pi)
+    ]
+    return [Circle(at, 4.0, Style(INK, 1.0, (), "#ffffff")), *quarters]
+
+
+def section(corners: Array) -> list[Any]:
+    """A solid fixed in the ground, cut by the page: a convex polygon, hatched all over at 45 degrees."""
+    items: list[Any] = [Line(corners, Style(INK, 1.2, (), "#f2f2f2"), True)]
+    # lines x - y = c, each clipped to the polygon
+    along, across = np.array([1.0, 1.0]) / math.sqrt(2), np.array([1.0, -1.0]) / math.sqrt(2)
+    depth = corners @ across
+    for c in np.arange(float(depth.min()) + 3.5, float(depth.max()), 7.0):
+        meets = []
+        for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            u, v = float(a @ across) - c, float(b @ across) - c
+            if (u > 0) != (v > 0):
+                meets.append(float((a + (b - a) * u / (u - v)) @ along))
+        if len(meets) >= 2:
+            items.append(Line(np.array([c * across + s * along for s in (min(meets), max(meets))]), FINE))
+    return items
 
 
 def guide(at: Array, along: Array, reach: tuple[float, float], gap: float, side: float) -> list[Any]:
@@ -116,7 +142,7 @@ def spiral(at: Array, radius: float = 13.0) -> list[Any]:
 
 def teeth(center: Array, radius: float, count: int, phase: float, fill: str) -> list[Any]:
     """A gear wheel: its teeth, with one at the angle ``phase`` [rad], and its pitch circle."""
-    depth = min(3.4, 0.24 * 2 * math.pi * radius / count)
+    depth = min(4.0, 0.24 * 2 * math.pi * radius / count)
     points = []
     for k in range(count):
         for share, r in ((-0.32, -depth), (-0.17, depth), (0.17, depth), (0.32, -depth)):
@@ -125,7 +151,7 @@ def teeth(center: Array, radius: float, count: int, phase: float, fill: str) -> 
     pitch = arc(center, radius, 0.0, 2 * math.pi)
     return [
         Line(np.array(points), Style(INK, 1.0, (), fill), True),
-        Line(pitch, Style(INK, 0.5, (6.0, 2.0, 1.0, 2.0))),
+        Line(pitch, Style(GREY, 0.8, (8.0, 2.0, 1.5, 2.0))),
     ]
 
 

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import sympy
 from click.testing import CliRunner
 
 import freebody as fb
@@ -23,6 +24,7 @@ from contact_machines import (
 )
 from freebody.cli import command
 from freebody.errors import ModelError, SimulationError
+from freebody.gallery import entries
 from freebody.picture.free_body.free_body_diagram import free_body_diagram
 from freebody.picture.machine.draw import draw
 from freebody.picture.paper.sheet import Label, flat
@@ -226,3 +228,29 @@ def test_feet_are_joined_to_the_solid():
     assert solid.kind == "box" and [leg.kind for leg in legs] == ["rod", "rod"]
     assert [leg.center.tolist() for leg in legs] == [pytest.approx([x, -0.225, 0]) for x in (-0.5, 0.5)]
     assert [leg["length"] for leg in legs] == pytest.approx([0.35, 0.35])
+
+
+@pytest.mark.parametrize("beta", [0.3, 0.9])
+def test_the_kinetic_diagram_lies_along_the_axes_of_the_joint(beta: float) -> None:
+    """On a slope m a_C is along it, in one arrow where the body does not leave it; the vectors still add up."""
+    system = entries()["ex-6-4"].build()
+    e = fb.equations(system, modes={"slope": "stick"})
+    svg = free_body_diagram(e, "disk", values={"beta": beta}).svg
+    found = [
+        g
+        for g in ElementTree.fromstring(svg).iter(f"{SVG}g")
+        if g.get("data-kind") == "kinetic" and g.get("class") == "force"
+    ]
+    directions = {g.get("data-name"): three(g, "data-direction") for g in found}
+    assert directions["ma_Ct"] == pytest.approx([math.cos(beta), -math.sin(beta), 0])
+    assert directions["ma_Cn"] == pytest.approx([math.sin(beta), math.cos(beta), 0])
+    numbers = {**{p.name: p.default for p in e.model.parameters}, "beta": beta, "s_a": 3.0, "n_a": 2.0}
+    names = {name: sympy.Symbol(name) for name in numbers}
+
+    def vector(g: ElementTree.Element) -> np.ndarray:
+        texts = g.get("data-vector", "").replace("''", "_a").split("; ")
+        return np.array([float(sympy.sympify(x, locals=names).subs(numbers)) for x in texts])
+
+    m = numbers["m"]
+    expected = m * (3.0 * directions["ma_Ct"] + 2.0 * directions["ma_Cn"])
+    assert sum(map(vector, found)) == pytest.approx(expected)

@@ -21,7 +21,7 @@ from freebody.picture.machine.configuration import configuration
 from freebody.picture.machine.draw import draw
 from freebody.picture.machine.machine_drawing import WIDE
 from freebody.picture.machine.outlines import hull
-from freebody.picture.machine.shapes import attachments, colors, shapes
+from freebody.picture.machine.shapes import attachments, colors, hidden, shapes
 from freebody.picture.paper.labels import outline, size_of
 from freebody.picture.paper.palette import pale
 from freebody.picture.paper.placing import inside
@@ -46,13 +46,17 @@ def named(svg: str, attribute: str) -> set[str]:
 def test_everything_of_the_model_is_drawn(drawn: Any) -> None:
     model, drawing = drawn
     bodies = named(drawing.svg, "data-body")
-    for name in (
-        set(model.bodies) - bodies
-    ):  # a link of a joint of several: no mass, and all joints at one point
+    assert not bodies & hidden(model)
+    # a link of a joint of several: no mass, and all joints at one point
+    for name in set(model.bodies) - bodies - hidden(model):
         held = np.array(list(attachments(model, float_state(model), name).values()))
         assert model.bodies[name].mass == 0 and not np.ptp(held, axis=0).any()
         assert "planar" not in {joint.type for joint in model.joints.values()}
-    joints = {name for name, joint in model.joints.items() if joint.type not in ("free", "planar")}
+    joints = {
+        name
+        for name, joint in model.joints.items()
+        if joint.type not in ("free", "planar") and {joint.parent, joint.child} - hidden(model) - {"ground"}
+    }
     assert named(drawing.svg, "data-joint") >= joints
     assert named(drawing.svg, "data-load") >= set(model.loads)
     ropes = {name for name, one in model.constraints.items() if type(one).__name__ in ("Rope", "Gear")}

@@ -125,7 +125,13 @@ def test_more_contacts_than_are_tried_are_stood_on() -> None:
 
 
 def test_planes_of_moving_bodies_reach_to_the_contact() -> None:
-    s = entries()["prob-6-1"].build()
+    s = fb.System("board on a truck")
+    s.gravity = (0, -9.81, 0)
+    truck, board = s.body("truck", fb.particle(1)), s.body("board", fb.slender_bar(1, 2))
+    s.slider("road", s.ground, truck, axis="x", coordinate=s.t**2)
+    s.planar("plane", truck, board, at=("1/2", 1, 0), coordinate="x y theta")
+    s.contact("floor", board.point(-1, 0, 0), truck.plane(), friction=1)
+    s.contact("wall", board.point(1, 0, 0), truck.plane(at=(1, 0, 0), normal="-x"))
     model = fb.assemble(s)
     now = configuration(model)
     pieces = [piece for piece in pieces_of(now, True)["truck"] if piece.kind == "rod"]

@@ -11,6 +11,7 @@ import freebody as fb
 from ...tools.answer import Answers, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import with_shaft
 from ...tools.shaft import (
     against_simulation,
     dynamic_amplitude,
@@ -30,7 +31,8 @@ def build() -> fb.System:
     m, R, L, _ = s.parameters(m=20.0, R=0.2, L=0.6, g=9.81)
     s.assume(L > 0)
     beta, *_ = s.parameters(beta="5deg", omega=100.0, t_1=0.012)
-    disk = s.body("disk", fb.disk(m, R).rotated(fb.Rotation.axis_angle("x", -beta)))
+    tilted = fb.disk(m, R).rotated(fb.Rotation.axis_angle("x", -beta))
+    disk = s.body("disk", tilted, shape=with_shaft(tilted, L))
     on_shaft(s, disk)
     explain(
         s,

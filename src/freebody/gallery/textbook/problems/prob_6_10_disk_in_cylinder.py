@@ -29,7 +29,7 @@ def build() -> fb.System:
     s.parameters(theta_0="50deg", theta_1="20deg")
     s.gravity = (0, -g, 0)
     nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
-    arm, hub = s.body("arm", nothing), s.body("hub", nothing)
+    arm, hub = (s.body(name, nothing, shape="nothing") for name in ("arm", "hub"))
     disk = s.body("disk", fb.disk(m, r))
     s.hinge("axis", s.ground, arm, coordinate="theta")
     s.slider("radius", arm, hub, at=(0, r - R, 0), axis=(0, -1, 0), coordinate="rho")

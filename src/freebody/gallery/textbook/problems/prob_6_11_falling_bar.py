@@ -187,6 +187,7 @@ FALLING_BAR = Entry(
     until=2.0,
     positive=("g",),
     start={"theta": BEGIN},
+    drawn={"theta": "-25deg"},
     modes={"floor": "stick"},
     fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )

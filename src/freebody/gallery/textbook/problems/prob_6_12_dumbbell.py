@@ -13,6 +13,7 @@ import freebody as fb
 from ...tools.answer import Answers, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import with_shaft
 from ...tools.shaft import (
     against_simulation,
     dynamic_amplitude,
@@ -34,7 +35,7 @@ def build() -> fb.System:
     beta, *_ = s.parameters(beta="30deg", omega=50.0, theta_1="40deg")
     place = (0, a * sympy.sin(beta), a * sympy.cos(beta))
     ends = fb.particle(m).moved(place) + fb.particle(m).moved(tuple(-x for x in place))
-    on_shaft(s, s.body("dumbbell", ends))
+    on_shaft(s, s.body("dumbbell", ends, shape=with_shaft(ends, L)))
     explain(
         s,
         m="kg: mass of each particle",

@@ -13,6 +13,7 @@ import freebody as fb
 from ...tools.answer import Answers, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import with_shaft
 from ...tools.shaft import against_simulation, on_shaft, plots, reactions
 
 STATE = {"theta": "alpha0*t_1^2/2", "theta'": "alpha0*t_1", "theta''": "alpha0"}
@@ -23,10 +24,11 @@ WORDS = {"a": "(a) tilted, centred", "b": "(b) parallel, off centre"}
 def build() -> fb.System:
     """Return the cylinder, rotated by -beta about x and displaced by e along x, on a driven hinge along Z."""
     s = fb.System("cylinder_on_shaft")
-    m, R, length, *_ = s.parameters(m=8.0, R=0.08, l=0.3, L=0.7, g=9.81)
+    m, R, length, L, *_ = s.parameters(m=8.0, R=0.08, l=0.3, L=0.7, g=9.81)
     beta, e, alpha0, _ = s.parameters(beta="10deg", e=0.02, alpha0=20.0, t_1=2.0)
     turned = fb.cylinder(m, R, length).rotated(fb.Rotation.axis_angle("x", -beta))
-    on_shaft(s, s.body("cylinder", turned.moved((e, 0, 0))))
+    solid = turned.moved((e, 0, 0))
+    on_shaft(s, s.body("cylinder", solid, shape=with_shaft(solid, L)))
     s.constrain(s.expression("theta - alpha0*t^2/2"), name="drive")
     explain(
         s,

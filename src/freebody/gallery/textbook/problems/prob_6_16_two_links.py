@@ -29,8 +29,8 @@ def build() -> fb.System:
     s.hinge("B", pulley, link_2, to=("L/2", 0, 0), axis="z", coordinate=theta_2)
     s.hinge("A", link_2, link_1, at=("-L/2", 0, 0), to=("L/2", 0, 0), axis="z", coordinate=-theta - theta_2)
     s.hinge("O", s.ground, link_1, to=("-L/2", 0, 0), axis="z")
-    s.force("k_1_B", pulley, ("-k_1*(x_B + x)", 0, 0))
-    s.force("k_1_M", s.bodies["mass"], ("k_1*(x_B + x)", 0, 0))
+    s.assume(s.expression("L - x - x_B") > 0)  # the length of the spring
+    s.spring("spring", pulley.origin, s.bodies["mass"].origin, stiffness="k_1", rest="L")
     explain(
         s,
         theta="rad: angle of link 1 below the horizontal",
@@ -46,8 +46,8 @@ def symmetric() -> fb.System:
     theta, link_1, link_2 = s.coordinates("theta"), s.bodies["link_1"], s.bodies["link_2"]
     s.hinge("O", s.ground, link_1, to=("-L/2", 0, 0), axis="z", coordinate=-theta)
     s.hinge("A", link_1, link_2, at=("L/2", 0, 0), to=("-L/2", 0, 0), axis="z", coordinate=2 * theta)
-    s.force("k_1_B", link_2.point("L/2", 0, 0), ("k_1*(2*L*(1 - cos(theta)) - x)", 0, 0))
-    s.force("k_1_M", s.bodies["mass"], ("-k_1*(2*L*(1 - cos(theta)) - x)", 0, 0))
+    s.assume(s.expression("3*L - x - 2*L*cos(theta)") > 0)
+    s.spring("spring", link_2.point("L/2", 0, 0), s.bodies["mass"].origin, stiffness="k_1", rest="L")
     return s
 
 

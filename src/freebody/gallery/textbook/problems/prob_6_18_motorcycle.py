@@ -18,12 +18,30 @@ import sympy
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Check, Plots, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import placed, rim, together, tube_between
 from ...tools.pictures import moments
 
 CURVE = {"psi": 0, "psi'": "v/R", "p'": "-v/r", "theta'": 0, "theta''": 0, "psi''": 0, "p''": 0}
+
+
+def look(r: Any, h: Any) -> Shape:
+    """Return the machine as it is drawn, with wheels and rider; it runs along y, and its centre is the origin."""
+    rear, front = (0, -2 * h / 3 - r / 3, r - h), (0, 2 * h / 3 + r, r - h)
+    head, seat = (0, 2 * h / 3, h / 3), (0, -2 * h / 3, h / 6)
+    low, hips, neck = (0, 0, r - h), (0, -h / 3, h / 4), (0, 0, h)
+    thin = r / 8
+    tubes = ((rear, low), (rear, seat), (low, head), (head, front), (neck, head))
+    return together(
+        rim(r, thin, rear, "x"),
+        rim(r, thin, front, "x"),
+        *(tube_between(start, end, thin) for start, end in tubes),
+        *(tube_between(start, end, 2 * thin) for start, end in ((seat, head), (hips, neck))),
+        placed(fb.sphere(1, h / 5), (0, h / 10, 6 * h / 5)),
+    )
 
 
 def build() -> fb.System:
@@ -34,10 +52,11 @@ def build() -> fb.System:
     s.assume(spin > 0, r > 0, R > 0, h > 0, g > 0)
     s.gravity = (0, 0, -g)
     nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
-    carriage, frame = s.body("carriage", nothing), s.body("frame", nothing)
+    carriage = s.body("carriage", nothing, shape="nothing")
+    frame = s.body("frame", nothing, shape=look(r, h))
     # two thin hoops: the moment of inertia about a diameter is half
     inertia = ((2 * spin, 0, 0), (0, spin, 0), (0, 0, spin))
-    wheels = s.body("wheels", fb.MassProperties(m, (0, 0, 0), inertia), shape=fb.ring(1, r, axis="x"))
+    wheels = s.body("wheels", fb.MassProperties(m, (0, 0, 0), inertia), shape="nothing")
     s.hinge("turn", s.ground, carriage, axis="z", coordinate="psi")
     s.hinge("lean", carriage, frame, at=(R, 0, 0), axis=(0, -1, 0), coordinate="theta")
     s.hinge("axle", frame, wheels, axis="x", coordinate="p")

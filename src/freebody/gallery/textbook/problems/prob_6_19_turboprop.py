@@ -11,13 +11,25 @@ from typing import Any
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import placed, together
 from ...tools.pictures import moments
 
 SHAFTS = ("propeller_shaft", "engine_shaft")
 TURN = {"psi'": "-v/R", "p'": "w_p", "n'": "-w_e"}
+
+
+def look() -> Shape:
+    """Return the airframe as it is drawn: fuselage along x, wings, tail."""
+    return together(
+        placed(fb.ellipsoid(1, (3, 0.5, 0.5))),
+        placed(fb.box(1, (1, 7, 0.08)), (0.5, 0, 0)),
+        placed(fb.box(1, (0.6, 2.4, 0.06)), (-2.6, 0, 0.2)),
+        placed(fb.box(1, (0.7, 0.06, 1)), (-2.6, 0, 0.7)),
+    )
 
 
 def build() -> fb.System:
@@ -28,11 +40,11 @@ def build() -> fb.System:
     airframe = s.body(
         "airframe",
         fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))),
-        shape=fb.ellipsoid(1, (3, 0.6, 0.6)),
+        shape=look(),
     )
     shown = {
-        "propeller": fb.box(1, (0.1, 0.3, 2.6)).moved((3, 0, 0)),
-        "engine": fb.cylinder(1, 0.35, 1.5, axis="x").moved((1.2, 0, 0)),
+        "propeller": fb.box(1, (0.1, 0.25, 2.6)).moved((3.1, 0, 0)),
+        "engine": fb.cylinder(1, 0.45, 0.5, axis="x").moved((2.4, 0, 0)),
     }
     s.hinge("yaw", s.ground, airframe, axis="z", coordinate="psi")
     for shaft, rotor, inertia, angle in zip(

@@ -6,13 +6,17 @@ the cab, at the angle beta from the floor. theta is its rotation on the truck, c
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Plots, Solved, same
 from ...tools.case import Case, angle_where, explain
 from ...tools.entry import Entry
+from ...tools.looks import box_between, together, wheel
 
 REST = {"theta": 0, "x": 0, "y": 0, "theta'": 0, "x'": 0, "y'": 0}
 WAYS = {
@@ -23,14 +27,26 @@ WAYS = {
 }
 
 
+def look(length: Any, cab: Any, height: Any) -> Shape:
+    """Return the truck as it is drawn: a bed whose top is the floor, a cab whose rear wall is at ``cab``, wheels."""
+    low, r = length / 12, length / 9
+    return together(
+        wheel(r, (-length / 4, -low - r / 2, 0)),
+        wheel(r, (cab + length / 6, -low - r / 2, 0)),
+        box_between((-length / 2, -low, 0), (cab, 0, 0)),
+        box_between((cab, -low, 0), (cab + length / 3, height + length / 12, 0)),
+    )
+
+
 def build() -> fb.System:
     """Return the system; x, y are displacements of the centre on the truck from the leaning position."""
     s = fb.System("board_on_truck")
     m, length, mu, beta = s.parameters(m=20.0, length=2.5, mu=0.3, beta="70deg")
     a, g = s.parameters(a=3.0, g=9.81)
     s.gravity = (0, -g, 0)
-    truck, board = s.body("truck", fb.particle(1)), s.body("board", fb.slender_bar(m, length))
     c, n = sympy.cos(beta), sympy.sin(beta)
+    truck = s.body("truck", fb.particle(1), shape=look(length, length * c, length * n))
+    board = s.body("board", fb.slender_bar(m, length))
     s.slider("road", s.ground, truck, axis="x", coordinate=a * s.t**2 / 2)
     s.planar("plane", truck, board, at=(length / 2 * c, length / 2 * n, 0),
              child_axes=((c, n, 0), (-n, c, 0), (0, 0, 1)), coordinate="x y theta")  # fmt: skip
@@ -125,6 +141,7 @@ BOARD_ON_TRUCK = Entry(
     solve,
     until=0.4,
     positive=("mu", "g"),
+    drawn={"x": 0, "y": 0, "theta": 0},
     bodies=("board",),
     modes={"floor": "stick", "wall": "slip"},
 )

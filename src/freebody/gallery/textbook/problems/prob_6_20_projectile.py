@@ -8,14 +8,25 @@ ahead of C: its moment is overturning.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import placed, together
 from ...tools.pictures import tip
 from ...tools.precession import least_spin, steady_rates, steady_root
+
+
+def look(h: Any) -> Shape:
+    """Return the shell as it is drawn, with its tip along z."""
+    return together(
+        placed(fb.cylinder(1, h / 2, 3 * h), (0, 0, -h / 2)),
+        placed(fb.cone(1, h / 2, 2 * h), (0, 0, 3 * h / 2)),
+    )
 
 
 def shell_in(axis: str, angles: str) -> fb.System:
@@ -24,8 +35,12 @@ def shell_in(axis: str, angles: str) -> fb.System:
     D, h, I_T, I_S = s.parameters(D=150.0, h=0.03, I_T=3.0e-4, I_S=4.5e-5)
     s.parameters(alpha="3deg", Omega=2500.0)
     s.assume(D > 0, h > 0, I_T > 0, I_S > 0)
-    shell = s.body("shell", fb.MassProperties(1, (0, 0, 0), ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))))
-    s.gimbal("C", s.ground, shell, axis=axis, coordinate=angles)
+    inertia = ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))
+    shell = s.body("shell", fb.MassProperties(1, (0, 0, 0), inertia), shape=look(h))
+    nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
+    flight = s.body("flight", nothing, shape="nothing")  # moves with C, at the constant velocity
+    s.weld("moving", s.ground, flight)
+    s.gimbal("C", flight, shell, axis=axis, coordinate=angles)
     s.force("drag", shell.point(0, 0, h), (0, 0, -D))
     explain(
         s,

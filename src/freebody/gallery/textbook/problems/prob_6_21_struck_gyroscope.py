@@ -6,6 +6,8 @@ the angular velocity just after it; the small oscillation of section 6.10 follow
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy
 
 import freebody as fb
@@ -29,17 +31,20 @@ def build() -> fb.System:
     return s
 
 
+def blow(s: fb.System) -> dict[str, Any]:
+    """Return the blow on the shaft: at psi = 0 the nodal axis is X; the rotor's origin is L from the pivot."""
+    return {"F": (s.bodies["rotor"].point(0, 0, "reach*L - L"), ("F", 0, 0))}
+
+
 def solve(case: Case) -> Solved:
     """Simulate the system and answer its questions."""
     slow = slow_precession(case)
-    s, atoms = case.system, case.atoms
-    L, F, reach = (atoms[name] for name in ("L", "F", "reach"))
-    rotor = s.bodies["rotor"]
-    # at psi = 0 the nodal axis is X; the rotor's origin is its centre, L from the pivot
+    atoms = case.atoms
+    point, impulse = blow(case.system)["F"]
     hit = fb.impulse(
         case.equations,
-        at=rotor.point(0, 0, reach * L - L),
-        impulse=(F, 0, 0),
+        at=point,
+        impulse=impulse,
         initial={"theta": "theta_0", "psi": 0},
     )
     change = hit.change
@@ -73,4 +78,6 @@ STRUCK_GYROSCOPE = Entry(
     solve,
     until=0.5,
     start={"theta": "theta_0", "phi'": "Omega_zeta"},
+    drawn={"psi": 0, "theta": "theta_0"},
+    blows=blow,
 )

@@ -5,13 +5,28 @@ x is to the right, the direction of travel; "front" and "rear" are the contacts 
 
 from __future__ import annotations
 
+from typing import Any
+
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import box_between, together, wheel
 
 LEVEL = {"theta": 0, "theta'": 0}
+
+
+def look(lf: Any, lr: Any, h: Any) -> Shape:
+    """Return the car as it is drawn, on its wheels."""
+    r = 3 * h / 5
+    return together(
+        box_between((-lr / 2, h / 4, 0), (lf / 4, h, 0)),
+        box_between((-lr - h / 2, -h / 2, 0), (lf + h, h / 4, 0)),
+        wheel(r, (lf, r - h, 0)),
+        wheel(r, (-lr, r - h, 0)),
+    )
 
 
 def build() -> fb.System:
@@ -20,8 +35,7 @@ def build() -> fb.System:
     m, lf, lr, h = s.parameters(m=1500.0, lf=1.2, lr=1.6, h=0.5)
     _, mu, _, g = s.parameters(a=6.0, mu_road=0.4, v=20.0, g=9.81)
     s.gravity = (0, -g, 0)
-    between = fb.box(1, (lf + lr, 2 * h, 2 * h)).moved(((lf - lr) / 2, 0, 0))
-    car = s.body("car", fb.box(m, (lf + lr, 2 * h, 2 * h)), shape=between)  # drawn from axle to axle
+    car = s.body("car", fb.box(m, (lf + lr, 2 * h, 2 * h)), shape=look(lf, lr, h))
     s.planar("plane", s.ground, car, at=(0, h, 0), coordinate="x y theta")
     s.contact("front", car.point(lf, -h, 0), s.ground.plane(), friction=mu)
     s.contact("rear", car.point(-lr, -h, 0), s.ground.plane(), friction=mu)

@@ -8,17 +8,30 @@ the rim is a point of the car, which therefore moves backwards while this force 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import sympy
 
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import box_between, together, wheel
 
 LEVEL = {"theta": 0, "theta'": 0}
 WHEELS = ("front", "rear")
+
+
+def look(span: Any, h: Any) -> Shape:
+    """Return the car as it is drawn: it hangs from two wheels that run on top of the cable."""
+    r, ends = h / 6, (span / 2, -span / 2)
+    return together(
+        *(wheel(r, (x, h + r, 0)) for x in ends),
+        *(box_between((x - r / 3, h / 2, 0), (x + r / 3, h + r, 0)) for x in ends),
+        box_between((-3 * span / 5, -h / 2, 0), (3 * span / 5, h / 2, 0)),
+    )
 
 
 def build(driven: str = "front") -> fb.System:
@@ -26,7 +39,7 @@ def build(driven: str = "front") -> fb.System:
     s = fb.System("monorail")
     m, span, h, mu, g = s.parameters(m=2000.0, l=4.0, h=1.5, mu=0.5, g=9.81)
     s.gravity = (0, -g, 0)
-    car = s.body("car", fb.box(m, (span, h, h)))
+    car = s.body("car", fb.box(m, (span, h, h)), shape=look(span, h))
     s.planar("plane", s.ground, car, at=(0, -h, 0), coordinate="x y theta")
     for name, x in (("front", span / 2), ("rear", -span / 2)):
         s.contact(name, car.point(x, h, 0), s.ground.plane(), friction=mu if name == driven else 0)
@@ -76,10 +89,10 @@ def solve(case: Case) -> Solved:
         answers[f"a_{driven}"] = cases[driven].formula(
             f"(2) largest acceleration with the {driven} wheel driven", solutions[driven]["x''"], "m/s²", how
         )
-    for wheel in WHEELS:
-        answers[f"N_{wheel}"] = cases[better].formula(
-            f"(2) load of the {wheel} wheel then, {better} wheel driven",
-            solutions[better][f"N_{wheel}"],
+    for end in WHEELS:
+        answers[f"N_{end}"] = cases[better].formula(
+            f"(2) load of the {end} wheel then, {better} wheel driven",
+            solutions[better][f"N_{end}"],
             "N",
             how,
         )

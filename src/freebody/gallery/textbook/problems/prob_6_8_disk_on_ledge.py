@@ -31,6 +31,7 @@ def build() -> fb.System:
     s.gravity = (0, -g, 0)
     disk = s.body("disk", fb.disk(m, R))
     s.planar("plane", s.ground, disk, to=(0, -R, 0), coordinate="x y theta")
+    s.scenery = fb.box(1, (5 * R / 2, R, 1)).moved((5 * R / 4, -R / 2, 0))  # the ledge, whose corner is O
     s.contact("O", disk.circle(R), s.ground.point(0, 0, 0), friction=mu)
     explain(
         s,
@@ -156,6 +157,7 @@ DISK_ON_LEDGE = Entry(
     until=0.8,
     positive=("g",),
     start={"theta": BEGIN},
+    drawn={"theta": "25deg"},
     modes={"O": "stick"},
     fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )

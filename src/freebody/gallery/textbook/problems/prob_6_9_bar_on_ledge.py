@@ -25,6 +25,9 @@ def build() -> fb.System:
     s.gravity = (0, -g, 0)
     bar = s.body("bar", fb.slender_bar(m, L))
     s.planar("plane", s.ground, bar, to=(b - L / 2, 0, 0), coordinate="x y phi")
+    s.scenery = fb.box(1, (3 * L / 5, L / 3, 1)).moved(
+        (-3 * L / 10, -L / 6, 0)
+    )  # the ledge, whose corner is O
     side = bar.segment((-L / 2, 0, 0), (L / 2, 0, 0), normal="-y")
     s.contact("O", side, s.ground.point(0, 0, 0), friction=mu)
     explain(
@@ -121,6 +124,7 @@ BAR_ON_LEDGE = Entry(
     solve,
     until=0.6,
     positive=("g",),
+    drawn={"phi": "-15deg"},
     modes={"O": "stick"},
     fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )

@@ -1,0 +1,61 @@
+"""Blows and springs in drawings."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+import sympy
+
+import freebody as fb
+from drawn import groups, scale_of, texts
+from freebody.errors import ModelError
+from freebody.gallery import entries
+from freebody.picture.machine.configuration import configuration
+from freebody.picture.machine.draw import draw
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_blow_ends_at_the_point_that_is_struck(seed: int) -> None:
+    rng = random.Random(seed)
+    s = fb.System("bar")
+    bar = s.body("bar", fb.slender_bar(1, 2, axis="y"))
+    s.hinge("pin", s.ground, bar, to=(0, 1, 0), coordinate="theta")
+    J, reach, angle = s.parameters(J=2.0, reach=rng.uniform(-1, 1), angle=rng.uniform(0, 6))
+    point = bar.point(0, reach, 0)
+    drawing = draw(s, impulses={"J": (point, (J * sympy.cos(angle), J * sympy.sin(angle), 0))})
+    (group,) = groups(drawing, "impulse")
+    (arrow,) = group.items
+    values = {p.name: p.default for p in fb.assemble(s).parameters}
+    now = configuration(fb.assemble(s))
+    assert arrow.tip == pytest.approx(scale_of(drawing) * now.point(point)[:2])
+    d = (arrow.points[1] - arrow.points[0]) / np.linalg.norm(arrow.points[1] - arrow.points[0])
+    assert d == pytest.approx([math.cos(values["angle"]), math.sin(values["angle"])])
+    assert r"$\hat{J}$" in texts(drawing)
+
+
+def test_blows_that_cannot_be_drawn() -> None:
+    s = entries()["ex-6-2"].build()
+    bar = s.bodies["bar"]
+    with pytest.raises(
+        ModelError, match="Expected a point of a body of 'hinged_bar' for the impulse 'J', got 3"
+    ):
+        draw(s, impulses={"J": (3, (1, 0, 0))})
+    with pytest.raises(
+        ModelError, match="Expected an impulse 'J' that the drawing can show, got zero in its view"
+    ):
+        draw(s, impulses={"J": (bar.origin, (0, 0, 1))})
+
+
+def test_a_spring_ends_on_the_block_that_it_holds() -> None:
+    drawing = draw(entries()["prob-6-16"].build(), near={"x": "L/20"})
+    blocks = [g.items[0].points for g in groups(drawing, "body") if len(g.items[0].points) == 4]
+    springs = groups(drawing, "spring")
+    assert len(blocks) == 2 and len(springs) == 2
+    for group in springs:
+        points = group.items[0].points
+        for block in blocks:
+            low, high = block.min(axis=0) + 0.1, block.max(axis=0) - 0.1
+            assert not ((points > low) & (points < high)).all(axis=1).any()
