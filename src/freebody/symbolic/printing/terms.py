@@ -28,6 +28,14 @@ class Sum:
     terms: list[Term]
 
 
+@dataclass(slots=True)
+class Applied:
+    """A function of sums, such as the root of a product of several factors."""
+
+    function: str
+    arguments: list[Sum]
+
+
 ONE: Key = (((), 1),)
 
 
