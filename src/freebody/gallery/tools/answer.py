@@ -11,9 +11,32 @@ import numpy as np
 
 import freebody as fb
 
-from ...symbolic.printing.show import latex_of, text_of
+from ...symbolic.printing.closed.answers import shown
+from ...symbolic.printing.latex import Latex
+from ...symbolic.printing.mathml import MathML
+from ...symbolic.printing.show import latex_of, mathml_of, text_of
+from ...symbolic.printing.text import Text
 
 Plots = dict[str, Callable[[Path], Any]]
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A formula as plain text, LaTeX and MathML inside a formula."""
+
+    text: str
+    latex: str
+    mathml: str
+
+    @classmethod
+    def of(cls, formula: Any) -> Printed:
+        """Return a SymPy expression as printed."""
+        return cls(text_of(formula), latex_of(formula), mathml_of(formula))
+
+    @classmethod
+    def closed(cls, x: Any, ring: Any) -> Printed:
+        """Return an element of a ring in its closed form."""
+        return cls(*(shown(kind, x, ring, closed=True) for kind in (Text, Latex, MathML)))
 
 
 @dataclass(frozen=True)
@@ -35,8 +58,8 @@ class Answer:
         The call of the library that gives the answer.
     where : mapping
         Abbreviations in the formula: name -> SymPy expression.
-    written, typeset, where_written : str, str, mapping
-        Formula and ``where`` as printed, if not in SymPy's order.
+    printed, where_printed : Printed, mapping
+        The formula and ``where`` as printed, if not in SymPy's order.
     """
 
     question: str
@@ -44,25 +67,40 @@ class Answer:
     unit: str
     formula: Any = None
     how: str = ""
-    written: str = ""
-    typeset: str = ""
+    printed: Printed | None = None
     where: Mapping[str, Any] = field(default_factory=dict)
-    where_written: Mapping[str, str] = field(default_factory=dict)
+    where_printed: Mapping[str, Printed] = field(default_factory=dict)
+
+    @property
+    def meanings(self) -> dict[str, Printed]:
+        """The abbreviations in the formula with their expressions, as printed."""
+        return {name: self.where_printed.get(name) or Printed.of(x) for name, x in self.where.items()}
 
     @property
     def meaning(self) -> dict[str, str]:
         """The abbreviations in the formula with their expressions, as plain text."""
-        return {name: self.where_written.get(name) or text_of(x) for name, x in self.where.items()}
+        return {name: x.text for name, x in self.meanings.items()}
 
     @property
     def text(self) -> str:
         """The formula as plain text; empty if there is none."""
-        return self.written or ("" if self.formula is None else text_of(self.formula))
+        return self._printed.text
 
     @property
     def latex(self) -> str:
         """The formula as LaTeX; empty if there is none."""
-        return self.typeset or ("" if self.formula is None else latex_of(self.formula))
+        return self._printed.latex
+
+    @property
+    def mathml(self) -> str:
+        """The formula as MathML, without its ``math`` element; empty if there is none."""
+        return self._printed.mathml
+
+    @property
+    def _printed(self) -> Printed:
+        if self.printed is not None:
+            return self.printed
+        return Printed("", "", "") if self.formula is None else Printed.of(self.formula)
 
 
 Answers = dict[str, Answer]

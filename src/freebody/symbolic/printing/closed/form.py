@@ -16,7 +16,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
-from math import gcd, lcm
+from itertools import combinations
+from math import gcd, isqrt, lcm
 from typing import Any
 
 from flint import Ordering, fmpz_mpoly_ctx
@@ -25,39 +26,46 @@ from ....scalar.algebra import Scalar
 from ....scalar.element import Polynomial
 from ....scalar.half_angles import half_angles
 from ....scalar.polynomial import Ring
+from ....scalar.roots import is_positive
 from ..angle_sums import shortest
 from ..arrange import arrange
-from ..terms import Sum, Term, content_of
+from ..terms import Sum, Term
 from .letters import Letters, Monomial, Terms
 from .operations import Operations
-from .products import Bracket, Product, Products, negated, positive_first
+from .products import Bracket, Product, Products, is_negative, positive_first, settled
 
 LONGEST = 40
 """Number of terms beyond which a formula is arranged as an equation is."""
 WIDE = 10
-"""Number of terms up to which all divisions of a sum are compared; longer sums are divided at the commonest letter."""
+"""Number of terms up to which all divisions of a sum are compared; longer sums are divided at the commonest letters."""
+SUMS = 100
+"""Number of sums in one formula whose divisions are compared; further sums are divided at the commonest letter."""
 
 
-def closed_form(x: Scalar, ring: Ring) -> tuple[Sum, Ring] | None:
-    """Return the closed form of an element and the ring that it is in; None if it is too long."""
-    if type(x) is not Polynomial:
+def closed_form(x: Scalar, ring: Ring, below: Scalar = 1) -> tuple[Sum, Ring] | None:
+    """Return the closed form of ``x / below`` and the ring that it is in; None if it is a number or too long."""
+    if type(x) is not Polynomial and type(below) is not Polynomial:
         return None
-    key = ("closed form", x, len(ring.positive))
+    key = ("closed form", x, below, len(ring.positive))
     if key not in ring.cache:
-        ring.cache[key] = _closed_form(x, ring)
+        ring.cache[key] = _closed_form(x, below, ring)
     result: tuple[Sum, Ring] | None = ring.cache[key]
     return result
 
 
-def _closed_form(x: Polynomial, ring: Ring) -> tuple[Sum, Ring] | None:
-    if len(x) > LONGEST:
+def _closed_form(x: Scalar, below: Scalar, ring: Ring) -> tuple[Sum, Ring] | None:
+    if not _is_short(x, below):
         return None
-    half = half_angles(x)
-    if half is not None:
-        if type(half.whole) is not Polynomial or len(half.whole) > LONGEST:
-            return None
-        return ClosedForms.of(half.ring)(half.whole), half.ring
-    return ClosedForms.of(ring)(x), ring
+    half = half_angles(x, below)
+    if half is None:
+        return ClosedForms.of(ring)(x, below), ring
+    if not _is_short(half.top, half.below):
+        return None
+    return ClosedForms.of(half.ring)(half.whole), half.ring
+
+
+def _is_short(*elements: Scalar) -> bool:
+    return all(type(x) is not Polynomial or len(x) <= LONGEST for x in elements)
 
 
 @cache
@@ -73,6 +81,7 @@ class ClosedForms:
         self.letters = Letters(ring)
         self.products = Products(self.letters, self, self.factors_of)
         self.operations = Operations(ring)
+        self.budget = SUMS
         self._parts: dict[Any, list[Product]] = {}
         self._costs: dict[int, tuple[Product, Term, int]] = {}
 
@@ -82,10 +91,15 @@ class ClosedForms:
         forms: ClosedForms = ring.cache.setdefault("closed forms", ClosedForms(ring))
         return forms
 
-    def __call__(self, x: Scalar) -> Sum:
-        """Return the form with the fewest operations."""
-        if type(x) is not Polynomial:
-            return arrange(x, self.ring)
+    def __call__(self, x: Scalar, below: Scalar = 1) -> Sum:
+        """Return the form of ``x / below`` with the fewest operations."""
+        if type(below) is Polynomial:
+            p, q = self.factors_of(x), self.factors_of(below)
+            whole = Product(p.coefficient / q.coefficient, p.powers, p.brackets)
+            return self.sum_of([whole.times(Product(Fraction(1), q.powers, q.brackets), -2)])
+        if type(x) is not Polynomial or below != 1:
+            return arrange(x / Fraction(below), self.ring)
+        self.budget = SUMS
         forms = [self.sum_of(self.parts(terms)) for terms in self._variants(x)]
         plain = arrange(x, self.ring)
         if not any(g.kind == "sqrt" for g in self.ring.used(x)):
@@ -96,12 +110,24 @@ class ClosedForms:
     def _variants(self, x: Polynomial) -> Iterator[Terms]:
         """Return the ways to write an element in letters."""
         raw = self.letters.terms(x)
-        yield raw
         single = self._cleared(x)
         if single is not None:
             yield single
-        for variant in self._angles(x):
-            yield variant
+        yield raw
+        yield from self._with_denominators(raw)
+        yield from self._angles(x)
+
+    def _with_denominators(self, terms: Terms) -> Iterator[Terms]:
+        """Return the terms with the sum D of a denominator in place of one of its squares: R² = D - 4 L²."""
+        below = {k for m in terms for k, e in m if e < 0 and self.letters.kind(k) == "polynomial"}
+        for letter in sorted(below):
+            sum_ = self.letters.terms(self.letters.bases[letter])
+            for m, c in sum_.items():
+                if len(m) == 1 and m[0][1] >= 2:
+                    rest = {n: -d / c for n, d in sum_.items() if n != m} | {((letter, 2),): 1 / c}
+                    changed = _replaced(terms, m[0], rest)
+                    if changed is not None:
+                        yield changed
 
     def _cleared(self, x: Polynomial) -> Terms | None:
         """Return the element over its common denominator."""
@@ -193,21 +219,23 @@ class ClosedForms:
 
     def _cost(self, p: Product) -> tuple[Product, Term, int]:
         if id(p) not in self._costs:
-            term = self.products.term(p, lambda t: self.operations.sum(Sum([t])).total)
-            self._costs[id(p)] = (p, term, self.operations.sum(Sum([term])).total)
+            self._costs[id(p)] = (p, *self.products.term(p, lambda t: self.operations.sum(Sum([t])).total))
         return self._costs[id(p)]
 
     def cost(self, parts: list[Product]) -> int:
         """Return the number of operations of a sum of products."""
         rows = [self._cost(p) for p in parts]
         signs = [t.coefficient < 0 for _, t, _ in rows]
-        return sum(n for _, _, n in rows) - sum(signs) + len(rows) - 1 + all(signs)
+        length = sum(n for _, _, n in rows) + 2 * (len(rows) - 1 - sum(signs))
+        return length + 2 * (all(signs) and is_negative(positive_first(Sum([t for _, t, _ in rows]))))
 
     def parts(self, terms: Terms) -> list[Product]:
         """Return the products, in printing order, whose sum has the fewest operations."""
         key = frozenset(terms.items())
         if key not in self._parts:
-            self._parts[key] = min(self._divisions(terms), key=self.cost)
+            self.budget -= len(terms) > 2
+            divisions = list(self._divisions(terms))
+            self._parts[key] = divisions[0] if len(divisions) == 1 else min(divisions, key=self.cost)
         return self._parts[key]
 
     def _divisions(self, terms: Terms) -> Iterator[list[Product]]:
@@ -221,13 +249,27 @@ class ClosedForms:
         yield [Product(c, dict(m)) for m, c in entries]
         if len(entries) < 3:
             return
-        for group in self._groups(entries):
+        yield from self._squares(terms)
+        for n, group in enumerate(self._groups(entries)):
+            if n and self.budget < 0:
+                break
             inside = {m: c for m, c in entries if m in group}
             outside = {m: c for m, c in entries if m not in group}
             for whole in self.factored(inside):
                 rest = self.parts(outside)
                 first = self.letters.order(entries[0][0]) if entries[0][0] in group else None
                 yield [whole, *rest] if first is not None else [*rest, whole]
+
+    def _squares(self, terms: Terms) -> Iterator[list[Product]]:
+        """Return forms with a square completed: a² - 2ab + b² + c = (a - b)² + c."""
+        roots = {m: r for m, c in terms.items() if c > 0 and (r := _root(m, c)) is not None}
+        for (m, (a, p)), (n, (b, q)) in combinations(roots.items(), 2):
+            cross = _product(p, q)
+            if cross not in terms or abs(terms[cross]) != 2 * a * b:
+                continue
+            rest = {k: c for k, c in terms.items() if k not in (m, n, cross)}
+            inner = {p: a, q: b if terms[cross] > 0 else -b}
+            yield [Product(Fraction(1), {}).times(self._as_factor(inner), 4), *(self.parts(rest) if rest else [])]
 
     def _groups(self, entries: list[tuple[Monomial, Fraction]]) -> list[frozenset[Monomial]]:
         """Return the groups of terms with a common letter, largest first."""
@@ -238,14 +280,20 @@ class ClosedForms:
         groups = {frozenset(g) for g in table.values() if 2 <= len(g) < len(entries)}
         place = {m: i for i, (m, _) in enumerate(entries)}
         ordered = sorted(groups, key=lambda g: (-len(g), sorted(place[m] for m in g)))
-        return ordered if len(entries) <= WIDE else ordered[: 3 if len(entries) <= 2 * WIDE else 1]
+        return ordered if len(entries) <= WIDE else ordered[:3]
 
     # ---------------------------------------------------------------- products
     def factors_of(self, x: Scalar) -> Product:
         """Return an element as a product: the shortest of its forms with one term, or a bracket."""
         if type(x) is not Polynomial:
             return Product(Fraction(x), {})
+        positive = is_positive(self.ring, self.ring.promoted(x.num))
+        if not positive and is_positive(self.ring, -self.ring.promoted(x.num)):
+            return Product(Fraction(-1), {}).times(self.factors_of(-x))
         best = min((self.parts(terms) for terms in self._variants(x)), key=self.cost)
+        if positive and len(best) > 1:
+            total = positive_first(Sum([self.term(p) for p in best], fixed=True))
+            return Product(Fraction(1), {}, [(Bracket(total, self._used(self.letters.terms(x))), 1)])
         return self._bracket(best, self.letters.terms(x))
 
     @staticmethod
@@ -280,10 +328,7 @@ class ClosedForms:
     def _bracket(self, parts: list[Product], terms: Terms) -> Product:
         if len(parts) == 1:
             return parts[0]
-        total = Sum([self.term(p) for p in parts])
-        sign = 1
-        if total.terms[0].coefficient < 0:
-            total, sign = negated(total), -1
+        total, sign = settled(Sum([self.term(p) for p in parts]))
         return Product(Fraction(sign), {}, [(Bracket(total, self._used(terms)), 1)])
 
     def _multiplied(
@@ -324,6 +369,45 @@ class ClosedForms:
         return {k: e for k, e in low.items() if e}, result
 
 
+def _root(monomial: Monomial, c: Fraction) -> tuple[Fraction, Monomial] | None:
+    """Return the root of a term that is a square."""
+    p, q = isqrt(c.numerator), isqrt(c.denominator)
+    if not monomial or p * p != c.numerator or q * q != c.denominator or any(e % 4 for _, e in monomial):
+        return None
+    return Fraction(p, q), tuple((k, e // 2) for k, e in monomial)
+
+
+def _product(a: Monomial, b: Monomial) -> Monomial:
+    powers = dict(a)
+    for k, e in b:
+        powers[k] = powers.get(k, 0) + e
+    return tuple(sorted((k, e) for k, e in powers.items() if e))
+
+
+def _replaced(terms: Terms, power: tuple[int, int], by: Terms) -> Terms | None:
+    """Return terms with a sum in place of a power of a letter; None if it does not occur, or if there are too many."""
+    letter, e = power
+    changed = False
+    for _ in range(2 * LONGEST):
+        row = next((m for m in terms if dict(m).get(letter, 0) >= e), None)
+        if row is None:
+            return terms if changed else None
+        changed = True
+        terms = dict(terms)
+        c = terms.pop(row)
+        cofactor = _over(row, {letter: e})
+        for m, d in by.items():
+            key = _product(cofactor, m)
+            total = terms.get(key, Fraction(0)) + c * d
+            if total:
+                terms[key] = total
+            else:
+                del terms[key]
+        if len(terms) > LONGEST:
+            return None
+    return None
+
+
 def _common(monomials: list[Monomial]) -> dict[int, int]:
     """Return the common powers of monomials; negative powers have negative common powers."""
     rows = [dict(m) for m in monomials]
@@ -342,11 +426,10 @@ def _over(monomial: Monomial, common: dict[int, int]) -> Monomial:
 
 
 def _contents(values: list[Fraction]) -> list[Fraction]:
-    """Return numbers to take out of a bracket: the greatest common divisor, that of the numerators, and 1."""
+    """Return numbers to take out of a bracket: the common divisor of the numerators, and that of the numbers."""
     numerator = gcd(*(v.numerator for v in values)) or 1
     denominator = lcm(*(v.denominator for v in values))
-    numbers = [content_of(values), Fraction(numerator, denominator), Fraction(numerator), Fraction(1, denominator)]
-    result = list(dict.fromkeys([*numbers, Fraction(1)]))
+    result = list(dict.fromkeys([Fraction(numerator), Fraction(numerator, denominator)]))
     if all(v < 0 for v in values):
         result = [-c for c in result]
     return result

@@ -123,14 +123,17 @@ class Letters:
         if letter not in self._ranks:
             base = self.bases[letter]
             if isinstance(base, int):
-                key = self.arrangement.rank(base)
+                g = self.ring.generators[base]
+                trigonometric = g.kind in ("sin", "cos")
+                key = self.arrangement.rank(min(base, g.partner) if trigonometric else base)
+                key = (*key, g.kind == "cos") if trigonometric else key
             elif isinstance(base, Polynomial):
                 mask = self.ring.depends(base)
                 key = (*sorted(a.rank for a in self.ring.of_mask(mask)), len(self.ring.generators))
             elif base[0] == "number":
                 key = (-1,)
             else:
-                key = tuple(x for i, n in base[1] for x in (*self.arrangement.rank(i), n))
+                key = (*(x for i, n in base[1] for x in (*self.arrangement.rank(i), n)), base[0] == "cos")
             self._ranks[letter] = key
         return self._ranks[letter]  # type: ignore[no-any-return]
 
@@ -145,11 +148,14 @@ class Letters:
             if moving:
                 kinds = [MOVING.get(self.kind(k), 2) for k, _ in moving]
                 first = (min(kinds), -sum(e for _, e in moving), sorted(self.rank(k) for k, _ in moving))
-            second = (
-                sum(abs(e) for _, e in others),
-                sorted((self.rank(k)[:1], self.kind(k) == "cos", self.rank(k), e) for k, e in others),
-            )
+            second = (sum(abs(e) for _, e in others), sorted(self._place(k, e) for k, e in others))
             ranks = sorted(self.rank(k) for k, e in parameters for _ in range(abs(e)))
             third = (not parameters, ranks, [-e for _, e in parameters])
             self._orders[monomial] = (first, second, third)
         return self._orders[monomial]
+
+    def _place(self, letter: int, e: int) -> Any:
+        """Return the sorting key of a coordinate or function: coordinates first, then by angle, sines before cosines."""
+        angle = self.kind(letter) in ("sin", "cos")
+        rank = self.rank(letter)
+        return (1, rank[:-1], e, rank[-1]) if angle else (0, rank, e, False)

@@ -1,7 +1,7 @@
 """Number of operations in a printed formula: signs, sums, products, divisions, powers, roots and functions.
 
 2*sqrt(g/(7*R)) has four: a product, a root, a division and a product. Of two formulas of about equal length the one
-without brackets in brackets and without fractions in brackets is easier to read: each counts as further operations.
+without brackets in brackets and without fractions in fractions is easier to read: each counts as half an operation.
 """
 
 from __future__ import annotations
@@ -12,10 +12,6 @@ from typing import Any
 from ..printer import Printer
 from ..terms import Sum
 
-NESTED = 1
-"""Operations that a bracket in a bracket is worth."""
-COMPOUND = 2
-"""Operations that a fraction in a bracket is worth."""
 
 
 @dataclass(slots=True, frozen=True)
@@ -26,20 +22,25 @@ class Length:
     ----------
     operations : int
     unease : int
-        Further operations for brackets in brackets and fractions in brackets.
-    divided, bracketed : bool
-        True if it has a division, or a bracket, that is not inside a root or a function.
+        Brackets in brackets, fractions in fractions, and long fractions in brackets, in halves of an operation.
+    divided : bool
+        True if it has a division that is not inside a root or a function.
+    depth : int
+        Brackets in each other, outside roots and functions.
+    fractions : bool
+        True for a bracket with a division in it.
     """
 
     operations: int = 0
     unease: int = 0
     divided: bool = False
-    bracketed: bool = False
+    depth: int = 0
+    fractions: bool = False
 
     @property
     def total(self) -> int:
-        """Operations and unease."""
-        return self.operations + self.unease
+        """Twice the operations, and unease."""
+        return 2 * self.operations + self.unease
 
     def inside(self) -> Length:
         """Return the length as an argument: its bracket and its bar are the function's."""
@@ -51,7 +52,7 @@ def _joined(parts: list[Length], operations: int, divided: bool = False) -> Leng
         sum(p.operations for p in parts) + operations,
         sum(p.unease for p in parts),
         divided or any(p.divided for p in parts),
-        any(p.bracketed for p in parts),
+        max(p.depth for p in parts),
     )
 
 
@@ -59,6 +60,19 @@ class Operations(Printer):
     """Printer that counts: every part of a formula is shown as its length."""
 
     bars = False
+
+    def __init__(self, ring: Any) -> None:
+        super().__init__(ring)
+        self._sums: dict[int, tuple[Sum, Length]] = {}
+
+    def factor(self, node: Any, e: int) -> Length:
+        """A node to a positive power; a bracket is counted once."""
+        if not isinstance(node, Sum):
+            length: Length = super().factor(node, e)
+            return length
+        if id(node) not in self._sums:
+            self._sums[id(node)] = (node, self.bracketed(self.sum(node)))
+        return self.power(self._sums[id(node)][1], e)
 
     def number(self, n: int) -> Length:
         """A whole number."""
@@ -70,18 +84,24 @@ class Operations(Printer):
 
     def power(self, base: Length, e: int) -> Length:
         """A factor to a positive whole power."""
-        return base if e == 1 else _joined([base], 1)
+        result = _joined([base], 1)
+        return base if e == 1 else Length(result.operations, result.unease, False, base.depth, base.fractions)
 
     def bracketed(self, s: Length) -> Length:
         """A sum as a factor."""
-        return Length(s.operations, s.unease + NESTED * s.bracketed + COMPOUND * s.divided, False, True)
+        unease = s.unease + s.depth + 2 * (s.divided and s.depth > 0)
+        return Length(s.operations, unease, False, s.depth + 1, s.divided)
 
     def product(self, p: int, over: list[Length], q: int, under: list[Length]) -> Length:
         """p · over / (q · under)."""
         above, below = self.numbered(p, over), self.numbered(q, under)
         if q == 1 and not under:
-            return _joined(above, len(above) - 1)
-        return _joined(above + below, len(above) - 1 + len(below), True)
+            result = _joined(above, len(above) - 1)
+            fractions = any(part.fractions for part in above)
+            return Length(result.operations, result.unease, fractions, result.depth)
+        compound = sum(part.fractions for part in above + below)
+        result = _joined(above + below, len(above) - 1 + len(below), True)
+        return Length(result.operations, result.unease + compound, True, result.depth)
 
     def added(self, terms: list[tuple[bool, Length]]) -> Length:
         """Terms joined by their signs."""

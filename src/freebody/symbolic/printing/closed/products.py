@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import product
 from math import isqrt
 from typing import Any
 
@@ -67,17 +68,22 @@ class Products:
         self.argument = argument
         self.factors = factors
 
-    def term(self, p: Product, count: Callable[[Term], int]) -> Term:
-        """Return the shorter of the forms of a product as a term."""
-        candidates = [self._term(p, joined) for joined in self._ways(p)]
-        return min(candidates, key=count)
+    def term(self, p: Product, length: Callable[[Term], int]) -> tuple[Term, int]:
+        """Return the shorter of the forms of a product as a term, and its length."""
+        terms = [self._term(p, joined, doubled) for doubled, joined in self._ways(p)]
+        return min(((t, length(t)) for t in terms), key=lambda row: row[1])
 
-    def _ways(self, p: Product) -> tuple[bool, ...]:
-        roots = any(e % 2 and self.letters.kind(k) != "number" for k, e in p.powers.items())
-        return (True, False) if roots else (True,)
+    def _ways(self, p: Product) -> list[tuple[bool, bool]]:
+        kinds = [(self.letters.kind(k), e) for k, e in p.powers.items()]
+        roots = any(e % 2 and kind != "number" for kind, e in kinds)
+        doubles = sum(kind in ("sin", "cos") and e > 0 for kind, e in kinds) > 1
+        return list(product((False, True) if doubles else (True,), (True, False) if roots else (True,)))
 
-    def _term(self, p: Product, joined: bool) -> Term:
-        """Return a product as a term; ``joined`` brings its number under the root."""
+    def _term(self, p: Product, joined: bool = True, doubled: bool = True) -> Term:
+        """Return a product as a term.
+
+        ``joined`` brings its number under the root, ``doubled`` writes sin(2x)/2 for sin x cos x.
+        """
         letters = self.letters
         powers = dict(p.powers)
         number = 1
@@ -99,28 +105,27 @@ class Products:
                 outside, inside = plain, Fraction(whole)
             coefficient = outside
             over, under = self._roots(roots, inside)
-            for product, e in ((over, 1), (under, -1)):
-                if product is not None:
-                    factors.append((Applied("sqrt", [self._root(product)]), e, (2,)))
+            for radicand, e in ((over, 1), (under, -1)):
+                if radicand is not None:
+                    factors.append((Applied("sqrt", [self._root(radicand)]), e, (2,)))
             for k, e in roots.items():
                 powers[k] = (e - (1 if e > 0 else -1)) // 2 * 2
         coefficient *= sign
         self._absolute(powers)
-        coefficient *= self._double_angles(powers, factors)
-        coefficient *= self._letters(powers, factors)
+        coefficient *= self._double_angles(powers, factors, doubled)
+        coefficient *= self._letters(powers, factors, coefficient)
         brackets = [(b.sum, e, b.letters) for b, e in p.brackets]
         for k, e in powers.items():  # polynomials
             if e and letters.kind(k) == "polynomial":
                 inner = self.factors(letters.bases[k])
-                nested = self._term(inner, True)
+                nested = self._term(inner)
                 coefficient *= Fraction(nested.coefficient) ** (e // 2)
                 for node, n in nested.factors:
                     if isinstance(node, Sum):
                         brackets.append((node, n * e // 2, frozenset([k])))
                     else:
                         factors.append((node, n * e // 2, (3, letters.rank(k))))
-        number, brackets = _one_sign(coefficient, brackets)
-        return Term(_plain(number), self._ordered(factors, brackets))
+        return Term(_plain(coefficient), self._ordered(factors, brackets))
 
     # ---------------------------------------------------------------- roots
     def _roots(self, roots: dict[int, int], inside: Fraction) -> tuple[Product | None, Product | None]:
@@ -145,7 +150,7 @@ class Products:
             base = self.letters.bases[k]
             factor = self.factors(base) if self.letters.kind(k) == "polynomial" else Product(Fraction(1), {k: 2})
             total = total.times(factor, e)
-        return Sum([self._term(total, True)])
+        return positive_first(Sum([self._term(total)]))
 
     # ---------------------------------------------------------------- functions
     def _absolute(self, powers: dict[int, int]) -> None:
@@ -168,22 +173,27 @@ class Products:
             powers[inside] += 4
             powers[absolute] -= 4
 
-    def _double_angles(self, powers: dict[int, int], factors: list[tuple[Any, int, Any]]) -> Fraction:
-        """Replace sin x cos x by sin(2x)/2; return the number."""
+    def _double_angles(
+        self, powers: dict[int, int], factors: list[tuple[Any, int, Any]], doubled: bool
+    ) -> Fraction:
+        """Replace sin x/cos x by tan x, and sin x cos x by sin(2x)/2; return the number."""
         letters, result = self.letters, Fraction(1)
         for k, e in list(powers.items()):
             base = letters.bases[k]
-            if not e or letters.kind(k) != "sin" or not isinstance(base, int) or e < 0:
+            if not e or letters.kind(k) != "sin" or not isinstance(base, int):
                 continue
             partner = letters.ring.generators[base].partner
             cosine = letters.number(partner)
-            if powers.get(cosine) == e:
+            if e and powers.get(cosine) == -e:
+                factors.append((("tan", ((partner, 1),)), e // 2, (6, letters.rank(k))))
+                powers[k] = powers[cosine] = 0
+            elif doubled and e > 0 and powers.get(cosine) == e:
                 result /= 2 ** (e // 2)
                 factors.append((("sin", ((partner, 2),)), e // 2, (6, letters.rank(k))))
                 powers[k] = powers[cosine] = 0
         return result
 
-    def _letters(self, powers: dict[int, int], factors: list[tuple[Any, int, Any]]) -> Fraction:
+    def _letters(self, powers: dict[int, int], factors: list[tuple[Any, int, Any]], outer: Fraction) -> Fraction:
         """Add the factors that are letters; return the sign of functions with a negative argument."""
         letters, sign = self.letters, Fraction(1)
         inside: dict[int, list[Any]] = {1: [], -1: []}
@@ -192,7 +202,9 @@ class Products:
             if not e or kind == "polynomial":
                 continue
             base = letters.bases[k]
-            place = (self._place(k), letters.rank(k))
+            place: Any = (self._place(k), letters.rank(k))
+            if kind == "sqrt" or not isinstance(base, tuple) and not letters.ring.generators[base].depends:
+                place = (0,)  # roots of numbers, and pi
             if isinstance(base, tuple):
                 factors.append((base, e // 2, place))
                 continue
@@ -201,7 +213,7 @@ class Products:
                 inside[e // 2].append((g, place))
             elif kind == "function" and len(g.arguments) <= 2 and g.name not in ("exp", "pow", "abs"):
                 arguments = [self.argument(a) for a in g.arguments]
-                if g.name in ODD and is_negative(arguments[0]):
+                if g.name in ODD and (is_negative(arguments[0]) or outer < 0 and _flips(arguments[0])):
                     arguments = [negated(arguments[0])]
                     sign *= (-1) ** (e // 2)
                 factors.append((Applied(g.name, arguments), e // 2, place))
@@ -221,7 +233,7 @@ class Products:
         below = not inside[1]
         if below:
             total = Product(Fraction(1), {}).times(total, -2)
-        term = self._term(total, True)
+        term = self._term(total)
         number = abs(Fraction(term.coefficient))
         term.coefficient = 1
         factors.append((Applied("abs", [Sum([term])]), -1 if below else 1, max(p for _, p, _ in entries)))
@@ -297,41 +309,75 @@ def _split_root(square: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def is_negative(s: Sum) -> bool:
+    """Return True if all terms of a sum are negative."""
     return bool(s.terms) and all(t.coefficient < 0 for t in s.terms)
 
 
-def negated(s: Sum) -> Sum:
-    return Sum([Term(-t.coefficient, t.factors) for t in s.terms])
+def opposite(t: Term) -> Term:
+    """Return -t; a bracket above the bar takes the minus if it has terms of both signs.
 
-
-def _one_sign(
-    number: Fraction, brackets: list[tuple[Sum, int, frozenset[int]]]
-) -> tuple[Fraction, list[tuple[Sum, int, frozenset[int]]]]:
-    """Return a product with brackets that begin with a positive term, and without a minus in front where one can take it.
-
-    >>> from ..terms import Sum, Term
     >>> difference = Sum([Term(1, [("a", 1)]), Term(-1, [("b", 1)])])
-    >>> number, ((changed, _, _),) = _one_sign(Fraction(-2), [(difference, -1, frozenset())])
-    >>> number, [t.coefficient for t in changed.terms], changed.terms[0].factors
-    (Fraction(2, 1), [1, -1], [('b', 1)])
+    >>> changed = opposite(Term(2, [(difference, 1)]))
+    >>> changed.coefficient, [(t.coefficient, t.factors) for t in changed.factors[0][0].terms]
+    (2, [(1, [('b', 1)]), (-1, [('a', 1)])])
     """
-    result = []
-    for s, e, letters in brackets:
-        if is_negative(s):
-            s, number = negated(s), number * (-1) ** e
-        result.append((s, e, letters))
-    if number < 0:
-        for i in reversed(range(len(result))):
-            s, e, letters = result[i]
-            if e % 2 and any(t.coefficient < 0 for t in s.terms):
-                result[i] = (negated(s), e, letters)
-                number = -number
-                break
-    return number, [(positive_first(s), e, letters) for s, e, letters in result]
+    return t.coefficient > 0 and _turned(t, False) or Term(-t.coefficient, t.factors)
+
+
+def _turned(t: Term, below: bool) -> Term | None:
+    """Return -t with another sign of its simplest bracket that has terms of both signs."""
+    candidates = [
+        i
+        for i, (node, e) in enumerate(t.factors)
+        if isinstance(node, Sum) and e % 2 and (e > 0 or below) and not node.fixed and _mixed(node)
+    ]
+    if not candidates:
+        return None
+    i = min(candidates, key=lambda i: (_bracketed(t.factors[i][0]), len(t.factors[i][0].terms), -i))
+    node, e = t.factors[i]
+    return Term(t.coefficient, [*t.factors[:i], (negated(node), e), *t.factors[i + 1 :]])
+
+
+def _bracketed(s: Sum) -> bool:
+    return any(isinstance(node, Sum) for t in s.terms for node, _ in t.factors)
+
+
+def _flips(s: Sum) -> bool:
+    """Return True if a sum is one term with a bracket that takes a minus."""
+    return len(s.terms) == 1 and _with_positive_bracket(Term(-abs(s.terms[0].coefficient), s.terms[0].factors)) is not None
+
+
+def _mixed(s: Sum) -> bool:
+    return any(t.coefficient < 0 for t in s.terms) and any(t.coefficient > 0 for t in s.terms)
+
+
+def negated(s: Sum) -> Sum:
+    """Return -s, positive terms first."""
+    return positive_first(Sum([opposite(t) for t in s.terms]))
 
 
 def positive_first(s: Sum) -> Sum:
-    """Return a sum that begins with a positive term, if it has one: b - a, not -a + b."""
-    if not s.terms or s.terms[0].coefficient > 0 or is_negative(s):
+    """Return a sum that begins with a positive term, if it can have one: b - a, not -a + b."""
+    if is_negative(s):
+        for i in reversed(range(len(s.terms))):
+            changed = _with_positive_bracket(s.terms[i])
+            if changed is not None:
+                return Sum([changed, *s.terms[:i], *s.terms[i + 1 :]], s.fixed)
         return s
-    return Sum(sorted(s.terms, key=lambda t: t.coefficient < 0))
+    if not s.terms or s.terms[0].coefficient > 0:
+        return s
+    return Sum(sorted(s.terms, key=lambda t: t.coefficient < 0), s.fixed)
+
+
+def _with_positive_bracket(t: Term) -> Term | None:
+    """Return a negative term as a positive one, if a bracket can take the minus."""
+    return _turned(Term(-t.coefficient, t.factors), True)
+
+
+def settled(s: Sum) -> tuple[Sum, int]:
+    """Return a bracket with few negative terms, of two forms the one whose first term is positive, and its sign."""
+    other = Sum([opposite(t) for t in s.terms], s.fixed)
+    ours, theirs = (sum(t.coefficient < 0 for t in x.terms) for x in (s, other))
+    if s.fixed or ours < theirs or ours == theirs and s.terms[0].coefficient > 0:
+        return positive_first(s), 1
+    return positive_first(other), -1
