@@ -132,7 +132,7 @@ class ClosedForms:
     def _cleared(self, x: Polynomial) -> Terms | None:
         """Return the element over its common denominator."""
         y: Scalar = x
-        below: list[tuple[Polynomial, int]] = []
+        below: list[tuple[Any, int]] = []
         while type(y) is Polynomial:
             inverses = [
                 g for g in self.ring.used(y) if g.kind == "inverse" and len(g.arguments[0]) > 1
@@ -147,13 +147,10 @@ class ClosedForms:
             below.append((g, n))
         if not below:
             return None
-        entries = self.letters.collected(
-            (Fraction(c, y.den), (*m, *((g.index, n) for g, n in below)))
-            for m, c in self.ring.coerce(y).terms()
-        ) if type(y) is Polynomial else self.letters.collected(
-            [(Fraction(y), [(g.index, n) for g, n in below])]
-        )
-        return entries
+        over = [(g.index, n) for g, n in below]
+        if type(y) is not Polynomial:
+            return self.letters.collected([(Fraction(y), over)])
+        return self.letters.collected((Fraction(c, y.den), (*m, *over)) for m, c in y.terms())
 
     def _angles(self, x: Polynomial) -> Iterator[Terms]:
         """Return the element with sines instead of cosines squared, and with sums of angles."""

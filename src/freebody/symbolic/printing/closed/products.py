@@ -329,7 +329,7 @@ def _turned(t: Term, below: bool) -> Term | None:
     candidates = [
         i
         for i, (node, e) in enumerate(t.factors)
-        if isinstance(node, Sum) and e % 2 and (e > 0 or below) and not node.fixed and _mixed(node)
+        if isinstance(node, Sum) and e % 2 and not node.fixed and (_mixed(node) if e > 0 else below and _even(node))
     ]
     if not candidates:
         return None
@@ -349,6 +349,11 @@ def _flips(s: Sum) -> bool:
 
 def _mixed(s: Sum) -> bool:
     return any(t.coefficient < 0 for t in s.terms) and any(t.coefficient > 0 for t in s.terms)
+
+
+def _even(s: Sum) -> bool:
+    """Return True if a sum has at most as many positive terms as negative ones."""
+    return 2 * sum(t.coefficient < 0 for t in s.terms) >= len(s.terms)
 
 
 def negated(s: Sum) -> Sum:
