@@ -50,11 +50,10 @@ def ratio_text(r: Any, ring: Ring) -> str:
 
 
 def _closed(kind: type[Printer], r: Any, ring: Ring) -> Any:
-    """Return the closed form of a ratio of answers; None for others and long ones."""
-    num, den = (r.num, r.den) if type(r) is Ratio else (r, 1)
-    if not all(type(x) is not Polynomial or is_answer(x) for x in (num, den)):
-        return None
-    return answer(kind, num, ring, den)
+    """Return the closed form of a ratio; None for a long one, and for an element with speeds that divides by nothing."""
+    if type(r) is Ratio:
+        return answer(kind, r.num, ring, r.den)
+    return answer(kind, r, ring) if is_answer(r) else None
 
 
 def _simple(written: str) -> bool:
