@@ -208,9 +208,9 @@ class Page:
                 _math(f"{_named(name)}<mo>=</mo>{x.mathml}", block=True) for name, x in meant.items()
             ]
             parts += ["with\n", _html(f'<div class="formulas">{"".join(lines)}</div>')]
-        checks = [f"- {plain(check.what)}: {check.residual:.1e}" for check in self.outcome.checks]
+        checks = [f"- {plain(check.sentence)}" for check in self.outcome.checks]
         if checks:
-            parts += ["Checks (relative difference):\n", "\n".join(checks) + "\n"]
+            parts += ["Checks:\n", "\n".join(checks) + "\n"]
         return "\n".join(parts)
 
     def _plots(self) -> str:

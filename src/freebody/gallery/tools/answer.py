@@ -113,25 +113,49 @@ class Check:
     Attributes
     ----------
     what : str
-        What is compared with what.
+        What is compared with what, or a statement.
     residual, bound : float
+    kind : str
+        "agreement" of two values, "smallness" of a number, or "fact", a statement that is true or not.
     """
 
     what: str
     residual: float
     bound: float
+    kind: str = "smallness"
 
     @property
     def holds(self) -> bool:
         """True if the residual is within the bound; False if it is not a number."""
         return bool(self.residual <= self.bound)
 
+    @property
+    def sentence(self) -> str:
+        """The check as a sentence.
+
+        >>> fact("sticks at F_max less 1e-9 of it", True).sentence
+        'sticks at F_max less 1e-9 of it: yes'
+        >>> same("N against the simulation", 1 + 2**-40, 1, 1e-9).sentence
+        'N against the simulation: agrees to 9.1e-13 (1e-09 allowed)'
+        """
+        if self.kind == "fact":
+            return f"{self.what}: {'yes' if self.holds else 'NO'}"
+        if self.kind == "agreement":
+            verb = "agrees to" if self.holds else "DIFFERS by"
+            return f"{self.what}: {verb} {self.residual:.1e} ({self.bound:.0e} allowed)"
+        return f"{self.what}: {self.residual:.1e}, {'at most' if self.holds else 'MORE than'} {self.bound:.0e}"
+
 
 def same(what: str, a: Any, b: Any, bound: float) -> Check:
     """Return a check that two numbers or arrays agree: their difference relative to the larger of 1 and their size."""
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     size = max(1.0, float(np.max(np.abs(a))), float(np.max(np.abs(b))))
-    return Check(what, float(np.max(np.abs(a - b))) / size, bound)
+    return Check(what, float(np.max(np.abs(a - b))) / size, bound, "agreement")
+
+
+def fact(what: str, holds: bool) -> Check:
+    """Return a check that a statement is true."""
+    return Check(what, 0.0 if holds else 1.0, 0.5, "fact")
 
 
 @dataclass(frozen=True)
