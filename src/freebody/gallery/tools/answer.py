@@ -38,6 +38,12 @@ class Printed:
         """Return an element of a ring in its closed form."""
         return cls(*(shown(kind, x, ring, closed=True) for kind in (Text, Latex, MathML)))
 
+    @classmethod
+    def equation(cls, left: Any, right: Any, ring: Any) -> Printed:
+        """Return an equation of two elements, each in its closed form."""
+        a, b = cls.closed(left, ring), cls.closed(right, ring)
+        return cls(f"{a.text} = {b.text}", f"{a.latex} = {b.latex}", f"{a.mathml}<mo>=</mo>{b.mathml}")
+
 
 @dataclass(frozen=True)
 class Answer:

@@ -15,7 +15,7 @@ import freebody as fb
 
 from ...describe.description import about_of, names_of
 from ...symbolic.printing.display import displayed
-from ...symbolic.printing.show import latex_of, mathml_of, text_of
+from ...symbolic.printing.show import text_of
 from .answer import Answer, Answers, Printed
 
 TOLERANCE = 1e-10
@@ -100,12 +100,17 @@ class Case:
         )  # fmt: skip
 
     def equation(self, index: int, question: str) -> Answer:
-        """Return an equation of motion as an answer whose value is its text."""
+        """Return an equation of motion as an answer whose value is its text; each side is in its closed form."""
         e = self.equations
-        text = e.lines()[index]
-        latex, mathml = latex_of(e.motion[index]), mathml_of(e.motion[index])
-        how = "fb.equations(s).motion"
-        return Answer(question, text, "", e.motion[index], how, Printed(text, latex, mathml))
+        printed = Printed.equation(*e.balances[index], e.ring)
+        return Answer(question, printed.text, "", e.motion[index], "fb.equations(s).motion", printed)
+
+    def general(self, question: str, expression: Any, how: str) -> Answer:
+        """Return an answer that holds for any motion: its value is the text of its closed form."""
+        ring = self.equations.ring
+        canonical = ring.from_sympy(sympy.sympify(expression))
+        printed = Printed.closed(canonical, ring)
+        return Answer(question, printed.text, "", displayed(canonical, ring), how, printed)
 
     def square_of_speed(
         self, speed: str, start: Mapping[str, Any], end: Mapping[str, Any], integral: str = "energy"

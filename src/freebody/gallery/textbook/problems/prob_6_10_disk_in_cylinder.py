@@ -84,9 +84,18 @@ def solve(case: Case) -> Solved:
     equation = case.formula(
         "equation of motion in theta", by_forces, "", how + ".eliminate()", at={**now, "theta''": 0}
     )
+    agree = e.ring.from_sympy(sympy.expand(by_forces - by_moments)) == 0
     stiffness = -sympy.diff(solution["theta''"], theta)
     answers: Answers = {
         "equation": replace(equation, value=f"{equation.text} = 0"),
+        "ways": Answer(
+            "the two ways to it, compared",
+            "with C, two equations of forces give N and f, which the moments about C then contain; about the contact "
+            "N and f have no moment, and one equation of moments is enough. Both give "
+            + ("the same equation" if agree else "different equations"),
+            "",
+            how=how + ".eliminate(), and moments about the contact",
+        ),
         "omega_n": case.formula(
             "frequency of small oscillation", sympy.sqrt(case.put(stiffness, {"theta": 0})), "rad/s",
             "equation of motion, linear about theta = 0",
@@ -128,7 +137,7 @@ def solve(case: Case) -> Solved:
     contact = passing.contacts["wall"]
     checks = (
         fact("forces with moments about C, and moments about the contact, give the same equation of motion",
-             e.ring.from_sympy(sympy.expand(by_forces - by_moments)) == 0),
+             agree),
         same("theta' against the simulation", answers["theta'"].value, passing["theta'"][-1], bound),
         same("N and f against the simulation", [answers["N"].value, answers["f"].value],
              [contact.normal[-1], abs(contact.tangential[-1])], bound),

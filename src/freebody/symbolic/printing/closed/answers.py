@@ -30,3 +30,8 @@ def shown(kind: type[Printer], x: Scalar, ring: Ring, closed: bool | None = None
     """
     form = answer(kind, x, ring) if (is_answer(x) if closed is None else closed) else None
     return kind(ring).show(x) if form is None else form
+
+
+def closed(kind: type[Printer], x: Scalar, ring: Ring) -> Any:
+    """Return an element or a number in its closed form; see `shown`."""
+    return shown(kind, x, ring, closed=True)
