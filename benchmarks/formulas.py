@@ -1,9 +1,9 @@
 """Formulas: operations of the gallery's answers as printed, beside the shortest of SymPy's rewritings of the same.
 
-An operation is a sign in front, a sum, a product, a division, a power, a root or another function; both sides are counted
-on their printed text, and both sides of an equation. SymPy is given the formula's symbols as real, and once more with
-those positive that are known to be, and does `WAYS` with them; the shortest text counts. ``python -m benchmarks.formulas``
-stores the counts in ``formulas.json``, which a test compares with what is printed.
+An operation is a sign in front, a sum, a product, a division, a power, a root or another function, counted in the
+printed text; of an equation, in both sides. SymPy is given the formula with real symbols, and once more with those
+positive that are known to be, and rewrites it in the ways of `_ways`; its shortest text counts.
+``python -m benchmarks.formulas`` stores these counts in ``formulas.json``, and a test compares the prints with them.
 """
 
 from __future__ import annotations
@@ -123,7 +123,11 @@ def main(quick: bool = False, repeats: int = 1, limit: float = LIMIT) -> None:
     table = [[name, *row] for name, row in rows.items()]
     table.append(["chapter", *map(sum, zip(*chapter, strict=True))])
     table.append(["all", *map(sum, zip(*rows.values(), strict=True))])
-    show("Operations of answers as printed", ["system", "formulas", "freebody", "SymPy's shortest", "longer"], table)
+    show(
+        "Operations of answers as printed",
+        ["system", "formulas", "freebody", "SymPy's shortest", "longer"],
+        table,
+    )
 
 
 def store() -> None:

@@ -488,7 +488,7 @@ def test_what_a_run_prints() -> None:
         result.output.index(text)
         for text in (
             "just after release: angular acceleration", "Free body 'bar'", "-9.81", "alpha = -3*g/(2*L)",
-            "Events:\n  t = 0.59196", "holds: omega_2 against the simulation",
+            "Events:\n  t = 0.59196", "Checks\n  omega_2 against the simulation: agrees to",
         )
     ]  # fmt: skip
     assert places == sorted(places)
@@ -506,7 +506,7 @@ def test_a_check_that_does_not_hold_is_an_error(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("freebody.gallery.entries", lambda: listed)
     result = CliRunner().invoke(program, ["run", "ex-6-2"])
     assert result.exit_code == 1
-    assert "FAILS: two and three (3.3e-01, bound 1e-09)" in result.output
+    assert "two and three: DIFFERS by 3.3e-01 (1e-09 allowed)" in result.output
     assert "Checks that do not hold: two and three; nothing." in result.output
 
 

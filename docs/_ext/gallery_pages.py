@@ -204,9 +204,7 @@ class Page:
         body = "\n".join(rows)
         parts = ["## Answers\n", _html(f'<table class="answers">{head}<tbody>\n{body}\n</tbody></table>')]
         if meant:
-            lines = [
-                _math(f"{_named(name)}<mo>=</mo>{x.mathml}", block=True) for name, x in meant.items()
-            ]
+            lines = [_math(f"{_named(name)}<mo>=</mo>{x.mathml}", block=True) for name, x in meant.items()]
             parts += ["with\n", _html(f'<div class="formulas">{"".join(lines)}</div>')]
         checks = [f"- {plain(check.sentence)}" for check in self.outcome.checks]
         if checks:

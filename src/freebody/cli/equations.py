@@ -56,7 +56,9 @@ def equations(
     whole = equations_of(system, modes=dict(text.split("=") for text in modes) or None, form=form, **start)
     if body is not None:
         if solved:
-            raise ModelError(f"Expected --solved without --body, got both: the free body of '{body}' is not solved.")
+            raise ModelError(
+                f"Expected --solved without --body, got both: the free body of '{body}' is not solved."
+            )
         free_body = whole.free_body(body)
         click.echo(free_body.latex() if latex else free_body.text())
         return

@@ -130,7 +130,13 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
             for m in getattr(outcome.trajectory, "modes", ())
         ],
         "checks": [
-            {"what": c.what, "sentence": c.sentence, "residual": c.residual, "bound": c.bound, "holds": c.holds}
+            {
+                "what": c.what,
+                "sentence": c.sentence,
+                "residual": c.residual,
+                "bound": c.bound,
+                "holds": c.holds,
+            }
             for c in outcome.checks
         ],
         "status": outcome.trajectory.status,

@@ -19,7 +19,7 @@ import numpy as np
 import freebody as fb
 
 from ...scalar.digits import significant
-from ..tools.answer import Answer, Answers, Plots, Solved
+from ..tools.answer import Answer, Answers, Plots, Printed, Solved
 from ..tools.case import Case, explain
 from ..tools.entry import Entry
 
@@ -141,7 +141,7 @@ def solve(case: Case) -> Solved:
     answers: Answers = {
         **{
             f"equation_{name}": Answer(
-                f"equation of {name} near straight running", line, "", None, "fb.linearize(s)", line
+                f"equation of {name} near straight running", line, "", None, "fb.linearize(s)", Printed.line(line)
             )
             for name, line in lines.items()
         },

@@ -39,6 +39,11 @@ class Printed:
         return cls(*(shown(kind, x, ring, closed=True) for kind in (Text, Latex, MathML)))
 
     @classmethod
+    def line(cls, text: str) -> Printed:
+        """Return a line of plain text that has no other print."""
+        return cls(text, "", "")
+
+    @classmethod
     def equation(cls, left: Any, right: Any, ring: Any) -> Printed:
         """Return an equation of two elements, each in its closed form."""
         a, b = cls.closed(left, ring), cls.closed(right, ring)
@@ -149,7 +154,9 @@ class Check:
         if self.kind == "agreement":
             verb = "agrees to" if self.holds else "DIFFERS by"
             return f"{self.what}: {verb} {self.residual:.1e} ({self.bound:.0e} allowed)"
-        return f"{self.what}: {self.residual:.1e}, {'at most' if self.holds else 'MORE than'} {self.bound:.0e}"
+        return (
+            f"{self.what}: {self.residual:.1e}, {'at most' if self.holds else 'MORE than'} {self.bound:.0e}"
+        )
 
 
 def same(what: str, a: Any, b: Any, bound: float) -> Check:

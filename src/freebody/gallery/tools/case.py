@@ -102,7 +102,8 @@ class Case:
     def equation(self, index: int, question: str) -> Answer:
         """Return an equation of motion as an answer whose value is its text; each side is in its closed form."""
         e = self.equations
-        printed = Printed.equation(*e.balances[index], e.ring)
+        left, right = e.balances[index]
+        printed = Printed.equation(left, right, e.ring)
         return Answer(question, printed.text, "", e.motion[index], "fb.equations(s).motion", printed)
 
     def general(self, question: str, expression: Any, how: str) -> Answer:

@@ -50,7 +50,7 @@ def ratio_text(r: Any, ring: Ring) -> str:
 
 
 def _closed(kind: type[Printer], r: Any, ring: Ring) -> Any:
-    """Return the closed form of a ratio; None for a long one, and for an element with speeds that divides by nothing."""
+    """Return the closed form of a ratio; None for a long one, and for an element with speeds."""
     if type(r) is Ratio:
         return answer(kind, r.num, ring, r.den)
     return answer(kind, r, ring) if is_answer(r) else None

@@ -244,7 +244,8 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
 INTERNAL = {
     # what results are made of: canonical polynomials, tables of a printer, requests that are read
     "arrange.Arrangement", "arrange.Lumps", "form.ClosedForms", "letters.Letters", "operations.Length",
-    "operations.Operations", "products.Bracket", "products.Product", "products.Products", "balance.BodyBalance", "canonical_model.CanonicalModel", "bearings.Shaft",
+    "operations.Operations", "products.Bracket", "products.Product", "products.Products",
+    "balance.BodyBalance", "canonical_model.CanonicalModel", "bearings.Shaft",
     "bodies.NamedBody", "bodies.PointOf",
     "characteristic.Factor", "constrained_symbols.Motion",
     "derivation.Derivation", "eliminate.Combination",

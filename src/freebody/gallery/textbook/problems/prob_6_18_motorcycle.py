@@ -106,8 +106,8 @@ def solve(case: Case) -> Solved:
         ),
         "arises": Answer(
             "how this torque arises",
-            "the spin momentum of the wheels, 2 I v/r along the axles, turns with the machine at v/R, so that it changes "
-            "at 2 I v^2/(r R). The bearings of the axles give this torque to the wheels, and the frame has it from the "
+            "the spin momentum of the wheels, 2 I v/r along the axles, turns with the machine at v/R: it changes at "
+            "2 I v^2/(r R). The bearings of the axles give this torque to the wheels, and the frame has it from the "
             "ground: the machine leans so far that the weight on the tyres, at the arm h sin(lean) from C, has more "
             "moment about C than the friction m v^2/R at the arm h cos(lean)",
             "",

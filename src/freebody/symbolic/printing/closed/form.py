@@ -8,7 +8,7 @@ The canonical form of an element decides what it is; this form only prints it. I
 - one fraction, or several;
 - sin² = 1 - cos², cos² = 1 - sin², or sines and cosines of sums of angles.
 
-Of equal length, the earlier form is printed.
+Of equal length, the earlier form is printed. The file is longer than others: sums and products call each other.
 """
 
 from __future__ import annotations
@@ -94,9 +94,8 @@ class ClosedForms:
     def __call__(self, x: Scalar, below: Scalar = 1) -> Sum:
         """Return the form of ``x / below`` with the fewest operations."""
         if type(below) is Polynomial:
-            p, q = self.factors_of(x), self.factors_of(below)
-            whole = Product(p.coefficient / q.coefficient, p.powers, p.brackets)
-            return self.sum_of([whole.times(Product(Fraction(1), q.powers, q.brackets), -2)])
+            self.budget = SUMS
+            return min(map(self.sum_of, self._fractions(x, below)), key=lambda form: self.operations.sum(form).total)
         if type(x) is not Polynomial or below != 1:
             return arrange(x / Fraction(below), self.ring)
         self.budget = SUMS
@@ -105,6 +104,17 @@ class ClosedForms:
         if not any(g.kind == "sqrt" for g in self.ring.used(x)):
             forms.append(plain)
         return min(forms, key=lambda form: self.operations.sum(form).total)
+
+    def _fractions(self, x: Scalar, below: Polynomial) -> Iterator[list[Product]]:
+        """Return ``x / below`` as a fraction, and over a single term also as a sum of fractions."""
+        p, q = self.factors_of(x), self.factors_of(below)
+        whole = Product(p.coefficient / q.coefficient, p.powers, p.brackets)
+        yield [whole.times(Product(Fraction(1), q.powers, q.brackets), -2)]
+        single = self.letters.terms(below)
+        if len(single) == 1 and type(x) is Polynomial:
+            ((m, c),) = single.items()
+            inverse = tuple((k, -e) for k, e in m)
+            yield self.parts({_product(n, inverse): d / c for n, d in self.letters.terms(x).items()})
 
     # ---------------------------------------------------------------- variants
     def _variants(self, x: Polynomial) -> Iterator[Terms]:
@@ -134,9 +144,7 @@ class ClosedForms:
         y: Scalar = x
         below: list[tuple[Any, int]] = []
         while type(y) is Polynomial:
-            inverses = [
-                g for g in self.ring.used(y) if g.kind == "inverse" and len(g.arguments[0]) > 1
-            ]
+            inverses = [g for g in self.ring.used(y) if g.kind == "inverse" and len(g.arguments[0]) > 1]
             if not inverses:
                 break
             g = inverses[-1]
@@ -177,7 +185,9 @@ class ClosedForms:
 
     def _joined(self, coefficient: dict[Any, dict[Any, int]], den: int) -> Terms:
         return self.letters.collected(
-            (Fraction(c, den), (*rest, *other)) for other, row in coefficient.items() for rest, c in row.items()
+            (Fraction(c, den), (*rest, *other))
+            for other, row in coefficient.items()
+            for rest, c in row.items()
         )
 
     @staticmethod
@@ -266,7 +276,10 @@ class ClosedForms:
                 continue
             rest = {k: c for k, c in terms.items() if k not in (m, n, cross)}
             inner = {p: a, q: b if terms[cross] > 0 else -b}
-            yield [Product(Fraction(1), {}).times(self._as_factor(inner), 4), *(self.parts(rest) if rest else [])]
+            yield [
+                Product(Fraction(1), {}).times(self._as_factor(inner), 4),
+                *(self.parts(rest) if rest else []),
+            ]
 
     def _groups(self, entries: list[tuple[Monomial, Fraction]]) -> list[frozenset[Monomial]]:
         """Return the groups of terms with a common letter, largest first."""
@@ -329,7 +342,11 @@ class ClosedForms:
         return Product(Fraction(sign), {}, [(Bracket(total, self._used(terms)), 1)])
 
     def _multiplied(
-        self, inner: Terms, common: dict[int, int], shift: dict[int, int], factors: list[tuple[Terms, Fraction, int]]
+        self,
+        inner: Terms,
+        common: dict[int, int],
+        shift: dict[int, int],
+        factors: list[tuple[Terms, Fraction, int]],
     ) -> Product:
         powers = dict(common)
         for k, e in shift.items():
@@ -409,7 +426,7 @@ def _common(monomials: list[Monomial]) -> dict[int, int]:
     """Return the common powers of monomials; negative powers have negative common powers."""
     rows = [dict(m) for m in monomials]
     result = {}
-    for k, e in rows[0].items():
+    for k in rows[0]:
         others = [row.get(k, 0) for row in rows]
         if all(n > 0 for n in others):
             result[k] = min(others)

@@ -135,7 +135,7 @@ class Letters:
             else:
                 key = (*(x for i, n in base[1] for x in (*self.arrangement.rank(i), n)), base[0] == "cos")
             self._ranks[letter] = key
-        return self._ranks[letter]  # type: ignore[no-any-return]
+        return self._ranks[letter]
 
     def order(self, monomial: Monomial) -> Any:
         """Return the sorting key of a term: accelerations and speeds first, then by functions, then by parameters."""
@@ -155,7 +155,7 @@ class Letters:
         return self._orders[monomial]
 
     def _place(self, letter: int, e: int) -> Any:
-        """Return the sorting key of a coordinate or function: coordinates first, then by angle, sines before cosines."""
+        """Return the sorting key of a coordinate or function: coordinates, then angles, sines first."""
         angle = self.kind(letter) in ("sin", "cos")
         rank = self.rank(letter)
         return (1, rank[:-1], e, rank[-1]) if angle else (0, rank, e, False)

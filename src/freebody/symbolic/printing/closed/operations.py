@@ -13,7 +13,6 @@ from ..printer import Printer
 from ..terms import Sum
 
 
-
 @dataclass(slots=True, frozen=True)
 class Length:
     """The length of a part of a formula.

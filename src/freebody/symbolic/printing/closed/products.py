@@ -52,7 +52,9 @@ class Product:
             powers[k] = powers.get(k, 0) + e * twice // 2
         n = twice // 2
         brackets = self.brackets + [(b, e * n) for b, e in other.brackets]
-        return Product(self.coefficient * other.coefficient**n, {k: e for k, e in powers.items() if e}, brackets)
+        return Product(
+            self.coefficient * other.coefficient**n, {k: e for k, e in powers.items() if e}, brackets
+        )
 
 
 class Products:
@@ -104,10 +106,8 @@ class Products:
                 plain, whole = rooted(square)
                 outside, inside = plain, Fraction(whole)
             coefficient = outside
-            over, under = self._roots(roots, inside)
-            for radicand, e in ((over, 1), (under, -1)):
-                if radicand is not None:
-                    factors.append((Applied("sqrt", [self._root(radicand)]), e, (2,)))
+            for radicand, e in self._roots(roots, inside):
+                factors.append((Applied("sqrt", [self._root(radicand)]), e, (2,)))
             for k, e in roots.items():
                 powers[k] = (e - (1 if e > 0 else -1)) // 2 * 2
         coefficient *= sign
@@ -128,27 +128,30 @@ class Products:
         return Term(_plain(coefficient), self._ordered(factors, brackets))
 
     # ---------------------------------------------------------------- roots
-    def _roots(self, roots: dict[int, int], inside: Fraction) -> tuple[Product | None, Product | None]:
-        """Return the radicands of one root, or of one above and one below the bar."""
-        letters = self.letters
-        unknown = [k for k in roots if not letters.positive(k)]
+    def _roots(self, roots: dict[int, int], inside: Fraction) -> list[tuple[Product, int]]:
+        """Return the radicands and exponents of one root, or of roots above and below the bar."""
+        unknown = [k for k in roots if not self.letters.positive(k)]
         over = {k: 2 for k, e in roots.items() if e > 0}
         under = {k: 2 for k, e in roots.items() if e < 0}
         p, q = inside.numerator, inside.denominator
         if len(unknown) <= 1 and (over or p != 1):
-            powers = over | {k: -2 for k in under}
-            return Product(inside, powers), None
-        return (
-            Product(Fraction(p), over) if over or p != 1 else None,
-            Product(Fraction(q), under) if under or q != 1 else None,
-        )
+            return [(Product(inside, over | {k: -2 for k in under}), 1)]
+        result = []
+        for powers, number, e in ((over, p, 1), (under, q, -1)):
+            for k in [k for k in unknown if k in powers][1:]:  # sqrt(a) sqrt(b), where both may be negative
+                result.append((Product(Fraction(1), {k: powers.pop(k)}), e))
+            if powers or number != 1:
+                result.append((Product(Fraction(number), powers), e))
+        return result
 
     def _root(self, p: Product) -> Sum:
         """Return a radicand as a sum, with the factors of its polynomials."""
         total = Product(p.coefficient, {})
         for k, e in p.powers.items():
             base = self.letters.bases[k]
-            factor = self.factors(base) if self.letters.kind(k) == "polynomial" else Product(Fraction(1), {k: 2})
+            factor = (
+                self.factors(base) if self.letters.kind(k) == "polynomial" else Product(Fraction(1), {k: 2})
+            )
             total = total.times(factor, e)
         return positive_first(Sum([self._term(total)]))
 
@@ -193,7 +196,9 @@ class Products:
                 powers[k] = powers[cosine] = 0
         return result
 
-    def _letters(self, powers: dict[int, int], factors: list[tuple[Any, int, Any]], outer: Fraction) -> Fraction:
+    def _letters(
+        self, powers: dict[int, int], factors: list[tuple[Any, int, Any]], outer: Fraction
+    ) -> Fraction:
         """Add the factors that are letters; return the sign of functions with a negative argument."""
         letters, sign = self.letters, Fraction(1)
         inside: dict[int, list[Any]] = {1: [], -1: []}
@@ -253,7 +258,6 @@ class Products:
         """Return the factors in printing order: roots of numbers, parameters, coordinates, rates, functions."""
         letters = self.letters
         rows = [(*_padded(place), i, node, e) for i, (node, e, place) in enumerate(factors)]
-        ranks = [letters.rank(k) for node, _, place in factors for k in () if place]
         ranks = [place[1] for _, _, place in factors if place[0] == 1]
         for i, (s, e, inside) in enumerate(brackets):
             if all(letters.class_of(k) == 1 for k in inside):
@@ -329,7 +333,10 @@ def _turned(t: Term, below: bool) -> Term | None:
     candidates = [
         i
         for i, (node, e) in enumerate(t.factors)
-        if isinstance(node, Sum) and e % 2 and not node.fixed and (_mixed(node) if e > 0 else below and _even(node))
+        if isinstance(node, Sum)
+        and e % 2
+        and not node.fixed
+        and (_mixed(node) if e > 0 else below and _even(node))
     ]
     if not candidates:
         return None
@@ -344,11 +351,12 @@ def _bracketed(s: Sum) -> bool:
 
 def _flips(s: Sum) -> bool:
     """Return True if a sum is one term with a bracket that takes a minus."""
-    return len(s.terms) == 1 and _with_positive_bracket(Term(-abs(s.terms[0].coefficient), s.terms[0].factors)) is not None
+    return len(s.terms) == 1 and _turned(s.terms[0], True) is not None
 
 
 def _mixed(s: Sum) -> bool:
-    return any(t.coefficient < 0 for t in s.terms) and any(t.coefficient > 0 for t in s.terms)
+    """Return True if a sum and its negative can both begin with a positive term."""
+    return not is_negative(s) and any(opposite(t).coefficient > 0 for t in s.terms)
 
 
 def _even(s: Sum) -> bool:
