@@ -95,7 +95,9 @@ class ClosedForms:
         """Return the form of ``x / below`` with the fewest operations."""
         if type(below) is Polynomial:
             self.budget = SUMS
-            return min(map(self.sum_of, self._fractions(x, below)), key=lambda form: self.operations.sum(form).total)
+            return min(
+                map(self.sum_of, self._fractions(x, below)), key=lambda form: self.operations.sum(form).total
+            )
         if type(x) is not Polynomial or below != 1:
             return arrange(x / Fraction(below), self.ring)
         self.budget = SUMS
