@@ -51,9 +51,8 @@ def ratio_text(r: Any, ring: Ring) -> str:
 
 def _closed(kind: type[Printer], r: Any, ring: Ring) -> Any:
     """Return the closed form of a ratio; None for a long one, and for an element with speeds."""
-    if type(r) is Ratio:
-        return answer(kind, r.num, ring, r.den)
-    return answer(kind, r, ring) if is_answer(r) else None
+    num, den = (r.num, r.den) if type(r) is Ratio else (r, 1)
+    return answer(kind, num, ring, den) if type(den) is Polynomial or is_answer(num) else None
 
 
 def _simple(written: str) -> bool:

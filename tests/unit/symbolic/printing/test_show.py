@@ -173,7 +173,7 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
     ),
     "impulse": (
         hanging,
-        "theta_1' = (m*L*theta_1' + 3)/(m*L)",
+        "theta_1' = theta_1' + 3/(m*L)",
         r"\hat{\mathrm{pin}_{x}} &= \frac{1}{2}",
         "pin",
     ),
