@@ -208,7 +208,6 @@ class Page:
 
     def _answers(self) -> str:
         from freebody.scalar.digits import significant
-        from freebody.symbolic.printing.show import mathml_of
 
         rows: list[str] = []
         meant: dict[str, Any] = {}
@@ -223,22 +222,20 @@ class Page:
                 f"<tr><td><code>{escape(key)}</code></td><td>{escape(answer.question)}</td><td>{escape(shown)}</td></tr>"
             )
             if answer.formula is not None:
-                formula = _math(mathml_of(answer.formula))
+                formula = _math(answer.mathml)
                 if len(formula) > LONGEST:
                     formula = f"<code>{escape(answer.text)}</code>"
                 rows.append(f'<tr class="formula"><td></td><td colspan="2"><div>{formula}</div></td></tr>')
-            meant |= answer.where
+            meant |= answer.meanings
         head = "<thead><tr><th>Key</th><th>Question</th><th>Value</th></tr></thead>"
         body = "\n".join(rows)
         parts = ["## Answers\n", _html(f'<table class="answers">{head}<tbody>\n{body}\n</tbody></table>')]
         if meant:
-            lines = [
-                _math(f"{_named(name)}<mo>=</mo>{mathml_of(x)}", block=True) for name, x in meant.items()
-            ]
+            lines = [_math(f"{_named(name)}<mo>=</mo>{x.mathml}", block=True) for name, x in meant.items()]
             parts += ["with\n", _html(f'<div class="formulas">{"".join(lines)}</div>')]
-        checks = [f"- {plain(check.what)}: {check.residual:.1e}" for check in self.outcome.checks]
+        checks = [f"- {plain(check.sentence)}" for check in self.outcome.checks]
         if checks:
-            parts += ["Checks (relative difference):\n", "\n".join(checks) + "\n"]
+            parts += ["Checks:\n", "\n".join(checks) + "\n"]
         return "\n".join(parts)
 
     def _plots(self) -> str:

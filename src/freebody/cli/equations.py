@@ -35,7 +35,10 @@ if TYPE_CHECKING:
     show_default=True,
     help="Written out, or as short formulas of named quantities; auto uses these if the equations are too long.",
 )
-def equations(model: str, latex: bool, body: str | None, modes: tuple[str, ...], form: str) -> None:
+@click.option("--solved", is_flag=True, help="Print the accelerations on the left.")
+def equations(
+    model: str, latex: bool, body: str | None, modes: tuple[str, ...], form: str, solved: bool
+) -> None:
     """Print the equations of motion of MODEL, or the free-body equations of one body."""
     from ..errors import ModelError, nearest
     from ..motion.contact.equations_at_start import equations as equations_of
@@ -51,9 +54,16 @@ def equations(model: str, latex: bool, body: str | None, modes: tuple[str, ...],
             )
     start = {"initial": entry.start, "near": entry.near} if system.contacts and not modes else {}
     whole = equations_of(system, modes=dict(text.split("=") for text in modes) or None, form=form, **start)
-    product: Any = whole if body is None else whole.free_body(body)
-    click.echo(product.latex() if latex else product.text())
-    if whole.model.constraints and body is None and not latex:
+    if body is not None:
+        if solved:
+            raise ModelError(
+                f"Expected --solved without --body, got both: the free body of '{body}' is not solved."
+            )
+        free_body = whole.free_body(body)
+        click.echo(free_body.latex() if latex else free_body.text())
+        return
+    click.echo(whole.latex(solved=solved) if latex else whole.text(solved=solved))
+    if whole.model.constraints and not latex:
         _constraint_forces(whole, entry.near)
 
 

@@ -130,7 +130,13 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
             for m in getattr(outcome.trajectory, "modes", ())
         ],
         "checks": [
-            {"what": c.what, "residual": c.residual, "bound": c.bound, "holds": c.holds}
+            {
+                "what": c.what,
+                "sentence": c.sentence,
+                "residual": c.residual,
+                "bound": c.bound,
+                "holds": c.holds,
+            }
             for c in outcome.checks
         ],
         "status": outcome.trajectory.status,
@@ -177,12 +183,8 @@ def show(outcome: Any, residual: float, elapsed: float) -> None:
             click.echo("\n".join([*lines, ""]))
     for line in happenings(outcome.trajectory, outcome.events):
         click.echo(line)
-    for check in outcome.checks:
-        click.echo(
-            f"{'holds' if check.holds else 'FAILS'}: {check.what} ({check.residual:.1e}, bound {check.bound:.0e})"
-        )
     if outcome.checks:
-        click.echo()
+        click.echo("\n".join(["Checks", *(f"  {check.sentence}" for check in outcome.checks), ""]))
 
 
 def happenings(trajectory: Any, events: list[Any]) -> list[str]:

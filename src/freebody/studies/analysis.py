@@ -369,7 +369,7 @@ class _Inquiry:
         parts = [part for part in parts if part != "always"]
         text = " and ".join(parts)
         if len(text) > LINE:
-            return f"stable if {len(parts)} long condition(s) hold, which are in the JSON"
+            return "stable if\n" + "\n".join(f"      {part}" for part in parts)
         return f"stable if {text}" if parts else "stable"
 
     def _relation(self, x: Any) -> str:

@@ -355,9 +355,31 @@ class Equations(Derivation):
         self.ring.budget.scan(PRINTED * sum(len(x) for pair in sides for x in pair if type(x) is Polynomial))
         return lines_of(kind, sides, self.ring, sign)
 
-    def text(self) -> str:
-        """The equations of motion as plain text, a line each; then the definitions of the names in them."""
-        return "\n".join([*self.heading, *self.lines()])
+    @cached_property
+    def _solved(self) -> SolveResult:
+        return self.solve([f"{speed.name}'" for speed in self.model.speeds])
+
+    def text(self, *, solved: bool = False) -> str:
+        """The equations of motion as plain text, a line each; then the definitions of the names in them.
+
+        Parameters
+        ----------
+        solved : bool, optional
+            Print the accelerations on the left, each in coordinates and speeds: the solution of `solve`, which refuses
+            what has no short closed form.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("pendulum")
+        >>> m, L, g = s.parameters(m=1, L=1, g=9.81)
+        >>> s.gravity = (0, -g, 0)
+        >>> bar = s.body("bar", fb.slender_bar(m, L))
+        >>> pin = s.hinge("pin", s.ground, bar, to=(0, L/2, 0), coordinate="theta")
+        >>> print(fb.equations(s).text(solved=True))
+        theta'' = -3*g*sin(theta)/(2*L)
+        """
+        return "\n".join([*self.heading, *([self._solved.text()] if solved else self.lines())])
 
     def lines(self) -> list[str]:
         """The lines of :meth:`text` below the modes of the contacts."""
@@ -367,8 +389,10 @@ class Equations(Derivation):
         lines, names = self._shown(Text, " = ")
         return [*lines, *(["where"] if names else []), *(f"  {line}" for line in names)]
 
-    def latex(self) -> str:
-        """The equations of motion as a LaTeX ``aligned`` block."""
+    def latex(self, *, solved: bool = False) -> str:
+        """The equations of motion as a LaTeX ``aligned`` block, with ``solved`` as in `text`."""
+        if solved:
+            return self._solved.latex()
         if self.form == "recursive":
             parts = self.recursive.written(Latex, " &= ")
             rows = [line for head, lines in parts for line in (f"&{latex_words(head)}", *lines)]
@@ -377,8 +401,10 @@ class Equations(Derivation):
         above = [f"&{latex_words(line)}" for line in self.heading]
         return "\\begin{aligned}\n" + " \\\\\n".join([*above, *lines, *names]) + "\n\\end{aligned}"
 
-    def mathml(self) -> str:
-        """The equations of motion as presentation MathML."""
+    def mathml(self, *, solved: bool = False) -> str:
+        """The equations of motion as presentation MathML, with ``solved`` as in `text`."""
+        if solved:
+            return self._solved.mathml()
         if self.form == "recursive":
             parts = self.recursive.written(MathML, "<mo>=</mo>")
             return "\n".join(document(x) for head, lines in parts for x in (words(head), *lines))

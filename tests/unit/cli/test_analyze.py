@@ -85,7 +85,7 @@ def test_an_oscillator_from_a_file(freebody, oscillator: str) -> None:  # type: 
     assert result.code == 0
     for line in (
         "m*x'' + c*x' + k*x = F",
-        "0 = -F + k*x",
+        "0 = k*x - F",
         "x = F/k",
         "natural frequencies in closed form: sqrt(k/m)",
         "2*x'' + 8*x = 0",

@@ -7,6 +7,7 @@ import sympy
 
 import freebody as fb
 from freebody.describe.description import parameters_of
+from freebody.gallery import entries
 from freebody.testing import random_chain
 
 
@@ -222,3 +223,20 @@ def test_the_length_of_a_spring_in_space_is_printed_once() -> None:
     for attitude, expected in (((1, 0, 0, 0), 4 + 0 + 9), ((0, 0, 0, 1), 16 + 16 + 9)):
         assert square.subs(dict(zip(names, attitude, strict=True))) == expected
     assert r"P_{1} &= " in e.latex() and e.mathml().count("<math") == 4
+
+
+@pytest.mark.parametrize("name", ["ex-6-5", "prob-6-15", "sec-6-9", "four-bar"])
+def test_solved_equations_have_the_accelerations_on_the_left(name: str) -> None:
+    """They satisfy the equations of motion and the conditions exactly; every kind of print shows the solution."""
+    e = fb.equations(entries()[name].build())
+    names = [f"{speed.name}'" for speed in e.model.speeds]
+    solution = e.solve(names)
+    assert [line.split(" = ")[0] for line in e.text(solved=True).splitlines()] == names
+    assert e.latex(solved=True) == solution.latex() and e.mathml(solved=True) == solution.mathml()
+    accelerations = {speed.acceleration: solution[f"{speed.name}'"] for speed in e.model.speeds}
+    if e.model.constraints:
+        rates = sympy.Matrix(list(accelerations.values()))
+        residuals = list(e.constraint_matrix * rates + e.constraint_bias)
+    else:
+        residuals = [(equation.lhs - equation.rhs).xreplace(accelerations) for equation in e.motion]
+    assert residuals and all(e.ring.from_sympy(x) == 0 for x in residuals)

@@ -13,7 +13,7 @@ import sympy
 
 import freebody as fb
 
-from ..tools.answer import Answer, Answers, Plots, Solved, same
+from ..tools.answer import Answer, Answers, Plots, Printed, Solved, same
 from ..tools.case import Case, explain, states
 from ..tools.entry import Entry
 
@@ -79,7 +79,12 @@ def solve(case: Case) -> Solved:
     written = linear.text().splitlines()
     answers: Answers = {
         f"equation_{name}": Answer(
-            f"equation of motion of {name}, small angles", line, "", None, "fb.linearize(s)", line
+            f"equation of motion of {name}, small angles",
+            line,
+            "",
+            None,
+            "fb.linearize(s)",
+            Printed.line(line),
         )
         for name, line in zip(("phi", "theta"), written, strict=True)
     }

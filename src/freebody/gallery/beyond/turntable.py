@@ -14,7 +14,7 @@ import sympy
 
 import freebody as fb
 
-from ..tools.answer import Answers, Plots, Solved, same
+from ..tools.answer import Answers, Plots, Solved, fact, same
 from ..tools.case import Case, explain
 from ..tools.entry import Entry
 
@@ -114,8 +114,8 @@ def solve(case: Case) -> Solved:
              np.full(13, answers["mu_needed"].value), bound),
         same("the carriers without mass do not pull: force at the joint over the weight",
              np.abs(at.reactions["turn"].force).max() / (case["m"] * case["g"]), 0, bound),
-        same("the path does not depend on the axes of the ball: x'' has no x, x'",
-             float(sympy.expand(ax + rate * vy) != 0 or sympy.expand(ay - rate * vx) != 0), 0, 0.5),
+        fact("the path does not depend on the axes of the ball: x'' has no x, x'",
+             sympy.expand(ax + rate * vy) == 0 and sympy.expand(ay - rate * vx) == 0),
         same("the rate is 2/7 of the table's", answers["rate"].value, case["Omega"] * 2 / 7, 1e-14),
     )  # fmt: skip
     trajectory = case.motion(initial=start)

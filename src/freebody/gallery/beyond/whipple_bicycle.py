@@ -21,7 +21,7 @@ import freebody as fb
 
 from ...scalar.digits import significant
 from ...space.shape import Shape
-from ..tools.answer import Answer, Answers, Plots, Solved
+from ..tools.answer import Answer, Answers, Plots, Printed, Solved
 from ..tools.case import Case, explain
 from ..tools.entry import Entry
 from ..tools.looks import placed, rim, together, tube_between
@@ -168,7 +168,7 @@ def solve(case: Case) -> Solved:
     answers: Answers = {
         **{
             f"equation_{name}": Answer(
-                f"equation of {name} near straight running", line, "", None, "fb.linearize(s)", line
+                f"equation of {name} near straight running", line, "", None, "fb.linearize(s)", Printed.line(line)
             )
             for name, line in lines.items()
         },

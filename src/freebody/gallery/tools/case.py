@@ -14,9 +14,9 @@ import sympy
 import freebody as fb
 
 from ...describe.description import about_of, names_of
-from ...symbolic.printing.display import displayed, latex, text
+from ...symbolic.printing.display import displayed
 from ...symbolic.printing.show import text_of
-from .answer import Answer, Answers
+from .answer import Answer, Answers, Printed
 
 TOLERANCE = 1e-10
 """Default tolerance of the simulations."""
@@ -94,22 +94,24 @@ class Case:
         meant_by = {name: ring.from_sympy(meant) for name, meant in (where or {}).items()}
         return Answer(
             question, self.number(written_out, at), unit, displayed(canonical, ring), how,
-            text(canonical, ring), latex(canonical, ring),
+            Printed.closed(canonical, ring),
             {name: displayed(meant, ring) for name, meant in meant_by.items()},
-            {name: text(meant, ring) for name, meant in meant_by.items()},
+            {name: Printed.closed(meant, ring) for name, meant in meant_by.items()},
         )  # fmt: skip
 
     def equation(self, index: int, question: str) -> Answer:
-        """Return an equation of motion as an answer whose value is its text."""
+        """Return an equation of motion as an answer whose value is its text; each side is in its closed form."""
         e = self.equations
-        return Answer(
-            question,
-            e.lines()[index],
-            "",
-            e.motion[index],
-            "fb.equations(s).motion",
-            written=e.lines()[index],
-        )
+        left, right = e.balances[index]
+        printed = Printed.equation(left, right, e.ring)
+        return Answer(question, printed.text, "", e.motion[index], "fb.equations(s).motion", printed)
+
+    def general(self, question: str, expression: Any, how: str) -> Answer:
+        """Return an answer that holds for any motion: its value is the text of its closed form."""
+        ring = self.equations.ring
+        canonical = ring.from_sympy(sympy.sympify(expression))
+        printed = Printed.closed(canonical, ring)
+        return Answer(question, printed.text, "", displayed(canonical, ring), how, printed)
 
     def square_of_speed(
         self, speed: str, start: Mapping[str, Any], end: Mapping[str, Any], integral: str = "energy"

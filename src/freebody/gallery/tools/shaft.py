@@ -68,6 +68,19 @@ def reactions(
     }  # fmt: skip
 
 
+def reactions_in_any_motion(case: Case, label: str, ending: str, where: Mapping[str, Any]) -> Answers:
+    """Return the force components of each bearing on the shaft in its angle and the rates of it."""
+    force_at = fb.bearing_reactions(case.equations, "axle", at=BEARINGS).ground
+    return {
+        f"R_{name}{axis}{ending}": case.general(
+            f"force of bearing {name} on the shaft for any theta(t), {label}, {axis} component",
+            case.put(force[i], where), HOW,
+        )
+        for name, force in force_at.items()
+        for i, axis in enumerate("XY")
+    }  # fmt: skip
+
+
 def against_simulation(case: Case, answers: Answers, at: fb.Trajectory, ending: str = "") -> Check:
     """Return a check of the closed-form reactions against the simulation at its last time."""
     felt = fb.bearing_reactions(case.equations, "axle", at=BEARINGS).along(at)

@@ -8,7 +8,6 @@ from typing import Any
 
 from ...scalar.digits import significant
 from ...symbolic.printing.mathml import document
-from ...symbolic.printing.show import mathml_of
 
 LONGEST = 20_000
 """Most characters of a formula in MathML; a longer one is not shown (``freebody run`` prints it)."""
@@ -17,8 +16,8 @@ LONGEST = 20_000
 def answers_table(answers: Mapping[str, Any]) -> str:
     """Return answers as an HTML table, or the empty text if there are none.
 
-    An answer is a value, a pair (value, unit), or an object with ``question``, ``value``, ``unit`` and ``formula``,
-    such as an answer of the gallery.
+    An answer is a value, a pair (value, unit), or an object with ``question``, ``value``, ``unit``, ``formula``
+    and ``mathml``, such as an answer of the gallery.
 
     >>> "<td>period</td>" in answers_table({"period": (2.5, "s")})
     True
@@ -45,7 +44,7 @@ def _parts(answer: Any) -> tuple[str, Any, str, str]:
     """(question, value, unit, formula as MathML) of an answer."""
     if hasattr(answer, "question"):
         is_text = isinstance(answer.value, str) and not answer.unit
-        formula = "" if answer.formula is None or is_text else document(mathml_of(answer.formula))
+        formula = "" if answer.formula is None or is_text else document(answer.mathml)
         unit = "" if answer.unit == "1" else answer.unit
         return answer.question, answer.value, unit, formula if len(formula) <= LONGEST else ""
     if isinstance(answer, tuple) and len(answer) == 2 and isinstance(answer[1], str):

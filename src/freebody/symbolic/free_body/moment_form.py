@@ -41,6 +41,7 @@ from ...scalar.algebra import (
 )
 from ..derivation.bodies import NamedBody, PointOf, own_body
 from ..printing.display import latex, text
+from ..printing.mathml import MathML
 from ..printing.show import EQUALS, elements, inner
 from .balance import BodyBalance, body_balance
 from .planar import plane_in
@@ -168,7 +169,7 @@ class MomentForm:
         for k in self._rows():
             parts = [text(v[k], ring) for v in self.canonical_terms.values() if v[k] != 0]
             right = " + ".join(f"({part})" for part in parts) or "0"
-            lines.append(f"  moment {LETTERS[k]}:  {text(self.moments[k], ring)} = {right}")
+            lines.append(f"  moment {LETTERS[k]}:  {text(self.moments[k], ring, closed=False)} = {right}")
         return "\n".join(lines)
 
     def latex(self) -> str:
@@ -187,7 +188,7 @@ class MomentForm:
         for k in self._rows():
             parts = [latex(v[k], ring) for v in self.canonical_terms.values() if v[k] != 0]
             right = " + ".join(rf"\left({part}\right)" for part in parts) or "0"
-            rows.append(f"{latex(self.moments[k], ring)} &= {right}")
+            rows.append(f"{latex(self.moments[k], ring, closed=False)} &= {right}")
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
@@ -197,7 +198,7 @@ class MomentForm:
         for k in self._rows():
             parts = [inner(v[k], ring) for v in self.canonical_terms.values() if v[k] != 0]
             right = "<mo>+</mo>".join(f"<mrow><mo>(</mo>{part}<mo>)</mo></mrow>" for part in parts)
-            lines.append(inner(self.moments[k], ring) + EQUALS + (right or "<mn>0</mn>"))
+            lines.append(MathML(ring).show(self.moments[k]) + EQUALS + (right or "<mn>0</mn>"))
         return elements(lines)
 
     def _repr_latex_(self) -> str:

@@ -39,8 +39,8 @@ from .terms import (
     without,
 )
 
-_MOVING = {"reaction": 0, "acceleration": 1, "speed": 2}
-_FIXED = ("parameter", "constant", "load")
+MOVING = {"reaction": 0, "acceleration": 1, "speed": 2}
+FIXED = ("parameter", "constant", "load")
 
 
 LONGEST = 10_000
@@ -93,7 +93,7 @@ def arrange(x: Scalar, ring: Ring, lumps: Lumps | None = None, long: Lumps | Non
     """Return the tree to print for an element or a number; ``long`` names long arguments of roots."""
     if type(x) is not Polynomial:
         return Sum([Term(x, [])] if x != 0 else [])
-    return _Arrangement(ring, lumps, long).entry(x)
+    return Arrangement(ring, lumps, long).entry(x)
 
 
 def _summands(term: Term) -> list[Term]:
@@ -103,7 +103,7 @@ def _summands(term: Term) -> list[Term]:
     return []
 
 
-class _Arrangement:
+class Arrangement:
     """The rules of arrangement for elements of one ring."""
 
     def __init__(self, ring: Ring, lumps: Lumps | None, long: Lumps | None = None):
@@ -131,9 +131,9 @@ class _Arrangement:
         """Return 0 for moving generators (reactions, accelerations, speeds), 1 for parameters, 2 for all others."""
         if index not in self.classes:
             g = self.ring.generators[index]
-            if g.kind in _MOVING:
+            if g.kind in MOVING:
                 number = 0
-            elif g.kind in _FIXED or g.kind in ("inverse", "sqrt") and self._fixed(g):
+            elif g.kind in FIXED or g.kind in ("inverse", "sqrt") and self._fixed(g):
                 number = 1
             else:
                 number = 2
@@ -142,7 +142,7 @@ class _Arrangement:
 
     def _fixed(self, g: Any) -> bool:
         atoms = self.ring.of_mask(g.depends)
-        return all(a.kind in _FIXED for a in atoms) and not any(
+        return all(a.kind in FIXED for a in atoms) and not any(
             h.kind in ("sin", "cos") for h in self.ring.used(g.arguments[0])
         )
 
@@ -224,7 +224,7 @@ class _Arrangement:
     def _order_of_moving(self, key: Key) -> Any:
         if not key:
             return (9,)
-        kinds = [_MOVING[self.ring.generators[i].kind] for i, _ in key]
+        kinds = [MOVING[self.ring.generators[i].kind] for i, _ in key]
         degree = sum(e for _, e in key)
         indices = sorted(self.rank(i) for i, e in key for _ in range(e))
         return (min(kinds), -degree, indices)

@@ -11,6 +11,7 @@ from typing import Any
 from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from .arrange import Lumps as Lumps
+from .closed.answers import shown
 from .grouped import Grouped
 from .latex import Latex
 from .lines import Result
@@ -20,8 +21,11 @@ from .show import aligned
 from .text import Text
 
 
-def text(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
+def text(x: Scalar, ring: Ring, lump: bool | Lumps = False, closed: bool | None = None) -> Any:
     """Return an element or a number as plain text.
+
+    An element without speeds, accelerations and reactions is an answer: it is printed in its closed form, with the
+    fewest operations. All others are grouped by accelerations and speeds, as the sides of an equation are.
 
     Parameters
     ----------
@@ -30,6 +34,8 @@ def text(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
     lump : bool or Lumps, optional
         Name the distinct polynomials of parameters. With True the result is ``(text, table)``, the table of names
         as text. A `Lumps` is filled with the names, which several equations can share.
+    closed : bool, optional
+        Print the closed form in any case, or in none.
 
     Examples
     --------
@@ -40,18 +46,21 @@ def text(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
     >>> x = ring.from_sympy(m * a * q.diff() ** 2 * sympy.sin(q) + (M + m) * q.diff())
     >>> print(text(x, ring))
     m*a*theta'^2*sin(theta) + (M + m)*theta'
+    >>> g, L = sympy.symbols("g L", positive=True)
+    >>> print(text(ring.from_sympy(sympy.sqrt(3) * sympy.sqrt(g) * sympy.sqrt(L) / L), ring))
+    sqrt(3*g/L)
     """
-    return _lumped(Text, x, ring, lump)
+    return _lumped(Text, x, ring, lump, closed)
 
 
-def latex(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
+def latex(x: Scalar, ring: Ring, lump: bool | Lumps = False, closed: bool | None = None) -> Any:
     """Return an element as LaTeX; see `text`."""
-    return _lumped(Latex, x, ring, lump)
+    return _lumped(Latex, x, ring, lump, closed)
 
 
-def mathml(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
+def mathml(x: Scalar, ring: Ring, lump: bool | Lumps = False, closed: bool | None = None) -> Any:
     """Return an element as a MathML ``math`` element; see `text`."""
-    result = _lumped(MathML, x, ring, lump)
+    result = _lumped(MathML, x, ring, lump, closed)
     return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
 
 
@@ -109,10 +118,12 @@ class Formulas(Result):
         return "\n".join(self._lines(equation_mathml))
 
 
-def _lumped(kind: type[Printer], x: Scalar, ring: Ring, lump: bool | Lumps) -> Any:
+def _lumped(kind: type[Printer], x: Scalar, ring: Ring, lump: bool | Lumps, closed: bool | None) -> Any:
     lumps = Lumps() if lump is True else lump or None
-    shown = kind(ring, lumps).show(x)
-    return (shown, _table(kind, ring, lumps)) if lump is True and lumps else shown
+    if lumps is None:
+        return shown(kind, x, ring, closed)
+    result = kind(ring, lumps).show(x)
+    return (result, _table(kind, ring, lumps)) if lump is True else result
 
 
 def _equation(

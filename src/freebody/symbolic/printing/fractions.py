@@ -9,8 +9,12 @@ from ...scalar.element import Polynomial
 from ...scalar.half_angles import half_angles
 from ...scalar.polynomial import Ring
 from ...scalar.ratio import Ratio
+from .closed.answers import answer, is_answer
 from .display import displayed, latex, text
+from .latex import Latex
 from .mathml import MathML
+from .printer import Printer
+from .text import Text
 
 
 def parts(r: Any, ring: Ring) -> tuple[Any, Any, Ring]:
@@ -34,12 +38,21 @@ def parts(r: Any, ring: Ring) -> tuple[Any, Any, Ring]:
 
 def ratio_text(r: Any, ring: Ring) -> str:
     """Return a ratio, an element or a number as plain text."""
+    form = _closed(Text, r, ring)
+    if form is not None:
+        return str(form)
     num, den, ring = parts(r, ring)
-    top = text(num, ring)
+    top = text(num, ring, closed=False)
     if den == 1:
         return top
-    below = text(den, ring)
+    below = text(den, ring, closed=False)
     return f"{_bracketed(top)}/{below if _simple(below) else f'({below})'}"
+
+
+def _closed(kind: type[Printer], r: Any, ring: Ring) -> Any:
+    """Return the closed form of a ratio; None for a long one, and for an element with speeds."""
+    num, den = (r.num, r.den) if type(r) is Ratio else (r, 1)
+    return answer(kind, num, ring, den) if type(den) is Polynomial or is_answer(num) else None
 
 
 def _simple(written: str) -> bool:
@@ -57,17 +70,23 @@ def _bracketed(written: str) -> str:
 
 def ratio_latex(r: Any, ring: Ring) -> str:
     """Return a ratio as LaTeX."""
+    form = _closed(Latex, r, ring)
+    if form is not None:
+        return str(form)
     num, den, ring = parts(r, ring)
     if den == 1:
         return latex(num, ring)
-    over = latex(num, ring)
+    over = latex(num, ring, closed=False)
     if over.startswith("-") and _bracketed(over) == over:
-        return f"-\\frac{{{over[1:].strip()}}}{{{latex(den, ring)}}}"
-    return f"\\frac{{{over}}}{{{latex(den, ring)}}}"
+        return f"-\\frac{{{over[1:].strip()}}}{{{latex(den, ring, closed=False)}}}"
+    return f"\\frac{{{over}}}{{{latex(den, ring, closed=False)}}}"
 
 
 def ratio_mathml(r: Any, ring: Ring) -> str:
     """Return a ratio as MathML inside a formula."""
+    form = _closed(MathML, r, ring)
+    if form is not None:
+        return str(form)
     num, den, ring = parts(r, ring)
     printer = MathML(ring)
     if den == 1:

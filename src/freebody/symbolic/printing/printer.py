@@ -13,7 +13,7 @@ from ...scalar.algebra import Scalar
 from ...scalar.half_angles import half_angles
 from ...scalar.polynomial import Ring
 from .arrange import LONG, Lumps, arrange
-from .terms import Sum, Term
+from .terms import Applied, Sum, Term
 
 
 class Printer(ABC):
@@ -98,6 +98,11 @@ class Printer(ABC):
         """Return a node to a positive power."""
         if isinstance(node, Sum):
             return self.power(self.bracketed(self.sum(node)), e)
+        if isinstance(node, Applied):
+            arguments = [self.sum(argument) for argument in node.arguments]
+            if node.function == "sqrt":
+                return self.power(self.root(arguments[0]), e)
+            return self.function(node.function, arguments, e)
         key = (node, e)
         if key not in self.memo:
             self.memo[key] = self._factor(node, e)

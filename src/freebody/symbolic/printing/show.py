@@ -13,6 +13,7 @@ import sympy
 
 from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
+from .closed.answers import shown
 from .latex import latex_name
 from .mathml import MathML, document, mathml_name
 from .printer import name_of
@@ -25,7 +26,7 @@ COMMA = "<mo>,</mo><mspace width='0.5em'/>"
 
 def inner(x: Scalar, ring: Ring) -> str:
     """Return an element of a ring as MathML inside a formula."""
-    return MathML(ring).show(x)
+    return shown(MathML, x, ring)
 
 
 def words(text: str) -> str:

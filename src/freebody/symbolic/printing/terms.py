@@ -23,9 +23,18 @@ class Term:
 
 @dataclass(slots=True)
 class Sum:
-    """Terms in printing order."""
+    """Terms in printing order; the sign of a ``fixed`` sum is not changed, because it is known to be positive."""
 
     terms: list[Term]
+    fixed: bool = False
+
+
+@dataclass(slots=True)
+class Applied:
+    """A function of sums, such as the root of a product of several factors."""
+
+    function: str
+    arguments: list[Sum]
 
 
 ONE: Key = (((), 1),)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
 from ...scalar.polynomial import Polynomial
-from ..printing.display import displayed, latex, text
-from ..printing.latex import latex_name
+from ..printing.closed.answers import closed
+from ..printing.display import displayed
+from ..printing.latex import Latex, latex_name
 from ..printing.lines import Result
-from ..printing.show import COMMA, EQUALS, elements, inner, latex_words, shown_name, split, words
+from ..printing.mathml import MathML
+from ..printing.show import COMMA, EQUALS, elements, latex_words, shown_name, split, words
+from ..printing.text import Text
 from .factors import signed_part
 from .problem import Problem
 from .solve import Solution
@@ -47,6 +50,9 @@ MATHML = Words(
     EQUALS, COMMA, COMMA + words("any "), words("  if "), "<mo>≥</mo><mn>0</mn>", words("  where "),
     EQUALS + "<mn>0</mn>", "<mo>-</mo>",
 )  # fmt: skip
+
+
+_text, _latex, _mathml = (partial(closed, kind) for kind in (Text, Latex, MathML))
 
 
 @dataclass(frozen=True, repr=False)
@@ -105,7 +111,7 @@ class SteadyMotion(Result):
     @property
     def name(self) -> str:
         """The label "fast" or "slow" of the two roots of a quadratic, else the values of the unknowns."""
-        return ", ".join(self.canonical.labels) or self._assignments(text, ", ")
+        return ", ".join(self.canonical.labels) or self._assignments(_text, ", ")
 
     @cached_property
     def solution(self) -> dict[str, Any]:
@@ -247,13 +253,13 @@ class SteadyMotion(Result):
     def text(self) -> str:
         """Values, existence and remaining conditions as a line of plain text."""
         label = f"{self.name}: " if self.canonical.labels else ""
-        return label + self._shown(text, TEXT) + (f"  ({SINGULAR})" if self.singular else "")
+        return label + self._shown(_text, TEXT) + (f"  ({SINGULAR})" if self.singular else "")
 
     def latex(self) -> str:
         """The motion as LaTeX."""
         label = latex_words(f"{self.name}: ") + " " if self.canonical.labels else ""
         mark = r"\quad" + latex_words(f"({SINGULAR})") if self.singular else ""
-        return label + self._shown(latex, LATEX) + mark
+        return label + self._shown(_latex, LATEX) + mark
 
     def mathml(self) -> str:
         """The motion as presentation MathML."""
@@ -261,4 +267,4 @@ class SteadyMotion(Result):
 
     def _formula(self) -> str:
         label = words(f"{self.name}: ") if self.canonical.labels else ""
-        return label + self._shown(inner, MATHML) + (words(f" ({SINGULAR})") if self.singular else "")
+        return label + self._shown(_mathml, MATHML) + (words(f" ({SINGULAR})") if self.singular else "")

@@ -278,7 +278,7 @@ def test_questions_after_an_impulse():
         "Impulse on 'hanging bar': speeds just after",
         "  theta' = 3*J*h/(m*L^2)",
         "impulsive reactions on the child bodies",
-        "  pin_x = -(2*L - 3*h)*J/(2*L)",
+        "  pin_x = (3*h/(2*L) - 1)*J",
     ]
     assert repr(hit) == hit.text() and r"\dot{\theta}^{+}" in hit.latex()
     with pytest.raises(ModelError, match="Unknown joint 'pim'"):

@@ -266,7 +266,7 @@ def test_turning_axes_along_a_trajectory():
 def test_messages():
     refused(
         r"The position given does not satisfy the constraints of 'slider_crank': they leave wrist_pin_y: "
-        r"-\(r \+ L\)\*sin\(1\) in place of 0\. Name the coordinates .* \(not named: b, x\)",
+        r"-sin\(1\)\*\(r \+ L\) in place of 0\. Name the coordinates .* \(not named: b, x\)",
         fb.linearize, slider_crank(), {"a": 1},
     )  # fmt: skip
     refused(

@@ -160,8 +160,8 @@ SHOWN = [
     (k * x ** sp.Rational(1, 3), "k*x^(1/3)"),
     (sp.atan2(x, L), "atan2(x, L)"),
     (-m * g + F, "F - m*g"),
-    (sp.Rational(3, 2) * sp.pi * L, "3*L*pi/2"),
-    (sp.sin(sp.pi / 3) * L, "L*sqrt(3)/2"),
+    (sp.Rational(3, 2) * sp.pi * L, "3*pi*L/2"),
+    (sp.sin(sp.pi / 3) * L, "sqrt(3)*L/2"),
     (m * x.diff(t, 2) - m * x * theta.diff(t) ** 2, "m*(x'' - x*theta'^2)"),
     (k * (1 + L) * x, "k*(L + 1)*x"),
 ]  # fmt: skip
@@ -189,7 +189,7 @@ BARS = [  # forms of one fraction, and what is printed for each
     ),
     (
         [sp.sqrt(k) * g / (m * sp.sin(theta) ** 2), 2 * sp.sqrt(k) * g / (m - m * sp.cos(2 * theta))],
-        "sqrt(k)*g/(m*sin(theta)^2)",
+        "g*sqrt(k)/(m*sin(theta)^2)",
     ),
 ]  # fmt: skip
 
@@ -266,7 +266,7 @@ def test_only_parallel_angles_are_added():
     ring = ring_of([m, M], [th1, th2, psi])
     expr = m * sp.sin(psi) ** 2 * sp.cos(th1 + th2) + M * sp.sin(psi) * sp.sin(th1 + th2)
     shown = text(ring.from_sympy(expr), ring)
-    assert shown == "M*sin(theta1 + theta2)*sin(psi) + m*cos(theta1 + theta2)*sin(psi)^2"
+    assert shown == "(M*sin(theta1 + theta2) + m*cos(theta1 + theta2)*sin(psi))*sin(psi)"
 
 
 # ------------------------------------------------------------------------------ names, LaTeX, MathML

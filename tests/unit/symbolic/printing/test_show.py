@@ -173,7 +173,7 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
     ),
     "impulse": (
         hanging,
-        "theta_1' = (m*L*theta_1' + 3)/(m*L)",
+        "theta_1' = theta_1' + 3/(m*L)",
         r"\hat{\mathrm{pin}_{x}} &= \frac{1}{2}",
         "pin",
     ),
@@ -243,7 +243,9 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
 
 INTERNAL = {
     # what results are made of: canonical polynomials, tables of a printer, requests that are read
-    "arrange.Lumps", "balance.BodyBalance", "canonical_model.CanonicalModel", "bearings.Shaft",
+    "arrange.Arrangement", "arrange.Lumps", "form.ClosedForms", "letters.Letters", "operations.Length",
+    "operations.Operations", "products.Bracket", "products.Product", "products.Products",
+    "balance.BodyBalance", "canonical_model.CanonicalModel", "bearings.Shaft",
     "bodies.NamedBody", "bodies.PointOf",
     "characteristic.Factor", "constrained_symbols.Motion",
     "derivation.Derivation", "eliminate.Combination",
@@ -257,7 +259,7 @@ INTERNAL = {
     "numeric.NumericRoot", "numeric.Underdetermined", "problem.Problem", "solve.Solution",
     "solve.Root", "turning.Turning", "turning.TurningProblem", "turning.TurningStability",
     "systems.Pivot", "systems.Row",
-    "terms.Sum", "terms.Term", "text.Text", "vocabulary.Vocabulary",
+    "terms.Applied", "terms.Sum", "terms.Term", "text.Text", "vocabulary.Vocabulary",
 }  # fmt: skip
 DISPLAY = ("text", "latex", "mathml", "_repr_latex_")
 

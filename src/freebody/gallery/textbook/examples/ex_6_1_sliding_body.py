@@ -9,7 +9,7 @@ import sympy
 
 import freebody as fb
 
-from ...tools.answer import Answers, Plots, Solved, same
+from ...tools.answer import Answers, Plots, Solved, fact, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
 
@@ -86,8 +86,8 @@ def solve(case: Case) -> Solved:
             near = case.having(F=F_tip * part)
             modes = near.simulate_to([0], initial=START).contacts
             checks.append(
-                same(f"modes found by the simulation at F_tip ({'below' if part < 1 else 'above'}), wrong ones",
-                     sum(modes[foot].mode[0].rstrip("+") != one for foot, one in zip("AB", feet, strict=True)), 0, 0.5)
+                fact(f"{'slides on A and B at F_tip less' if part < 1 else 'A lifts at F_tip plus'} 1e-6 of it",
+                     all(modes[foot].mode[0].rstrip("+") == one for foot, one in zip("AB", feet, strict=True)))
             )  # fmt: skip
     plots: Plots = {
         "speed.png": saved(lambda: history(trajectory, ["x", "x'"], title="Sliding body")),

@@ -11,7 +11,7 @@ import sympy
 
 import freebody as fb
 
-from ...tools.answer import Answer, Answers, Check, Plots, Solved, same
+from ...tools.answer import Answer, Answers, Check, Plots, Solved, fact, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
 
@@ -88,8 +88,8 @@ def solve(case: Case) -> Solved:
                  [end_of_run["x'"], end_of_run["phi'"]], 1000 * case.tolerance)
         )  # fmt: skip
         checks.append(
-            same(f"mode of the simulation under {name}: wrong ones",
-                 sum((change.mode == "stick") != rolls for change in motion.modes), 0, 0.5)
+            fact(f"{'rolls' if rolls else 'slips'} all the time in the simulation under {name}",
+                 all((change.mode == "stick") == rolls for change in motion.modes))
         )  # fmt: skip
         motions.append(motion)
         if item == 1:
@@ -105,8 +105,8 @@ def solve(case: Case) -> Solved:
         for part, mode in ((1 - 1e-9, "stick"), (1 + 1e-9, "slip+" if share < 0 else "slip-")):
             near = case.having(F=largest * part).simulate_to([0])
             checks.append(
-                same(f"the simulation at F_max {'less' if part < 1 else 'plus'} 1e-9 of it: not {mode}",
-                     float(near.contacts["floor"].mode[0] != mode), 0, 0.5)
+                fact(f"{'sticks' if part < 1 else 'slips'} at F_max {'less' if part < 1 else 'plus'} 1e-9 of it",
+                     near.contacts["floor"].mode[0] == mode)
             )  # fmt: skip
     first, second = motions
     plots: Plots = {

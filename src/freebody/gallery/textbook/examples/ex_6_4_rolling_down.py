@@ -9,7 +9,7 @@ import sympy
 
 import freebody as fb
 
-from ...tools.answer import Answer, Answers, Plots, Solved, same
+from ...tools.answer import Answer, Answers, Plots, Solved, fact, same
 from ...tools.case import Case, angle_where, explain
 from ...tools.entry import Entry
 
@@ -96,9 +96,8 @@ def solve(case: Case) -> Solved:
              [contact.normal[-1], contact.tangential[-1]], bound),
     )  # fmt: skip
     trajectory = case.motion()
-    as_found = same(
-        "state against the simulation", float(trajectory.modes[0].mode == "stick"), float(rolls), 0.5
-    )
+    way = "rolls" if rolls else "slips"
+    as_found = fact(f"it {way} in the simulation too", (trajectory.modes[0].mode == "stick") == rolls)
     plots: Plots = {
         "speed.png": saved(lambda: history(trajectory, ["s'", "phi'"], title="Disk rolling down a slope")),
         "margin.png": saved(lambda: trajectory.plot_margin()),

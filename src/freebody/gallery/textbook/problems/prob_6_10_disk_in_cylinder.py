@@ -14,7 +14,7 @@ import sympy
 
 import freebody as fb
 
-from ...tools.answer import Answer, Answers, Plots, Solved, same
+from ...tools.answer import Answer, Answers, Plots, Solved, fact, same
 from ...tools.case import Case, angle_where, explain, happened
 from ...tools.entry import Entry
 
@@ -84,9 +84,18 @@ def solve(case: Case) -> Solved:
     equation = case.formula(
         "equation of motion in theta", by_forces, "", how + ".eliminate()", at={**now, "theta''": 0}
     )
+    agree = e.ring.from_sympy(sympy.expand(by_forces - by_moments)) == 0
     stiffness = -sympy.diff(solution["theta''"], theta)
     answers: Answers = {
         "equation": replace(equation, value=f"{equation.text} = 0"),
+        "ways": Answer(
+            "the two ways to it, compared",
+            "with C, two equations of forces give N and f, which the moments about C then contain; about the contact "
+            "N and f have no moment, and one equation of moments is enough. Both give "
+            + ("the same equation" if agree else "different equations"),
+            "",
+            how=how + ".eliminate(), and moments about the contact",
+        ),
         "omega_n": case.formula(
             "frequency of small oscillation", sympy.sqrt(case.put(stiffness, {"theta": 0})), "rad/s",
             "equation of motion, linear about theta = 0",
@@ -127,21 +136,19 @@ def solve(case: Case) -> Solved:
     linear = fb.linearize(e.model, about={"theta": 0, "rho": 0, "phi": 0}, values=case.values)
     contact = passing.contacts["wall"]
     checks = (
-        same("moments about C and about the contact: equations of motion that differ",
-             float(e.ring.from_sympy(sympy.expand(by_forces - by_moments)) != 0), 0, 0.5),
+        fact("forces with moments about C, and moments about the contact, give the same equation of motion",
+             agree),
         same("theta' against the simulation", answers["theta'"].value, passing["theta'"][-1], bound),
         same("N and f against the simulation", [answers["N"].value, answers["f"].value],
              [contact.normal[-1], abs(contact.tangential[-1])], bound),
         same("omega_n against fb.linearize", answers["omega_n"].value, max(linear.natural_frequencies()), 1e-12),
         same("the arm without mass does not pull: force at its pin over the weight",
              abs(swing.reactions["pin"].force).max() / (case["m"] * case["g"]), 0, bound),
-        same("it rolls all the time: other modes in the simulation",
-             sum(change.mode != "stick" for change in swing.modes), 0, 0.5),
+        fact("it rolls all the time in the simulation", all(change.mode == "stick" for change in swing.modes)),
     )  # fmt: skip
     trajectory = case.motion(initial=begin)
-    as_found = same(
-        "state against the simulation", float(trajectory.modes[0].mode == "stick"), float(rolls), 0.5
-    )
+    way = "rolls" if rolls else "slips"
+    as_found = fact(f"it {way} in the simulation too", (trajectory.modes[0].mode == "stick") == rolls)
     plots: Plots = {
         "theta.png": saved(
             lambda: history(trajectory, ["theta", "theta'"], title="Disk in a rough cylinder")

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 import freebody as fb
 
-from ...tools.answer import Answer, Answers, Plots, Solved, same
+from ...tools.answer import Answer, Answers, Plots, Solved, fact, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
 
@@ -113,13 +113,12 @@ def solve(case: Case) -> Solved:
              bound / slope(case, H / N)),
         same("omega against the simulation", answers["omega"].value, event.state["theta'"],
              bound / slope(case, H / N)),
-        same(f"it slips {WAYS[way].split(',')[0]} with mu: not so in the simulation",
-             float(f"→ {way}" not in str(event)), 0, 0.5),
+        fact(f"it slips {WAYS[way].split(',')[0]} in the simulation with mu too", f"→ {way}" in str(event)),
         same("|T| = mu_floor N of the equations where the simulation slips",
              abs(pull) / (case["m"] * case["g"]), case["mu_floor"] * push / (case["m"] * case["g"]), bound),
-        same("more than mu_limit: slips backwards in the simulation", float("→ slip -" not in str(
+        fact("it slips backwards in the simulation with more than mu_limit", "→ slip -" in str(
              case.having(mu_floor=answers["mu_limit"].value * (1 + 1e-6)).simulate_to_mode(
-                 "floor", "slip", initial=begin)[1])), 0, 0.5),
+                 "floor", "slip", initial=begin)[1])),
     ]  # fmt: skip
     trajectory = observed.motion(initial=begin)
     plots: Plots = {

@@ -14,7 +14,7 @@ from ...tools.answer import Answers, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
 from ...tools.looks import with_shaft
-from ...tools.shaft import against_simulation, on_shaft, plots, reactions
+from ...tools.shaft import against_simulation, on_shaft, plots, reactions, reactions_in_any_motion
 
 STATE = {"theta": "alpha0*t_1^2/2", "theta'": "alpha0*t_1", "theta''": "alpha0"}
 READINGS = {"a": {"e": 0}, "b": {"beta": 0}}
@@ -59,6 +59,8 @@ def solve(case: Case) -> Solved:
         )  # fmt: skip
         at = motions[reading].simulate_to([case["t_1"]])
         checks.append(against_simulation(motions[reading], answers, at, f"_{reading}"))
+    for reading, where in READINGS.items():
+        answers |= reactions_in_any_motion(case, WORDS[reading], f"_{reading}(theta)", where)
     trajectory = motions["a"].motion()
     pictures = plots(
         motions["a"], trajectory, "Tilted cylinder on a shaft that speeds up: forces on the shaft"
@@ -73,6 +75,7 @@ CYLINDER_ON_SHAFT = Entry(
     (
         "reactions R_AX, R_AY, R_BX, R_BY on the shaft at t_1, (a) tilted and (b) off centre",
         "torque about the shaft that must be applied, for (a) and (b)",
+        "the reactions for any motion theta(t) of the shaft",
     ),
     build,
     solve,

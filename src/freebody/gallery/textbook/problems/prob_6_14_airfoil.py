@@ -10,7 +10,7 @@ from typing import Any
 
 import freebody as fb
 
-from ...tools.answer import Answer, Answers, Plots, Solved, same
+from ...tools.answer import Answer, Answers, Plots, Printed, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
 from ...tools.pictures import lines
@@ -60,7 +60,12 @@ def solve(case: Case) -> Solved:
     written = linear.text().splitlines()
     answers: Answers = {
         f"equation_{name}": Answer(
-            f"equation of motion of {name}, small theta", line, "", None, "fb.linearize(s)", line
+            f"equation of motion of {name}, small theta",
+            line,
+            "",
+            None,
+            "fb.linearize(s)",
+            Printed.line(line),
         )
         for name, line in zip(("x", "theta"), written, strict=True)
     }

@@ -11,6 +11,7 @@ Only the spin of the wheels is included, as the problem requires; the rest is sm
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ import sympy
 import freebody as fb
 
 from ....space.shape import Shape
-from ...tools.answer import Answer, Answers, Check, Plots, Solved
+from ...tools.answer import Answer, Answers, Check, Plots, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
 from ...tools.looks import placed, rim, together, tube_between
@@ -122,6 +123,15 @@ def solve(case: Case) -> Solved:
             "",
             how="its component along y",
         ),
+        "arises": Answer(
+            "how this torque arises",
+            "the spin momentum of the wheels, 2 I v/r along the axles, turns with the machine at v/R: it changes at "
+            "2 I v^2/(r R). The bearings of the axles give this torque to the wheels, and the frame has it from the "
+            "ground: the machine leans so far that the weight on the tyres, at the arm h sin(lean) from C, has more "
+            "moment about C than the friction m v^2/R at the arm h cos(lean)",
+            "",
+            how="dH/dt = omega x H for the wheels; moments about C for the whole machine",
+        ),
         "lean": case.formula(
             "lean from the vertical with the gyroscopic effect",
             lean(case, True),
@@ -143,7 +153,13 @@ def solve(case: Case) -> Solved:
     # the equilibrium is unstable, like that of a bar on its end: round-off grows, so the check is early
     soon = case.simulate_to([0, 0.05], initial={**start, "theta": whole})
     needed = np.abs(soon.reactions["turn"].force).max() / (case["m"] * case["g"])
+    tilt = answers["lean"].value
+    from_ground = case["m"] * (
+        case["g"] * case["h"] * math.sin(tilt) - case["v"] ** 2 / case["R"] * case["h"] * math.cos(tilt)
+    )
     checks = (
+        same("moment of the ground's forces about C against the torque on the leaning wheels",
+             from_ground / size.value, math.cos(tilt), 1e-12),
         Check("nothing but the ground carries C round: force at the axis of the curve over weight",
               float(needed), 1e4 * case.tolerance),
         Check("lean with all momenta of the wheels, relative difference (smaller than r/R)",
@@ -175,7 +191,7 @@ MOTORCYCLE = Entry(
     ("motorcycle",),
     "Motorcycle in a curve: torque on the wheels, and lean (Problem 6.18)",
     (
-        "torque (upright wheels, size and direction) that makes the wheels turn with the curve",
+        "torque (upright wheels, size and direction) that makes the wheels turn with the curve, and how it arises",
         "lean from the vertical, with and without the gyroscopic effect",
     ),
     build,

@@ -13,7 +13,7 @@ import sympy
 import freebody as fb
 
 from ....space.shape import Shape
-from ...tools.answer import Answer, Answers, Plots, Solved, same
+from ...tools.answer import Answer, Answers, Plots, Solved, fact, same
 from ...tools.case import Case, angle_where, explain
 from ...tools.entry import Entry
 from ...tools.looks import box_between, together, wheel
@@ -107,8 +107,8 @@ def solve(case: Case) -> Solved:
             near = case.having(a=thresholds[first] * part).simulate_to([0]).contacts
             outcome = WAYS[str(near["floor"].mode[0]), str(near["wall"].mode[0])]
             expected = "stands" if stands else {"a_slide": "slides", "a_tip": "tips"}[first]
-            checks.append(same(f"the simulation at {first} {'less' if stands else 'plus'} 1e-9 of it: not '{expected}'",
-                               float(not outcome.startswith(expected)), 0, 0.5))  # fmt: skip
+            checks.append(fact(f"the board {expected} at {first} {'less' if stands else 'plus'} 1e-9 of it",
+                               outcome.startswith(expected)))  # fmt: skip
     short = 1e-4
     soon = case.simulate_to([short])
     checks.append(

@@ -60,6 +60,7 @@ def solve(case: Case) -> Solved:
     (square,) = linear.M.LUsolve(linear.K)
     how = 'fb.equations(s).solve(["theta\'\'", "O_x", "O_y"]), theta\' by the energy integral'
     answers: Answers = {
+        "equation": case.equation(0, "differential equation of the motion"),
         "theta'": case.formula(
             "angular velocity at theta_1 on the way down, counter-clockwise +", speed, "rad/s", "energy integral"
         ),
@@ -103,6 +104,7 @@ DISK_PENDULUM = Entry(
     ("disk-pendulum",),
     "Disk pendulum let go from the horizontal (Problem 6.6)",
     (
+        "differential equation of the motion",
         "angular velocity and acceleration at the angle theta_1",
         "reaction at O there, horizontal and vertical, along the rod and across it",
         "frequency of small oscillation",
