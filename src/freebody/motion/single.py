@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import SimulationError
 from ..scalar.algebra import Expression
+from .ending import FAILED, End
 from .kernels.kernels import Kernels, kernels_of
 from .kernels.methods import Way, check_method, check_method_of_contacts, first_method
 from .legs.blow import Blow, blows_of, struck_path, watching_blows, watching_specs
@@ -26,7 +27,6 @@ from .legs.branch import meeting, meets
 from .legs.driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .legs.failure import failure
 from .legs.independent_conditions import Holding, check_redundant
-from .ode import dense_output as runs
 from .ode import layout, loops
 from .ode.dense_output import Array, Path, Rates, Watch
 from .ode.integration import Halt
@@ -164,7 +164,7 @@ def _sensitive_motion(
         r.times, r.samples, moments=moments, method=r.method, step=r.step, max_step=r.max_step, max_steps=r.max_steps,
         between=between,
     )  # fmt: skip
-    if trajectory.path.status in runs.FAILED:
+    if trajectory.path.status in FAILED:
         raise failure(trajectory, trajectory.path, r.kernels, r.end, r.specs)
     return trajectory
 
@@ -239,11 +239,11 @@ def _motion_in_one_leg(
     halt = meeting(kernels, rates) if passing and kernels.size >= layout.MANY_COMPONENTS else None
     path = way.path(state, r.begin, r.end, absolute, between, halt)
     if passing and (
-        path.status == runs.RELEASED or meets(kernels, rates, path.times, path.states, path.method)
+        path.status == End.RELEASED or meets(kernels, rates, path.times, path.states, path.method)
     ):
         return None
     trajectory = Trajectory(kernels, r.numbers, path, r.specs, r.tolerances, r.times, r.samples)
-    if path.status in runs.FAILED:
+    if path.status in FAILED:
         raise failure(trajectory, path, kernels, r.end, r.specs)
     return trajectory
 
@@ -268,7 +268,7 @@ def _motion_in_legs(request: Request, blows: tuple[Blow, ...], state: Array, leg
         trajectory = PhasedTrajectory(*arguments, happenings=in_order)
     else:
         trajectory = Trajectory(*arguments)
-    if path.status in runs.FAILED:
+    if path.status in FAILED:
         raise failure(trajectory, path, legs.conditions.current, r.end, legs.specs)
     if kernels.model.constraints:
         check_redundant(trajectory)

@@ -18,9 +18,10 @@ import numpy as np
 from ..errors import SimulationError, arguments_named
 from ..motion.batch.dataset import check_names
 from ..motion.batch.job import Job, check_memory, job_of
-from ..motion.batch.results import NO_START, REASON, STATUS, Results
+from ..motion.batch.results import REASON, Results
 from ..motion.batch.run import run_lanes
 from ..motion.batch.start import lanes_of
+from ..motion.ending import STATUS, End
 from ..scalar.algebra import Expression
 from .blocks.block import Delivery, Report, Work, finished
 from .blocks.cutting import FEW
@@ -95,7 +96,7 @@ def simulate_batch(
         size=job.count if nothing_kept and executor is None and job.has_starts else None,
         pack=lambda: sent(work, job.kernels.model),
     )  # fmt: skip
-    if not job.looped and (data["status"] == STATUS[NO_START]).all():
+    if not job.looped and (data["status"] == STATUS[End.NO_START]).all():
         raise SimulationError(f"No lane has a start. Lane 0: {data[REASON].values[0]}")
     return data
 

@@ -19,30 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FreebodyError, SimulationError
-from ..lanes import lanes_layout as at
+from ..ending import FAILED, STATUS, End
 from ..legs.failure import culprit
 from ..legs.sensitivity import Sensitivity
-from ..ode import dense_output, layout
 from ..ode.dense_output import Crossing
 from ..single import single_motion
 from ..trajectory.extremes import extremes, values
 from ..trajectory.trajectory import Trajectory
 from .job import Job
-from .results import NO_START, REFUSED, Results
+from .results import Results
 from .threads import share
-
-CODES = {
-    dense_output.FINISHED: layout.FINISHED,
-    dense_output.TERMINAL: layout.TERMINAL,
-    dense_output.NOT_FINITE: layout.NOT_FINITE,
-    dense_output.COLLAPSED: layout.COLLAPSED,
-    dense_output.DIVERGED: layout.DIVERGED,
-    dense_output.UNDEFINED: layout.UNDEFINED,
-    dense_output.TOO_MANY_STEPS: at.TOO_MANY,
-    dense_output.CONTRADICTED: at.CONTRADICTED,
-    dense_output.STUCK: at.STUCK,
-}
-"""Code of each status of a path."""
 
 _ONE_AT_A_TIME = Lock()
 """Held by lanes that share Python objects: phases of contacts, states of controllers."""
@@ -96,16 +82,17 @@ class Alone:
             warnings = () if motion is None or reason else motion.warnings
             results.texts[row, -1] = reason or " ".join(map(str, warnings))
         if motion is None:
-            results.outcomes[row] = (NO_START, 0, 0, 0)
+            results.outcomes[row] = (End.NO_START, 0, 0, 0)
             return
         if job.unknowns:
             missing = self.keep_slopes(row, motion)
             results.texts[row, -1] = " ".join(filter(None, (results.texts[row, -1], missing)))
         path = motion.path
-        blame = culprit(path, motion.kernels) if path.status in dense_output.FAILED else 0
+        blame = culprit(path, motion.kernels) if path.status in FAILED else 0
         self.keep(row, motion)
         results.end_times[row] = path.end
-        results.outcomes[row] = (CODES.get(path.status, REFUSED), motion.steps, path.rejected, blame)
+        ended = path.status if path.status in STATUS else End.REFUSED
+        results.outcomes[row] = (ended, motion.steps, path.rejected, blame)
 
     def keep(self, row: int, motion: Trajectory) -> None:
         """Put the outputs of a motion, and the times of its events, in place."""

@@ -19,6 +19,7 @@ from ...native.registers import WIDTH
 from ...program.large.tree_loop import is_large
 from ...scalar.algebra import Expression
 from ..contact.impacts import ORDERS
+from ..ending import End
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import FINE, check_method, check_method_of_contacts, first_method
 from ..lanes import lanes_layout as at
@@ -41,7 +42,7 @@ from ..start.initial import named_state, number, quaternions_by_joint, several
 from ..trajectory.event import EventSpec, expressions_of, specs_of
 from ..trajectory.outputs import TIMELINE, Output, outputs_of
 from .kernels import BatchProgram, OfLimit, batch_program
-from .results import REASON, WAITING, Results
+from .results import REASON, Results
 from .start import Lanes, lanes_of
 
 METHODS = ("auto", "dop853", "dop54", "gauss", "radau", "taylor")
@@ -202,7 +203,7 @@ class Job:
         n, events, outputs = high - low, len(self.expressions), self.outputs
         times = self.times.size if outputs.timed else 0
         outcomes = np.empty((n, at.OUTCOME_SIZE), dtype=np.int64)
-        outcomes[:, 0] = WAITING
+        outcomes[:, 0] = End.WAITING
         return Results(
             low, high, np.empty((n, times, len(outputs.timed))), np.empty((n, len(outputs.reduced), at.EXTREMES)),
             np.empty((n, events, 2)), np.empty((n, events), dtype=np.int64), outcomes, np.empty(n),

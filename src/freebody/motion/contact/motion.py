@@ -9,10 +9,11 @@ from typing import Any, cast
 import numpy as np
 
 from ...errors import SimulationError, nearest
+from ..ending import FAILED, End
 from ..kernels.kernels import Kernels
 from ..legs.blow import blows_of, scheduled
 from ..legs.failure import failure
-from ..ode.dense_output import FAILED, Array, observe
+from ..ode.dense_output import Array, observe
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..trajectory.event import EventSpec
@@ -113,7 +114,7 @@ def _trajectory(
     from ..trajectory.phases import Phases
 
     if path is None:
-        path = Phases(tuple(work.segments), "failed")
+        path = Phases(tuple(work.segments), End.BROKEN_OFF)
         for change in work.changes:
             change[3] = path.end if change[3] is None else change[3]
     return ContactTrajectory(

@@ -15,10 +15,12 @@ import numpy as np
 from ...describe.frame import own_body
 from ...describe.system import System
 from ...dynamics.constraints import rows
+from ...dynamics.unilateral import MotionWarning
 from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.toml.read import case_from_text
 from ...model import Model
 from ..contact.scene import phase_of, scene_of_layout
+from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
 from ..legs.variation import Variation, unknowns_of
@@ -130,7 +132,7 @@ def _motion(whole: Kernels, about: Mapping[str, Any], parts: Mapping[str, Any]) 
     segments = _segments(kernels, variation or kernels, about, read, outputs.shape[1], values)
     path: Any = segments[0].path
     if kind in ("phases", "contacts"):
-        path = Phases(tuple(segments), str(about["status"]))
+        path = Phases(tuple(segments), _end(about["status"]))
     times = read.reals("asked", (None,)) if "asked" in parts else None
     samples = None if about["samples"] is None else int(about["samples"])
     arguments = kernels, values, path, specs, read.reals("tolerances", (None,)), times, samples
@@ -147,10 +149,7 @@ def _trajectory(
     model = kernels.model
     options: dict[str, Any] = {}
     if kind in ("phases", "contacts"):
-        options["happenings"] = [
-            Happening(float(t), str(name), int(sign), dict(before), str(text), dict(after))
-            for t, name, sign, before, text, after in about["happenings"]
-        ]
+        options["happenings"] = [_happening(*entry) for entry in about["happenings"]]
     if kind == "contacts":
         options |= {"changes": about["changes"], "unknown": about["unknown"]}
     if kind == "sensitivities":
@@ -170,6 +169,20 @@ def _trajectory(
         options = {name: float(about[name]) for name in ("step", "residual", "depth", "sweeps")}
         options |= {"impulses": impulses, "scene": (first, tangents)}
     return KINDS[kind](*arguments, **options)
+
+
+def _happening(
+    time: Any, name: Any, sign: Any, before: Any, text: Any, after: Any, passed: Sequence[Any] = ()
+) -> Happening:
+    """Return a blow, an impact or a change, with its warnings, which files of earlier versions lack."""
+    warnings = tuple(
+        MotionWarning(
+            str(who), str(event), float(t), str(what), float(value),
+            tuple((float(low), float(high)) for low, high in spans), *map(str, words),
+        )
+        for who, event, t, what, value, spans, *words in passed
+    )  # fmt: skip
+    return Happening(float(time), str(name), int(sign), dict(before), str(text), dict(after), warnings)
 
 
 def _blows(model: Model, entries: Sequence[Any]) -> dict[int, list[Any]]:
@@ -195,6 +208,11 @@ def _active(model: Model, numbers: Any) -> tuple[int, ...]:
     if len(set(active)) != len(active) or not all(0 <= i < len(rows(model)) for i in active):
         raise ValueError("it names conditions that the machine does not have")
     return active
+
+
+def _end(text: Any) -> End:
+    """Return how a run ended. Files of earlier versions add to it whether the motion is physical."""
+    return End.of_text(str(text).removesuffix(f", {NOT_PHYSICAL}"))
 
 
 def _segments(
@@ -252,7 +270,7 @@ def _segments(
                     for x in about["accuracies"][entry["accuracy"]])  # fmt: skip
         path.__dict__.update(
             times=own_times, lengths=lengths[low : low + steps[k]], states=states[first:last], crossings=crossings,
-            status=str(status), method=entry["method"], **dict(zip(("relative", "absolute"), accuracy, strict=True)),
+            status=_end(status), method=entry["method"], **dict(zip(("relative", "absolute"), accuracy, strict=True)),
             **{name: int(entry[name]) for name in COUNTS}, _recipe=recipe,
         )  # fmt: skip
         loose = None if entry["loose"] is None else np.array(entry["loose"], dtype=bool)

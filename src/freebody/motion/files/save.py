@@ -15,6 +15,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -137,13 +138,14 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
         "active": motion.kernels.active,
         "specs": [(spec.name, spec.direction, spec.terminal, str(spec.expression)) for spec in motion.specs],
         "samples": samples,
-        "status": motion.status,
+        "status": str(motion.path.status),
         "segments": [_segment(s, accuracies) for s in segments],
         "accuracies": accuracies,
     }
     if isinstance(motion, PhasedTrajectory):
         about["happenings"] = [
-            (x.time, x.name, x.direction, x.state, x.text, x.after) for x in motion.happenings
+            (x.time, x.name, x.direction, x.state, x.text, x.after, [*map(astuple, x.warnings)])
+            for x in motion.happenings
         ]
     if isinstance(motion, ContactTrajectory):
         about["changes"] = [(x.contact, x.mode, x.start, x.end, x.why) for x in motion.modes]
@@ -178,7 +180,7 @@ def _segment(segment: Segment, accuracies: list[Any]) -> dict[str, Any]:
     return {
         "way": next(name for name, cls in PATHS.items() if type(path) is cls),
         "method": path.method,
-        "status": path.status,
+        "status": str(path.status),
         "steps": path.steps,
         "accuracy": accuracies.index(accuracy),
         "crossings": [(c.number, c.sign) for c in path.crossings],

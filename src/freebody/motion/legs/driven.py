@@ -27,8 +27,9 @@ from ...describe.loads.load import JointSpring, Spring
 from ...errors import ModelError, SimulationError, nearest
 from ...model import Model
 from ...model.symbols import symbols_of
+from ..ending import End
 from ..kernels.kernels import Kernels
-from ..ode.dense_output import FINISHED, INTERRUPTED, Array, Crossing, Path, Rates, Watch, observe
+from ..ode.dense_output import Array, Crossing, Path, Rates, Watch, observe
 from ..start.arguments import MOST_STEPS, check_count, check_forwards
 from ..start.initial import number
 from ..trajectory.event import EventSpec
@@ -333,7 +334,7 @@ def driven_path(
         try:
             changed = drives.change(t, y)
         except KeyboardInterrupt:
-            return _ended(segments, current, t, y, work, parameters, INTERRUPTED)
+            return _ended(segments, current, t, y, work, parameters, End.INTERRUPTED)
         if changed or at_start:
             parameters = kernels.parameters(drives.numbers)
             current = replace(rates, constants=constants_of(parameters), recipe=(kernels.rates, parameters))
@@ -348,7 +349,7 @@ def driven_path(
                         last = replace(last, crossings=(*last.crossings, *jumps))
                         segments[-1] = replace(segments[-1], path=last)
                         if any(specs[crossing.number].terminal for crossing in jumps):
-                            return Phases(tuple(segments), "terminal event")
+                            return Phases(tuple(segments), End.TERMINAL)
         at_start = False
         path = leg(
             parameters,
@@ -368,12 +369,12 @@ def driven_path(
         elif path.steps:
             first_step = max(first_step or 0.0, abs(float(path.lengths[0])))
         y, t = path.states[-1].copy(), path.end
-        if path.status != FINISHED or t >= end:
+        if path.status != End.FINISHED or t >= end:
             return Phases(tuple(segments), path.status)
 
 
 def _ended(
-    segments: list[Segment], rates: Rates, t: float, y: Array, work: float, parameters: Array, status: str
+    segments: list[Segment], rates: Rates, t: float, y: Array, work: float, parameters: Array, status: End
 ) -> Phases:
     """Return the path that ends at t."""
     tail = Path(rates, np.array([t]), np.empty(0), y[None], (), status, 0, 0, 0)

@@ -11,9 +11,9 @@ from ...dynamics.constraints import rows
 from ...dynamics.mobility import massless_motion
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
+from ..ending import End
 from ..kernels.kernels import Kernels
 from ..kernels.switching_laws import switching
-from ..ode import dense_output as runs
 from ..ode.dense_output import Array, Path, Rates, observe
 from ..start.loop_closure import nearly_dependent
 from ..trajectory.event import EventSpec, expressions_of
@@ -28,9 +28,9 @@ def culprit(path: Path, kernels: Kernels) -> int:
     For the work, which follows from the motion, and for the length of a series, which depends on all components, it is
     the speed that changes fastest.
     """
-    if path.status == runs.UNDEFINED:
+    if path.status == End.UNDEFINED:
         return path.blame
-    reported = path.blame if path.method != "taylor" or path.status == runs.NOT_FINITE else None
+    reported = path.blame if path.method != "taylor" or path.status == End.NOT_FINITE else None
     return to_blame(kernels, reported, path.rates, path.end, path.states[-1])
 
 
@@ -148,9 +148,9 @@ def failure(
     trajectory: Trajectory, path: Path, kernels: Kernels, end: float, watched: Sequence[EventSpec]
 ) -> SimulationError:
     """Return the error of a run that could not continue; ``watched`` are events, and events that call for blows."""
-    undefined, stuck = path.status == runs.UNDEFINED, path.status == runs.STUCK
+    undefined, stuck = path.status == End.UNDEFINED, path.status == End.STUCK
     name = "" if undefined or stuck else kernels.names[culprit(path, kernels)]
-    idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
+    idle = _massless(path, kernels, trajectory) if path.status == End.NOT_FINITE else ()
     if undefined:
         what = _undefined(trajectory, path, kernels, watched[path.blame])
     elif stuck:
@@ -161,13 +161,13 @@ def failure(
             "move no mass. Euler angles whose axes line up do this: start or describe the body in another sequence "
             "of angles, or use a ball joint, which has no such attitude."
         )
-    elif path.status == runs.NOT_FINITE:
+    elif path.status == End.NOT_FINITE:
         what = (
             f"the rate of '{name}' is not a finite number just after t = {path.end:.9g} s. A division by zero, a "
             "root or logarithm of a negative number, or a singular mass matrix does this: check the loads, masses "
             "and angles there, or stop before with a terminal event."
         )
-    elif path.status == runs.COLLAPSED:
+    elif path.status == End.COLLAPSED:
         what = (
             f"the step collapsed at t = {path.end:.9g} s: '{name}' changes faster than any step can follow."
         )
@@ -182,7 +182,7 @@ def failure(
                 what += " So do constraints that end: bars that come into line, points of a rope that meet."
             if path.method in ("dop853", "dop54"):
                 what += ' If a spring or damper is very stiff, method="radau" follows it.'
-    elif path.status == runs.DIVERGED:
+    elif path.status == End.DIVERGED:
         what = (
             f"the step from t = {path.end:.9g} s is too long for its iteration to converge. A smaller step= converges; "
             'where a spring is very stiff, method="radau" with a tolerance is the better choice.'

@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 
 from ...errors import SimulationError
 from ...scalar.algebra import Expression
+from ..ending import End
 from ..kernels.kernels import Program
-from ..ode.dense_output import FINISHED, TERMINAL, Crossing, Path
+from ..ode.dense_output import Crossing, Path
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import expressions_of
 from ..trajectory.extremes import search_blocks
@@ -103,9 +104,9 @@ class NumberDerivatives:
     def end(self) -> Array:
         """Derivatives of the time at which the run ends."""
         path = self.motion.path
-        if path.status == FINISHED:
+        if path.status == End.FINISHED:
             return self.shifts[1]
-        if path.status == TERMINAL:
+        if path.status == End.TERMINAL:
             return self.event(path.crossings[-1])
         raise SimulationError(
             f"Expected a run that reaches its end for a derivative of what it ends with, but this one is "

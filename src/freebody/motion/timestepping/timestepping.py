@@ -25,10 +25,11 @@ from ...native import loop
 from ..contact.cone_problem import eased, polished
 from ..contact.motion import check_coefficients
 from ..contact.scene import scene_of_layout
+from ..ending import End
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
-from ..ode.dense_output import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
+from ..ode.dense_output import Array, Crossing, Rates, observe
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.initial import number
 from ..trajectory.event import EventSpec, expressions_of
@@ -150,21 +151,21 @@ class _Run:
         y = np.array(state[:n], dtype=float)
         self.start = y.copy()
         self._check_start(y)
-        status, stop = FINISHED, None
+        status, stop = End.FINISHED, None
         try:
             while self.done < self.count and stop is None:
                 y, stop = self._advanced(y)
                 if between is not None:
                     between(self.begin + self.done * self.h)
         except KeyboardInterrupt:
-            status = INTERRUPTED
+            status = End.INTERRUPTED
         except SimulationError as error:
-            got = self._trajectory("failed", None, tolerances, times, samples)
+            got = self._trajectory(End.BROKEN_OFF, None, tolerances, times, samples)
             made = " ".join(str(one) for one in got.warnings if one.event == "energy")
             error = SimulationError(f"{made} Then: {error}") if made else error
             error.trajectory = got  # type: ignore[attr-defined]
             raise error from None
-        return self._trajectory(TERMINAL if stop else status, stop, tolerances, times, samples)
+        return self._trajectory(End.TERMINAL if stop else status, stop, tolerances, times, samples)
 
     def _check_start(self, y: Array) -> None:
         program, E = self.program, len(self.first)
@@ -364,7 +365,7 @@ class _Run:
         )
 
     def _trajectory(
-        self, status: str, stop: Crossing | None, tolerances: Array, times: Any, samples: Any
+        self, status: End, stop: Crossing | None, tolerances: Array, times: Any, samples: Any
     ) -> SteppedTrajectory:
         n, E, held, h = len(self.start), len(self.first), len(self.shape.held), self.h
         widths = (n, self.rows + held, 2, E)

@@ -15,10 +15,11 @@ from ...dynamics.indeterminate import indeterminate
 from ...dynamics.state import float_state
 from ...dynamics.unilateral import Limit, MotionWarning, limits
 from ...errors import SimulationError, nearest
+from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels, Program
-from ..ode.dense_output import INTERRUPTED, Path, observe
+from ..ode.dense_output import Path, observe
 from .event import Event, EventSpec, Happening
-from .one_sided_limits import NOT_PHYSICAL, Span, Values, piece_of, spans, warnings_of
+from .one_sided_limits import Span, Values, piece_of, spans, warnings_of
 from .quantities import BodyPose, ByName, Energy, Reaction
 
 Array = NDArray[np.float64]
@@ -121,7 +122,7 @@ class ComputedMotion:
 
         "not physical" is added if there are :attr:`warnings`.
         """
-        return f"{self.path.status}, {NOT_PHYSICAL}" if self.warnings else self.path.status
+        return f"{self.path.status}, {NOT_PHYSICAL}" if self.warnings else str(self.path.status)
 
     @property
     def has_work(self) -> bool:
@@ -131,7 +132,7 @@ class ComputedMotion:
     @property
     def interrupted(self) -> bool:
         """True if Ctrl-C stopped the run before its end."""
-        return self.path.status == INTERRUPTED
+        return self.path.status == End.INTERRUPTED
 
     @property
     def steps(self) -> int:

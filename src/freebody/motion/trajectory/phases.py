@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..ending import End
 from ..ode.dense_output import Array, Crossing, Path, Rates
 
 
@@ -43,7 +44,7 @@ class Phases:
     """Segments one after another, read like a :class:`Path`."""
 
     segments: tuple[Segment, ...]
-    status: str
+    status: End
 
     @property
     def rates(self) -> Rates:

@@ -10,7 +10,7 @@ import sympy
 
 from ...errors import ExpressionError, SimulationError
 from ...rooms_above import module_for
-from ..ode.dense_output import TERMINAL
+from ..ending import End
 from .computed_motion import ComputedMotion
 from .dataset import dataset
 from .extremes import extremes
@@ -169,8 +169,8 @@ class Trajectory(ComputedMotion):
 
     def __repr__(self) -> str:
         n, events, crossings = len(self.kernels.model.coordinates), len(self.events), self.path.crossings
-        ended = self.path.status
-        if ended == TERMINAL and crossings:
+        ended = str(self.path.status)
+        if self.path.status == End.TERMINAL and crossings:
             ended = f"stopped by '{self.specs[crossings[-1].number].name}'"
         warnings = "".join(
             f"; not physical from t = {warning.time:.6g} s on: {warning.what} ('{warning.name}')"

@@ -21,9 +21,10 @@ import numpy as np
 
 from ...errors import FreebodyError
 from ...motion.batch.job import Job, job_of
-from ...motion.batch.results import REFUSED, Results
+from ...motion.batch.results import Results
 from ...motion.batch.run import run_lanes
 from ...motion.batch.start import lanes_of
+from ...motion.ending import End
 
 
 class Delivery(Protocol):
@@ -117,7 +118,7 @@ class Ready:
             run_lanes(job, replace(part, low=0, high=high - low), lambda done: between(low + done))
         except FreebodyError as error:
             if high - low == 1:
-                part.outcomes[0] = (REFUSED, 0, 0, 0)
+                part.outcomes[0] = (End.REFUSED, 0, 0, 0)
                 report.reasons[low] = str(error)
                 return
             middle = (low + high) // 2
