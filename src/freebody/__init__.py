@@ -186,6 +186,7 @@ _WORK = {
     "animate": "picture.page.animate",
     "save": "motion.files.save",
     "load": "motion.files.load",
+    "batch": "studies.batch",
 }
 for _name, _module in _WORK.items():
     _rooms_above.offer(_name, partial(import_module, f"{__name__}.{_module}"))

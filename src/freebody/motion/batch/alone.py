@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from threading import Lock
 from typing import Any
@@ -23,7 +24,7 @@ from ..ending import FAILED, STATUS, End
 from ..legs.failure import culprit
 from ..legs.sensitivity import Sensitivity
 from ..ode.dense_output import Crossing
-from ..single import single_motion
+from ..route import route_of_one
 from ..trajectory.extremes import extremes, values
 from ..trajectory.trajectory import Trajectory
 from .job import Job
@@ -56,7 +57,7 @@ class Alone:
     def _parallel(self) -> bool:
         """Return True if threads gain time: events of contacts, and controllers, are handled in Python."""
         model = self.job.kernels.model
-        return not model.controllers and (not model.contacts or self.job.method == "timestepping")
+        return not model.controllers and (not model.contacts or self.job.request.method == "timestepping")
 
     def chunk(self, lanes: NDArray[np.int64]) -> None:
         """Run some lanes, given by number, and put their results in place."""
@@ -70,10 +71,9 @@ class Alone:
         reason = ""
         motion: Trajectory | None = None
         try:
-            motion = single_motion(
-                job.machine, job.end, initial=job.lanes.initial_of(lane), values=job.lanes.values_of(lane),
-                start=job.begin, times=job.times, progress=False, **job.options,
-            )  # fmt: skip
+            initial, numbers = job.lanes.initial_of(lane), job.lanes.values_of(lane)
+            request = replace(job.request, initial=initial, values=numbers, times=job.times)
+            motion = route_of_one(request)(request)
         except FreebodyError as error:
             motion, reason = getattr(error, "trajectory", None), str(error)
         if motion is not None and motion.interrupted:

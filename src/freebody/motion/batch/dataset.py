@@ -150,7 +150,7 @@ def attributes_of(job: Job) -> dict[str, Any]:
     fixed = {name: x for name, x in lanes.values_of(0).items() if name not in lanes.varied[0]}
     return {
         "title": f"Motions of {model.name}",
-        "method": job.method,
+        "method": job.request.method,
         "tolerance": float(np.min(job.tolerances)) if len(job.tolerances) else 0.0,
         "start": job.begin,
         "until": job.end,

@@ -61,12 +61,13 @@ class LaneLoop:
         # values of limits at both ends of the steps of eight lanes
         self.limit_values = 16 * watched if program.wide_address("watched") else 0
         spans, columns, settings = intervals(kernels, job.lanes.values_of(0), job.begin, job.end)
-        lengths = [_equal_steps(t1 - t0, job.step, job.max_step) for t0, t1 in spans]
+        lengths = [_equal_steps(t1 - t0, job.request.step, job.request.longest_step) for t0, t1 in spans]
         self.legs = np.column_stack([spans, lengths, settings])
         self.columns = np.array([*columns, 0], dtype=np.int64)
         self.sizes = self._sizes(until_stiff, len(spans), len(columns))
         self.options = np.zeros(at.OPTIONS)
-        self.options[at.T0], self.options[at.T1], self.options[at.LONGEST] = job.begin, job.end, job.max_step
+        self.options[at.T0], self.options[at.T1] = job.begin, job.end
+        self.options[at.LONGEST] = job.request.longest_step
         self.options[at.ORDER], self.options[at.FINEST] = layout.ORDERS[method], FINE
         # kernels of the method stand behind the quaternions; their constants are those of the rates. Parts of a step by
         # series are not compared with the rates, as whole steps are

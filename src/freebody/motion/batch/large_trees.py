@@ -48,7 +48,7 @@ class LargeTrees:
                 replace(job, states=states),
                 "dop853",
                 results,
-                until_stiff=job.method == "auto",
+                until_stiff=job.request.method == "auto",
                 program=program,
             ).run(lanes, between)
             ended = results.outcomes[lanes - results.low, 0]

@@ -49,7 +49,7 @@ def _judge_limits(job: Job, results: Results) -> None:
 def _run_loop(job: Job, results: Results, between: Callable[[float], None]) -> None:
     """Run lanes by the compiled loop, stiff ones again by an implicit method, and lanes it cannot follow alone."""
     low, high, outcomes = results.low, results.high, results.outcomes
-    until_stiff = job.method == "auto" and not np.min(job.tolerances, initial=1.0) < FINE
+    until_stiff = job.request.method == "auto" and not np.min(job.tolerances, initial=1.0) < FINE
     left_out = {*job.no_start, *job.apart}
     lanes = np.arange(low, high, dtype=np.int64)
     if left_out:
@@ -60,7 +60,9 @@ def _run_loop(job: Job, results: Results, between: Callable[[float], None]) -> N
     loop = LaneLoop(job, job.first_method, results, until_stiff)
     # a single run changes its conditions on the way
     lost: tuple[int, ...] = _CONDITIONS_LOST if loop.program.dropped else ()
-    if job.kernels.active and job.step is None:  # a single run has a step across positions that are singular
+    if (
+        job.kernels.active and job.request.step is None
+    ):  # a single run has a step across positions that are singular
         lost = (*lost, *BLAMED)
     if loop.limit < job.most_steps:  # a single run sees whether it sticks on a law that switches
         lost = (*lost, End.TOO_MANY_STEPS, End.COLLAPSED)

@@ -17,6 +17,7 @@ from ...scalar.algebra import Expression, Vector
 from ..ending import End
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, Path, Watch
+from ..request import Problem
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..trajectory.event import EventSpec, Happening, event, expressions_of, watching
@@ -160,22 +161,16 @@ def watching_blows(
 
 
 def struck_path(
-    kernels: Kernels,
-    numbers: Mapping[str, float],
-    advance: Callable[..., Path | Phases],
-    state: Any,
-    begin: float,
-    end: float,
-    specs: Sequence[EventSpec],
-    blows: Sequence[Blow],
+    problem: Problem, advance: Callable[..., Path | Phases], state: Any, blows: Sequence[Blow]
 ) -> tuple[Phases, tuple[Happening, ...]]:
     """Return the path of a machine under blows, and the events that the blows cause.
 
     Parameters
     ----------
     advance              (state, start, end, work of the blows until then) -> Path, or Phases of a driven machine
-    specs                events of the user, which precede the events of blows
     """
+    kernels, numbers, specs = problem.kernels, problem.numbers, problem.specs  # those of blows follow
+    begin, end = problem.begin, problem.end
     check_forwards(begin, end, "a run with impulses=", "blows")
     count = len(specs)
     timed, called = scheduled(kernels, numbers, blows, begin, end)

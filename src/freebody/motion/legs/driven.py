@@ -24,7 +24,7 @@ import sympy
 
 from ...describe.controller import Controller
 from ...describe.loads.load import JointSpring, Spring
-from ...errors import ModelError, SimulationError, nearest
+from ...errors import SimulationError, nearest
 from ...model import Model
 from ...model.symbols import symbols_of
 from ..ending import End
@@ -32,47 +32,12 @@ from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, Crossing, Path, Rates, Watch, observe
 from ..start.arguments import MOST_STEPS, check_count, check_forwards
 from ..start.initial import number
+from ..start.signals import at_time
 from ..trajectory.event import EventSpec
 from ..trajectory.phases import Phases, Segment, segments_of
 
 _TOGETHER = 1e-12
 """Times that are closer, relative to 1 s or to their value, count as equal."""
-
-
-def refuse_switched(model: Model, what: str) -> None:
-    """Refuse a machine with signals or controllers if constants cannot change during the run."""
-    if model.switched:
-        names = [c.name for c in model.controllers] + [placed.signal.name for placed in model.signals]
-        raise SimulationError(
-            f"'{model.name}' has signals or controllers ({', '.join(names)}), which are not for {what}. Leave them "
-            "out, or write the law as an expression of time, coordinates and speeds."
-        )
-
-
-def at_time(model: Model, numbers: Mapping[str, float], t: float) -> Mapping[str, float]:
-    """Return the values of all parameters, with the values of signals at a time."""
-    if not model.names.signals:
-        return numbers
-    result = dict(numbers)
-    for placed in model.signals:
-        try:
-            result.update(placed.settings(t))
-        except ModelError as error:
-            raise SimulationError(str(error)) from None
-    return result
-
-
-def check_signals(model: Model) -> None:
-    """Refuse signals that occur only in an event or an output."""
-    if not model.names.signals:
-        return
-    used = {placed.signal.name for placed in model.signals}
-    for placed in model.names.signals.values():
-        if placed.signal.name not in used:
-            raise SimulationError(
-                f"Signal '{placed.signal.name}' occurs in no load and no drive of '{model.name}', only in an event or "
-                "an output. Use it in the machine before it is assembled: for example in a load with the factor 0."
-            )
 
 
 class Reading(Mapping[str, float]):

@@ -26,17 +26,20 @@ from ...errors import SimulationError, nearest
 from ...model import Model
 from ...scalar.algebra import Expression, floats
 from ...scalar.expression import evaluate
-from ..kernels.kernels import Kernels
+from ..ending import FAILED
 from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
 from ..ode.dense_output import Path, observe
 from ..ode.integration import integrate
+from ..request import Problem, Request, problem_of
 from ..start.arguments import most_steps
+from ..start.signals import refuse_switched
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.event import EventSpec, watching
 from ..trajectory.outputs import outputs_of
+from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
-from .driven import refuse_switched
+from .failure import failure
 from .number_derivatives import NumberDerivatives
 from .variation import Unknown, Variation, unknowns_of
 
@@ -45,8 +48,9 @@ Array = NDArray[np.float64]
 METHODS = ("auto", "dop853", "dop54", "gauss", "taylor")
 
 
-def check_sensitive(model: Model, method: str, project: bool, impulses: Any) -> None:
+def check_sensitive(request: Request) -> None:
     """Refuse motions without variational equations."""
+    model, method = request.model, request.method
     if model.contacts:
         raise SimulationError(
             f"Expected a machine without contacts for sensitivities=, but '{model.name}' has "
@@ -56,13 +60,13 @@ def check_sensitive(model: Model, method: str, project: bool, impulses: Any) -> 
         raise SimulationError(
             f"Expected one of {', '.join(map(repr, METHODS))} for sensitivities=, got method={method!r}."
         )
-    if model.constraints and project:
+    if model.constraints and request.project:
         raise SimulationError(
             "Expected a start on the constraints for sensitivities=, got project=True, which moves named values. "
             "Name fewer coordinates and speeds: the others follow."
         )
     refuse_switched(model, "sensitivities=")
-    if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
+    if request.struck:
         raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
 
 
@@ -80,61 +84,57 @@ def _slopes_of(
     ]
 
 
-def sensitive_motion(
-    kernels: Kernels,
-    numbers: Mapping[str, float],
-    unknowns: Any,
-    initial: Mapping[Any, Any],
-    near: Mapping[Any, Any],
-    state: Array,
-    begin: float,
-    end: float,
-    specs: Sequence[EventSpec],
-    expressions: Sequence[Expression],
-    tolerances: Array,
-    times: Any,
-    samples: int | None,
-    *,
-    moments: tuple[Expression, Expression],
-    method: str,
-    step: float | None,
-    max_step: float | None,
-    max_steps: int | None,
-    between: Any,
-) -> SensitiveTrajectory:
-    """Return the motion with its derivatives; arguments as of :func:`freebody.simulate`, checked.
+def sensitive_motion(request: Request) -> SensitiveTrajectory:
+    """Return the motion with its derivatives.
 
-    ``moments`` are the expressions of ``begin`` and ``end``, which may depend on parameters.
+    Raises
+    ------
+    SimulationError
+        A motion without variational equations, or one that cannot be continued.
     """
-    model = kernels.model
-    variation = Variation(kernels, unknowns_of(model, unknowns, initial, "sensitivities"))
-    program, parameters = variation.program(), kernels.parameters(numbers)
-    shifts = np.array([_slopes_of(model, variation.unknowns, numbers, moment) for moment in moments])
-    rows = start_slopes(kernels, variation.unknowns, state, numbers, initial, near, begin)
+    problem = problem_of(request)
+    with problem.progress() as between:
+        trajectory = _sensitive_motion(problem, between)
+    if trajectory.path.status in FAILED:
+        raise failure(trajectory, trajectory.path, problem.kernels, problem.end, problem.specs)
+    return trajectory
+
+
+def _sensitive_motion(problem: Problem, between: Progress) -> SensitiveTrajectory:
+    p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
+    method, initial, begin = request.method, request.initial or {}, problem.begin
+    check_sensitive(request)
+    variation = Variation(kernels, unknowns_of(model, request.sensitivities, initial, "sensitivities"))
+    program, parameters = variation.program(), kernels.parameters(p.numbers)
+    # times that depend on parameters
+    shifts = np.array(
+        [
+            _slopes_of(model, variation.unknowns, p.numbers, moment)
+            for moment in (request.start, request.until)
+        ]
+    )
+    rows = start_slopes(kernels, variation.unknowns, p.state, p.numbers, initial, request.near or {}, begin)
     n, k = kernels.size, len(variation.unknowns)
-    y = np.concatenate([state, np.zeros(n - state.size), rows.ravel()])
+    y = np.concatenate([p.state, np.zeros(n - p.state.size), rows.ravel()])
     if method == "auto":
-        method = "gauss" if np.min(tolerances, initial=1.0) < FINE else "dop853"
+        method = "gauss" if np.min(p.tolerances, initial=1.0) < FINE else "dop853"
     rates = variation.rates(parameters, method)
     if shifts[0].any():
         constants = program.constants(parameters)
         f = observe(program.address("rates"), y.size, np.array([begin]), y[None], constants)[0, :n]
         y[n:] -= np.outer(shifts[0], f).ravel()
-    relative, absolute = np.tile(tolerances, 1 + k), np.tile(tolerances, 1 + k)
+    relative, absolute = np.tile(p.tolerances, 1 + k), np.tile(p.tolerances, 1 + k)
     if kernels.works:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
-    watch = watching(kernels, parameters, specs, expressions)
     path = integrate(
-        rates, y, begin, end, relative=relative, absolute=absolute, watch=watch, method=method, step=step,
-        max_step=math.inf if max_step is None else float(max_step), max_steps=most_steps(max_steps, y.size + 2),
-        between=between,
+        rates, y, begin, p.end, relative=relative, absolute=absolute,
+        watch=watching(kernels, parameters, p.specs, p.expressions), method=method, step=request.step,
+        max_step=request.longest_step, max_steps=most_steps(request.max_steps, y.size + 2), between=between,
     )  # fmt: skip
     _refuse_jumps(variation, parameters, path)
-    return SensitiveTrajectory(
-        variation, kernels, numbers, path, specs, tolerances, times, samples, shifts=shifts
-    )
+    return SensitiveTrajectory(variation, *p.outcome(path), shifts=shifts)
 
 
 def _refuse_jumps(variation: Variation, parameters: Array, path: Path) -> None:
