@@ -114,13 +114,13 @@ class Alone:
                 self._count(row, event, begin)
                 self._count(row, event + job.limits, begin)
         if outputs.timeline:
-            changes = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]  # type: ignore[attr-defined]
+            changes = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]
             results.texts[row, 0] = json.dumps(changes)
 
     def keep_slopes(self, row: int, motion: Trajectory) -> str:
         """Put the derivatives in place; return why some of them do not exist, and are nan."""
         job, outputs, slopes = self.job, self.job.outputs, self.results.slopes
-        sensitivity: Sensitivity = motion.sensitivity  # type: ignore[attr-defined]
+        sensitivity: Sensitivity = motion.sensitivity
         numbers, missing = sensitivity.numbers, []
 
         def put(name: str, place: Any, derivatives: Callable[[], Any]) -> None:

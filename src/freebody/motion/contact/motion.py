@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -19,13 +19,14 @@ from ..start.initial import number
 from ..start.signals import refuse_switched
 from ..trajectory.phases import Phases
 from ..trajectory.progress import Progress
+from ..trajectory.trajectory import Trajectory
+from .course import Timeline, Touching
 from .impacts import ORDERS
-from .run import run
+from .run import Change, run
 from .state import CHOICES, ContactRun
-from .trajectory import ContactTrajectory
 
 
-def touching_motion(request: Request) -> ContactTrajectory:
+def touching_motion(request: Request) -> Trajectory:
     """Return the motion of a machine with contacts.
 
     Raises
@@ -39,7 +40,7 @@ def touching_motion(request: Request) -> ContactTrajectory:
         return _touching_motion(problem, between)
 
 
-def _touching_motion(problem: Problem, between: Progress) -> ContactTrajectory:
+def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
     p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
     refuse_switched(model, "a machine with contacts")
     if request.impacts not in ORDERS:
@@ -81,7 +82,7 @@ def _touching_motion(problem: Problem, between: Progress) -> ContactTrajectory:
         raise
     trajectory = _trajectory(problem, work, path)
     if path.status in FAILED:
-        raise failure(trajectory, cast(Any, path), kernels, p.end, work.specs)
+        raise failure(trajectory, path, kernels, p.end, work.specs)
     return trajectory
 
 
@@ -93,10 +94,10 @@ def _broken_off(work: ContactRun) -> Phases:
     return path
 
 
-def _trajectory(problem: Problem, work: ContactRun, path: Phases) -> ContactTrajectory:
-    return ContactTrajectory(
-        *problem.outcome(path), happenings=work.happenings, changes=work.changes, unknown=work.indeterminate
-    )
+def _trajectory(problem: Problem, work: ContactRun, path: Phases) -> Trajectory:
+    timeline = Timeline(Change(*change) for change in work.changes)
+    course = Touching(tuple(work.happenings), timeline, tuple(work.indeterminate))
+    return Trajectory(*problem.outcome(path), course=course)
 
 
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:

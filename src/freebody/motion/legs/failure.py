@@ -14,15 +14,16 @@ from ...errors import SimulationError
 from ..ending import End
 from ..kernels.kernels import Kernels
 from ..kernels.switching_laws import switching
-from ..ode.dense_output import Array, Path, Rates, observe
+from ..ode.dense_output import Array, Rates, observe
 from ..start.loop_closure import nearly_dependent
 from ..trajectory.event import EventSpec, expressions_of
+from ..trajectory.path import SampledPath
 from ..trajectory.phases import Phases
 from ..trajectory.trajectory import Trajectory
 from .independent_conditions import taking_over
 
 
-def culprit(path: Path, kernels: Kernels) -> int:
+def culprit(path: SampledPath, kernels: Kernels) -> int:
     """Return the component, or event, that stopped a run.
 
     For the work, which follows from the motion, and for the length of a series, which depends on all components, it is
@@ -46,7 +47,7 @@ def to_blame(kernels: Kernels, reported: int | None, rates: Rates, t: float, y: 
     return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))
 
 
-def _last_state(path: Path, kernels: Kernels, trajectory: Trajectory) -> State:
+def _last_state(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> State:
     """Return the last good state."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
     y = path.states[-1]
@@ -55,20 +56,18 @@ def _last_state(path: Path, kernels: Kernels, trajectory: Trajectory) -> State:
     )
 
 
-def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str, ...]:
+def _massless(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> tuple[str, ...]:
     """Return the speeds that together move no mass at the last good state."""
     return massless_motion(kernels.model, _last_state(path, kernels, trajectory))
 
 
-def _singular(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
+def _singular(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
     """Return the sentence about constraints that are dependent where the step collapsed; empty if none are.
 
     Other conditions that could take over have done so, except in runs with derivatives.
     """
-    from .sensitivity import SensitiveTrajectory
-
     better = taking_over(kernels, kernels.parameters(trajectory.values), path.end, path.states[-1])
-    if better != kernels.active and isinstance(trajectory, SensitiveTrajectory):
+    if better != kernels.active and trajectory.course.derivatives is not None:
         conditions = [row.name for row in rows(kernels.model)]
         lost, gained = (
             " and ".join(repr(conditions[i]) for i in these if i not in those)
@@ -90,7 +89,7 @@ def _singular(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
     )
 
 
-def _undefined(trajectory: Trajectory, path: Path | Phases, kernels: Kernels, spec: EventSpec) -> str:
+def _undefined(trajectory: Trajectory, path: SampledPath, kernels: Kernels, spec: EventSpec) -> str:
     (expression,) = expressions_of(kernels.model, (spec,))
     last = path.segments[-1].path if isinstance(path, Phases) else path
     if last.steps == 0:
@@ -108,7 +107,7 @@ def _undefined(trajectory: Trajectory, path: Path | Phases, kernels: Kernels, sp
     )
 
 
-def _stuck(path: Path, kernels: Kernels) -> str:
+def _stuck(path: SampledPath, kernels: Kernels) -> str:
     laws = switching(kernels)
     assert laws is not None
     e = laws.texts[path.blame]
@@ -123,7 +122,7 @@ _MODES = 200
 """Greatest number of components for which the fastest motion is sought."""
 
 
-def _fastest(path: Path, kernels: Kernels) -> str:
+def _fastest(path: SampledPath, kernels: Kernels) -> str:
     """Return the sentence about the fastest motion near the last state, by the eigenvalues of the rates' derivative."""
     n = kernels.model.n_q + kernels.model.n_u
     if not 0 < n <= _MODES:
@@ -145,7 +144,7 @@ def _fastest(path: Path, kernels: Kernels) -> str:
 
 
 def failure(
-    trajectory: Trajectory, path: Path, kernels: Kernels, end: float, watched: Sequence[EventSpec]
+    trajectory: Trajectory, path: SampledPath, kernels: Kernels, end: float, watched: Sequence[EventSpec]
 ) -> SimulationError:
     """Return the error of a run that could not continue; ``watched`` are events, and events that call for blows."""
     undefined, stuck = path.status == End.UNDEFINED, path.status == End.STUCK

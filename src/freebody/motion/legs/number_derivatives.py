@@ -25,10 +25,11 @@ from ...errors import SimulationError
 from ...scalar.algebra import Expression
 from ..ending import End
 from ..kernels.kernels import Program
-from ..ode.dense_output import Crossing, Path
+from ..ode.dense_output import Crossing
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import expressions_of
 from ..trajectory.extremes import search_blocks
+from ..trajectory.path import SampledPath
 from .variation import Variation
 
 Array = NDArray[np.float64]
@@ -249,7 +250,7 @@ def _rounded(value: float) -> float:
     return _ROUND_OFF * (1 + abs(value))
 
 
-def _step(path: Path, t: float) -> float:
+def _step(path: SampledPath, t: float) -> float:
     """Return the length of the step in which a time lies."""
     if not path.steps:
         return 0.0

@@ -11,6 +11,7 @@ from ..kernels.methods import Way
 from ..ode import layout
 from ..request import Problem, Request, problem_of
 from ..trajectory.event import watching
+from ..trajectory.in_legs import InLegs
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .branch import meeting, meets
@@ -50,7 +51,7 @@ def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
         path.status == End.RELEASED or meets(kernels, rates, path.times, path.states, path.method)
     ):
         return None
-    trajectory = Trajectory(*p.outcome(path))
+    trajectory = Trajectory(*p.outcome(path), course=InLegs())
     if path.status in FAILED:
         raise failure(trajectory, path, kernels, p.end, p.specs)
     return trajectory

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,9 @@ from ..request import Problem, Request, problem_of
 from ..start.arguments import most_steps
 from ..start.signals import refuse_switched
 from ..start.start_sensitivity import start_slopes
+from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, watching
+from ..trajectory.in_legs import InLegs
 from ..trajectory.outputs import outputs_of
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
@@ -84,7 +86,7 @@ def _slopes_of(
     ]
 
 
-def sensitive_motion(request: Request) -> SensitiveTrajectory:
+def sensitive_motion(request: Request) -> Trajectory:
     """Return the motion with its derivatives.
 
     Raises
@@ -100,7 +102,7 @@ def sensitive_motion(request: Request) -> SensitiveTrajectory:
     return trajectory
 
 
-def _sensitive_motion(problem: Problem, between: Progress) -> SensitiveTrajectory:
+def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
     p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
     method, initial, begin = request.method, request.initial or {}, problem.begin
     check_sensitive(request)
@@ -134,7 +136,7 @@ def _sensitive_motion(problem: Problem, between: Progress) -> SensitiveTrajector
         max_step=request.longest_step, max_steps=most_steps(request.max_steps, y.size + 2), between=between,
     )  # fmt: skip
     _refuse_jumps(variation, parameters, path)
-    return SensitiveTrajectory(variation, *p.outcome(path), shifts=shifts)
+    return Trajectory(*p.outcome(path), course=InLegs(derivatives=Derivatives(variation, shifts)))
 
 
 def _refuse_jumps(variation: Variation, parameters: Array, path: Path) -> None:
@@ -164,20 +166,19 @@ def _refuse_jumps(variation: Variation, parameters: Array, path: Path) -> None:
         )
 
 
-class SensitiveTrajectory(Trajectory):
-    """A trajectory with derivatives by parameters and initial values (:class:`Sensitivity`)."""
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """What gives the derivatives of a motion.
 
-    def __init__(
-        self, variation: Variation, *arguments: Any, shifts: Array | None = None, **options: Any
-    ) -> None:
-        super().__init__(*arguments, **options)
-        self.variation = variation
-        self.shifts = np.zeros((2, len(variation.unknowns))) if shifts is None else shifts
+    ``shifts``   derivatives of the start and of the end of the run by the unknowns, shape (2, unknowns)
+    """
 
-    @cached_property
-    def sensitivity(self) -> Sensitivity:
-        """Derivatives by (quantity, parameter or initial value)."""
-        return Sensitivity(self)
+    variation: Variation
+    shifts: Array
+
+    def of(self, motion: ComputedMotion) -> Sensitivity:
+        """Return the derivatives of a motion."""
+        return Sensitivity(motion, self)
 
 
 class Sensitivity(Mapping[Any, Array]):
@@ -189,10 +190,10 @@ class Sensitivity(Mapping[Any, Array]):
     :meth:`times` has derivatives of times of events. Iterates over coordinates and speeds.
     """
 
-    def __init__(self, trajectory: SensitiveTrajectory) -> None:
-        self._trajectory = trajectory
-        self.unknowns = tuple(unknown.name for unknown in trajectory.variation.unknowns)
-        self.numbers = NumberDerivatives(trajectory, trajectory.variation, trajectory.shifts)
+    def __init__(self, trajectory: ComputedMotion, derivatives: Derivatives) -> None:
+        self._trajectory, self.variation = trajectory, derivatives.variation
+        self.unknowns = tuple(unknown.name for unknown in self.variation.unknowns)
+        self.numbers = NumberDerivatives(trajectory, self.variation, derivatives.shifts)
 
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, tuple) or len(key) != 2:
@@ -227,7 +228,7 @@ class Sensitivity(Mapping[Any, Array]):
         text = texts.get(quantity) if isinstance(quantity, sympy.Basic) else None
         if text in trajectory.names:
             return self._of_component(text)
-        program = trajectory.variation.expression(quantity)
+        program = self.variation.expression(quantity)
         return trajectory._observed(program, "values", trajectory.t, trajectory.states)
 
     def _of_component(self, name: str) -> Array:

@@ -19,7 +19,7 @@ from ..ode.dense_output import Array, Path, Rates, Watch
 from ..ode.integration import Halt
 from ..request import Problem, Request, problem_of
 from ..trajectory.event import Happening
-from ..trajectory.phased_trajectory import PhasedTrajectory
+from ..trajectory.in_legs import InLegs
 from ..trajectory.phases import Phases
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
@@ -56,17 +56,13 @@ def legs_of(
         path, happenings = struck_path(problem, legs.advance, legs.state, blows)
     else:
         path = legs.advance(legs.state, p.begin, p.end)
-    trajectory: Trajectory
-    if isinstance(path, Phases):
-        sense = 1.0 if p.end >= p.begin else -1.0
-        in_order = sorted(
-            (*happenings, *legs.conditions.happenings), key=lambda happening: sense * happening.time
-        )
-        trajectory = PhasedTrajectory(*p.outcome(path), happenings=in_order)
-    else:
-        trajectory = Trajectory(*p.outcome(path))
+    sense = 1.0 if p.end >= p.begin else -1.0
+    in_order = sorted(
+        (*happenings, *legs.conditions.happenings), key=lambda happening: sense * happening.time
+    )
+    trajectory = Trajectory(*p.outcome(path), course=InLegs(tuple(in_order)))
     if path.status in FAILED:
-        raise failure(trajectory, path, legs.conditions.current, p.end, legs.specs)  # type: ignore[arg-type]
+        raise failure(trajectory, path, legs.conditions.current, p.end, legs.specs)
     if kernels.model.constraints:
         check_redundant(trajectory)
     return trajectory

@@ -36,8 +36,9 @@ from ..start.initial import number
 from ..start.signals import refuse_switched
 from ..trajectory.event import expressions_of
 from ..trajectory.progress import Progress
+from ..trajectory.trajectory import Trajectory
+from .course import Impulses, InSteps, Stepping, Steps
 from .stepped_kernels import Shape, stepping
-from .stepped_trajectory import Impulses, SteppedTrajectory, Steps
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
@@ -52,7 +53,7 @@ BLOCK = 1000
 """Steps between two checks of events, progress and the keyboard; fewer in proportion with more than ten contacts."""
 
 
-def stepped_motion(request: Request) -> SteppedTrajectory:
+def stepped_motion(request: Request) -> Trajectory:
     """Return the motion of a machine with contacts in equal steps.
 
     Raises
@@ -144,7 +145,7 @@ class _Run:
         self.blows: dict[int, list[tuple[str, Any]]] = {}
         self.done = 0
 
-    def motion(self, between: Progress) -> SteppedTrajectory:
+    def motion(self, between: Progress) -> Trajectory:
         n = self.model.n_q + self.model.n_u
         y = np.array(self.problem.state[:n], dtype=float)
         self.start = y.copy()
@@ -361,7 +362,7 @@ class _Run:
             "negative number causes this: check the loads there, or take a shorter step."
         )
 
-    def _trajectory(self, status: End, stop: Crossing | None) -> SteppedTrajectory:
+    def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
         n, E, held, h = len(self.start), len(self.first), len(self.shape.held), self.h
         widths = (n, self.rows + held, 2, E)
         states, impulses, works, modes = (
@@ -402,11 +403,12 @@ class _Run:
             {k: told for k, told in self.blows.items() if k in steps},
         )  # fmt: skip
         report = self.memory["report"]
-        return SteppedTrajectory(
-            *self.problem.outcome(path), step=h, impulses=did, residual=float(report[0]), depth=float(report[2]),
-            sweeps=float(report[1]) / max(self.done, 1),
-            scene=(self.first, self.tangents),
+        sweeps = float(report[1]) / max(self.done, 1)
+        course = InSteps(
+            self.kernels, dict(self.values), path, did, Stepping(h, float(report[0]), float(report[2]), sweeps),
+            (self.first, self.tangents),
         )  # fmt: skip
+        return Trajectory(*self.problem.outcome(path), course=course)
 
 
 def _within(x: Array, kinds: Any, mu: Array) -> Array:
