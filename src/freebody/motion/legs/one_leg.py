@@ -11,7 +11,7 @@ from ..kernels.methods import Way
 from ..ode import layout
 from ..request import Problem, Request, problem_of
 from ..trajectory.event import watching
-from ..trajectory.in_legs import InLegs
+from ..trajectory.in_legs import ONE_LEG
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .branch import meeting, meets
@@ -51,7 +51,7 @@ def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
         path.status == End.RELEASED or meets(kernels, rates, path.times, path.states, path.method)
     ):
         return None
-    trajectory = Trajectory(*p.outcome(path), course=InLegs())
+    trajectory = Trajectory(*p.outcome(path), course=ONE_LEG)
     if path.status in FAILED:
         raise failure(trajectory, path, kernels, p.end, p.specs)
     return trajectory

@@ -71,6 +71,10 @@ class InLegs:
         return blow_warnings(self.happenings)
 
 
+ONE_LEG = InLegs()
+"""Course of a motion without blows and changes."""
+
+
 def legs_of_path(motion: ComputedMotion) -> tuple[Segment, ...]:
     """Return the segments of the path of a motion; a smooth path is one."""
     return segments_of(motion.path, motion.kernels)
