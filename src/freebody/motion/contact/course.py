@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,8 +17,7 @@ from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
-from ..trajectory.in_legs import blow_warnings, energy, limit_pieces, observed
-from ..trajectory.phases import Phases
+from ..trajectory.in_legs import InLegs, phases_of
 from ..trajectory.quantities import ByName, Energy
 from .run import Change
 
@@ -104,15 +103,21 @@ def timeline(text: Any) -> Timeline:
 class Touching:
     """Course of a motion with contacts: phases, each with its modes.
 
+    ``legs``             course of the phases as legs, with blows, impacts and changes of mode
     ``timeline``         modes of every contact, with their times and the reasons why they began
     ``indeterminate``    contact forces that the motion does not determine at some time of the run
     """
 
-    happenings: tuple[Happening, ...]
+    legs: InLegs
     timeline: Timeline
     indeterminate: tuple[str, ...]
     stepping: None = None
     derivatives: None = None
+
+    @property
+    def happenings(self) -> tuple[Happening, ...]:
+        """Blows, impacts and changes of mode, in their order."""
+        return self.legs.happenings
 
     def modes(self, motion: ComputedMotion) -> Timeline:
         """Return the modes of every contact."""
@@ -126,29 +131,31 @@ class Touching:
         self, motion: ComputedMotion, program: Program, function: str, times: Array, states: Array
     ) -> Array:
         """Return outputs with the constants of each phase."""
-        return observed(motion, program, function, times, states)
+        return self.legs.observed(motion, program, function, times, states)
 
-    def rates(self, motion: ComputedMotion) -> Array:
-        """Return the rates of the state at the output times, each in the contact modes of its time."""
-        return _by_phase(motion, lambda phase: phase.motion(), ("rates",))[0]
+    def quantity(self, motion: ComputedMotion, name: str) -> Array:
+        """Return the rates, reactions or multipliers at the output times; the first two in the modes of their time."""
+        if name == "multipliers":
+            return self.legs.quantity(motion, name)
+        return _by_phase(motion, "motion" if name == "rates" else name, (name,))[0]
 
     def energy(self, motion: ComputedMotion) -> Energy:
         """Return the energy ledger, with the work of friction; ``-friction`` is its heat."""
         n = motion.kernels.model.n_q + motion.kernels.model.n_u
-        return replace(energy(motion), friction=-motion.states[:, n + 1])
+        return replace(self.legs.energy(motion), friction=-motion.states[:, n + 1])
 
-    def reactions(self, motion: ComputedMotion) -> Array:
-        """Return force and moment of each joint in turn."""
-        return _by_phase(motion, lambda phase: phase.reactions(), ("reactions",))[0]
+    def limit_pieces(self, motion: ComputedMotion) -> Iterator[Piece]:
+        """Yield the phases with the margins to the limits of one-sided constraints."""
+        return self.legs.limit_pieces(motion)
 
-    def multipliers(self, motion: ComputedMotion) -> Array:
-        """Return the constraint forces."""
-        return observed(motion, motion.kernels.reactions(), "multipliers", motion.t, motion.states)
+    def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
+        """Return the warnings of blows and impacts."""
+        return self.legs.warnings(motion)
 
     def contacts(self, motion: ComputedMotion) -> dict[str, ContactMotion]:
         """Return gap, forces, slip and mode of every contact, by name."""
-        gaps, rates, forces = _by_phase(motion, lambda phase: phase.contact(), ("gap", "rate", "force"))
-        path = _phases(motion)
+        gaps, rates, forces = _by_phase(motion, "contact", ("gap", "rate", "force"))
+        path = phases_of(motion)
         segments, places = path.segments, path.places(motion.t)
         first, result = segments[0].kernels.scene, {}
         for k, contact in enumerate(motion.kernels.model.contacts):
@@ -173,31 +180,16 @@ class Touching:
             )
         return ByName("contact", result)
 
-    def limit_pieces(self, motion: ComputedMotion) -> Iterator[Piece]:
-        """Yield the phases with the margins to the limits of one-sided constraints."""
-        return limit_pieces(motion)
 
-    def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
-        """Return the warnings of blows and impacts."""
-        return blow_warnings(self.happenings)
-
-
-def _phases(motion: ComputedMotion) -> Phases:
-    assert isinstance(motion.path, Phases)
-    return motion.path
-
-
-def _by_phase(
-    motion: ComputedMotion, made: Callable[[Any], Program], functions: Sequence[str]
-) -> list[Array]:
-    """Return outputs of functions at the output times, each from the program of its phase."""
+def _by_phase(motion: ComputedMotion, name: str, functions: Sequence[str]) -> list[Array]:
+    """Return outputs of functions at the output times, each from the program of its phase of this name."""
     parts: list[tuple[Any, list[Array]]] = []
     programs: dict[int, Any] = {}
-    path = _phases(motion)
+    path = phases_of(motion)
     for k, chosen in path.split(motion.t):
         segment = path.segments[k]
         if id(segment.kernels) not in programs:
-            program = made(segment.kernels)
+            program = getattr(segment.kernels, name)()
             programs[id(segment.kernels)] = (program, program.constants(motion._parameters))
         program, constants = programs[id(segment.kernels)]
         times, states = motion.t[chosen], motion.states[chosen]

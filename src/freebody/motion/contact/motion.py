@@ -17,6 +17,7 @@ from ..request import Problem, Request, problem_of
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..start.signals import refuse_switched
+from ..trajectory.in_legs import InLegs
 from ..trajectory.phases import Phases
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
@@ -96,7 +97,7 @@ def _broken_off(work: ContactRun) -> Phases:
 
 def _trajectory(problem: Problem, work: ContactRun, path: Phases) -> Trajectory:
     timeline = Timeline(Change(*change) for change in work.changes)
-    course = Touching(tuple(work.happenings), timeline, tuple(work.indeterminate))
+    course = Touching(InLegs(tuple(work.happenings)), timeline, tuple(work.indeterminate))
     return Trajectory(*problem.outcome(path), course=course)
 
 

@@ -157,7 +157,7 @@ def _course(
     happenings = tuple(_happening(*entry) for entry in about.get("happenings", ()))
     if kind == "contacts":
         timeline = Timeline(Change(*change) for change in about["changes"])
-        return Touching(happenings, timeline, tuple(map(str, about["unknown"])))
+        return Touching(InLegs(happenings), timeline, tuple(map(str, about["unknown"])))
     if kind == "sensitivities":
         shifts = np.array(about.get("shifts", np.zeros((2, len(variation.unknowns)))), dtype=float)
         if shifts.shape != (2, len(variation.unknowns)):

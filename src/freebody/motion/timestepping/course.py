@@ -115,8 +115,8 @@ class InSteps:
     derivatives: None = None
 
     def works(self, motion: ComputedMotion) -> bool:
-        """Return False: the work follows from the impulses."""
-        return False
+        """Return True if loads or drives do work."""
+        return self.kernels.works
 
     def observed(
         self, motion: ComputedMotion, program: Program, function: str, times: Array, states: Array
@@ -128,14 +128,18 @@ class InSteps:
         constants = program.constants(self.kernels.parameters(self.values))
         return observe(program.address(function), program.outputs(function), times, states, constants)
 
-    def rates(self, motion: ComputedMotion) -> Array:
-        """Refuse rates of the state.
+    def quantity(self, motion: ComputedMotion, name: str) -> Array:
+        """Return reactions or multipliers, means over a step.
 
         Raises
         ------
         SimulationError
-            Always.
+            Rates are asked for.
         """
+        if name == "reactions":
+            return self.mean_reactions(motion.t)
+        if name == "multipliers":
+            return self._mean(self.impulses.constraints, motion.t)
         raise SimulationError(
             "Expected a coordinate, a speed or an expression of them: the speeds of a motion by "
             'method="timestepping" jump from step to step, so it has no accelerations. Divide differences of speeds by '
@@ -209,14 +213,6 @@ class InSteps:
             [float(x) for name in found for vector in found[name] for x in vector],
             float(drive_power(model, state, moving.udot, moving.loads)),
         )
-
-    def reactions(self, motion: ComputedMotion) -> Array:
-        """Return the mean reactions of every joint on its child over a step."""
-        return self.mean_reactions(motion.t)
-
-    def multipliers(self, motion: ComputedMotion) -> Array:
-        """Return the constraint forces, means over a step."""
-        return self._mean(self.impulses.constraints, motion.t)
 
     def limit_pieces(self, motion: ComputedMotion) -> Iterator[Piece]:
         """Yield times and limit values from the mean forces of each step, constant within the step."""

@@ -160,7 +160,7 @@ class ComputedMotion:
 
     def _rates(self) -> Array:
         """Rates of the state at the output times."""
-        return self.course.rates(self)
+        return self.course.quantity(self, "rates")
 
     def at(self, t: ArrayLike) -> StateView:
         """Return coordinates and speeds at any time of the run, as accurate as the steps of the run.
@@ -281,7 +281,7 @@ class ComputedMotion:
         :attr:`indeterminate` are one of many solutions: the constraints declared last carry no force, and no force
         presses teeth apart if their pressure angle is not given. In time steps they are means over a step.
         """
-        reactions = self.course.reactions(self)
+        reactions = self.course.quantity(self, "reactions")
         return ByName(
             "joint",
             {
@@ -297,7 +297,7 @@ class ComputedMotion:
         """Constraint forces by name, shape (n,): components of loop-closing joints, tensions of ropes, forces of
         conditions on coordinates and speeds.
         """
-        multipliers = self.course.multipliers(self)
+        multipliers = self.course.quantity(self, "multipliers")
         names = [row.name for row in rows(self.kernels.model)]
         return ByName("constraint", {name: multipliers[:, i] for i, name in enumerate(names)})
 

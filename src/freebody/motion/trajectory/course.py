@@ -51,17 +51,13 @@ class Course(Protocol):
     def observed(self, motion: Any, program: Program, function: str, times: Array, states: Array) -> Array:
         """Return the outputs of a function of a program at states."""
 
-    def rates(self, motion: Any) -> Array:
-        """Return the rates of the state at the output times."""
-
     def energy(self, motion: Any) -> Energy:
         """Return the energy ledger at the output times."""
 
-    def reactions(self, motion: Any) -> Array:
-        """Return force and moment of each joint in turn, shape (n, 6 joints) [N, N m]."""
-
-    def multipliers(self, motion: Any) -> Array:
-        """Return the constraint forces, shape (n, conditions)."""
+    def quantity(self, motion: Any, name: str) -> Array:
+        """Return the "rates" of the state, the "reactions" (force and moment of each joint in turn) or the
+        "multipliers" of the constraints at the output times, one row each.
+        """
 
     def contacts(self, motion: Any) -> Mapping[str, Any]:
         """Return gap, forces, slip and mode of every contact, by name."""

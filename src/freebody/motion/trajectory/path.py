@@ -50,10 +50,6 @@ class SampledPath(Protocol):
         """Number of rejected steps."""
 
     @property
-    def evaluations(self) -> int:
-        """Number of evaluations of the rates."""
-
-    @property
     def stiff(self) -> int:
         """Number of steps whose length stability limited."""
 
