@@ -72,7 +72,7 @@ class Alone:
         motion: Trajectory | None = None
         try:
             initial, numbers = job.lanes.initial_of(lane), job.lanes.values_of(lane)
-            request = replace(job.request, initial=initial, values=numbers, times=job.times)
+            request = replace(job.request, initial=initial, values=numbers)
             motion = route_of_one(request)(request)
         except FreebodyError as error:
             motion, reason = getattr(error, "trajectory", None), str(error)

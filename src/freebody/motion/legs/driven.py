@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -33,7 +33,6 @@ from ..ode.dense_output import Array, Crossing, Path, Rates, Watch, observe
 from ..start.arguments import MOST_STEPS, check_count, check_forwards
 from ..start.initial import number
 from ..start.signals import at_time
-from ..trajectory.event import EventSpec
 from ..trajectory.phases import Phases, Segment, segments_of
 
 _TOGETHER = 1e-12
@@ -271,7 +270,6 @@ def driven_path(
     leg: Callable[..., Path | Phases],
     rates: Rates,
     watch: Watch | None,
-    specs: Sequence[EventSpec],
     state: Any,
     begin: float,
     end: float,
@@ -282,7 +280,6 @@ def driven_path(
     Parameters
     ----------
     leg                  (parameters, rates, state, start, end, watch=, first_step=, method=) -> Path
-    specs                events of the user (and of blows), in the order of ``watch``
     work                 work of blows until now
     """
     kernels = drives.kernels
@@ -313,7 +310,7 @@ def driven_path(
                     if jumps:
                         last = replace(last, crossings=(*last.crossings, *jumps))
                         segments[-1] = replace(segments[-1], path=last)
-                        if any(specs[crossing.number].terminal for crossing in jumps):
+                        if any(watch.terminal[crossing.number] for crossing in jumps):
                             return Phases(tuple(segments), End.TERMINAL)
         at_start = False
         path = leg(

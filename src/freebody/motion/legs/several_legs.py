@@ -113,9 +113,7 @@ class _Legs:
         """Return the path from a state, until a terminal event at most; ``work`` is that of blows until then."""
         if self.drives is None:
             return self.leg(self.parameters, self.rates, state, start, until, work, watch=self.watch)
-        return driven_path(
-            self.drives, self.leg, self.rates, self.watch, self.specs, state, start, until, work
-        )
+        return driven_path(self.drives, self.leg, self.rates, self.watch, state, start, until, work)
 
     def leg(
         self, parameters: Array, rates: Rates, state: Array, start: float, until: float, work: float = 0.0, *,
