@@ -36,6 +36,10 @@ class Trajectory(ComputedMotion):
         Values of all parameters.
     tolerances : ndarray
         Relative tolerance of each coordinate and speed.
+    path : SampledPath
+        The states, which can be sampled at any time: smooth, in phases or in steps.
+    course : Course
+        How the quantities follow from the path.
     """
 
     def __getitem__(self, name: Any) -> Any:
