@@ -7,6 +7,7 @@ from typing import Any
 import freebody as fb
 from freebody.gallery import entries
 from freebody.motion.batch.job import job_of
+from freebody.motion.request import Request
 from freebody.studies.identity.study_identity import identity
 from freebody.testing import random_system
 
@@ -15,14 +16,7 @@ NAMES = ("hinged-bar", "pulled-disk", "cart-and-bar", "four-bar", "bouncing-ball
 
 def study(s: Any, until: Any = 1, **options: Any) -> Any:
     """The job of a batch of two lanes or more."""
-    given: dict[str, Any] = dict.fromkeys(
-        ("initial", "near", "values", "step", "times", "max_step", "max_steps")
-    )
-    given |= dict(
-        project=False, tolerance=1e-9, events=(), impulses=(), impacts="simultaneous", indeterminate="compliance",
-        method="auto", samples=None, start=0, outputs=None, threads=1,
-    )  # fmt: skip
-    return job_of(s, until, **{**given, **options})
+    return job_of(Request(s, until, **{"threads": 1, **options}))
 
 
 def driven() -> fb.System:

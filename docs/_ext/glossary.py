@@ -88,7 +88,7 @@ MOTION = [
     Term("phase", "", "", "part of a motion with fixed contact modes", "motion/trajectory/phases.py:Phases"),
     Term("trajectory", "", "", "result of a simulation", "motion/trajectory/trajectory.py:Trajectory"),
     Term("time stepping", "", "", "method of Moreau and Jean: contact as impulses of a step", "motion/timestepping/timestepping.py:stepped_motion"),
-    Term("batch", "", "", "many motions of one machine in one call", "studies/batch.py:simulate_batch"),
+    Term("batch", "", "", "many motions of one machine in one call", "studies/batch.py:batch"),
     Term("lane", "", "", "one motion of a batch", "motion/lanes/lanes.py:functions"),
     Term("store", "", "", "file that a batch fills lane by lane, and resumes from", "studies/stores/netcdf.py:NetCDF"),
 ]  # fmt: skip

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from .formats import write as write
     from .model.assemble import assemble as assemble
     from .model.model import Model as Model
+    from .motion.contact.course import timeline as timeline
     from .motion.contact.equations_at_start import equations as equations
-    from .motion.contact.trajectory import timeline as timeline
     from .motion.legs.blow import blow as blow
     from .motion.legs.impulse import centre_of_percussion as centre_of_percussion
     from .motion.legs.impulse import impulse as impulse
@@ -148,7 +148,7 @@ _EXPORTS = {
     "sweep": "studies.sweep",
     "table": "studies.lanes.table",
     "testing": "testing:",
-    "timeline": "motion.contact.trajectory",
+    "timeline": "motion.contact.course",
     "torus": "space.solids",
     "tube": "space.solids",
     "variance": "studies.reducers.variance",
@@ -186,6 +186,7 @@ _WORK = {
     "animate": "picture.page.animate",
     "save": "motion.files.save",
     "load": "motion.files.load",
+    "batch": "studies.batch",
 }
 for _name, _module in _WORK.items():
     _rooms_above.offer(_name, partial(import_module, f"{__name__}.{_module}"))

@@ -201,6 +201,22 @@ def test_unknown_name_in_a_trajectory(swing):
         swing.at(0.5)["thetta"]
 
 
+def test_what_only_other_motions_have(swing):
+    """A motion without contacts has none; what only time steps or derivatives give says how to ask for it."""
+    assert len(swing.contacts) == len(swing.modes) == len(swing.happenings) == 0
+    with pytest.raises(
+        SimulationError, match=r"for trajectory.sensitivity, got one without. .*sensitivities=\["
+    ):
+        _ = swing.sensitivity
+    for name in ("step", "residual", "depth", "sweeps"):
+        with pytest.raises(SimulationError, match=f'method="timestepping" for trajectory.{name}, got one by'):
+            getattr(swing, name)
+    with pytest.raises(
+        SimulationError, match="a machine with contacts for plot_margin, but 'pendulum' has none"
+    ):
+        swing.plot_margin()
+
+
 def test_unknown_joint(swing):
     with pytest.raises(SimulationError, match=r"Unknown joint 'pinn'; did you mean 'pin'\?"):
         swing.reactions["pinn"]

@@ -203,7 +203,7 @@ def happenings(trajectory: Any, events: list[Any]) -> list[str]:
         lines += ["Warnings:", *warnings, ""]
     # gears leave reactions indeterminate if they have no pressure angle, or only a ratio
     gears = bool(trajectory.kernels.model.meshes)
-    unknown = [*(trajectory.indeterminate if gears else getattr(trajectory, "_unknown", ()))]
+    unknown = [*(trajectory.indeterminate if gears else trajectory.course.indeterminate)]
     if unknown:
         lines += [f"Statically indeterminate: {', '.join(unknown)} (no motion determines these forces).", ""]
     return lines

@@ -180,7 +180,7 @@ def codes_of(data: Any) -> dict[str, int]:
     """Return the number of lanes by how they ended, the most frequent first."""
     import numpy as np
 
-    from ..motion.batch.results import STATUS
+    from ..motion.ending import STATUS
 
     codes, counts = np.unique(np.asarray(data["status"].values), return_counts=True)
     order = np.argsort(-counts, kind="stable")
@@ -191,10 +191,10 @@ def failures(data: Any) -> None:
     """Print the failed lanes by how they ended: how many, the first of them, its values, and why."""
     import numpy as np
 
-    from ..motion.batch.results import GOOD, STATUS, WAITING
+    from ..motion.ending import GOOD, STATUS, End
 
     codes, told = np.asarray(data["status"].values), reasons(data)
-    bad = [code for code in np.unique(codes) if code not in (*GOOD, WAITING)]
+    bad = [code for code in np.unique(codes) if code not in (*GOOD, End.WAITING)]
     if not bad:
         return
     events = [str(name) for name in data["event"].values] if "event" in data.variables else []

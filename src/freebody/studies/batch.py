@@ -8,20 +8,21 @@ threads share the lanes. Lanes that this loop cannot run are run one by one (`al
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import SimulationError, arguments_named
+from ..errors import SimulationError
 from ..motion.batch.dataset import check_names
 from ..motion.batch.job import Job, check_memory, job_of
-from ..motion.batch.results import NO_START, REASON, STATUS, Results
+from ..motion.batch.results import REASON, Results
 from ..motion.batch.run import run_lanes
 from ..motion.batch.start import lanes_of
-from ..scalar.algebra import Expression
+from ..motion.ending import STATUS, End
+from ..motion.request import Request
 from .blocks.block import Delivery, Report, Work, finished
 from .blocks.cutting import FEW
 from .blocks.executors import sent
@@ -37,47 +38,15 @@ if TYPE_CHECKING:
 _SECONDS = 3.0  # between two writes to a store
 
 
-@arguments_named
-def simulate_batch(
-    s: Any,
-    until: Expression,
-    *,
-    initial: Mapping[Any, Any] | None = None,
-    near: Mapping[Any, Any] | None = None,
-    project: bool = False,
-    values: Mapping[Any, Any] | None = None,
-    tolerance: Any = 1e-9,
-    events: Any = (),
-    impulses: Any = (),
-    impacts: str = "simultaneous",
-    indeterminate: str = "compliance",
-    method: str = "auto",
-    step: Any = None,
-    times: Any = None,
-    samples: int | None = None,
-    start: Expression = 0,
-    max_step: float | None = None,
-    max_steps: int | None = None,
-    progress: bool | Callable[[float], Any] | None = None,
-    outputs: Any = None,
-    store: Any = None,
-    threads: int | None = None,
-    executor: Any = None,
-    sensitivities: Any = None,
-) -> xarray.Dataset:
-    """Return the dataset of a batch; arguments as of :func:`freebody.simulate`, some of them arrays of one length."""
-    if threads is not None and executor is not None:
-        raise SimulationError(
-            "Expected threads= or executor=, got both: each block that an executor runs has one thread. Leave one out."
-        )
-    options = dict(
-        near=near, project=project, tolerance=tolerance, events=events, impulses=impulses, impacts=impacts,
-        indeterminate=indeterminate, method=method, step=step, times=times, samples=samples, start=start,
-        max_step=max_step, max_steps=max_steps, outputs=outputs, sensitivities=sensitivities,
-    )  # fmt: skip
-    if executor is not None and executor != "threads":
-        threads = 1
-    job = job_of(s, until, initial=initial, values=values, threads=threads, **options)
+def batch(request: Request) -> xarray.Dataset:
+    """Return the dataset of many motions; some values or initial values of the request are arrays of one length.
+
+    Raises
+    ------
+    SimulationError
+        An argument that the batch cannot use, a store of other runs, or no lane that has a start.
+    """
+    job, store = job_of(request), request.store
     check_names(job)
     nothing_kept = store is None
     if nothing_kept:
@@ -85,17 +54,20 @@ def simulate_batch(
     file = None if nothing_kept else NetCDF(store, job, parts(job))
     results = job.results(0, job.count if nothing_kept else 0)
     source = ByArrays.of(job.lanes)
-    work = Work(s, until, options, source.arguments(0, min(FEW, job.count)), job.count, None)
+    values, initial = source.arguments(0, min(FEW, job.count))
+    shared = replace(request, values=values, initial=initial, store=None, executor=None, progress=None)
+    work = Work(shared, job.count, None)
 
     def sink_of(size: int) -> Any:
         return file or Memory(job, results)
 
     data = run(
-        AllLanes(job, results if nothing_kept else None), source, executor, sink_of, in_order=True, progress=progress,
-        size=job.count if nothing_kept and executor is None and job.has_starts else None,
+        AllLanes(job, results if nothing_kept else None), source, request.executor, sink_of, in_order=True,
+        progress=request.progress,
+        size=job.count if nothing_kept and request.executor is None and job.has_starts else None,
         pack=lambda: sent(work, job.kernels.model),
     )  # fmt: skip
-    if not job.looped and (data["status"] == STATUS[NO_START]).all():
+    if not job.looped and (data["status"] == STATUS[End.NO_START]).all():
         raise SimulationError(f"No lane has a start. Lane 0: {data[REASON].values[0]}")
     return data
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError
-from ..motion.batch.results import GOOD, STATUS, WAITING
 from ..motion.batch.start import lanes_of
+from ..motion.ending import GOOD, STATUS, End
 from .blocks.block import Ready
 from .blocks.executors import executor_of, sent
 from .blocks.run import run
@@ -215,7 +215,7 @@ class StudyFunction:
         columns = {name: np.ascontiguousarray(row) for name, row in zip(self.names, x, strict=True)}
         data = self.evaluator.data(columns)
         codes = data["status"].values
-        if (codes == WAITING).any():
+        if (codes == End.WAITING).any():
             if "not begun" in (text := data.attrs.get("interrupted", "")):
                 raise SimulationError(f"The lanes were not run to the end: {text}.")
             raise KeyboardInterrupt

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import SimulationError, path_of
-from ..motion.batch.results import GOOD, STATUS, WAITING
+from ..motion.ending import GOOD, STATUS, End
 from .reduction import reduce
 from .stores.states import REDUCED, kept_lanes
 from .stores.zarr import forget_lost, loaded, mark_of, missing, opened, statuses
@@ -93,7 +93,7 @@ class StoredStudy:
     @property
     def failed(self) -> dict[str, int]:
         """Number of lanes that failed, by their status."""
-        good = {STATUS[code] for code in (*GOOD, WAITING)}
+        good = {STATUS[code] for code in (*GOOD, End.WAITING)}
         return {status: n for status, n in self.ended.items() if status not in good}
 
     @property

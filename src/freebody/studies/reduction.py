@@ -19,8 +19,9 @@ import numpy as np
 from ..errors import SimulationError, path_of
 from ..motion.batch.dataset import arrays_of
 from ..motion.batch.job import Job
-from ..motion.batch.results import LOST, Results
+from ..motion.batch.results import Results
 from ..motion.batch.start import lanes_of
+from ..motion.ending import End
 from .blocks.block import Delivery, Ready, Report
 from .blocks.executors import sent
 from .blocks.run import run
@@ -135,7 +136,7 @@ class Reduction:
 
     def lose(self, lost: dict[int, str]) -> None:
         """Count lanes that are lost as failed."""
-        self.failures = self.failures.merge(Failures.of([LOST] * len(lost), list(lost)))
+        self.failures = self.failures.merge(Failures.of([End.LOST] * len(lost), list(lost)))
         self.failures.check(self.failed)
         if self.failed == "count":
             raise SimulationError(

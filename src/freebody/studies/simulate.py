@@ -12,10 +12,9 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ..errors import SimulationError, arguments_named
-from ..motion.kernels.kernels import kernels_of
-from ..motion.single import single_motion
-from ..motion.start.initial import asks_for_many
+from ..errors import arguments_named
+from ..motion.request import Request
+from ..motion.route import route
 from ..scalar.algebra import Expression
 
 
@@ -153,26 +152,5 @@ def simulate(
     >>> motion
     Trajectory of 'pendulum': t = 0 to 10 s, 1 coordinate, 9 events, finished
     """
-    options: dict[str, Any] = dict(
-        initial=initial, near=near, project=project, values=values, tolerance=tolerance, events=events,
-        impulses=impulses, impacts=impacts, indeterminate=indeterminate, method=method, step=step, times=times,
-        samples=samples, start=start, max_step=max_step, max_steps=max_steps, progress=progress,
-        sensitivities=sensitivities,
-    )  # fmt: skip
-    model = kernels_of(s).model
-    if (
-        outputs is not None
-        or store is not None
-        or executor is not None
-        or asks_for_many(model, initial, values)
-    ):
-        from .batch import simulate_batch
-
-        return simulate_batch(
-            s, until, outputs=outputs, store=store, threads=threads, executor=executor, **options
-        )
-    if threads is not None:
-        raise SimulationError(
-            f"Expected several motions for threads=, got one of '{model.name}', which runs in one thread. Leave it out."
-        )
-    return single_motion(s, until, **options)
+    request = Request.of(locals())
+    return route(request)(request)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 import cloudpickle
@@ -15,9 +14,10 @@ import numpy as np
 from ..errors import SimulationError, arguments_named, nearest, path_of
 from ..model import Model
 from ..motion.batch.dataset import check_names
-from ..motion.batch.job import Job, check_memory, job_of
+from ..motion.batch.job import Job, check_memory
 from ..motion.batch.start import lanes_of
 from ..motion.kernels.kernels import kernels_of
+from ..motion.request import Request
 from ..scalar.algebra import Expression
 from .blocks.block import Ready, Work
 from .blocks.crew import Here
@@ -43,16 +43,12 @@ if TYPE_CHECKING:
     import xarray
 
 
-_OWN = ("s", "until", "initial", "values", "outputs", "threads")
 _FIRST = 64  # lanes by which a study is read and checked
-
-
-_DEFAULTS = {
-    name: parameter.default
-    for name, parameter in signature(simulate).parameters.items()
-    if name in signature(job_of).parameters and name not in _OWN
-}
-"""What :func:`freebody.simulate` takes for options that are not given."""
+_OWN = (
+    "machine", "until", "initial", "values", "outputs", "progress", "threads", "executor", "store",
+)  # fmt: skip
+OPTIONS = tuple(x.name for x in fields(Request) if x.init and x.name not in _OWN)
+"""Arguments of :func:`freebody.simulate` that are the same in all lanes."""
 
 
 @arguments_named
@@ -115,11 +111,9 @@ def study(
     for name in ("progress", "threads", "executor", "store"):
         if name in options:
             raise SimulationError(f"Expected {name}= where the study is run: study(...).run({name}=...).")
-    unknown = [name for name in options if name not in _DEFAULTS]
+    unknown = [name for name in options if name not in OPTIONS]
     if unknown:
-        raise SimulationError(
-            f"Unknown argument '{unknown[0]}' of study(); {nearest(unknown[0], [*_DEFAULTS])}"
-        )
+        raise SimulationError(f"Unknown argument '{unknown[0]}' of study(); {nearest(unknown[0], OPTIONS)}")
     model = kernels_of(s).model
     law = lanes.resolved(model)
     check_apart(model, law, values, initial)
@@ -171,7 +165,7 @@ class Study:
         source = self._source
         some = np.unique(np.linspace(0, self.count - 1, min(_FIRST, self.count)).astype(np.int64)).tolist()
         rows = [source.arguments(k, k + 1) for k in some]
-        first = tuple(
+        values, initial = (
             {
                 name: np.concatenate([row[kind][name] for row in rows]) if name in self.lanes.names else x
                 for name, x in rows[0][kind].items()
@@ -179,8 +173,10 @@ class Study:
             for kind in (0, 1)
         )
         light = source.part(0, min(1, self.count)) is source
-        options = {**_DEFAULTS, **self.options, "outputs": self.outputs}
-        return Work(self.machine, self.until, options, first, self.count, source if light else None)  # type: ignore[arg-type]
+        request = Request(
+            self.machine, self.until, values=values, initial=initial, outputs=self.outputs, **self.options
+        )
+        return Work(request, self.count, source if light else None)
 
     @cached_property
     def ready(self) -> Ready:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import SimulationError, arguments_named
 from ..motion.kernels.kernels import kernels_of
-from .batch import simulate_batch
 from .lanes.grid import grid_of
 from .lanes.law import by_name, check_apart
+from .simulate import simulate
 
 if TYPE_CHECKING:
     import xarray
@@ -88,7 +88,7 @@ def sweep(
     columns = grid.columns(0, grid.count)
     parameters = {name: x for name, x in columns.items() if name in model.defaults}
     starts = {name: x for name, x in columns.items() if name not in parameters}
-    data = simulate_batch(
+    data = simulate(
         s, until, values={**(values or {}), **parameters}, initial={**(initial or {}), **starts}, outputs=outputs,
         store=store, progress=progress, executor=executor, **options,
     )  # fmt: skip

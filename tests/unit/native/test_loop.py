@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.motion.ending import End
 from freebody.motion.lanes import loops as over_lanes
 from freebody.motion.ode import layout, loops
 from freebody.motion.ode.dense_output import Rates, Watch
@@ -117,7 +118,7 @@ def test_nothing_is_kept_without_a_cache(monkeypatch, oscillator):
     monkeypatch.setenv("FREEBODY_CACHE", "off")
     made = make()
     assert not made.from_disk
-    assert run(made, oscillator, monkeypatch)[0].status == "finished"
+    assert run(made, oscillator, monkeypatch)[0].status == End.FINISHED
 
 
 def damage_header(change):
@@ -159,7 +160,7 @@ def test_damaged_or_foreign_code_is_made_again(kept, damage, oscillator, monkeyp
     damage(kept)
     again = make()
     assert not again.from_disk
-    assert run(again, oscillator, monkeypatch)[0].status == "finished"
+    assert run(again, oscillator, monkeypatch)[0].status == End.FINISHED
     assert make().from_disk
 
 

@@ -328,4 +328,4 @@ def test_a_parameter_that_is_too_long_is_named_and_the_machine_moves():
         TooManyTermsError, match=r"In .*\*\*60.*: Expected .*Give it a name: make it a parameter of its own"
     ):
         fb.equations(s).text()
-    assert fb.simulate(s, 1).path.status == "finished"
+    assert fb.simulate(s, 1).status == "finished"

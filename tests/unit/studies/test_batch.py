@@ -561,19 +561,6 @@ def test_a_varied_parameter_with_the_name_of_a_result_is_refused() -> None:
     )
 
 
-def test_ends_of_lanes_have_numbers_of_their_own():
-    from freebody.motion.batch.results import NO_START, REFUSED, STATUS
-    from freebody.motion.lanes import lanes_layout
-    from freebody.motion.ode import layout
-
-    names = ("FINISHED", "TERMINAL", "NOT_FINITE", "COLLAPSED", "DIVERGED", "STIFF", "UNDEFINED", "RUNNING")
-    ends = [getattr(layout, name) for name in names]
-    ends += [lanes_layout.TOO_MANY, lanes_layout.CONTRADICTED, lanes_layout.STUCK]
-    ends += [lanes_layout.UNPHYSICAL, lanes_layout.STOPPED_UNPHYSICAL, NO_START, REFUSED]
-    assert len(set(ends)) == len(ends)
-    assert len(set(STATUS.values())) == len(STATUS)
-
-
 @pytest.mark.parametrize("method", ["auto", "dop853", "radau"])
 @pytest.mark.parametrize("which", ["a", "b", "c"])
 def test_lanes_blame_what_escapes(which, method):

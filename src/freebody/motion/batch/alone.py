@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from threading import Lock
 from typing import Any
@@ -19,30 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FreebodyError, SimulationError
-from ..lanes import lanes_layout as at
+from ..ending import FAILED, STATUS, End
 from ..legs.failure import culprit
 from ..legs.sensitivity import Sensitivity
-from ..ode import dense_output, layout
 from ..ode.dense_output import Crossing
-from ..single import single_motion
+from ..route import route_of_one
 from ..trajectory.extremes import extremes, values
 from ..trajectory.trajectory import Trajectory
 from .job import Job
-from .results import NO_START, REFUSED, Results
+from .results import Results
 from .threads import share
-
-CODES = {
-    dense_output.FINISHED: layout.FINISHED,
-    dense_output.TERMINAL: layout.TERMINAL,
-    dense_output.NOT_FINITE: layout.NOT_FINITE,
-    dense_output.COLLAPSED: layout.COLLAPSED,
-    dense_output.DIVERGED: layout.DIVERGED,
-    dense_output.UNDEFINED: layout.UNDEFINED,
-    dense_output.TOO_MANY_STEPS: at.TOO_MANY,
-    dense_output.CONTRADICTED: at.CONTRADICTED,
-    dense_output.STUCK: at.STUCK,
-}
-"""Code of each status of a path."""
 
 _ONE_AT_A_TIME = Lock()
 """Held by lanes that share Python objects: phases of contacts, states of controllers."""
@@ -70,7 +57,7 @@ class Alone:
     def _parallel(self) -> bool:
         """Return True if threads gain time: events of contacts, and controllers, are handled in Python."""
         model = self.job.kernels.model
-        return not model.controllers and (not model.contacts or self.job.method == "timestepping")
+        return not model.controllers and (not model.contacts or self.job.request.method == "timestepping")
 
     def chunk(self, lanes: NDArray[np.int64]) -> None:
         """Run some lanes, given by number, and put their results in place."""
@@ -84,10 +71,9 @@ class Alone:
         reason = ""
         motion: Trajectory | None = None
         try:
-            motion = single_motion(
-                job.machine, job.end, initial=job.lanes.initial_of(lane), values=job.lanes.values_of(lane),
-                start=job.begin, times=job.times, progress=False, **job.options,
-            )  # fmt: skip
+            initial, numbers = job.lanes.initial_of(lane), job.lanes.values_of(lane)
+            request = replace(job.request, initial=initial, values=numbers)
+            motion = route_of_one(request)(request)
         except FreebodyError as error:
             motion, reason = getattr(error, "trajectory", None), str(error)
         if motion is not None and motion.interrupted:
@@ -96,16 +82,17 @@ class Alone:
             warnings = () if motion is None or reason else motion.warnings
             results.texts[row, -1] = reason or " ".join(map(str, warnings))
         if motion is None:
-            results.outcomes[row] = (NO_START, 0, 0, 0)
+            results.outcomes[row] = (End.NO_START, 0, 0, 0)
             return
         if job.unknowns:
             missing = self.keep_slopes(row, motion)
             results.texts[row, -1] = " ".join(filter(None, (results.texts[row, -1], missing)))
         path = motion.path
-        blame = culprit(path, motion.kernels) if path.status in dense_output.FAILED else 0
+        blame = culprit(path, motion.kernels) if path.status in FAILED else 0
         self.keep(row, motion)
         results.end_times[row] = path.end
-        results.outcomes[row] = (CODES.get(path.status, REFUSED), motion.steps, path.rejected, blame)
+        ended = path.status if path.status in STATUS else End.REFUSED
+        results.outcomes[row] = (ended, motion.steps, path.rejected, blame)
 
     def keep(self, row: int, motion: Trajectory) -> None:
         """Put the outputs of a motion, and the times of its events, in place."""
@@ -127,13 +114,13 @@ class Alone:
                 self._count(row, event, begin)
                 self._count(row, event + job.limits, begin)
         if outputs.timeline:
-            changes = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]  # type: ignore[attr-defined]
+            changes = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]
             results.texts[row, 0] = json.dumps(changes)
 
     def keep_slopes(self, row: int, motion: Trajectory) -> str:
         """Put the derivatives in place; return why some of them do not exist, and are nan."""
         job, outputs, slopes = self.job, self.job.outputs, self.results.slopes
-        sensitivity: Sensitivity = motion.sensitivity  # type: ignore[attr-defined]
+        sensitivity: Sensitivity = motion.sensitivity
         numbers, missing = sensitivity.numbers, []
 
         def put(name: str, place: Any, derivatives: Callable[[], Any]) -> None:

@@ -11,12 +11,11 @@ import numpy as np
 from ...errors import SimulationError
 from ...model import Model
 from ...version import VERSION
-from ..lanes import lanes_layout as at
-from ..ode import layout
+from ..ending import BLAMED, STATUS, End
 from ..trajectory.outputs import CONTACT_MODES, TIMELINE, OfContact
 from ..trajectory.units import unit_of_name
 from .job import Job
-from .results import REASON, STATUS, WAITING, Results
+from .results import REASON, Results
 
 if TYPE_CHECKING:
     import xarray
@@ -151,7 +150,7 @@ def attributes_of(job: Job) -> dict[str, Any]:
     fixed = {name: x for name, x in lanes.values_of(0).items() if name not in lanes.varied[0]}
     return {
         "title": f"Motions of {model.name}",
-        "method": job.method,
+        "method": job.request.method,
         "tolerance": float(np.min(job.tolerances)) if len(job.tolerances) else 0.0,
         "start": job.begin,
         "until": job.end,
@@ -218,7 +217,7 @@ def labelled(data: xarray.Dataset, codes: Any, blame: Any, job: Job) -> xarray.D
 
 def tell_waiting(data: xarray.Dataset, codes: Any) -> None:
     """Note in the attributes of a dataset how many lanes were not run, if any."""
-    waiting = int((codes == WAITING).sum())
+    waiting = int((codes == End.WAITING).sum())
     if waiting:
         data.attrs["interrupted"] = f"{waiting} of {len(codes)} lanes were not run"
 
@@ -230,8 +229,8 @@ def blamable(job: Job) -> list[str]:
 
 def blamed(codes: Any, blame: Any, job: Job) -> Any:
     """Return, for each lane, the place of what is to blame among the `blamable`; -1 if nothing is."""
-    of_events = (layout.UNDEFINED, at.UNPHYSICAL, at.STOPPED_UNPHYSICAL)
-    failed = np.isin(codes, (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED, *of_events))
+    of_events = (End.UNDEFINED, End.UNPHYSICAL, End.STOPPED_UNPHYSICAL)
+    failed = np.isin(codes, (*BLAMED, *of_events))
     places = np.where(np.isin(codes, of_events), len(job.kernels.names) + blame, blame)
     return np.where(failed & (places < len(blamable(job))), places, -1)
 

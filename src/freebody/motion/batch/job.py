@@ -19,18 +19,17 @@ from ...native.registers import WIDTH
 from ...program.large.tree_loop import is_large
 from ...scalar.algebra import Expression
 from ..contact.impacts import ORDERS
-from ..kernels.kernels import Kernels, kernels_of
-from ..kernels.methods import FINE, check_method, check_method_of_contacts, first_method
+from ..ending import End
+from ..kernels.kernels import Kernels
+from ..kernels.methods import FINE, first_method
 from ..lanes import lanes_layout as at
 from ..legs.blow import blows_of
-from ..legs.driven import at_time, check_signals
 from ..legs.sensitivity import check_sensitive
 from ..legs.variation import unknowns_of
 from ..ode.dense_output import Array
+from ..request import Request
 from ..start.arguments import (
     STORED,
-    check_heeded,
-    check_numbers,
     check_steps,
     largest_memory,
     most_steps,
@@ -38,10 +37,11 @@ from ..start.arguments import (
     tolerances_of,
 )
 from ..start.initial import named_state, number, quaternions_by_joint, several
+from ..start.signals import at_time, check_signals
 from ..trajectory.event import EventSpec, expressions_of, specs_of
 from ..trajectory.outputs import TIMELINE, Output, outputs_of
 from .kernels import BatchProgram, OfLimit, batch_program
-from .results import REASON, WAITING, Results
+from .results import REASON, Results
 from .start import Lanes, lanes_of
 
 METHODS = ("auto", "dop853", "dop54", "gauss", "radau", "taylor")
@@ -64,11 +64,12 @@ class Job:
     ``apart``            lanes in which other conditions are independent
     ``specs``            events; the last ``limits`` of them are limits of one-sided forces
     ``expressions``      what they watch; then the limits again, with negligible parts of the forces added
-    ``machine``          the System or Model, and ``options``, arguments of `single_motion` that all lanes share
-    ``looped``           True if the compiled loop runs the lanes; else each runs by `single_motion`
+    ``request``          what was asked for, with all that lanes share; its values and initial values count for no lane
+    ``looped``           True if the compiled loop runs the lanes; else each is a run by itself (`alone`)
     ``count``            number of lanes of the study, of which these may be a block
     """
 
+    request: Request
     kernels: Kernels
     lanes: Lanes
     states: Array
@@ -81,13 +82,7 @@ class Job:
     expressions: tuple[Expression | OfLimit, ...]
     outputs: Output
     tolerances: Array
-    method: str
-    step: float | None
-    max_step: float
-    max_steps: int | None
     threads: int
-    machine: Any
-    options: Mapping[str, Any]
     looped: bool
     limits: int
     count: int
@@ -106,7 +101,7 @@ class Job:
         states, no_start, apart = self.states, self.no_start, self.apart
         if self.looped:
             states, no_start, _, apart = lanes.states(
-                self.options["near"] or {}, self.begin, self.options["project"], kernels_of(self.machine),
+                self.request.near or {}, self.begin, self.request.project, self.request.kernels,
                 self.kernels.active if self.kernels.model.constraints else None,
             )  # fmt: skip
         return replace(self, lanes=lanes, states=states, no_start=no_start, apart=apart)
@@ -146,25 +141,26 @@ class Job:
     @property
     def first_method(self) -> str:
         """The method by which every lane begins; stiff lanes leave it."""
+        method = self.request.method
         if self.begin == self.end:
-            return "dop853" if self.method == "auto" else self.method
-        return first_method(self.kernels, self.method, self.tolerances, batch=True)
+            return "dop853" if method == "auto" else method
+        return first_method(self.kernels, method, self.tolerances, batch=True)
 
     @property
     def most_steps(self) -> int:
         """Number of steps at which a lane ends, the same as for a single run."""
         model = self.kernels.model
-        return most_steps(self.max_steps, STORED + model.n_q + model.n_u)
+        return most_steps(self.request.max_steps, STORED + model.n_q + model.n_u)
 
     @property
     def over_links(self) -> bool:
         """True if kernels that loop over links run the lanes (`large_trees`)."""
-        model, outputs, options = self.kernels.model, self.outputs, self.options
+        model, outputs, request = self.kernels.model, self.outputs, self.request
         return (
             is_large(model, "forward_dynamics")
-            and self.method in ("auto", "dop853")
-            and not (self.method == "auto" and self.tolerances.min() < FINE)
-            and not (model.contacts or model.controllers or model.signals or options["impulses"])
+            and request.method in ("auto", "dop853")
+            and not (request.method == "auto" and self.tolerances.min() < FINE)
+            and not (model.contacts or model.controllers or model.signals or request.struck)
             and not (
                 self.unknowns
                 or self.specs
@@ -172,7 +168,7 @@ class Job:
                 or any(isinstance(x, str) for x in outputs.timed_values)
             )
             and not self.lanes.varied[0]
-            and self.step is None
+            and request.step is None
             and self.begin != self.end
         )
 
@@ -202,7 +198,7 @@ class Job:
         n, events, outputs = high - low, len(self.expressions), self.outputs
         times = self.times.size if outputs.timed else 0
         outcomes = np.empty((n, at.OUTCOME_SIZE), dtype=np.int64)
-        outcomes[:, 0] = WAITING
+        outcomes[:, 0] = End.WAITING
         return Results(
             low, high, np.empty((n, times, len(outputs.timed))), np.empty((n, len(outputs.reduced), at.EXTREMES)),
             np.empty((n, events, 2)), np.empty((n, events), dtype=np.int64), outcomes, np.empty(n),
@@ -211,87 +207,61 @@ class Job:
         )  # fmt: skip
 
 
-def job_of(
-    machine: Any,
-    until: Expression,
-    *,
-    initial: Mapping[Any, Any] | None,
-    near: Mapping[Any, Any] | None,
-    project: bool,
-    values: Mapping[Any, Any] | None,
-    tolerance: Any,
-    events: Any,
-    impulses: Any,
-    impacts: str,
-    indeterminate: str,
-    method: str,
-    step: Any,
-    times: Any,
-    samples: int | None,
-    start: Expression,
-    max_step: float | None,
-    max_steps: int | None,
-    outputs: Any,
-    threads: int | None,
-    count: int | None = None,
-    sensitivities: Any = None,
-) -> Job:
-    """Return the job that arguments of :func:`freebody.simulate` ask for.
+def job_of(request: Request, count: int | None = None) -> Job:
+    """Return the job of a request for many motions; ``count`` is the number of lanes of a study of which these are
+    some.
 
-    ``count`` is the number of lanes of a study of which these are some.
+    Raises
+    ------
+    FreebodyError
+        An argument that a batch cannot use, or values that no lane can have.
     """
-    kernels = kernels_of(machine)
-    model = kernels.model
-    check_method(method, step)
-    if model.contacts and method != "timestepping":
-        check_method_of_contacts(method, step)
-    if impacts not in ORDERS:
-        raise SimulationError(f"Unknown order of impacts {impacts!r}; {nearest(str(impacts), ORDERS)}")
-    blows = blows_of(impulses)
-    check_numbers(samples, max_step, max_steps, 1)
-    check_heeded(
-        model, method, near=near, project=project, tolerance=tolerance, max_step=max_step, max_steps=max_steps,
-        impacts=impacts, indeterminate=indeterminate,
-    )  # fmt: skip
+    kernels, model, method, threads = request.kernels, request.model, request.method, request.threads
+    near, project = request.near, request.project
+    if request.impacts not in ORDERS:
+        raise SimulationError(
+            f"Unknown order of impacts {request.impacts!r}; {nearest(str(request.impacts), ORDERS)}"
+        )
+    blows = blows_of(request.impulses)
+    if request.executor not in (None, "threads"):
+        threads = 1  # of each block, which the executor runs
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise SimulationError(f"Expected a number of threads of at least 1, got {threads!r}.")
-    if times is not None and samples is not None:
-        raise SimulationError("Expected times= or samples=, got both. Leave one out.")
-    lanes = lanes_of(model, values or {}, initial or {})
+    lanes = lanes_of(model, request.values or {}, request.initial or {})
     _check_near(model, near)
-    begin = _common_time(model, lanes, start, "start")
-    end = _common_time(model, lanes, until, "until")
-    times = output_times(times, begin, end)
+    begin = _common_time(model, lanes, request.start, "start")
+    end = _common_time(model, lanes, request.until, "until")
+    times = output_times(request.times, begin, end)
     if times is None:
-        number_of_times = SAMPLES if samples is None else samples
+        number_of_times = SAMPLES if request.samples is None else request.samples
         times = np.linspace(begin, end, number_of_times) if begin != end else np.array([begin])
     if method != "timestepping":
-        check_steps(begin, end, step, max_step, most_steps(max_steps, STORED + model.n_q + model.n_u))
-    specs = specs_of(events)
+        most = most_steps(request.max_steps, STORED + model.n_q + model.n_u)
+        check_steps(begin, end, request.step, request.max_step, most)
+    specs = specs_of(request.events)
     expressions = expressions_of(model, specs)
-    asked_outputs = outputs_of(model, outputs, bool(model.contacts) and method != "timestepping")
+    asked_outputs = outputs_of(model, request.outputs, bool(model.contacts) and method != "timestepping")
     check_signals(model)
     lanes = replace(lanes, columns={**lanes.columns, **at_time(model, {}, begin)})
     _check_bodies(model, lanes, (0, *lanes.suspects()))  # lane 0 tells what is the same in all
-    tolerances = tolerances_of(kernels, tolerance, method)
-    options = dict(
-        near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
-        indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,
-    )  # fmt: skip
+    tolerances = tolerances_of(kernels, request.tolerance, method)
     unknowns: tuple[str, ...] = ()
-    if sensitivities is not None:
-        check_sensitive(model, method, project, blows)
+    if request.sensitivities is not None:
+        check_sensitive(request)
         unknowns = tuple(
-            x.name for x in unknowns_of(model, sensitivities, lanes.initial_of(0), "sensitivities")
+            x.name for x in unknowns_of(model, request.sensitivities, lanes.initial_of(0), "sensitivities")
         )
-        options["sensitivities"] = list(unknowns)
+    request = replace(
+        request, until=end, start=begin, events=specs, impulses=blows, sensitivities=list(unknowns) or None,
+        times=times, samples=None, values=None, initial=None, outputs=None, store=None, threads=None, executor=None,
+        progress=False,
+    )  # fmt: skip
     one_sided = limits(model)
     specs = (*specs, *(EventSpec(limit.event, limit.event, -1) for limit in one_sided))
     expressions = (*expressions, *(OfLimit(k) for k in range(2 * len(one_sided))))
     job = Job(
-        kernels, lanes, np.empty((1, 0)), {}, (), begin, end, times, specs, expressions, asked_outputs, tolerances,
-        method, step, math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), machine,
-        options, False, len(one_sided), lanes.count if count is None else count, unknowns,
+        request, kernels, lanes, np.empty((1, 0)), {}, (), begin, end, times, specs, expressions, asked_outputs,
+        tolerances, threads or _processors(), False, len(one_sided), lanes.count if count is None else count, unknowns,
     )  # fmt: skip
     if (
         unknowns or model.contacts or model.controllers or blows or method not in METHODS or is_large(model)

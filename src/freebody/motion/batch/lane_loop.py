@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...native.registers import WIDTH
+from ..ending import BLAMED, End
 from ..kernels.methods import BUDGET, FINE
 from ..lanes import lanes_layout as at
 from ..lanes import loops
@@ -24,8 +25,6 @@ from .threads import share
 
 BEFORE_SWITCHING = 20_000
 """Steps of a lane with a law that switches, after which it runs alone: a single run stops if it sticks on the law."""
-_BLAMED = (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED)
-"""How a lane ends if a coordinate or speed is to blame."""
 LARGEST_BLOCK = 1 << 26
 """Bytes of results that are held before they are stored."""
 _ROOM = 64  # steps between two looks at the output times
@@ -62,12 +61,13 @@ class LaneLoop:
         # values of limits at both ends of the steps of eight lanes
         self.limit_values = 16 * watched if program.wide_address("watched") else 0
         spans, columns, settings = intervals(kernels, job.lanes.values_of(0), job.begin, job.end)
-        lengths = [_equal_steps(t1 - t0, job.step, job.max_step) for t0, t1 in spans]
+        lengths = [_equal_steps(t1 - t0, job.request.step, job.request.longest_step) for t0, t1 in spans]
         self.legs = np.column_stack([spans, lengths, settings])
         self.columns = np.array([*columns, 0], dtype=np.int64)
         self.sizes = self._sizes(until_stiff, len(spans), len(columns))
         self.options = np.zeros(at.OPTIONS)
-        self.options[at.T0], self.options[at.T1], self.options[at.LONGEST] = job.begin, job.end, job.max_step
+        self.options[at.T0], self.options[at.T1] = job.begin, job.end
+        self.options[at.LONGEST] = job.request.longest_step
         self.options[at.ORDER], self.options[at.FINEST] = layout.ORDERS[method], FINE
         # kernels of the method stand behind the quaternions; their constants are those of the rates. Parts of a step by
         # series are not compared with the rates, as whole steps are
@@ -166,12 +166,12 @@ class LaneLoop:
             self.quaternions, job.tolerances, job.tolerances, self.directions, self.terminal, *memory, new.values,
             new.reduced, new.event_times, new.counts, new.outcomes, new.end_times,
         )  # fmt: skip
-        others = np.flatnonzero(new.outcomes[:, 0] != layout.FINISHED)
+        others = np.flatnonzero(new.outcomes[:, 0] != End.FINISHED)
         if others.size:
-            others = others[np.isin(new.outcomes[others, 0], _BLAMED)]
+            others = others[np.isin(new.outcomes[others, 0], BLAMED)]
         for k in others:
             rates = job.kernels.rates(parameters[k])
-            known = self.method != "taylor" or new.outcomes[k, 0] == layout.NOT_FINITE
+            known = self.method != "taylor" or new.outcomes[k, 0] == End.NOT_FINITE
             reported = int(new.outcomes[k, 3]) if known else None
             new.outcomes[k, 3] = to_blame(
                 job.kernels, reported, rates, float(new.end_times[k]), initial[k, : self.n]

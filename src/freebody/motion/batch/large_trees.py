@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from ...errors import SimulationError
 from ...native.registers import WIDTH
 from ...program.fixed import Fixed
+from ..ending import End
 from ..kernels.kernels import Kernels
-from ..ode import layout
 from ..ode.dense_output import Array
 from .alone import Alone
 from .job import Job
 from .kernels import BatchProgram
 from .lane_loop import LaneLoop
-from .results import WAITING, Results
+from .results import Results
 
 
 class LargeTrees:
@@ -48,11 +48,11 @@ class LargeTrees:
                 replace(job, states=states),
                 "dop853",
                 results,
-                until_stiff=job.method == "auto",
+                until_stiff=job.request.method == "auto",
                 program=program,
             ).run(lanes, between)
             ended = results.outcomes[lanes - results.low, 0]
-            lanes = lanes[~np.isin(ended, (layout.FINISHED, WAITING))]
+            lanes = lanes[~np.isin(ended, (End.FINISHED, End.WAITING))]
             results.clear(lanes - results.low)
         if len(lanes):
             Alone(job, results).run(lanes, between)

@@ -1,4 +1,4 @@
-"""Results of the lanes of a batch, as arrays, and the ways in which a lane may end."""
+"""Results of the lanes of a batch, as arrays."""
 
 from __future__ import annotations
 
@@ -9,32 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..lanes import lanes_layout as at
-from ..ode import layout
-from ..ode.dense_output import STUCK, Array
-from ..trajectory.one_sided_limits import NOT_PHYSICAL
+from ..ending import End
+from ..ode.dense_output import Array
 
-WAITING, NO_START, REFUSED, LOST = -1, 9, 10, 15
-STATUS = {
-    WAITING: "waiting",
-    layout.FINISHED: "finished",
-    layout.TERMINAL: "terminal event",
-    layout.NOT_FINITE: "not finite",
-    layout.COLLAPSED: "step collapsed",
-    layout.DIVERGED: "iteration diverged",
-    layout.UNDEFINED: "event undefined",
-    at.STUCK: STUCK,
-    at.TOO_MANY: "too many steps",
-    at.CONTRADICTED: "constraints contradicted",
-    NO_START: "no start",
-    REFUSED: "refused",
-    LOST: "lost",
-    at.UNPHYSICAL: f"finished, {NOT_PHYSICAL}",
-    at.STOPPED_UNPHYSICAL: f"terminal event, {NOT_PHYSICAL}",
-}
-"""How a lane may end, by its code."""
-GOOD = (layout.FINISHED, layout.TERMINAL)
-"""Codes of lanes that did not fail."""
 _ARRAYS = ("values", "reduced", "event_times", "counts", "outcomes", "end_times", "texts")
 REASON = "reason"
 """Variable that tells why a lane failed."""
@@ -94,9 +71,9 @@ class Results:
         self.end_times[rows] = self.begin
         self.texts[rows] = ""
         self.counts[rows] = 0
-        self.outcomes[rows] = (WAITING, 0, 0, 0)
+        self.outcomes[rows] = (End.WAITING, 0, 0, 0)
 
     @property
     def waiting(self) -> NDArray[np.bool_]:
         """True for each lane that was not run."""
-        return self.outcomes[:, 0] == WAITING
+        return self.outcomes[:, 0] == End.WAITING

@@ -7,19 +7,16 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..ending import BLAMED, End
 from ..kernels.methods import FINE
-from ..lanes import lanes_layout as at
-from ..ode import layout
 from .alone import Alone
 from .job import Job
 from .lane_loop import LaneLoop
 from .large_trees import LargeTrees
-from .results import NO_START, Results
+from .results import Results
 
-_CONDITIONS_LOST = (at.CONTRADICTED, layout.COLLAPSED, layout.NOT_FINITE)
+_CONDITIONS_LOST = (End.CONTRADICTED, End.COLLAPSED, End.NOT_FINITE)
 """How a lane ends in the loop if other conditions should take over."""
-_NOT_CROSSED = (layout.COLLAPSED, layout.NOT_FINITE, layout.DIVERGED)
-"""How a lane ends in the loop before a position in which its conditions are dependent."""
 
 
 def run_lanes(job: Job, results: Results, between: Callable[[float], None]) -> None:
@@ -42,8 +39,8 @@ def _judge_limits(job: Job, results: Results) -> None:
     first = results.event_times[:, columns, 0] * (1 if job.end >= job.begin else -1)
     earliest = m - job.limits + np.argmin(np.where(surely, first, math.inf), axis=1)
     for physical, unphysical in (
-        (layout.FINISHED, at.UNPHYSICAL),
-        (layout.TERMINAL, at.STOPPED_UNPHYSICAL),
+        (End.FINISHED, End.UNPHYSICAL),
+        (End.TERMINAL, End.STOPPED_UNPHYSICAL),
     ):
         rows = surely.any(axis=1) & (results.outcomes[:, 0] == physical)
         results.outcomes[rows, 0], results.outcomes[rows, 3] = unphysical, earliest[rows]
@@ -52,35 +49,37 @@ def _judge_limits(job: Job, results: Results) -> None:
 def _run_loop(job: Job, results: Results, between: Callable[[float], None]) -> None:
     """Run lanes by the compiled loop, stiff ones again by an implicit method, and lanes it cannot follow alone."""
     low, high, outcomes = results.low, results.high, results.outcomes
-    until_stiff = job.method == "auto" and not np.min(job.tolerances, initial=1.0) < FINE
+    until_stiff = job.request.method == "auto" and not np.min(job.tolerances, initial=1.0) < FINE
     left_out = {*job.no_start, *job.apart}
     lanes = np.arange(low, high, dtype=np.int64)
     if left_out:
         lanes = np.array([k for k in lanes.tolist() if k not in left_out], dtype=np.int64)
     for lane in job.no_start:
         if low <= lane < high:
-            outcomes[lane - low, 0] = NO_START
+            outcomes[lane - low, 0] = End.NO_START
     loop = LaneLoop(job, job.first_method, results, until_stiff)
     # a single run changes its conditions on the way
     lost: tuple[int, ...] = _CONDITIONS_LOST if loop.program.dropped else ()
-    if job.kernels.active and job.step is None:  # a single run has a step across positions that are singular
-        lost = (*lost, *_NOT_CROSSED)
+    if (
+        job.kernels.active and job.request.step is None
+    ):  # a single run has a step across positions that are singular
+        lost = (*lost, *BLAMED)
     if loop.limit < job.most_steps:  # a single run sees whether it sticks on a law that switches
-        lost = (*lost, at.TOO_MANY, layout.COLLAPSED)
+        lost = (*lost, End.TOO_MANY_STEPS, End.COLLAPSED)
     try:
         loop.run(lanes, between)
-        stiff = np.flatnonzero(outcomes[:, 0] == layout.STIFF)
+        stiff = np.flatnonzero(outcomes[:, 0] == End.STIFF)
         if stiff.size:
             results.clear(stiff)
             # with signals, a single run changes its method in the leg that is stiff
             again = Alone(job, results) if job.kernels.model.signals else LaneLoop(job, "radau", results)
             again.run(stiff + low, between)
         rows = [k - low for k in job.apart if low <= k < high]
-        if lost and not (outcomes[:, 0] == layout.FINISHED).all():
+        if lost and not (outcomes[:, 0] == End.FINISHED).all():
             rows += np.flatnonzero(np.isin(outcomes[:, 0], lost)).tolist()
         if rows:
             results.clear(rows)
             Alone(job, results).run(np.array(rows, dtype=np.int64) + low, between)
     except KeyboardInterrupt:  # lanes with these outcomes were to be run again
-        results.clear(np.flatnonzero(np.isin(outcomes[:, 0], (layout.STIFF, *lost))))
+        results.clear(np.flatnonzero(np.isin(outcomes[:, 0], (End.STIFF, *lost))))
         raise

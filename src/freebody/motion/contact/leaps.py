@@ -11,7 +11,8 @@ import numpy as np
 from ...dynamics import coordinate_rates
 from ...dynamics.state import float_state
 from ...errors import SimulationError
-from ..ode.dense_output import FINISHED, Array, Path, Rates, observe, projected
+from ..ending import End
+from ..ode.dense_output import Array, Path, Rates, observe, projected
 from ..trajectory.phases import Segment
 from .complementarity import OPEN, SLIP, SMALL, STICK, Solution
 from .modes import modes_at
@@ -132,7 +133,7 @@ def leap(
         np.array([t_after - t]),
         np.array([y, y_after]),
         (),
-        FINISHED,
+        End.FINISHED,
         0,
         0,
         0,
@@ -197,6 +198,8 @@ def halt(
     # the slip that remains after a straight step is of second order in its length
     after, gained = stopped(t + step, after, together)
     work.impulses += gained
-    path = Leap(rates, np.array([t, t + step]), np.array([step]), np.array([y, after]), (), FINISHED, 0, 0, 0)
+    path = Leap(
+        rates, np.array([t, t + step]), np.array([step]), np.array([y, after]), (), End.FINISHED, 0, 0, 0
+    )
     work.segments.append(Segment(path, phase, work.impulses, phase.shown, phase.loose))
     return t + step, after

@@ -3,46 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, cast
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from ...errors import SimulationError, nearest
-from ..kernels.kernels import Kernels
+from ..ending import FAILED, End
 from ..legs.blow import blows_of, scheduled
 from ..legs.failure import failure
-from ..ode.dense_output import FAILED, Array, observe
+from ..ode.dense_output import observe
+from ..request import Problem, Request, problem_of
 from ..start.arguments import check_forwards
 from ..start.initial import number
-from ..trajectory.event import EventSpec
+from ..start.signals import refuse_switched
+from ..trajectory.in_legs import InLegs
+from ..trajectory.phases import Phases
+from ..trajectory.progress import Progress
+from ..trajectory.trajectory import Trajectory
+from .course import Timeline, Touching
 from .impacts import ORDERS
-from .run import run
+from .run import Change, run
 from .state import CHOICES, ContactRun
-from .trajectory import ContactTrajectory
 
 
-def touching_motion(
-    kernels: Kernels,
-    values: Mapping[str, float],
-    state: Array,
-    begin: float,
-    end: float,
-    specs: Sequence[EventSpec],
-    expressions: Sequence[Any],
-    tolerances: Array,
-    times: Array | None,
-    samples: int | None,
-    *,
-    order: str,
-    indeterminate: str,
-    method: str,
-    max_step: float | None,
-    max_steps: int | None,
-    impulses: Any,
-    between: Callable[[float], None] | None,
-) -> ContactTrajectory:
-    """Return the motion of a machine with contacts. The arguments are those of `simulate`, already read.
+def touching_motion(request: Request) -> Trajectory:
+    """Return the motion of a machine with contacts.
 
     Raises
     ------
@@ -50,76 +36,69 @@ def touching_motion(
         For impossible coefficients, initial states with bodies inside each other, Painlevé's paradoxes, and all that
         `simulate` refuses.
     """
-    model = kernels.model
-    if order not in ORDERS:
-        raise SimulationError(f"Unknown order of impacts {order!r}; {nearest(str(order), ORDERS)}")
-    if indeterminate not in CHOICES:
+    problem = problem_of(request)
+    with problem.progress() as between:
+        return _touching_motion(problem, between)
+
+
+def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
+    p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
+    refuse_switched(model, "a machine with contacts")
+    if request.impacts not in ORDERS:
         raise SimulationError(
-            f"Expected indeterminate='compliance' (the limit of equal compliance) or 'refuse', got {indeterminate!r}."
+            f"Unknown order of impacts {request.impacts!r}; {nearest(str(request.impacts), ORDERS)}"
         )
-    check_forwards(begin, end, "a machine with contacts", "friction and impacts")
-    check_coefficients(model, values)
-    timed, called = scheduled(kernels, values, blows_of(impulses), begin, end)
+    if request.indeterminate not in CHOICES:
+        raise SimulationError(
+            "Expected indeterminate='compliance' (the limit of equal compliance) or 'refuse', got "
+            f"{request.indeterminate!r}."
+        )
+    check_forwards(p.begin, p.end, "a machine with contacts", "friction and impacts")
+    check_coefficients(model, p.numbers)
+    timed, called = scheduled(kernels, p.numbers, blows_of(request.impulses), p.begin, p.end)
     n = model.n_q + model.n_u
-    relative = np.concatenate([tolerances[:n], [tolerances[:n].max(initial=1e-12)] * 2])
+    relative = np.concatenate([p.tolerances[:n], [p.tolerances[:n].max(initial=1e-12)] * 2])
     absolute = relative.copy()
+    options = {
+        "method": "dop853" if request.method == "auto" else request.method,
+        "max_step": request.longest_step,
+    }
     work = ContactRun(
-        kernels,
-        values,
-        expressions,
-        specs,
-        relative,
-        absolute,
-        order,
-        {
-            "method": "dop853" if method == "auto" else method,
-            "max_step": math.inf if max_step is None else float(max_step),
-        },
-        max_steps,
-        timed,
-        called,
-        indeterminate == "compliance",
-    )
-    y = np.concatenate([state[:n], [0.0, 0.0]])
+        kernels, p.numbers, p.expressions, p.specs, relative, absolute, request.impacts, options, p.most_steps, timed,
+        called, request.indeterminate == "compliance",
+    )  # fmt: skip
+    y = np.concatenate([p.state[:n], [0.0, 0.0]])
     phase = work.scene.phase(("open",) * len(model.contacts))
     program = phase.motion()
     energies = observe(
-        program.address("energy"), 2, np.array([begin]), y[None], program.constants(work.parameters)
+        program.address("energy"), 2, np.array([p.begin]), y[None], program.constants(work.parameters)
     )[0]
     size = float(np.abs(energies).max())
     absolute[-2:] *= size if 0 < size < math.inf else 1.0
     try:
-        path = run(work, state, begin, end, between)
+        path = run(work, p.state, p.begin, p.end, between)
     except SimulationError as error:
         if work.segments and getattr(error, "trajectory", None) is None:
-            error.trajectory = _trajectory(kernels, values, work, None, specs, tolerances, times, samples)  # type: ignore[attr-defined]
+            error.trajectory = _trajectory(problem, work, _broken_off(work))  # type: ignore[attr-defined]
         raise
-    trajectory = _trajectory(kernels, values, work, path, specs, tolerances, times, samples)
+    trajectory = _trajectory(problem, work, path)
     if path.status in FAILED:
-        raise failure(trajectory, cast(Any, path), kernels, end, work.specs)
+        raise failure(trajectory, path, kernels, p.end, work.specs)
     return trajectory
 
 
-def _trajectory(
-    kernels: Kernels,
-    values: Any,
-    work: ContactRun,
-    path: Any,
-    specs: Any,
-    tolerances: Any,
-    times: Any,
-    samples: Any,
-) -> ContactTrajectory:
-    from ..trajectory.phases import Phases
+def _broken_off(work: ContactRun) -> Phases:
+    """Return the path of a run until an error."""
+    path = Phases(tuple(work.segments), End.BROKEN_OFF)
+    for change in work.changes:
+        change[3] = path.end if change[3] is None else change[3]
+    return path
 
-    if path is None:
-        path = Phases(tuple(work.segments), "failed")
-        for change in work.changes:
-            change[3] = path.end if change[3] is None else change[3]
-    return ContactTrajectory(
-        kernels, values, path, specs, tolerances, times, samples, happenings=work.happenings, changes=work.changes,
-        unknown=work.indeterminate,
-    )  # fmt: skip
+
+def _trajectory(problem: Problem, work: ContactRun, path: Phases) -> Trajectory:
+    timeline = Timeline(Change(*change) for change in work.changes)
+    course = Touching(InLegs(tuple(work.happenings)), timeline, tuple(work.indeterminate))
+    return Trajectory(*problem.outcome(path), course=course)
 
 
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:

@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import SimulationError
-from ..ode.dense_output import FINISHED, TERMINAL, Array, Path, Rates, observe, projected
+from ..ending import End
+from ..ode.dense_output import Array, Path, Rates, observe, projected
 from ..ode.integration import integrate
 from ..trajectory.phases import Phases, Segment
 from .bounces import lifted, limit
@@ -74,14 +75,14 @@ def run(
     current: Modes = ("",) * len(work.names)
     past = current
     reasons: dict[int, str] = {}
-    status, crowded, last = "", 0, -math.inf
+    status, crowded, last = End.RUNNING, 0, -math.inf
     seen = work.look(t, y)
     check_apart(work, y, seen)
     while True:
         if status:
-            if status != FINISHED or not work.blows_due(t):
+            if status != End.FINISHED or not work.blows_due(t):
                 break
-            y, status = work.struck(t, y), ""
+            y, status = work.struck(t, y), End.RUNNING
             reasons = dict.fromkeys(range(len(work.names)), "a blow")
         target = work.target(end)
         work.left.clear()
@@ -120,13 +121,13 @@ def run(
         _note_modes(work, t, y, past, shown_now, reasons, hit, _decided(work, phase, modes, seen, y))
         current, past = modes, shown_now
         if t >= target:
-            status = FINISHED
-            tail = Path(rates, np.array([t]), np.empty(0), y[None], (), FINISHED, 0, 0, 0)
+            status = End.FINISHED
+            tail = Path(rates, np.array([t]), np.empty(0), y[None], (), End.FINISHED, 0, 0, 0)
             work.segments.append(Segment(tail, phase, work.impulses, phase.shown, phase.loose))
             continue
         t, y = onset(work, t, y, modes, one, seen, target)
         if t >= target:
-            status = FINISHED
+            status = End.FINISHED
             continue
         phase, rates, watch, endings = work.setup(modes, y, seen)
         y = lifted(work, t, projected(rates, t, y))
@@ -168,7 +169,7 @@ def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> N
 def _phase(
     work: ContactRun, phase: Phase, rates: Rates, watch: Any, endings: Sequence[Ending], t: float, y: Array,
     end: float, modes: Modes, between: Any,
-) -> tuple[float, Array, dict[int, str], str]:  # fmt: skip
+) -> tuple[float, Array, dict[int, str], End]:  # fmt: skip
     """Integrate one phase to its end. Return time, state, reasons by contact, and the status if the run ends."""
     # half of the shortest flight: a longer step could jump over the return of a contact
     first_step = min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None)
@@ -185,15 +186,15 @@ def _phase(
     work.segments.append(
         Segment(replace(path, crossings=shown_), phase, work.impulses, phase.shown, phase.loose)
     )
-    if path.status == FINISHED:
-        return path.end, path.states[-1], {}, FINISHED
-    if path.status != TERMINAL:
+    if path.status == End.FINISHED:
+        return path.end, path.states[-1], {}, End.FINISHED
+    if path.status != End.TERMINAL:
         return path.end, path.states[-1], {}, path.status
     t_new, y_new = path.end, path.states[-1].copy()
     if any(
         c.time == path.end and c.number < work.asked and work.specs[c.number].terminal for c in path.crossings
     ):
-        return t_new, y_new, {}, TERMINAL
+        return t_new, y_new, {}, End.TERMINAL
     reasons: dict[int, str] = {}
     for c in path.crossings:
         if work.asked <= c.number < asked and c.time == path.end:
@@ -214,7 +215,7 @@ def _phase(
             stopped.append(ending.contact)
     for k in stopped:
         t_new, y_new = halt(work, phase, rates, k, t_new, y_new, modes)
-    return t_new, y_new, reasons, ""
+    return t_new, y_new, reasons, End.RUNNING
 
 
 def _quieted(work: ContactRun, t: float, y: Array) -> Array:
@@ -241,7 +242,7 @@ def _quieted(work: ContactRun, t: float, y: Array) -> Array:
 
 def _rest(
     work: ContactRun, t: float, y: Array, settled: Any, current: Modes, past: Modes, end: float, between: Any
-) -> tuple[float, Array, Modes, Modes, dict[int, str], str]:
+) -> tuple[float, Array, Modes, Modes, dict[int, str], End]:
     """Replace the remaining time of bounces that are too low to follow by motion in contact."""
     y, left, contacts = settled
     modes, _, seen = modes_at(work, t, y, current)
@@ -256,12 +257,12 @@ def _rest(
     reasons: dict[int, str] = {}
     if until > t:
         t, y, reasons, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)
-        if stop and (stop != FINISHED or t >= end):
+        if stop and (stop != End.FINISHED or t >= end):
             return t, y, modes, phase.shown, {}, stop
     if not reasons:  # else another event came before the end of the bounces
         work.tell(t, "rest", y, y, f"{names}: the bounces end here, the limit of their geometric series")
         reasons = dict.fromkeys(contacts, "end of the bounces, the limit of a geometric series")
-    return t, y, modes, phase.shown, reasons, ""
+    return t, y, modes, phase.shown, reasons, End.RUNNING
 
 
 def _why(work: ContactRun, phase: Phase, ending: Ending, t: float, y: Array) -> str:

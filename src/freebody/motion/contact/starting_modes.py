@@ -17,10 +17,10 @@ from ...dynamics.unilateral import MotionWarning
 from ...errors import SimulationError
 from ...model.model import Model
 from ..kernels.kernels import Kernels, kernels_of
-from ..legs.driven import at_time
 from ..ode.dense_output import Array
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
+from ..start.signals import at_time
 from .bounces import lifted
 from .complementarity import SLIP, STICK
 from .modes import modes_at

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,20 +16,27 @@ import numpy as np
 from ...describe.frame import own_body
 from ...describe.system import System
 from ...dynamics.constraints import rows
+from ...dynamics.unilateral import MotionWarning
 from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.toml.read import case_from_text
 from ...model import Model
+from ..contact.course import Timeline, Touching
+from ..contact.run import Change
 from ..contact.scene import phase_of, scene_of_layout
+from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
+from ..legs.sensitivity import Derivatives
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
-from ..timestepping.stepped_trajectory import Impulses
+from ..timestepping.course import Impulses, InSteps, Stepping
+from ..trajectory.course import Course
 from ..trajectory.event import EventSpec, Happening
+from ..trajectory.in_legs import InLegs
 from ..trajectory.phases import Phases, Segment
 from ..trajectory.trajectory import Trajectory
-from .save import COUNTS, FORM, GROUP, KINDS, PATHS
+from .save import COUNTS, FORM, GROUP, PATHS
 
 if TYPE_CHECKING:
     import os
@@ -130,35 +138,31 @@ def _motion(whole: Kernels, about: Mapping[str, Any], parts: Mapping[str, Any]) 
     segments = _segments(kernels, variation or kernels, about, read, outputs.shape[1], values)
     path: Any = segments[0].path
     if kind in ("phases", "contacts"):
-        path = Phases(tuple(segments), str(about["status"]))
+        path = Phases(tuple(segments), _end(about["status"]))
     times = read.reals("asked", (None,)) if "asked" in parts else None
     samples = None if about["samples"] is None else int(about["samples"])
     arguments = kernels, values, path, specs, read.reals("tolerances", (None,)), times, samples
-    motion = _trajectory(kind, arguments, about, read, variation)
+    course = _course(kind, (kernels, values, path), about, read, variation)
+    motion = Trajectory(*arguments, course=course)
     motion.__dict__.update(t=t, states=outputs)
     return motion
 
 
-def _trajectory(
-    kind: str, arguments: Any, about: Mapping[str, Any], read: _Reader, variation: Any
-) -> Trajectory:
-    """Return the trajectory of a kind."""
-    kernels, path = arguments[0], arguments[2]
+def _course(
+    kind: str, of: tuple[Any, Any, Any], about: Mapping[str, Any], read: _Reader, variation: Any
+) -> Course:
+    """Return the course of a kind of motion, of kernels, values of parameters and a path."""
+    kernels, values, path = of
     model = kernels.model
-    options: dict[str, Any] = {}
-    if kind in ("phases", "contacts"):
-        options["happenings"] = [
-            Happening(float(t), str(name), int(sign), dict(before), str(text), dict(after))
-            for t, name, sign, before, text, after in about["happenings"]
-        ]
+    happenings = tuple(_happening(*entry) for entry in about.get("happenings", ()))
     if kind == "contacts":
-        options |= {"changes": about["changes"], "unknown": about["unknown"]}
+        timeline = Timeline(Change(*change) for change in about["changes"])
+        return Touching(InLegs(happenings), timeline, tuple(map(str, about["unknown"])))
     if kind == "sensitivities":
-        arguments = (variation, *arguments)
         shifts = np.array(about.get("shifts", np.zeros((2, len(variation.unknowns)))), dtype=float)
         if shifts.shape != (2, len(variation.unknowns)):
             raise ValueError("its derivatives of times do not fit its unknowns")
-        options["shifts"] = shifts
+        return InLegs(derivatives=Derivatives(variation, shifts))
     if kind == "steps":
         first, tangents, m = scene_of_layout(model)
         steps, E = path.steps, len(first)
@@ -167,9 +171,25 @@ def _trajectory(
             read.reals("contacts", (steps, m)), read.reals("constraints", (steps, len(rows(model)))),
             read.reals("works", (steps, 2)), modes, _blows(model, about["blows"]),
         )  # fmt: skip
-        options = {name: float(about[name]) for name in ("step", "residual", "depth", "sweeps")}
-        options |= {"impulses": impulses, "scene": (first, tangents)}
-    return KINDS[kind](*arguments, **options)
+        stepping = Stepping(*(float(about[x.name]) for x in fields(Stepping)))
+        return InSteps(kernels, values, path, impulses, stepping, (first, tangents))
+    if kind not in ("smooth", "phases"):
+        raise ValueError(f"its kind is {kind!r}")
+    return InLegs(happenings)
+
+
+def _happening(
+    time: Any, name: Any, sign: Any, before: Any, text: Any, after: Any, passed: Sequence[Any] = ()
+) -> Happening:
+    """Return a blow, an impact or a change, with its warnings, which files of earlier versions lack."""
+    warnings = tuple(
+        MotionWarning(
+            str(who), str(event), float(t), str(what), float(value),
+            tuple((float(low), float(high)) for low, high in spans), *map(str, words),
+        )
+        for who, event, t, what, value, spans, *words in passed
+    )  # fmt: skip
+    return Happening(float(time), str(name), int(sign), dict(before), str(text), dict(after), warnings)
 
 
 def _blows(model: Model, entries: Sequence[Any]) -> dict[int, list[Any]]:
@@ -195,6 +215,11 @@ def _active(model: Model, numbers: Any) -> tuple[int, ...]:
     if len(set(active)) != len(active) or not all(0 <= i < len(rows(model)) for i in active):
         raise ValueError("it names conditions that the machine does not have")
     return active
+
+
+def _end(text: Any) -> End:
+    """Return how a run ended. Files of earlier versions add to it whether the motion is physical."""
+    return End.of_text(str(text).removesuffix(f", {NOT_PHYSICAL}"))
 
 
 def _segments(
@@ -252,7 +277,7 @@ def _segments(
                     for x in about["accuracies"][entry["accuracy"]])  # fmt: skip
         path.__dict__.update(
             times=own_times, lengths=lengths[low : low + steps[k]], states=states[first:last], crossings=crossings,
-            status=str(status), method=entry["method"], **dict(zip(("relative", "absolute"), accuracy, strict=True)),
+            status=_end(status), method=entry["method"], **dict(zip(("relative", "absolute"), accuracy, strict=True)),
             **{name: int(entry[name]) for name in COUNTS}, _recipe=recipe,
         )  # fmt: skip
         loose = None if entry["loose"] is None else np.array(entry["loose"], dtype=bool)

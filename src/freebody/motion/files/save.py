@@ -15,6 +15,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
+from dataclasses import asdict, astuple
 from typing import Any
 
 import numpy as np
@@ -23,14 +24,12 @@ from ...describe.description import changes_of, names_of, without_signals
 from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
+from ..contact.course import Touching
 from ..contact.leaps import Leap
 from ..contact.scene import Phase
-from ..contact.trajectory import ContactTrajectory
-from ..legs.sensitivity import SensitiveTrajectory
 from ..ode.dense_output import Path
-from ..timestepping.stepped_trajectory import SteppedTrajectory, Steps
-from ..trajectory.phased_trajectory import PhasedTrajectory
-from ..trajectory.phases import Segment, segments_of
+from ..timestepping.course import InSteps, Steps
+from ..trajectory.phases import Phases, Segment, segments_of
 from ..trajectory.trajectory import Trajectory
 from .replacing import replacing
 
@@ -38,13 +37,6 @@ GROUP = "freebody"
 FORM = 1
 """Version of the contents of the group."""
 
-KINDS: dict[str, type[Trajectory]] = {
-    "smooth": Trajectory,
-    "phases": PhasedTrajectory,
-    "contacts": ContactTrajectory,
-    "steps": SteppedTrajectory,
-    "sensitivities": SensitiveTrajectory,
-}
 PATHS: dict[str, type[Path]] = {"smooth": Path, "leap": Leap, "steps": Steps}
 COUNTS = ("blame", "rejected", "evaluations", "stiff")
 
@@ -105,7 +97,7 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
             RuntimeWarning,
             stacklevel=4,
         )
-    kind = next(name for name, cls in KINDS.items() if type(motion) is cls)
+    kind, course = kind_of(motion), motion.course
     segments = segments_of(motion.path, motion.kernels)
     times, samples = motion._times_and_samples
     accuracies: list[Any] = []
@@ -137,29 +129,30 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
         "active": motion.kernels.active,
         "specs": [(spec.name, spec.direction, spec.terminal, str(spec.expression)) for spec in motion.specs],
         "samples": samples,
-        "status": motion.status,
+        "status": str(motion.path.status),
         "segments": [_segment(s, accuracies) for s in segments],
         "accuracies": accuracies,
     }
-    if isinstance(motion, PhasedTrajectory):
+    if kind in ("phases", "contacts"):
         about["happenings"] = [
-            (x.time, x.name, x.direction, x.state, x.text, x.after) for x in motion.happenings
+            (x.time, x.name, x.direction, x.state, x.text, x.after, [*map(astuple, x.warnings)])
+            for x in motion.happenings
         ]
-    if isinstance(motion, ContactTrajectory):
+    if isinstance(course, Touching):
         about["changes"] = [(x.contact, x.mode, x.start, x.end, x.why) for x in motion.modes]
-        about["unknown"] = motion._unknown
-    if isinstance(motion, SensitiveTrajectory):
-        about["unknowns"] = [unknown.name for unknown in motion.variation.unknowns]
-        about["shifts"] = motion.shifts
-    if isinstance(motion, SteppedTrajectory):
-        impulses, texts = motion.impulses, motion.kernels.model.names.texts
+        about["unknown"] = course.indeterminate
+    if kind == "sensitivities":
+        about["unknowns"] = [unknown.name for unknown in course.derivatives.variation.unknowns]
+        about["shifts"] = course.derivatives.shifts
+    if isinstance(course, InSteps):
+        impulses, texts = course.impulses, motion.kernels.model.names.texts
         arrays |= {
             "contacts": impulses.contacts,
             "constraints": impulses.constraints,
             "works": impulses.works,
             "modes": impulses.modes,
         }
-        about |= {name: getattr(motion, name) for name in ("step", "residual", "depth", "sweeps")}
+        about |= asdict(course.stepping)
         about["blows"] = [
             (step, name, [
                 (point.body.name, [expression_text(x, texts) for x in point.components], P, n) for point, P, n in acting
@@ -170,6 +163,17 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
     return {**arrays, "machine": _bytes(machine), "about": _bytes(text)}
 
 
+def kind_of(motion: Trajectory) -> str:
+    """Return the kind of a motion in a file: smooth, phases, contacts, steps or sensitivities."""
+    if isinstance(motion.course, Touching):
+        return "contacts"
+    if isinstance(motion.course, InSteps):
+        return "steps"
+    if motion.course.derivatives is not None:
+        return "sensitivities"
+    return "phases" if isinstance(motion.path, Phases) else "smooth"
+
+
 def _segment(segment: Segment, accuracies: list[Any]) -> dict[str, Any]:
     path, kernels = segment.path, segment.kernels
     accuracy = [None if x is None else np.asarray(x).tolist() for x in (path.relative, path.absolute)]
@@ -178,7 +182,7 @@ def _segment(segment: Segment, accuracies: list[Any]) -> dict[str, Any]:
     return {
         "way": next(name for name, cls in PATHS.items() if type(path) is cls),
         "method": path.method,
-        "status": path.status,
+        "status": str(path.status),
         "steps": path.steps,
         "accuracy": accuracies.index(accuracy),
         "crossings": [(c.number, c.sign) for c in path.crossings],

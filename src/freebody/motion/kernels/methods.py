@@ -26,8 +26,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import SimulationError, nearest
 from ...native import loop
+from ..ending import End
 from ..ode.crossing import CONSTANTS_OF_F, INDICES, N_PROJECTED, N_QUATERNIONS, ONTO, RATES, ROOM, SIZE
-from ..ode.dense_output import FINISHED, INTERRUPTED, STIFF, Path, Rates
+from ..ode.dense_output import Path, Rates
 from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt, integrate
 from .kernels import Kernels, Program
 from .switching_laws import sticking
@@ -143,9 +144,9 @@ class Way:
                 compared = True
                 options = {**self.options, "absolute": absolute, "max_steps": COMPARED, "watch": None}
                 explicit = integrate(self.rates, state, start, t, method="dop853", **options)
-                if explicit.status == INTERRUPTED:
+                if explicit.status == End.INTERRUPTED:
                     raise KeyboardInterrupt
-                if explicit.status == FINISHED:
+                if explicit.status == End.FINISHED:
                     raise _Shortened
             if between is not None:
                 between(t)
@@ -164,7 +165,7 @@ class Way:
             path = self.first.path(state, start, until, absolute, callback, halt)
         except _Shortened:
             path = self.by("dop853").path(state, start, until, absolute, between, halt)
-        if path.status != STIFF or not self.may_change:
+        if path.status != End.STIFF or not self.may_change:
             return path
         # start again: a path has one method, and few steps are lost
         return self.by("radau", may_change=False).path(state, start, until, absolute, between, halt)

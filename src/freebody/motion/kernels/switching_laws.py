@@ -23,7 +23,8 @@ from ...dynamics.motion import motion
 from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import CODES, Tape, Traced
-from ..ode.dense_output import STUCK, Array, observe
+from ..ending import End
+from ..ode.dense_output import Array, observe
 from ..ode.integration import Halt
 from .kernels import Kernels, Program
 
@@ -48,7 +49,7 @@ class Switching:
         address, constants = self.program.address("laws"), self.program.constants(parameters)
         count = 4 * len(self.texts)
 
-        def first(times: Array, states: Array) -> tuple[int, str, int] | None:
+        def first(times: Array, states: Array) -> tuple[int, End, int] | None:
             laws = observe(address, count, times, states, constants).reshape(len(times), -1, 4)
             e, rate, slope, sign = np.moveaxis(laws, -1, 0)
             fall, rise = -(rate + slope * (1 - sign)), rate - slope * (1 + sign)
@@ -59,7 +60,7 @@ class Switching:
             if not candidates:
                 return None
             row, law = min(candidates)
-            return row, STUCK, law
+            return row, End.STUCK, law
 
         return first
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ..ending import End
+
 # Addresses of kernels: constants of the parameters, and functions of (t, y).
 PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED = 0, 1, 2, 3, 4, 5, 6
 # For eight lanes: the rates, or the series of the motion; the projection onto the constraints, or 0; the rates if a
@@ -36,9 +38,7 @@ EXTREMES = 4  # numbers stored per quantity: greatest, smallest, first, last
 OUTCOME_SIZE = 4  # integers stored per lane: status, steps, rejected steps, component to blame
 
 # Status codes of a lane, besides those in `layout`.
-TOO_MANY, CONTRADICTED, STUCK = 7, 8, 14
-# Finished, and stopped by a terminal event, after passing the limit of a one-sided force.
-UNPHYSICAL, STOPPED_UNPHYSICAL = 12, 13
+TOO_MANY, CONTRADICTED = int(End.TOO_MANY_STEPS), int(End.CONTRADICTED)
 
 # Integers of eight lanes, eight of each: number of the run (-1: none), steps of this leg, rejected steps, steps
 # suspected stiff, calm steps, 1 if the step before was rejected, outputs computed, 1 if the step reaches the end, leg,

@@ -14,8 +14,10 @@ import sympy
 
 from ...errors import ModelError, SimulationError, arguments_named
 from ...scalar.algebra import Expression, Vector
+from ..ending import End
 from ..kernels.kernels import Kernels
-from ..ode.dense_output import FINISHED, TERMINAL, Array, Path, Watch
+from ..ode.dense_output import Array, Path, Watch
+from ..request import Problem
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..trajectory.event import EventSpec, Happening, event, expressions_of, watching
@@ -159,22 +161,16 @@ def watching_blows(
 
 
 def struck_path(
-    kernels: Kernels,
-    numbers: Mapping[str, float],
-    advance: Callable[..., Path | Phases],
-    state: Any,
-    begin: float,
-    end: float,
-    specs: Sequence[EventSpec],
-    blows: Sequence[Blow],
+    problem: Problem, advance: Callable[..., Path | Phases], state: Any, blows: Sequence[Blow]
 ) -> tuple[Phases, tuple[Happening, ...]]:
     """Return the path of a machine under blows, and the events that the blows cause.
 
     Parameters
     ----------
     advance              (state, start, end, work of the blows until then) -> Path, or Phases of a driven machine
-    specs                events of the user, which precede the events of blows
     """
+    kernels, numbers, specs = problem.kernels, problem.numbers, problem.specs  # those of blows follow
+    begin, end = problem.begin, problem.end
     check_forwards(begin, end, "a run with impulses=", "blows")
     count = len(specs)
     timed, called = scheduled(kernels, numbers, blows, begin, end)
@@ -192,14 +188,14 @@ def struck_path(
             own = tuple(c for c in leg.path.crossings if c.number < count)
             segments.append(replace(leg, path=replace(leg.path, crossings=own)))
         work = legs[-1].impulses
-        stopped = path.status == TERMINAL
+        stopped = path.status == End.TERMINAL
         now = [
             called[c.number - count]
             for c in calls
             if stopped and abs(c.time - path.end) <= 1e-12 * max(1.0, abs(path.end))
         ]
         y, t = legs[-1].path.states[-1].copy(), path.end
-        if path.status == FINISHED and timed:
+        if path.status == End.FINISHED and timed:
             while timed and timed[0][0] == target:
                 now.append(timed.pop(0)[1])
         elif not stopped:
@@ -221,8 +217,8 @@ def struck_path(
                 f"The blow '{now[0].name if now else calls[-1].number}' falls again and again at t = {t:.9g} s: its "
                 "condition is fulfilled again just after. Give it a direction, or a count."
             )
-        if user_stop or (path.status == FINISHED and target == end and not timed):
-            status = TERMINAL if user_stop else FINISHED
+        if user_stop or (path.status == End.FINISHED and target == end and not timed):
+            status = End.TERMINAL if user_stop else End.FINISHED
             tail = Path(path.rates, np.array([t]), np.empty(0), y[None], (), status, 0, 0, 0)
             if now:
                 segments.append(replace(segments[-1], path=tail, impulses=work))

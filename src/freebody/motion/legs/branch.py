@@ -18,9 +18,10 @@ from functools import cache
 import numpy as np
 
 from ...native import loop
+from ..ending import End
 from ..kernels.kernels import Kernels
 from ..ode.crossing import ROUNDED
-from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, Sampler, cut, observe, projected
+from ..ode.dense_output import Array, Path, Rates, Sampler, cut, observe, projected
 from ..ode.integration import FINEST_OF_SUMS, Halt
 from ..start.loop_closure import Entries, names_of_dependent
 from ..trajectory.event import Happening
@@ -65,7 +66,7 @@ def closeness(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Ar
 
 def meeting(kernels: Kernels, rates: Rates) -> Halt:
     """Return a function that stops a run in the steps in which it meets a singular position."""
-    return lambda times, states: (0, RELEASED, 0) if meets(kernels, rates, times, states, "") else None
+    return lambda times, states: (0, End.RELEASED, 0) if meets(kernels, rates, times, states, "") else None
 
 
 def meets(kernels: Kernels, rates: Rates, times: Array, states: Array, method: str) -> bool:
@@ -222,7 +223,7 @@ class Crossing:
             return None
         self.ahead = self.tail = None
 
-        def met(times: Array, states: Array) -> tuple[int, str, int] | None:
+        def met(times: Array, states: Array) -> tuple[int, End, int] | None:
             begin, sense = times[0], 1.0 if times[-1] >= times[0] else -1.0
             if self.tail is not None:
                 times, states = (
@@ -234,10 +235,10 @@ class Crossing:
             if over is not None and (self.ahead is None or sense * (times[over] - self.ahead.start) <= 0):
                 self.longest, self.ahead = SHORTER * abs(times[over + 1] - times[over]), None
                 first = int(np.searchsorted(sense * times, sense * begin))
-                return max(over - first, 0), RELEASED, 0
+                return max(over - first, 0), End.RELEASED, 0
             if self.ahead is not None:
                 here = sense * times[sense * (times - begin) >= 0]
-                return int(np.searchsorted(here, sense * self.ahead.start)), RELEASED, 0
+                return int(np.searchsorted(here, sense * self.ahead.start)), End.RELEASED, 0
             # if a position is not passed yet, the steps before it are evaluated again with the steps that follow
             outside = np.flatnonzero(s >= LIMIT)
             # and with the step before them, which shows how s changes
@@ -262,7 +263,7 @@ class Crossing:
         self.behind = position.meeting
         sense = 1.0 if until >= before.start else -1.0
         steps = int(np.searchsorted(sense * before.times, sense * position.start))
-        approach = cut(before, steps, RELEASED)
+        approach = cut(before, steps, End.RELEASED)
         start, y = approach.end, approach.states[-1]
         if sense * (until - position.meeting) <= 0:
             return [approach], []
@@ -272,7 +273,7 @@ class Crossing:
         for share in SHARES:
             begin = sense * max(sense * start, sense * (meeting - share * (meeting - near)))
             lead = leg(kernels, rates, y, start, begin, None) if begin != start else None
-            if lead is not None and lead.status != FINISHED:
+            if lead is not None and lead.status != End.FINISHED:
                 break
             state, end = y if lead is None else lead.states[-1], meeting + (meeting - begin)
             step = leg(kernels, rates, state, begin, end, None, "crossing", False)
@@ -298,7 +299,7 @@ class Crossing:
         if watched:
             step = leg(kernels, rates, step.states[0], step.start, step.end, None, "crossing")
         step = replace(step, work=None)
-        if step.status == FINISHED:
+        if step.status == End.FINISHED:
             step.states[-1] = projected(rates, step.end, step.states[-1])
         if sense * (step.end - until) >= 0:
             step = _until(step, until)
@@ -332,7 +333,7 @@ def _until(step: Path, until: float) -> Path:
     times = np.array([step.start, until])
     states = np.stack([step.states[0], step.sample([until])[0]])
     passed = (crossing for crossing in step.crossings if (until - crossing.time) * (until - step.start) >= 0)
-    return replace(step, times=times, states=states, crossings=tuple(passed), status=FINISHED)
+    return replace(step, times=times, states=states, crossings=tuple(passed), status=End.FINISHED)
 
 
 def _met(kernels: Kernels, rates: Rates, sampler: Sampler) -> float | None:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -24,54 +24,19 @@ import sympy
 
 from ...describe.controller import Controller
 from ...describe.loads.load import JointSpring, Spring
-from ...errors import ModelError, SimulationError, nearest
+from ...errors import SimulationError, nearest
 from ...model import Model
 from ...model.symbols import symbols_of
+from ..ending import End
 from ..kernels.kernels import Kernels
-from ..ode.dense_output import FINISHED, INTERRUPTED, Array, Crossing, Path, Rates, Watch, observe
+from ..ode.dense_output import Array, Crossing, Path, Rates, Watch, observe
 from ..start.arguments import MOST_STEPS, check_count, check_forwards
 from ..start.initial import number
-from ..trajectory.event import EventSpec
+from ..start.signals import at_time
 from ..trajectory.phases import Phases, Segment, segments_of
 
 _TOGETHER = 1e-12
 """Times that are closer, relative to 1 s or to their value, count as equal."""
-
-
-def refuse_switched(model: Model, what: str) -> None:
-    """Refuse a machine with signals or controllers if constants cannot change during the run."""
-    if model.switched:
-        names = [c.name for c in model.controllers] + [placed.signal.name for placed in model.signals]
-        raise SimulationError(
-            f"'{model.name}' has signals or controllers ({', '.join(names)}), which are not for {what}. Leave them "
-            "out, or write the law as an expression of time, coordinates and speeds."
-        )
-
-
-def at_time(model: Model, numbers: Mapping[str, float], t: float) -> Mapping[str, float]:
-    """Return the values of all parameters, with the values of signals at a time."""
-    if not model.names.signals:
-        return numbers
-    result = dict(numbers)
-    for placed in model.signals:
-        try:
-            result.update(placed.settings(t))
-        except ModelError as error:
-            raise SimulationError(str(error)) from None
-    return result
-
-
-def check_signals(model: Model) -> None:
-    """Refuse signals that occur only in an event or an output."""
-    if not model.names.signals:
-        return
-    used = {placed.signal.name for placed in model.signals}
-    for placed in model.names.signals.values():
-        if placed.signal.name not in used:
-            raise SimulationError(
-                f"Signal '{placed.signal.name}' occurs in no load and no drive of '{model.name}', only in an event or "
-                "an output. Use it in the machine before it is assembled: for example in a load with the factor 0."
-            )
 
 
 class Reading(Mapping[str, float]):
@@ -305,7 +270,6 @@ def driven_path(
     leg: Callable[..., Path | Phases],
     rates: Rates,
     watch: Watch | None,
-    specs: Sequence[EventSpec],
     state: Any,
     begin: float,
     end: float,
@@ -316,7 +280,6 @@ def driven_path(
     Parameters
     ----------
     leg                  (parameters, rates, state, start, end, watch=, first_step=, method=) -> Path
-    specs                events of the user (and of blows), in the order of ``watch``
     work                 work of blows until now
     """
     kernels = drives.kernels
@@ -333,7 +296,7 @@ def driven_path(
         try:
             changed = drives.change(t, y)
         except KeyboardInterrupt:
-            return _ended(segments, current, t, y, work, parameters, INTERRUPTED)
+            return _ended(segments, current, t, y, work, parameters, End.INTERRUPTED)
         if changed or at_start:
             parameters = kernels.parameters(drives.numbers)
             current = replace(rates, constants=constants_of(parameters), recipe=(kernels.rates, parameters))
@@ -347,8 +310,8 @@ def driven_path(
                     if jumps:
                         last = replace(last, crossings=(*last.crossings, *jumps))
                         segments[-1] = replace(segments[-1], path=last)
-                        if any(specs[crossing.number].terminal for crossing in jumps):
-                            return Phases(tuple(segments), "terminal event")
+                        if any(watch.terminal[crossing.number] for crossing in jumps):
+                            return Phases(tuple(segments), End.TERMINAL)
         at_start = False
         path = leg(
             parameters,
@@ -368,12 +331,12 @@ def driven_path(
         elif path.steps:
             first_step = max(first_step or 0.0, abs(float(path.lengths[0])))
         y, t = path.states[-1].copy(), path.end
-        if path.status != FINISHED or t >= end:
+        if path.status != End.FINISHED or t >= end:
             return Phases(tuple(segments), path.status)
 
 
 def _ended(
-    segments: list[Segment], rates: Rates, t: float, y: Array, work: float, parameters: Array, status: str
+    segments: list[Segment], rates: Rates, t: float, y: Array, work: float, parameters: Array, status: End
 ) -> Phases:
     """Return the path that ends at t."""
     tail = Path(rates, np.array([t]), np.empty(0), y[None], (), status, 0, 0, 0)

@@ -11,26 +11,27 @@ from ...dynamics.constraints import rows
 from ...dynamics.mobility import massless_motion
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
+from ..ending import End
 from ..kernels.kernels import Kernels
 from ..kernels.switching_laws import switching
-from ..ode import dense_output as runs
-from ..ode.dense_output import Array, Path, Rates, observe
+from ..ode.dense_output import Array, Rates, observe
 from ..start.loop_closure import nearly_dependent
 from ..trajectory.event import EventSpec, expressions_of
+from ..trajectory.path import SampledPath
 from ..trajectory.phases import Phases
 from ..trajectory.trajectory import Trajectory
 from .independent_conditions import taking_over
 
 
-def culprit(path: Path, kernels: Kernels) -> int:
+def culprit(path: SampledPath, kernels: Kernels) -> int:
     """Return the component, or event, that stopped a run.
 
     For the work, which follows from the motion, and for the length of a series, which depends on all components, it is
     the speed that changes fastest.
     """
-    if path.status == runs.UNDEFINED:
+    if path.status == End.UNDEFINED:
         return path.blame
-    reported = path.blame if path.method != "taylor" or path.status == runs.NOT_FINITE else None
+    reported = path.blame if path.method != "taylor" or path.status == End.NOT_FINITE else None
     return to_blame(kernels, reported, path.rates, path.end, path.states[-1])
 
 
@@ -46,7 +47,7 @@ def to_blame(kernels: Kernels, reported: int | None, rates: Rates, t: float, y: 
     return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))
 
 
-def _last_state(path: Path, kernels: Kernels, trajectory: Trajectory) -> State:
+def _last_state(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> State:
     """Return the last good state."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
     y = path.states[-1]
@@ -55,20 +56,18 @@ def _last_state(path: Path, kernels: Kernels, trajectory: Trajectory) -> State:
     )
 
 
-def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str, ...]:
+def _massless(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> tuple[str, ...]:
     """Return the speeds that together move no mass at the last good state."""
     return massless_motion(kernels.model, _last_state(path, kernels, trajectory))
 
 
-def _singular(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
+def _singular(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
     """Return the sentence about constraints that are dependent where the step collapsed; empty if none are.
 
     Other conditions that could take over have done so, except in runs with derivatives.
     """
-    from .sensitivity import SensitiveTrajectory
-
     better = taking_over(kernels, kernels.parameters(trajectory.values), path.end, path.states[-1])
-    if better != kernels.active and isinstance(trajectory, SensitiveTrajectory):
+    if better != kernels.active and trajectory.course.derivatives is not None:
         conditions = [row.name for row in rows(kernels.model)]
         lost, gained = (
             " and ".join(repr(conditions[i]) for i in these if i not in those)
@@ -90,7 +89,7 @@ def _singular(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
     )
 
 
-def _undefined(trajectory: Trajectory, path: Path | Phases, kernels: Kernels, spec: EventSpec) -> str:
+def _undefined(trajectory: Trajectory, path: SampledPath, kernels: Kernels, spec: EventSpec) -> str:
     (expression,) = expressions_of(kernels.model, (spec,))
     last = path.segments[-1].path if isinstance(path, Phases) else path
     if last.steps == 0:
@@ -108,7 +107,7 @@ def _undefined(trajectory: Trajectory, path: Path | Phases, kernels: Kernels, sp
     )
 
 
-def _stuck(path: Path, kernels: Kernels) -> str:
+def _stuck(path: SampledPath, kernels: Kernels) -> str:
     laws = switching(kernels)
     assert laws is not None
     e = laws.texts[path.blame]
@@ -123,7 +122,7 @@ _MODES = 200
 """Greatest number of components for which the fastest motion is sought."""
 
 
-def _fastest(path: Path, kernels: Kernels) -> str:
+def _fastest(path: SampledPath, kernels: Kernels) -> str:
     """Return the sentence about the fastest motion near the last state, by the eigenvalues of the rates' derivative."""
     n = kernels.model.n_q + kernels.model.n_u
     if not 0 < n <= _MODES:
@@ -145,12 +144,12 @@ def _fastest(path: Path, kernels: Kernels) -> str:
 
 
 def failure(
-    trajectory: Trajectory, path: Path, kernels: Kernels, end: float, watched: Sequence[EventSpec]
+    trajectory: Trajectory, path: SampledPath, kernels: Kernels, end: float, watched: Sequence[EventSpec]
 ) -> SimulationError:
     """Return the error of a run that could not continue; ``watched`` are events, and events that call for blows."""
-    undefined, stuck = path.status == runs.UNDEFINED, path.status == runs.STUCK
+    undefined, stuck = path.status == End.UNDEFINED, path.status == End.STUCK
     name = "" if undefined or stuck else kernels.names[culprit(path, kernels)]
-    idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
+    idle = _massless(path, kernels, trajectory) if path.status == End.NOT_FINITE else ()
     if undefined:
         what = _undefined(trajectory, path, kernels, watched[path.blame])
     elif stuck:
@@ -161,13 +160,13 @@ def failure(
             "move no mass. Euler angles whose axes line up do this: start or describe the body in another sequence "
             "of angles, or use a ball joint, which has no such attitude."
         )
-    elif path.status == runs.NOT_FINITE:
+    elif path.status == End.NOT_FINITE:
         what = (
             f"the rate of '{name}' is not a finite number just after t = {path.end:.9g} s. A division by zero, a "
             "root or logarithm of a negative number, or a singular mass matrix does this: check the loads, masses "
             "and angles there, or stop before with a terminal event."
         )
-    elif path.status == runs.COLLAPSED:
+    elif path.status == End.COLLAPSED:
         what = (
             f"the step collapsed at t = {path.end:.9g} s: '{name}' changes faster than any step can follow."
         )
@@ -182,7 +181,7 @@ def failure(
                 what += " So do constraints that end: bars that come into line, points of a rope that meet."
             if path.method in ("dop853", "dop54"):
                 what += ' If a spring or damper is very stiff, method="radau" follows it.'
-    elif path.status == runs.DIVERGED:
+    elif path.status == End.DIVERGED:
         what = (
             f"the step from t = {path.end:.9g} s is too long for its iteration to converge. A smaller step= converges; "
             'where a spring is very stiff, method="radau" with a tolerance is the better choice.'

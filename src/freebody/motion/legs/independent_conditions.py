@@ -26,8 +26,9 @@ import numpy as np
 from ...dynamics.constrained import DEPENDENT, condition_groups
 from ...dynamics.constraints import rows
 from ...errors import SimulationError
+from ..ending import End
 from ..kernels.kernels import LOOSE, Kernels
-from ..ode.dense_output import CONTRADICTED, FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
+from ..ode.dense_output import Array, Path, Rates, cut, observe, projected
 from ..ode.integration import Halt, first_halt
 from ..trajectory.event import Happening
 from ..trajectory.phases import Phases, Segment, segments_of
@@ -87,17 +88,17 @@ class Holding:
             near = None if crossing is None else crossing.halt(kernels, current)
             longest = self.longest
             part = leg(kernels, current, y, start, until, first_halt(near, change))
-            if crossing is not None and crossing.ahead is not None and part.status == RELEASED:
+            if crossing is not None and crossing.ahead is not None and part.status == End.RELEASED:
                 parts, happenings = crossing.across(leg, kernels, parameters, current, part, until, watched)
                 segments += [Segment(path, kernels, work) for path in parts]
                 self.happenings += happenings
                 start, y = parts[-1].end, parts[-1].states[-1]
-                if parts[-1].status not in (RELEASED, FINISHED) or start == until:
+                if parts[-1].status not in (End.RELEASED, End.FINISHED) or start == until:
                     break
                 continue
             if part.steps or not self.longest < longest:
                 segments.append(Segment(part, kernels, work))
-            if part.status != RELEASED:
+            if part.status != End.RELEASED:
                 break
             if self.longest < longest:  # the same steps again, but shorter ones
                 start, y = part.end, part.states[-1]
@@ -115,11 +116,11 @@ class Holding:
             return None
         address = kernels.motion().address("dropped")
 
-        def first(times: Array, states: Array) -> tuple[int, str, int] | None:
+        def first(times: Array, states: Array) -> tuple[int, End, int] | None:
             loose = observe(address, count, times, states, rates.constants)[:, -1]
             for k in np.flatnonzero(~(loose <= 0)):
                 if taking_over(kernels, parameters, times[k], states[k]) != kernels.active:
-                    return int(k), RELEASED, 0
+                    return int(k), End.RELEASED, 0
             return None
 
         return first
@@ -187,8 +188,8 @@ def check_redundant(trajectory: Trajectory) -> None:
         if not len(late):
             continue
         k = int(late[0])
-        short = cut(part, k, CONTRADICTED)
-        whole = Phases((*parts[:i], replace(segment, path=short)), CONTRADICTED)
+        short = cut(part, k, End.CONTRADICTED)
+        whole = Phases((*parts[:i], replace(segment, path=short)), End.CONTRADICTED)
         trajectory.path = cast(Any, whole) if isinstance(path, Phases) else short
         error = SimulationError(
             f"The constraint '{names[int(missed[k].argmax()) // 2]}' of '{kernels.model.name}' followed from the "

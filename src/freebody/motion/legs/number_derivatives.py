@@ -23,11 +23,13 @@ from numpy.typing import NDArray
 
 from ...errors import SimulationError
 from ...scalar.algebra import Expression
+from ..ending import End
 from ..kernels.kernels import Program
-from ..ode.dense_output import FINISHED, TERMINAL, Crossing, Path
+from ..ode.dense_output import Crossing
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import expressions_of
 from ..trajectory.extremes import search_blocks
+from ..trajectory.path import SampledPath
 from .variation import Variation
 
 Array = NDArray[np.float64]
@@ -103,9 +105,9 @@ class NumberDerivatives:
     def end(self) -> Array:
         """Derivatives of the time at which the run ends."""
         path = self.motion.path
-        if path.status == FINISHED:
+        if path.status == End.FINISHED:
             return self.shifts[1]
-        if path.status == TERMINAL:
+        if path.status == End.TERMINAL:
             return self.event(path.crossings[-1])
         raise SimulationError(
             f"Expected a run that reaches its end for a derivative of what it ends with, but this one is "
@@ -248,7 +250,7 @@ def _rounded(value: float) -> float:
     return _ROUND_OFF * (1 + abs(value))
 
 
-def _step(path: Path, t: float) -> float:
+def _step(path: SampledPath, t: float) -> float:
     """Return the length of the step in which a time lies."""
     if not path.steps:
         return 0.0

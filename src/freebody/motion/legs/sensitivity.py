@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,17 +26,22 @@ from ...errors import SimulationError, nearest
 from ...model import Model
 from ...scalar.algebra import Expression, floats
 from ...scalar.expression import evaluate
-from ..kernels.kernels import Kernels
+from ..ending import FAILED
 from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
 from ..ode.dense_output import Path, observe
 from ..ode.integration import integrate
+from ..request import Problem, Request, problem_of
 from ..start.arguments import most_steps
+from ..start.signals import refuse_switched
 from ..start.start_sensitivity import start_slopes
+from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.event import EventSpec, watching
+from ..trajectory.in_legs import InLegs
 from ..trajectory.outputs import outputs_of
+from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
-from .driven import refuse_switched
+from .failure import failure
 from .number_derivatives import NumberDerivatives
 from .variation import Unknown, Variation, unknowns_of
 
@@ -45,8 +50,9 @@ Array = NDArray[np.float64]
 METHODS = ("auto", "dop853", "dop54", "gauss", "taylor")
 
 
-def check_sensitive(model: Model, method: str, project: bool, impulses: Any) -> None:
+def check_sensitive(request: Request) -> None:
     """Refuse motions without variational equations."""
+    model, method = request.model, request.method
     if model.contacts:
         raise SimulationError(
             f"Expected a machine without contacts for sensitivities=, but '{model.name}' has "
@@ -56,13 +62,13 @@ def check_sensitive(model: Model, method: str, project: bool, impulses: Any) -> 
         raise SimulationError(
             f"Expected one of {', '.join(map(repr, METHODS))} for sensitivities=, got method={method!r}."
         )
-    if model.constraints and project:
+    if model.constraints and request.project:
         raise SimulationError(
             "Expected a start on the constraints for sensitivities=, got project=True, which moves named values. "
             "Name fewer coordinates and speeds: the others follow."
         )
     refuse_switched(model, "sensitivities=")
-    if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
+    if request.struck:
         raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
 
 
@@ -80,61 +86,57 @@ def _slopes_of(
     ]
 
 
-def sensitive_motion(
-    kernels: Kernels,
-    numbers: Mapping[str, float],
-    unknowns: Any,
-    initial: Mapping[Any, Any],
-    near: Mapping[Any, Any],
-    state: Array,
-    begin: float,
-    end: float,
-    specs: Sequence[EventSpec],
-    expressions: Sequence[Expression],
-    tolerances: Array,
-    times: Any,
-    samples: int | None,
-    *,
-    moments: tuple[Expression, Expression],
-    method: str,
-    step: float | None,
-    max_step: float | None,
-    max_steps: int | None,
-    between: Any,
-) -> SensitiveTrajectory:
-    """Return the motion with its derivatives; arguments as of :func:`freebody.simulate`, checked.
+def sensitive_motion(request: Request) -> Trajectory:
+    """Return the motion with its derivatives.
 
-    ``moments`` are the expressions of ``begin`` and ``end``, which may depend on parameters.
+    Raises
+    ------
+    SimulationError
+        A motion without variational equations, or one that cannot be continued.
     """
-    model = kernels.model
-    variation = Variation(kernels, unknowns_of(model, unknowns, initial, "sensitivities"))
-    program, parameters = variation.program(), kernels.parameters(numbers)
-    shifts = np.array([_slopes_of(model, variation.unknowns, numbers, moment) for moment in moments])
-    rows = start_slopes(kernels, variation.unknowns, state, numbers, initial, near, begin)
+    problem = problem_of(request)
+    with problem.progress() as between:
+        trajectory = _sensitive_motion(problem, between)
+    if trajectory.path.status in FAILED:
+        raise failure(trajectory, trajectory.path, problem.kernels, problem.end, problem.specs)
+    return trajectory
+
+
+def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
+    p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
+    method, initial, begin = request.method, request.initial or {}, problem.begin
+    check_sensitive(request)
+    variation = Variation(kernels, unknowns_of(model, request.sensitivities, initial, "sensitivities"))
+    program, parameters = variation.program(), kernels.parameters(p.numbers)
+    # times that depend on parameters
+    shifts = np.array(
+        [
+            _slopes_of(model, variation.unknowns, p.numbers, moment)
+            for moment in (request.start, request.until)
+        ]
+    )
+    rows = start_slopes(kernels, variation.unknowns, p.state, p.numbers, initial, request.near or {}, begin)
     n, k = kernels.size, len(variation.unknowns)
-    y = np.concatenate([state, np.zeros(n - state.size), rows.ravel()])
+    y = np.concatenate([p.state, np.zeros(n - p.state.size), rows.ravel()])
     if method == "auto":
-        method = "gauss" if np.min(tolerances, initial=1.0) < FINE else "dop853"
+        method = "gauss" if np.min(p.tolerances, initial=1.0) < FINE else "dop853"
     rates = variation.rates(parameters, method)
     if shifts[0].any():
         constants = program.constants(parameters)
         f = observe(program.address("rates"), y.size, np.array([begin]), y[None], constants)[0, :n]
         y[n:] -= np.outer(shifts[0], f).ravel()
-    relative, absolute = np.tile(tolerances, 1 + k), np.tile(tolerances, 1 + k)
+    relative, absolute = np.tile(p.tolerances, 1 + k), np.tile(p.tolerances, 1 + k)
     if kernels.works:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
-    watch = watching(kernels, parameters, specs, expressions)
     path = integrate(
-        rates, y, begin, end, relative=relative, absolute=absolute, watch=watch, method=method, step=step,
-        max_step=math.inf if max_step is None else float(max_step), max_steps=most_steps(max_steps, y.size + 2),
-        between=between,
+        rates, y, begin, p.end, relative=relative, absolute=absolute,
+        watch=watching(kernels, parameters, p.specs, p.expressions), method=method, step=request.step,
+        max_step=request.longest_step, max_steps=most_steps(request.max_steps, y.size + 2), between=between,
     )  # fmt: skip
     _refuse_jumps(variation, parameters, path)
-    return SensitiveTrajectory(
-        variation, kernels, numbers, path, specs, tolerances, times, samples, shifts=shifts
-    )
+    return Trajectory(*p.outcome(path), course=InLegs(derivatives=Derivatives(variation, shifts)))
 
 
 def _refuse_jumps(variation: Variation, parameters: Array, path: Path) -> None:
@@ -164,20 +166,19 @@ def _refuse_jumps(variation: Variation, parameters: Array, path: Path) -> None:
         )
 
 
-class SensitiveTrajectory(Trajectory):
-    """A trajectory with derivatives by parameters and initial values (:class:`Sensitivity`)."""
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """What gives the derivatives of a motion.
 
-    def __init__(
-        self, variation: Variation, *arguments: Any, shifts: Array | None = None, **options: Any
-    ) -> None:
-        super().__init__(*arguments, **options)
-        self.variation = variation
-        self.shifts = np.zeros((2, len(variation.unknowns))) if shifts is None else shifts
+    ``shifts``   derivatives of the start and of the end of the run by the unknowns, shape (2, unknowns)
+    """
 
-    @cached_property
-    def sensitivity(self) -> Sensitivity:
-        """Derivatives by (quantity, parameter or initial value)."""
-        return Sensitivity(self)
+    variation: Variation
+    shifts: Array
+
+    def of(self, motion: ComputedMotion) -> Sensitivity:
+        """Return the derivatives of a motion."""
+        return Sensitivity(motion, self)
 
 
 class Sensitivity(Mapping[Any, Array]):
@@ -189,10 +190,10 @@ class Sensitivity(Mapping[Any, Array]):
     :meth:`times` has derivatives of times of events. Iterates over coordinates and speeds.
     """
 
-    def __init__(self, trajectory: SensitiveTrajectory) -> None:
-        self._trajectory = trajectory
-        self.unknowns = tuple(unknown.name for unknown in trajectory.variation.unknowns)
-        self.numbers = NumberDerivatives(trajectory, trajectory.variation, trajectory.shifts)
+    def __init__(self, trajectory: ComputedMotion, derivatives: Derivatives) -> None:
+        self._trajectory, self.variation = trajectory, derivatives.variation
+        self.unknowns = tuple(unknown.name for unknown in self.variation.unknowns)
+        self.numbers = NumberDerivatives(trajectory, self.variation, derivatives.shifts)
 
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, tuple) or len(key) != 2:
@@ -227,7 +228,7 @@ class Sensitivity(Mapping[Any, Array]):
         text = texts.get(quantity) if isinstance(quantity, sympy.Basic) else None
         if text in trajectory.names:
             return self._of_component(text)
-        program = trajectory.variation.expression(quantity)
+        program = self.variation.expression(quantity)
         return trajectory._observed(program, "values", trajectory.t, trajectory.states)
 
     def _of_component(self, name: str) -> Array:

@@ -11,25 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import SimulationError
 from ...native import loop
+from ..ending import End
 from . import loops
 from .layout import INTEGERS, SAMPLED, STATE, padded, rows
 
 Array = NDArray[np.float64]
-
-FINISHED = "finished"
-TERMINAL = "terminal event"
-NOT_FINITE = "not finite"
-COLLAPSED = "step collapsed"
-TOO_MANY_STEPS = "too many steps"
-DIVERGED = "iteration diverged"
-STIFF = "stiff"
-UNDEFINED = "event undefined"
-STUCK = "stuck on a switching law"
-RELEASED = "other conditions hold"
-CONTRADICTED = "constraints contradicted"
-INTERRUPTED = "interrupted"
-FAILED = (NOT_FINITE, COLLAPSED, DIVERGED, TOO_MANY_STEPS, UNDEFINED, STUCK)
-"""Status of a run that cannot be continued."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +109,7 @@ class Path:
     lengths: Array
     states: Array
     crossings: tuple[Crossing, ...]
-    status: str
+    status: End
     blame: int
     rejected: int
     evaluations: int
@@ -221,7 +207,7 @@ class Sampler:
         return result
 
 
-def cut(path: Path, k: int, status: str) -> Path:
+def cut(path: Path, k: int, status: End) -> Path:
     """Return the first ``k`` steps of a path."""
     direction = 1.0 if path.end >= path.start else -1.0
     crossings = (crossing for crossing in path.crossings if (path.times[k] - crossing.time) * direction >= 0)

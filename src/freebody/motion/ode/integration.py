@@ -17,35 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...native import loop
+from ..ending import ENDS, GOOD, End
 from . import layout, loops
-from .dense_output import (
-    COLLAPSED,
-    DIVERGED,
-    FINISHED,
-    INTERRUPTED,
-    NOT_FINITE,
-    STIFF,
-    TERMINAL,
-    TOO_MANY_STEPS,
-    UNDEFINED,
-    Array,
-    Crossing,
-    Path,
-    Rates,
-    Watch,
-    cut,
-)
+from .dense_output import Array, Crossing, Path, Rates, Watch, cut
 
-_STATUS = {
-    layout.FINISHED: FINISHED,
-    layout.TERMINAL: TERMINAL,
-    layout.NOT_FINITE: NOT_FINITE,
-    layout.COLLAPSED: COLLAPSED,
-    layout.DIVERGED: DIVERGED,
-    layout.STIFF: STIFF,
-    layout.UNDEFINED: UNDEFINED,
-}
-_ENDS = (layout.FINISHED, layout.TERMINAL)
 FINEST_OF_SUMS = 1e-14
 """Relative tolerance below which, in long runs, the round-off of explicit sums exceeds the error of the steps."""
 _PIECE = 0.1  # seconds between two checks of the keyboard
@@ -54,7 +29,7 @@ _FIRST = 1024  # steps of the first piece
 _SMALL, _SHAPES = 1 << 20, 16  # maximum size in bytes, and number, of the buffers kept for later runs
 
 
-Halt = Callable[[Array, Array], tuple[int, str, int] | None]
+Halt = Callable[[Array, Array], tuple[int, End, int] | None]
 
 
 def first_halt(*halts: Halt | None) -> Halt | None:
@@ -163,18 +138,18 @@ class Integration:
                 steps += done
                 if halt is not None:
                     answer = halt(times, states)
-                    if answer is not None and (answer[0] < done or code not in _ENDS):
+                    if answer is not None and (answer[0] < done or code not in GOOD):
                         last, status, blame = steps - done + answer[0], *answer[1:]
                         break
                 if code != layout.RUNNING:
-                    status = _STATUS[code]
+                    status = ENDS[code]
                     break
                 if steps == budget and done:
                     # at a fixed number of steps, so that runs agree to the last bit on every computer
                     _tighten(run, steps, start, until, layout.ORDERS[method])
                     relative, absolute = run.relative.copy(), run.absolute.copy()
                 if remaining <= 0:
-                    status = TOO_MANY_STEPS
+                    status = End.TOO_MANY_STEPS
                     break
                 pace = max(done, 1) / max(perf_counter() - clock, 1e-6)
                 largest = max(16, _MEMORY // (8 * (rates.size + 2)))
@@ -182,7 +157,7 @@ class Integration:
                 if between is not None:
                     between(float(times[-1]))
         except KeyboardInterrupt:
-            status = INTERRUPTED
+            status = End.INTERRUPTED
         if not pieces:
             pieces.append((np.array([start]), np.empty(0), np.array(state, dtype=float)[None], [], 0))
         counts = run.counts

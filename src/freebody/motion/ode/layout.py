@@ -12,13 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...native.registers import WIDTH
+from ..ending import End
 
 # Rows of the work array, each as long as the padded state. Rows 0 to 15 hold the stages (for an implicit method only
 # row 0 and row 12: the rates at the start and at the end). The rows of a method itself begin at ROWS.
 STATE, ARGUMENT, RAW, ERROR5, ERROR3, DENSE, POINT, END, ROWS = 16, 17, 18, 19, 20, 21, 28, 29, 30
 
-# Status codes that `advance` returns.
-RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF, UNDEFINED = 0, 1, 2, 3, 4, 5, 6, 11
+# Status codes that `advance` returns: the numbers of `End`.
+RUNNING, FINISHED, TERMINAL, NOT_FINITE = (
+    int(end) for end in (End.RUNNING, End.FINISHED, End.TERMINAL, End.NOT_FINITE)
+)
+COLLAPSED, DIVERGED, STIFF, UNDEFINED = (
+    int(end) for end in (End.COLLAPSED, End.DIVERGED, End.STIFF, End.UNDEFINED)
+)
 
 # Indices of the real numbers that `advance` carries from call to call. If STEP is 0, the first step is chosen at the
 # start, for a method of order METHOD_ORDER.

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import SimulationError, nearest
-from ...model import Model
 from ..kernels.kernels import Kernels
 
 FINEST = 1e-15
@@ -68,8 +67,10 @@ def check_count(count: float, most: int, what: str, cure: str) -> None:
         )
 
 
-def check_numbers(samples: Any, max_step: Any, max_steps: Any, width: int) -> None:
+def check_numbers(times: Any, samples: Any, max_step: Any, max_steps: Any, width: int) -> None:
     """Check the number of samples, of ``width`` numbers each, the longest step and the maximum number of steps."""
+    if times is not None and samples is not None:
+        raise SimulationError("Expected times= or samples=, got both. Leave one out.")
     if samples is not None and not (_is_whole(samples) and samples >= 2):
         raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
     if samples is not None and 8 * width * samples > largest_memory():
@@ -90,63 +91,6 @@ def check_forwards(begin: float, end: float, what: str, why: str) -> None:
             f"Expected until later than start for {what}, got until = {end:g} s and start = {begin:g} s: {why} have no "
             "way back. Begin at the earlier time."
         )
-
-
-def check_heeded(
-    model: Model,
-    method: str,
-    *,
-    near: Mapping[Any, Any] | None,
-    project: bool,
-    tolerance: Any,
-    max_step: float | None,
-    max_steps: int | None,
-    impacts: str,
-    indeterminate: str,
-) -> None:
-    """Raise SimulationError for an argument without effect on this machine with this method."""
-    if not (isinstance(impacts, str) and isinstance(indeterminate, str)):
-        raise SimulationError(
-            f"Expected impacts= and indeterminate= as words, got impacts={impacts!r}, indeterminate={indeterminate!r}."
-        )
-    usual = impacts == "simultaneous" and indeterminate == "compliance" and method != "timestepping"
-    if usual and near is None and project is False:
-        return
-    if not isinstance(near, Mapping | None):
-        raise SimulationError(f"Expected near values by name, such as {{'theta': 0.1}}, got {near!r}.")
-    if not isinstance(project, bool | np.bool_):
-        raise SimulationError(f"Expected project=True or False, got {project!r}.")
-    of_constraints: dict[str, Any] = {"near": near, "project": project}
-    of_contacts: dict[str, Any] = {
-        "impacts": (impacts, "simultaneous"),
-        "indeterminate": (indeterminate, "compliance"),
-    }
-    of_control: dict[str, Any] = {
-        "tolerance": (tolerance, 1e-9),
-        "max_step": (max_step, None),
-    }
-    for name, value in of_constraints.items():
-        if value and not model.constraints:
-            raise SimulationError(
-                f"Expected a machine with constraints for {name}=, but '{model.name}' has none: it starts as initial= "
-                "says. Leave it out."
-            )
-    for name, (value, default) in of_contacts.items():
-        if value != default and not model.contacts:
-            raise SimulationError(
-                f"Expected a machine with contacts for {name}=, but '{model.name}' has none. Leave it out."
-            )
-        if value != default and method == "timestepping":
-            raise SimulationError(
-                f'Expected no {name}= for method="timestepping", got {value!r}: it solves all contacts of a step at '
-                'once, and where several answers hold, takes one. Leave it out, or take method="auto".'
-            )
-    for name, (value, default) in of_control.items():
-        if value != default and method == "timestepping":
-            raise SimulationError(
-                f'Expected no {name}= for method="timestepping", got {value!r}: all its steps have the length step=, '
-                "whatever their error. Leave it out."
-            )
 
 
 def is_number(value: Any) -> bool:

@@ -25,15 +25,20 @@ from ...native import loop
 from ..contact.cone_problem import eased, polished
 from ..contact.motion import check_coefficients
 from ..contact.scene import scene_of_layout
+from ..ending import End
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
-from ..ode.dense_output import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
+from ..ode.dense_output import Array, Crossing, Rates, observe
+from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.initial import number
-from ..trajectory.event import EventSpec, expressions_of
+from ..start.signals import refuse_switched
+from ..trajectory.event import expressions_of
+from ..trajectory.progress import Progress
+from ..trajectory.trajectory import Trajectory
+from .course import Impulses, InSteps, Stepping, Steps
 from .stepped_kernels import Shape, stepping
-from .stepped_trajectory import Impulses, SteppedTrajectory, Steps
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
@@ -48,25 +53,24 @@ BLOCK = 1000
 """Steps between two checks of events, progress and the keyboard; fewer in proportion with more than ten contacts."""
 
 
-def stepped_motion(
-    kernels: Kernels,
-    values: Mapping[str, float],
-    state: Array,
-    begin: float,
-    end: float,
-    specs: Sequence[EventSpec],
-    expressions: Sequence[Any],
-    tolerances: Array,
-    times: Array | None,
-    samples: int | None,
-    *,
-    step: Any,
-    max_steps: int | None,
-    impulses: Any,
-    between: Callable[[float], None] | None,
-) -> SteppedTrajectory:
-    """Return the motion of a machine with contacts in equal steps; arguments as in `simulate`, already read."""
-    model = kernels.model
+def stepped_motion(request: Request) -> Trajectory:
+    """Return the motion of a machine with contacts in equal steps.
+
+    Raises
+    ------
+    SimulationError
+        Laws of contacts that the steps do not know, or a step without a solution.
+    """
+    problem = problem_of(request)
+    with problem.progress() as between:
+        return _run_of(problem).motion(between)
+
+
+def _run_of(problem: Problem) -> _Run:
+    """Return a run, ready for its first step."""
+    request, kernels, values = problem.request, problem.kernels, problem.numbers
+    model, step, begin, end = kernels.model, request.step, problem.begin, problem.end
+    refuse_switched(model, 'method="timestepping"')
     if not model.contacts:
         raise SimulationError(
             "method='timestepping' is for machines with contacts, and this one has none. Take method='auto'."
@@ -80,21 +84,20 @@ def stepped_motion(
         raise SimulationError(f"Expected a step greater than 0 s, got step={h:g}.")
     check_forwards(begin, end, "a machine with contacts", "friction and impacts")
     _check_laws(kernels, values)
-    blows = blows_of(impulses)
+    blows = blows_of(request.impulses)
     for one in blows:
         if one.options["normal"] is not None or one.options["restitution"] is not None:
             raise SimulationError(
                 f"The blow '{one.name}' meets a surface (normal=, restitution=), which method='timestepping' solves "
                 "only with the other contacts: describe the surface by s.contact(..., restitution=e), or give impulse=."
             )
-    most = most_steps(max_steps, STORED + model.n_q + model.n_u + 4 * len(model.contacts))
+    most = most_steps(request.max_steps, STORED + model.n_q + model.n_u + 4 * len(model.contacts))
     check_count((end - begin) / h, most, f"step = {h:g} s", "Take a longer step=")
     count = max(round((end - begin) / h), 1 if end > begin else 0)
     if count and abs(count * h - (end - begin)) > 1e-9 * max(h, abs(end)):
         count = math.ceil((end - begin) / h)
     h = (end - begin) / count if count else h
-    run = _Run(kernels, values, begin, h, count, specs, expressions, blows, end)
-    return run.motion(state, tolerances, times, samples, between)
+    return _Run(problem, h, count, blows)
 
 
 def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
@@ -116,13 +119,12 @@ def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
 class _Run:
     """One run: the compiled loop, its memory and the steps done so far."""
 
-    def __init__(
-        self, kernels: Kernels, values: Mapping[str, float], begin: float, h: float, count: int,
-        specs: Sequence[EventSpec], expressions: Sequence[Any], blows: Sequence[Blow], end: float,
-    ) -> None:  # fmt: skip
-        self.kernels, self.values, self.begin, self.h, self.count = kernels, values, begin, h, count
-        self.end = end
-        self.model = model = kernels.model
+    def __init__(self, problem: Problem, h: float, count: int, blows: Sequence[Blow]) -> None:
+        kernels, values = problem.kernels, problem.numbers
+        begin, end, specs = problem.begin, problem.end, problem.specs
+        self.problem, self.kernels, self.values, self.begin, self.end = problem, kernels, values, begin, end
+        self.h, self.count, self.model = h, count, kernels.model
+        model = kernels.model
         self.parameters = kernels.parameters(values)
         self.program, self.shape = stepping(kernels)
         self.constants = self.program.constants(self.parameters)
@@ -138,33 +140,30 @@ class _Run:
         calls = [call_of(one) for one in self.called]
         self.asked = len(specs)
         self.specs = [*specs, *calls]
-        self.expressions = [*expressions, *expressions_of(model, calls)]
+        self.expressions = [*problem.expressions, *expressions_of(model, calls)]
         self.parts: list[list[Array]] = [[], [], [], []]  # states, impulses, works, modes
         self.blows: dict[int, list[tuple[str, Any]]] = {}
         self.done = 0
 
-    def motion(
-        self, state: Array, tolerances: Array, times: Any, samples: Any, between: Any
-    ) -> SteppedTrajectory:
+    def motion(self, between: Progress) -> Trajectory:
         n = self.model.n_q + self.model.n_u
-        y = np.array(state[:n], dtype=float)
+        y = np.array(self.problem.state[:n], dtype=float)
         self.start = y.copy()
         self._check_start(y)
-        status, stop = FINISHED, None
+        status, stop = End.FINISHED, None
         try:
             while self.done < self.count and stop is None:
                 y, stop = self._advanced(y)
-                if between is not None:
-                    between(self.begin + self.done * self.h)
+                between(self.begin + self.done * self.h)
         except KeyboardInterrupt:
-            status = INTERRUPTED
+            status = End.INTERRUPTED
         except SimulationError as error:
-            got = self._trajectory("failed", None, tolerances, times, samples)
+            got = self._trajectory(End.BROKEN_OFF, None)
             made = " ".join(str(one) for one in got.warnings if one.event == "energy")
             error = SimulationError(f"{made} Then: {error}") if made else error
             error.trajectory = got  # type: ignore[attr-defined]
             raise error from None
-        return self._trajectory(TERMINAL if stop else status, stop, tolerances, times, samples)
+        return self._trajectory(End.TERMINAL if stop else status, stop)
 
     def _check_start(self, y: Array) -> None:
         program, E = self.program, len(self.first)
@@ -363,9 +362,7 @@ class _Run:
             "negative number causes this: check the loads there, or take a shorter step."
         )
 
-    def _trajectory(
-        self, status: str, stop: Crossing | None, tolerances: Array, times: Any, samples: Any
-    ) -> SteppedTrajectory:
+    def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
         n, E, held, h = len(self.start), len(self.first), len(self.shape.held), self.h
         widths = (n, self.rows + held, 2, E)
         states, impulses, works, modes = (
@@ -406,11 +403,12 @@ class _Run:
             {k: told for k, told in self.blows.items() if k in steps},
         )  # fmt: skip
         report = self.memory["report"]
-        return SteppedTrajectory(
-            self.kernels, self.values, path, specs, tolerances, times, samples, step=h, impulses=did,
-            residual=float(report[0]), depth=float(report[2]), sweeps=float(report[1]) / max(self.done, 1),
-            scene=(self.first, self.tangents),
+        sweeps = float(report[1]) / max(self.done, 1)
+        course = InSteps(
+            self.kernels, dict(self.values), path, did, Stepping(h, float(report[0]), float(report[2]), sweeps),
+            (self.first, self.tangents),
         )  # fmt: skip
+        return Trajectory(*self.problem.outcome(path), course=course)
 
 
 def _within(x: Array, kinds: Any, mu: Array) -> Array:

@@ -1,4 +1,7 @@
-"""The computed path of a motion, and all quantities that follow from it, computed when needed."""
+"""The computed path of a motion, and all quantities that follow from it, computed when needed.
+
+What differs between motions in legs, with contacts and in time steps is in their `course`.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +18,12 @@ from ...dynamics.indeterminate import indeterminate
 from ...dynamics.state import float_state
 from ...dynamics.unilateral import Limit, MotionWarning, limits
 from ...errors import SimulationError, nearest
+from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels, Program
-from ..ode.dense_output import INTERRUPTED, Path, observe
-from .event import Event, EventSpec, Happening
-from .one_sided_limits import NOT_PHYSICAL, Span, Values, piece_of, spans, warnings_of
+from .course import Course
+from .event import Event, EventList, EventSpec, Happening
+from .one_sided_limits import Span, spans, warnings_of
+from .path import SampledPath
 from .quantities import BodyPose, ByName, Energy, Reaction
 
 Array = NDArray[np.float64]
@@ -62,11 +67,13 @@ class ComputedMotion:
         self,
         kernels: Kernels,
         values: Mapping[str, float],
-        path: Path,
+        path: SampledPath,
         specs: Sequence[EventSpec],
         tolerances: Array,
         times: Array | None = None,
         samples: int | None = None,
+        *,
+        course: Course,
     ) -> None:
         self.kernels = kernels
         self.values = dict(values)
@@ -74,6 +81,7 @@ class ComputedMotion:
         self.specs = tuple(specs)
         self.tolerances = tolerances
         self._times_and_samples = times, samples
+        self.course = course
 
     def __getstate__(self) -> dict[str, Any]:
         """Keep the path and the states at the output times; all other quantities can be computed again."""
@@ -121,17 +129,17 @@ class ComputedMotion:
 
         "not physical" is added if there are :attr:`warnings`.
         """
-        return f"{self.path.status}, {NOT_PHYSICAL}" if self.warnings else self.path.status
+        return f"{self.path.status}, {NOT_PHYSICAL}" if self.warnings else str(self.path.status)
 
     @property
     def has_work(self) -> bool:
         """True if the work done is a component of the state."""
-        return self.kernels.works
+        return self.course.works(self)
 
     @property
     def interrupted(self) -> bool:
         """True if Ctrl-C stopped the run before its end."""
-        return self.path.status == INTERRUPTED
+        return self.path.status == End.INTERRUPTED
 
     @property
     def steps(self) -> int:
@@ -152,7 +160,7 @@ class ComputedMotion:
 
     def _rates(self) -> Array:
         """Rates of the state at the output times."""
-        return self._observed(self.kernels.motion(), "rates", self.t, self.states)
+        return self.course.quantity(self, "rates")
 
     def at(self, t: ArrayLike) -> StateView:
         """Return coordinates and speeds at any time of the run, as accurate as the steps of the run.
@@ -179,9 +187,9 @@ class ComputedMotion:
         return StateView(self, float(times) if times.ndim == 0 else times, y)
 
     @cached_property
-    def events(self) -> list[Event]:
-        """Events that happened, in their order: events of the user, and passings of the limit of a one-sided constraint
-        (:attr:`warnings`).
+    def events(self) -> EventList:
+        """Events that happened, in their order: events of the user, passings of the limit of a one-sided constraint
+        (:attr:`warnings`), and :attr:`happenings`. ``print`` shows a sentence for each.
         """
         crossings = [
             Event(
@@ -192,10 +200,17 @@ class ComputedMotion:
             )
             for crossing in self.path.crossings
         ]
-        if not self._passed:
-            return crossings
-        sense = 1.0 if self.path.end >= self.path.start else -1.0
-        return sorted([*crossings, *self._passings()], key=lambda event: sense * event.time)
+        events = [*crossings, *self._passings(), *self.happenings]
+        return EventList(sorted(events, key=lambda event: self._sense * event.time))
+
+    @property
+    def happenings(self) -> tuple[Happening, ...]:
+        """Blows, impacts and changes of contact modes or of active conditions, in their order."""
+        return self.course.happenings
+
+    @property
+    def _sense(self) -> float:
+        return 1.0 if self.path.end >= self.path.start else -1.0
 
     # -- one-sided constraints ----------------------------------------------------------------------------------
 
@@ -206,11 +221,7 @@ class ComputedMotion:
     @cached_property
     def _passed(self) -> list[Span]:
         """Parts of the run in which a one-sided constraint is beyond its limit."""
-        return spans(self._limit_pieces(), len(self._limits)) if self._limits else []
-
-    def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
-        program = self.kernels.limits()
-        yield piece_of(self.path, program, program.constants(self._parameters))
+        return spans(self.course.limit_pieces(self), len(self._limits)) if self._limits else []
 
     def _passings(self) -> Iterator[Happening]:
         for span in self._passed:
@@ -223,31 +234,29 @@ class ComputedMotion:
 
     @cached_property
     def warnings(self) -> tuple[MotionWarning, ...]:
-        """Parts of the motion that are not physical: a rope that pushes, a plane that pulls a wheel down.
+        """Parts of the motion that are not physical: a rope that pushes, a plane that pulls a wheel down, a blow that
+        does, time steps that make energy.
 
         The run keeps the constraints as they are described. Each warning says from when on the answer is therefore not
         physical, how far the limit is passed, and what to do. Warnings are computed on first use of this attribute, of
         :attr:`events` or of :attr:`status`.
         """
-        return warnings_of(self._limits, self._passed)
+        warnings = (*warnings_of(self._limits, self._passed), *self.course.warnings(self))
+        return tuple(sorted(warnings, key=lambda warning: self._sense * warning.time))
 
     # -- derived quantities -------------------------------------------------------------------------------------------
 
     def _observed(self, program: Program, function: str, times: Array, states: Array) -> Array:
         """Return the outputs of a function of a program at states."""
-        constants = program.constants(self._parameters)
-        return observe(program.address(function), program.outputs(function), times, states, constants)
+        return self.course.observed(self, program, function, times, states)
 
     @cached_property
     def energy(self) -> Energy:
-        """Energy ledger at the output times."""
-        times = np.concatenate([[self.path.start], self.t])
-        states = np.concatenate([self.path.states[:1], self.states])
-        energies = self._observed(self.kernels.motion(), "energy", times, states)
-        n = self.kernels.size - 1
-        work = states[:, n] if self.kernels.works else np.zeros(len(times))
-        residual = energies.sum(axis=1) - energies[0].sum() - work
-        return Energy(energies[1:, 0], energies[1:, 1], work[1:], residual[1:])
+        """Energy ledger at the output times.
+
+        ``work`` includes that of blows and impacts (``impulses``) and of the friction of contacts (``friction``).
+        """
+        return self.course.energy(self)
 
     @cached_property
     def poses(self) -> dict[str, BodyPose]:
@@ -270,17 +279,14 @@ class ComputedMotion:
 
         Joints that close loops and rolling wheels (about the centre of the wheel) are included. Reactions that are
         :attr:`indeterminate` are one of many solutions: the constraints declared last carry no force, and no force
-        presses teeth apart if their pressure angle is not given.
+        presses teeth apart if their pressure angle is not given. In time steps they are means over a step.
         """
-        reactions = self._observed(self.kernels.reactions(), "reactions", self.t, self.states)
+        reactions = self.course.quantity(self, "reactions")
         return ByName(
             "joint",
             {
                 name: Reaction(
-                    reactions[:, 6 * i : 6 * i + 3],
-                    reactions[:, 6 * i + 3 : 6 * i + 6],
-                    on,
-                    about,
+                    reactions[:, 6 * i : 6 * i + 3], reactions[:, 6 * i + 3 : 6 * i + 6], on, about
                 )
                 for i, (name, on, about) in enumerate(self.kernels.transmitting)
             },
@@ -291,13 +297,13 @@ class ComputedMotion:
         """Constraint forces by name, shape (n,): components of loop-closing joints, tensions of ropes, forces of
         conditions on coordinates and speeds.
         """
-        multipliers = self._observed(self.kernels.reactions(), "multipliers", self.t, self.states)
+        multipliers = self.course.quantity(self, "multipliers")
         names = [row.name for row in rows(self.kernels.model)]
         return ByName("constraint", {name: multipliers[:, i] for i, name in enumerate(names)})
 
     @property
     def indeterminate(self) -> tuple[str, ...]:
-        """Names of reactions that the motion does not determine: of redundant constraints, and of gears.
+        """Names of reactions that the motion does not determine: of redundant constraints, of gears and of contacts.
 
         A planar linkage of rigid parts has such reactions: forces out of its plane depend on how its pins were fitted.
         Names are those of :attr:`multipliers`; for other joints ``A_z`` is the force of joint A along the ground's z,
@@ -307,10 +313,69 @@ class ComputedMotion:
         model = self.kernels.model
         y = self.path.states[0]
         q, u = y[: model.n_q].tolist(), y[model.n_q : model.n_q + model.n_u].tolist()
-        return indeterminate(model, float_state(model, q, u, self.path.start, self.values))
+        by_rank = indeterminate(model, float_state(model, q, u, self.path.start, self.values))
+        return (*by_rank, *self.course.indeterminate)
+
+    # -- contacts ---------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def contacts(self) -> Mapping[str, Any]:
+        """Gap, forces, slip and mode of every contact, by name; in time steps, forces are means over a step."""
+        return self.course.contacts(self)
+
+    @cached_property
+    def modes(self) -> Sequence[Any]:
+        """Modes of every contact, with their times and the reasons why they began, printed one per line."""
+        return self.course.modes(self)
+
+    # -- time steps -------------------------------------------------------------------------------------------------
+
+    @property
+    def step(self) -> float:
+        """Length of the steps of a motion by ``method="timestepping"`` [s]."""
+        return float(self._of_steps("step"))
+
+    @property
+    def residual(self) -> float:
+        """Greatest speed by which a contact violated its laws in any time step, relative to the greatest contact speed
+        of the step without contact forces. This speed is taken as Σ |W| |u|, the sum of the terms of a contact's speed
+        without their signs.
+        """
+        return float(self._of_steps("residual"))
+
+    @property
+    def depth(self) -> float:
+        """Greatest penetration at the end of any time step [m]."""
+        return float(self._of_steps("depth"))
+
+    @property
+    def sweeps(self) -> float:
+        """Mean number of sweeps per time step."""
+        return float(self._of_steps("sweeps"))
+
+    def _of_steps(self, name: str) -> float:
+        """Return a measure of a motion in time steps."""
+        if self.course.stepping is None:
+            raise SimulationError(
+                f'Expected a motion by method="timestepping" for trajectory.{name}, got one by method='
+                f'"{self.path.method}".'
+            )
+        return float(getattr(self.course.stepping, name))
+
+    # -- derivatives --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def sensitivity(self) -> Any:
+        """Derivatives by (quantity, parameter or initial value) of a motion with ``sensitivities=``."""
+        if self.course.derivatives is None:
+            raise SimulationError(
+                "Expected a motion with derivatives for trajectory.sensitivity, got one without. Name what it depends "
+                'on: fb.simulate(..., sensitivities=["m"]).'
+            )
+        return self.course.derivatives.of(self)
 
 
-def _output_times(path: Path, times: Array | None, samples: int | None) -> Array:
+def _output_times(path: SampledPath, times: Array | None, samples: int | None) -> Array:
     """Return the output times: the given times that the run reached, or a regular grid with both ends."""
     if times is not None:
         first, last = min(path.start, path.end), max(path.start, path.end)

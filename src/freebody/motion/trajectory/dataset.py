@@ -54,7 +54,7 @@ def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
             pose.quaternion,
             {"units": "1", "long_name": f"unit quaternion, ground from {name}"},
         )
-    for name, motion in (getattr(trajectory, "contacts", None) or {}).items():
+    for name, motion in trajectory.contacts.items():
         variables.update(_of_contact(name, motion))
     for name, reaction in trajectory.reactions.items():
         where = f"on {reaction.on}, in {reaction.frame} axes"
@@ -90,7 +90,7 @@ def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
         attrs={
             "title": f"Motion of {trajectory.name}",
             "status": trajectory.status,
-            "method": getattr(trajectory, "method", None) or trajectory.path.method,
+            "method": trajectory.path.method,
             # if every joint is driven, nothing is integrated
             **({"tolerance": float(np.min(trajectory.tolerances))} if len(trajectory.tolerances) else {}),
             "steps": trajectory.steps,

@@ -73,6 +73,13 @@ class Happening(Event):
         return f"t = {self.time:.6g} s: {self.text}"
 
 
+class EventList(list[Event]):
+    """Events in their order; ``print`` shows a sentence for each."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self))
+
+
 @arguments_named
 def event(
     expression: Expression, name: str | None = None, direction: int = 0, terminal: bool = False

@@ -19,8 +19,6 @@ from ..ode.layout import PARTS
 
 _BLOCK = 1 << 15
 """Number of times that are evaluated together."""
-NOT_PHYSICAL = "not physical"
-"""Text added to the status of a motion that passes a limit."""
 
 
 @dataclass

@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..ending import End
 from ..ode.dense_output import Array, Crossing, Path, Rates
+from .path import SampledPath
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +45,7 @@ class Phases:
     """Segments one after another, read like a :class:`Path`."""
 
     segments: tuple[Segment, ...]
-    status: str
+    status: End
 
     @property
     def rates(self) -> Rates:
@@ -157,6 +159,6 @@ class Phases:
         return ((int(k), np.flatnonzero(places == k)) for k in np.unique(places))
 
 
-def segments_of(path: Path | Phases, kernels: Any, impulses: float = 0.0) -> tuple[Segment, ...]:
+def segments_of(path: SampledPath, kernels: Any, impulses: float = 0.0) -> tuple[Segment, ...]:
     """Return the segments of a path; a plain path becomes one segment."""
-    return path.segments if isinstance(path, Phases) else (Segment(path, kernels, impulses),)
+    return path.segments if isinstance(path, Phases) else (Segment(cast(Path, path), kernels, impulses),)

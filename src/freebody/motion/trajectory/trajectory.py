@@ -10,7 +10,7 @@ import sympy
 
 from ...errors import ExpressionError, SimulationError
 from ...rooms_above import module_for
-from ..ode.dense_output import TERMINAL
+from ..ending import End
 from .computed_motion import ComputedMotion
 from .dataset import dataset
 from .extremes import extremes
@@ -36,6 +36,10 @@ class Trajectory(ComputedMotion):
         Values of all parameters.
     tolerances : ndarray
         Relative tolerance of each coordinate and speed.
+    path : SampledPath
+        The states, which can be sampled at any time: smooth, in phases or in steps.
+    course : Course
+        How the quantities follow from the path.
     """
 
     def __getitem__(self, name: Any) -> Any:
@@ -141,6 +145,43 @@ class Trajectory(ComputedMotion):
             np.ravel(np.asarray(axes, dtype=object))[0].figure.savefig(path, dpi=150)
         return axes
 
+    def plot_margin(self, names: Any = None, ax: Any = None) -> Any:
+        """Plot the friction-cone margin μ_s N - |T| of contacts over time.
+
+        Parameters
+        ----------
+        names : name or sequence of names, optional
+            All contacts if not given.
+        ax : matplotlib Axes, optional
+
+        Returns
+        -------
+        matplotlib Axes
+        """
+        if not self.contacts:
+            raise SimulationError(
+                f"Expected the motion of a machine with contacts for plot_margin, but '{self.name}' has none."
+            )
+        if ax is None:
+            from matplotlib.backends.backend_agg import FigureCanvasAgg
+            from matplotlib.figure import Figure
+
+            figure = Figure(figsize=(7, 3), layout="constrained")
+            FigureCanvasAgg(figure)
+            ax = figure.subplots()
+        if names is not None and not (
+            isinstance(names, str | list | tuple) and all(isinstance(n, str) for n in names)
+        ):
+            raise SimulationError(f"Expected the name of a contact, or a list of them, got {names!r}.")
+        for name in [names] if isinstance(names, str) else names or list(self.contacts):
+            ax.plot(self.t, self.contacts[name].margin, label=name)
+        ax.axhline(0.0, color="0.6", linewidth=0.8)
+        ax.set_xlabel("time [s]")
+        ax.set_ylabel("μ_s N - |T| [N]")
+        ax.legend()
+        ax.grid(alpha=0.3)
+        return ax
+
     def animate(self, path: str | FilePath | None = None, **options: Any) -> Any:
         """Return the motion as an animation: a player in a notebook, or a file.
 
@@ -169,8 +210,8 @@ class Trajectory(ComputedMotion):
 
     def __repr__(self) -> str:
         n, events, crossings = len(self.kernels.model.coordinates), len(self.events), self.path.crossings
-        ended = self.path.status
-        if ended == TERMINAL and crossings:
+        ended = str(self.path.status)
+        if self.path.status == End.TERMINAL and crossings:
             ended = f"stopped by '{self.specs[crossings[-1].number].name}'"
         warnings = "".join(
             f"; not physical from t = {warning.time:.6g} s on: {warning.what} ('{warning.name}')"

@@ -92,7 +92,7 @@ class Contacts:
 
     def forces(self, phase: Any, times: Array, states: Array) -> Array:
         """Forces of all contacts in the order of :func:`contact_layout`, shape (n, rows)."""
-        stepped: Any = self.trajectory
+        stepped: Any = self.trajectory.course
         if not phase.modes:  # time-stepping, or a motion without phases
             return np.asarray(stepped.mean_forces(times))
         if type(phase.path).__name__ == "Leap":  # at its start, slip has no direction yet

@@ -283,7 +283,7 @@ class _Source:
         low, high = sorted((phase.path.start, phase.path.end))
         times = np.clip(t[chosen], low, high)
         states = phase.path.sample(times)
-        stepping: Any = trajectory
+        stepping: Any = trajectory.course
         if self.stepped:
             reactions = stepping.mean_reactions(times)
         else:

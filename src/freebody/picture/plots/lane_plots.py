@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import SimulationError
-from ...motion.batch.results import GOOD, WAITING
+from ...motion.ending import GOOD, End
 from .plots import COLORS, INK, figure
 
 MOST = 4
@@ -51,7 +51,7 @@ def lanes(data: Any) -> Any:
     count = data.sizes["lane"]
     chosen = np.unique(np.linspace(0, count - 1, min(count, MARKS)).astype(np.int64))
     codes = np.asarray(data["status"].values)[chosen]
-    ended, good = codes != WAITING, np.isin(codes, GOOD)
+    ended, good = codes != End.WAITING, np.isin(codes, GOOD)
     outputs = [
         name
         for name, x in data.data_vars.items()

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import pickle
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from threading import Lock
 from time import perf_counter
@@ -21,9 +21,11 @@ import numpy as np
 
 from ...errors import FreebodyError
 from ...motion.batch.job import Job, job_of
-from ...motion.batch.results import REFUSED, Results
+from ...motion.batch.results import Results
 from ...motion.batch.run import run_lanes
 from ...motion.batch.start import lanes_of
+from ...motion.ending import End
+from ...motion.request import Request
 
 
 class Delivery(Protocol):
@@ -46,16 +48,13 @@ class Whole:
 class Work:
     """What a process needs to run any block of a study.
 
-    ``first``      values and initial values of some lanes, by which the job is read and checked
+    ``request``    values and initial values of some lanes, by which the job is read and checked, and all that is the
+                   same for all lanes
     ``count``      number of lanes of the study
-    ``options``    of :func:`freebody.simulate`, the same for all lanes
     ``source``     values of all lanes; None if each block brings its own
     """
 
-    machine: Any
-    until: Any
-    options: Mapping[str, Any]
-    first: tuple[Mapping[Any, Any], Mapping[Any, Any]]
+    request: Request
     count: int
     source: Any
 
@@ -86,12 +85,8 @@ class Ready:
     """A study that is ready to run blocks."""
 
     def __init__(self, work: Work, threads: int | None = 1) -> None:
-        values, initial = work.first
         self.work = work
-        self.job = job_of(
-            work.machine, work.until, values=values, initial=initial, threads=threads, count=work.count,
-            **work.options,
-        )  # fmt: skip
+        self.job = job_of(replace(work.request, threads=threads), work.count)
 
     def run(
         self, low: int, high: int, delivery: Delivery, source: Any = None,
@@ -117,7 +112,7 @@ class Ready:
             run_lanes(job, replace(part, low=0, high=high - low), lambda done: between(low + done))
         except FreebodyError as error:
             if high - low == 1:
-                part.outcomes[0] = (REFUSED, 0, 0, 0)
+                part.outcomes[0] = (End.REFUSED, 0, 0, 0)
                 report.reasons[low] = str(error)
                 return
             middle = (low + high) // 2

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any
 
 from ...errors import SimulationError
-from ...motion.batch.results import GOOD, LOST, STATUS, WAITING
+from ...motion.ending import GOOD, STATUS, End
 from .block import Report
 from .line import NotebookLine, TerminalLine
 
@@ -95,7 +95,7 @@ class Tally:
     def lose(self, lanes: int) -> None:
         """Count lanes that are lost."""
         self.done += lanes
-        self.ended[LOST] += lanes
+        self.ended[End.LOST] += lanes
         self.tell()
 
     def within(self, lanes: float) -> None:
@@ -114,7 +114,7 @@ class Tally:
         done = self.done + self.part
         state = State(done / self.total if self.total else 1.0)
         state.done, state.count = done, self.total
-        state.failed = {STATUS[code]: n for code, n in self.ended.items() if code not in (*GOOD, WAITING)}
+        state.failed = {STATUS[code]: n for code, n in self.ended.items() if code not in (*GOOD, End.WAITING)}
         state.rate = (done - self.before) / max(perf_counter() - self.clock, 1e-9)
         state.remaining = (self.total - done) / state.rate if state.rate else float("inf")
         return state

@@ -56,7 +56,7 @@ def parts(job: Job, law: Any = None) -> dict[str, str]:
 
     A ``law`` stands for the values that vary, of which the job of a study holds some lanes only.
     """
-    model, lanes, options = job.kernels.model, job.lanes, job.options
+    model, lanes, request = job.kernels.model, job.lanes, job.request
     varied = () if law is None else lanes.varied[0] + lanes.varied[1]
     aliases = _aliases(model)
 
@@ -78,20 +78,20 @@ def parts(job: Job, law: Any = None) -> dict[str, str]:
     ]
     events = [(x.name, x.direction, x.terminal) for x in job.specs]
     initial = {name: x for name, x in lanes.initial.items() if name not in varied}
-    starts = [_by_name(model, x) for x in (initial, options["near"])]
-    method = [job.method, job.step, job.max_step, job.max_steps, job.tolerances]
+    starts = [_by_name(model, x) for x in (initial, request.near)]
+    method = [request.method, request.step, request.longest_step, request.max_steps, job.tolerances]
     return {
         "machine": of(machine),
         "controllers": digest([_controller(controller, aliases) for controller in model.controllers]),
         "signals": of([vars(placed.signal) for placed in model.signals]),
         "values": of([job.count, lanes.varied, columns]),
         **({} if law is None else {"lanes": of(law)}),
-        "starts": of([*starts, bool(options["project"])]),
+        "starts": of([*starts, bool(request.project)]),
         "times": of([job.begin, job.end, job.times]),
         "outputs": of(job.outputs),
         "events": of([events, job.expressions]),
-        "blows": of(options["impulses"]),
-        "method or tolerance": of([*method, options["impacts"], options["indeterminate"]]),
+        "blows": of(request.impulses),
+        "method or tolerance": of([*method, request.impacts, request.indeterminate]),
         "derivatives": of(job.unknowns),
         "version of freebody": version(),
     }

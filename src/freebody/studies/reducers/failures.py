@@ -15,13 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SimulationError, shown
-from ...motion.batch.results import STATUS
-from ...motion.ode import layout
+from ...motion.ending import GOOD, STATUS
 from .reducer import Reducer, State
 
 FAILED = ("raise", "skip", "count")
-GOOD = (layout.FINISHED, layout.TERMINAL)
-"""Statuses of good runs. A run that is not physical from some time on is no good run."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,8 @@ class Failures:
 def good_lanes(status: Any) -> NDArray[np.bool_]:
     """Return True for each lane whose run ended well.
 
-    >>> good_lanes([layout.FINISHED, layout.TERMINAL, layout.COLLAPSED]).tolist()
+    >>> from freebody.motion.ending import End
+    >>> good_lanes([End.FINISHED, End.TERMINAL, End.COLLAPSED]).tolist()
     [True, True, False]
     """
     return np.isin(status, GOOD)

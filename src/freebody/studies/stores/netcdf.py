@@ -17,7 +17,8 @@ import numpy as np
 from ...errors import SimulationError, path_of
 from ...motion.batch.dataset import arrays_of, attributes_of, coordinates_of, labelled, variables_of
 from ...motion.batch.job import Job
-from ...motion.batch.results import LOST, REASON, STATUS, WAITING, Results
+from ...motion.batch.results import REASON, Results
+from ...motion.ending import STATUS, End
 from ...motion.files.replacing import explained, lock, replacing, reserve
 from ..blocks.block import Report, Whole
 from ..blocks.schedule import Range
@@ -79,7 +80,7 @@ class NetCDF:
         try:
             with h5py.File(self.path, "r") as file:
                 mark = file.attrs.get(_MARK, "")
-                waiting = "status" in file and bool((file["status"][:] == WAITING).any())
+                waiting = "status" in file and bool((file["status"][:] == End.WAITING).any())
         except OSError as error:
             raise SimulationError(
                 f"Expected results of a batch in '{self.path}', but it cannot be read: {error}. Choose another path."
@@ -112,7 +113,7 @@ class NetCDF:
             lock(raw)
             raw.seek(ended)
             statuses = np.frombuffer(raw.read(self.job.lanes.count), dtype=np.int8)
-            for first, last in _runs(np.flatnonzero(statuses == WAITING)) if places else ():
+            for first, last in _runs(np.flatnonzero(statuses == End.WAITING)) if places else ():
                 for place in places:
                     raw.seek(place + _ADDRESS * first)
                     raw.write(bytes(_ADDRESS * (last - first)))
@@ -196,7 +197,7 @@ class NetCDF:
         import h5py
 
         with h5py.File(self.path, "r") as file:
-            waiting = file["status"][:] == WAITING
+            waiting = file["status"][:] == End.WAITING
         for low, high in blocks:
             edges = np.flatnonzero(np.diff(waiting[low:high], prepend=False, append=False)).tolist()
             for first, last in zip(edges[::2], edges[1::2], strict=True):
@@ -216,7 +217,7 @@ class NetCDF:
         import h5py
 
         arrays = arrays_of(self.job, part)
-        done = np.flatnonzero(arrays["status"] != WAITING)
+        done = np.flatnonzero(arrays["status"] != End.WAITING)
         if not done.size:
             return
         texts = {name: [x.encode() for x in arrays[name][done]] for name in self.job.texts}
@@ -264,7 +265,7 @@ class FlaggedNetCDF(NetCDF):
 
     def _labelled(self, opened: xarray.Dataset, codes: Any, blame: Any) -> xarray.Dataset:
         codes = codes.copy()
-        codes[list(self.lost)] = LOST
+        codes[list(self.lost)] = End.LOST
         reasons = self.reasons
         if REASON in opened:
             texts = opened[REASON].values

@@ -37,7 +37,8 @@ from ...motion.batch.dataset import (
     variables_of,
 )
 from ...motion.batch.job import Job
-from ...motion.batch.results import LOST, REASON, WAITING, Results
+from ...motion.batch.results import REASON, Results
+from ...motion.ending import End
 from ...motion.files.replacing import explained
 from ..blocks.block import Report
 from ..blocks.cutting import cut
@@ -188,7 +189,7 @@ class ZarrStore:
             for name, (dims, kind, attributes) in variables.items():
                 if name == REASON:
                     continue
-                fill: Any = {"text": "", "f8": np.nan}.get(kind, WAITING)
+                fill: Any = {"text": "", "f8": np.nan}.get(kind, End.WAITING)
                 group.create_array(
                     place_of(name), shape=tuple(sizes[d] for d in dims), dtype=str if kind == "text" else kind,
                     chunks=(size, *(sizes[d] for d in dims[1:])), fill_value=fill, dimension_names=dims,
@@ -213,7 +214,7 @@ class ZarrStore:
         group: Any = zarr.open_group(str(self.path), mode="r+", use_consolidated=False)
         for lane, reason in lost.items():
             Written.explain(group, lane, {lane: reason})
-            group["status"][lane] = LOST
+            group["status"][lane] = End.LOST
 
     def enough(self) -> bool:
         """Return False: all lanes are kept."""
@@ -244,7 +245,7 @@ def statuses(path: Path) -> Any:
 
 def missing(path: Path) -> Iterator[Range]:
     """Yield ranges of lanes that are waiting, each within a block of a store."""
-    waiting = statuses(path) == WAITING
+    waiting = statuses(path) == End.WAITING
     for low, high in cut(len(waiting), int(mark_of(path)["block"])):
         edges = np.flatnonzero(np.diff(waiting[low:high], prepend=False, append=False)).tolist()
         for first, last in zip(edges[::2], edges[1::2], strict=True):
@@ -256,7 +257,7 @@ def forget_lost(path: Path) -> None:
     import zarr
 
     group: Any = zarr.open_group(str(path), mode="r+", use_consolidated=False)
-    lost = np.flatnonzero(group["status"][:] == LOST)
+    lost = np.flatnonzero(group["status"][:] == End.LOST)
     size = int(group["status"].chunks[0])
     for block in np.unique(lost // size).tolist():
         text = str(group[REASON][block])
@@ -265,7 +266,7 @@ def forget_lost(path: Path) -> None:
         table = {reason: lanes for reason, lanes in table.items() if lanes}
         group[REASON][block] = json.dumps(table) if table else ""
     for lane in lost.tolist():
-        group["status"][lane] = WAITING
+        group["status"][lane] = End.WAITING
 
 
 def loaded(path: Path) -> Any:

@@ -46,6 +46,23 @@ def test_asked_times_and_stops_are_kept(tmp_path):
     assert_same(motion, again)
 
 
+def test_warnings_are_kept(tmp_path):
+    """Those of forces are computed again, those of blows are in the file; the status tells once that there are some."""
+    s = fb.System("stone on a string")
+    s.gravity = (0, -1, 0)
+    stone = s.body("stone", fb.sphere(1, 0.05))
+    s.planar("fly", s.ground, stone, coordinate="x y turn")
+    s.rope([s.ground.origin, stone.origin], 1, name="string")
+    for kick in (2, 0):
+        blow = [fb.blow(0.1, at=stone.origin, impulse=(0, kick, 0))] if kick else ()
+        start = {"x": 0, "y": -1, "x'": 0 if kick else 1.9}
+        motion = fb.simulate(s, 3, initial=start, impulses=blow)
+        motion.save(tmp_path / "x.nc")
+        again = fb.Trajectory.load(tmp_path / "x.nc")
+        assert len(again.warnings) == 1 and again.warnings == motion.warnings
+        assert again.status == motion.status == "finished, not physical"
+
+
 def test_signals_and_inputs_are_parameters_of_each_part(tmp_path):
     for make in (signalled, driven):
         make().save(tmp_path / "x.nc")

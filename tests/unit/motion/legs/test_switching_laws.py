@@ -29,7 +29,7 @@ def stopped(s, until=5, **options):
 def test_a_slide_sticks_where_its_speed_is_zero(method):
     """v₀ - c t = 0 at t = v₀ / c, under a load that is less than c."""
     text, motion = stopped(block("-c*sign(x')"), initial={"x'": 3}, method=method)
-    assert motion.path.status == "stuck on a switching law"
+    assert motion.status == "stuck on a switching law"
     assert motion.path.end == pytest.approx(1.5, abs=1e-6)
     assert motion["x"][-1] == pytest.approx(9 / 4, abs=1e-6)
     assert (
@@ -54,7 +54,7 @@ def test_a_start_at_rest_sticks_under_a_load_that_is_less():
 def test_a_rest_that_the_law_allows_is_one():
     """No load, no speed: sign(0) = 0 keeps the block where it is."""
     motion = fb.simulate(block("-c*sign(x')"), 5)
-    assert motion.path.status == "finished" and not motion["x"].any()
+    assert motion.status == "finished" and not motion["x"].any()
 
 
 def test_a_load_that_is_greater_moves_it():
@@ -66,7 +66,7 @@ def test_a_vibration_that_turns_above_the_friction_is_not_stopped():
     """Forced at resonance: at every turning point the spring pulls by more than the friction holds."""
     s = block("-k*x - c*sign(x')/4 + 4*sin(3*t)")
     motion = fb.simulate(s, 20, initial={"x": 1}, events=["x'"], tolerance=1e-6)
-    assert motion.path.status == "finished" and len(motion.events) > 15
+    assert motion.status == "finished" and len(motion.events) > 15
     assert np.abs(9 * motion["x"][motion.t > 10]).max() > 2
 
 
@@ -81,7 +81,7 @@ def test_friction_brings_a_vibration_to_rest_after_half_turns():
 def test_a_place_that_switches_holds_nothing():
     """The side of a place, sign(x), has no speed to drive back: a block goes to and fro over it."""
     motion = fb.simulate(block("-c*sign(x)"), 8, initial={"x": 1.0}, tolerance=1e-7)
-    assert motion.path.status == "finished"
+    assert motion.status == "finished"
     assert motion.energy.residual == pytest.approx(0, abs=1e-4) or np.abs(motion["x"]).max() < 1.001
 
 

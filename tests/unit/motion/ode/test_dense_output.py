@@ -11,7 +11,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from freebody.motion.ode import dense_output as runs
+from freebody.motion.ending import End
 from freebody.motion.ode import tableau
 from freebody.motion.ode.dense_output import Rates, Watch
 from freebody.motion.ode.integration import integrate
@@ -200,7 +200,7 @@ def test_oscillator_stays_within_a_multiple_of_the_tolerance(tolerance):
     exact = np.stack([np.cos(path.times), -np.sin(path.times)], axis=1)
     # local errors below 2 tol in each of the steps, added without damping
     assert abs(path.states - exact).max() < 2 * tolerance * path.steps
-    assert path.status == runs.FINISHED
+    assert path.status == End.FINISHED
     assert path.end == 20.0
 
 
@@ -281,7 +281,7 @@ def test_no_step_is_longer_than_asked():
 
 def test_no_time_passes():
     path = integrate(OSCILLATOR, [1, 0], 3, 3)
-    assert (path.status, path.steps, path.end) == (runs.FINISHED, 0, 3.0)
+    assert (path.status, path.steps, path.end) == (End.FINISHED, 0, 3.0)
     assert path.sample([3.0]).tolist() == [[1.0, 0.0]]
 
 
@@ -412,7 +412,7 @@ def test_a_near_miss_is_no_event():
 def test_simultaneous_events_are_all_recorded_and_stop_once():
     both = watch(position_twice, 2, terminal=(True, False))
     path = integrate(OSCILLATOR, [1, 0], 0, 20, relative=1e-12, absolute=1e-12, watch=both)
-    assert path.status == runs.TERMINAL
+    assert path.status == End.TERMINAL
     assert sorted(c.number for c in path.crossings) == [0, 1]
     assert [c.time for c in path.crossings] == pytest.approx([math.pi / 2] * 2, rel=1e-12)
     assert sorted(c.sign for c in path.crossings) == [-1, 1]
@@ -473,7 +473,7 @@ def test_many_events_overflow_no_buffer():
 
 def test_a_motion_that_leaves_every_bound_collapses_and_names_its_component():
     path = integrate(Rates(blow_up.address, 2, np.zeros(1)), [0, 1], 0, 2)
-    assert path.status in (runs.COLLAPSED, runs.NOT_FINITE)
+    assert path.status in (End.COLLAPSED, End.NOT_FINITE)
     assert path.blame == 1
     assert path.end == pytest.approx(1, abs=1e-6)
     assert np.isfinite(path.states).all()
@@ -482,7 +482,7 @@ def test_a_motion_that_leaves_every_bound_collapses_and_names_its_component():
 
 def test_rates_that_are_not_numbers_stop_the_run():
     path = integrate(Rates(square_root.address, 1, np.array([1.0])), [0], 0, 2)
-    assert path.status == runs.NOT_FINITE
+    assert path.status == End.NOT_FINITE
     assert path.blame == 0
     assert path.end == pytest.approx(1, abs=1e-9)
     assert path.states[-1, 0] == pytest.approx(2 / 3, abs=1e-8)
@@ -490,12 +490,12 @@ def test_rates_that_are_not_numbers_stop_the_run():
 
 def test_rates_that_are_not_numbers_at_the_start():
     path = integrate(Rates(square_root.address, 1, np.array([-1.0])), [0], 0, 2)
-    assert (path.status, path.end, path.steps) == (runs.NOT_FINITE, 0.0, 0)
+    assert (path.status, path.end, path.steps) == (End.NOT_FINITE, 0.0, 0)
 
 
 def test_step_limit():
     path = integrate(OSCILLATOR, [1, 0], 0, 1e6, max_steps=100)
-    assert (path.status, path.steps) == (runs.TOO_MANY_STEPS, 100)
+    assert (path.status, path.steps) == (End.TOO_MANY_STEPS, 100)
 
 
 def test_an_interruption_keeps_what_was_computed():
@@ -507,7 +507,7 @@ def test_an_interruption_keeps_what_was_computed():
             raise KeyboardInterrupt
 
     path = integrate(OSCILLATOR, [1, 0], 0, 1e9, between=between)
-    assert path.status == runs.INTERRUPTED
+    assert path.status == End.INTERRUPTED
     assert path.end == reached[-1] > reached[0]
     t = path.end / 2
     assert path.sample([t])[0, 0] == pytest.approx(math.cos(t), abs=1e-9 * path.steps * 2)
@@ -528,7 +528,7 @@ def test_ctrl_c_at_any_moment_keeps_a_path_that_fits_together():
     timer.start()
     path = integrate(OSCILLATOR, [1, 0], 0, 1e9)
     timer.join()
-    assert path.status == runs.INTERRUPTED
+    assert path.status == End.INTERRUPTED
     assert 0 < path.end < 1e9
     assert path.times[:-1] + path.lengths == pytest.approx(path.times[1:], rel=1e-15)
     times = path.end - np.linspace(0, 10, 50)
@@ -557,7 +557,7 @@ def test_a_run_leaves_nothing_to_the_next():
     rates = Rates(oscillator.address, 2, np.array([1.0]))
     first = integrate(rates, [1, 0], 0, 20, relative=1e-10)
     kept = first.states.copy()
-    assert integrate(Rates(blow_up.address, 2, np.zeros(1)), [0, 1], 0, 2).status != runs.FINISHED
+    assert integrate(Rates(blow_up.address, 2, np.zeros(1)), [0, 1], 0, 2).status != End.FINISHED
     again = integrate(rates, [1, 0], 0, 20, relative=1e-10)
     assert same(first, again)
     assert np.array_equal(first.states, kept)

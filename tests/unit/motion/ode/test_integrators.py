@@ -14,11 +14,12 @@ import freebody as fb
 from batch_machines import rail
 from freebody.errors import SimulationError
 from freebody.model import assemble
+from freebody.motion.ending import End
 from freebody.motion.kernels import method_kernels, methods
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.kernels.methods import METHODS
 from freebody.motion.ode.collocation import integrals, tables
-from freebody.motion.ode.dense_output import INTERRUPTED, observe
+from freebody.motion.ode.dense_output import observe
 from freebody.motion.ode.integration import integrate
 from freebody.scalar.derivative import jacobian
 from freebody.scalar.trace import Tape
@@ -435,7 +436,7 @@ def test_auto_keeps_to_the_series_in_a_longer_run():
 def test_an_interruption_while_two_methods_are_compared(monkeypatch):
     def interrupted(*arguments, method, **options):
         path = integrate(*arguments, method=method, **options)
-        return replace(path, status=INTERRUPTED) if method == "dop853" else path
+        return replace(path, status=End.INTERRUPTED) if method == "dop853" else path
 
     monkeypatch.setattr(methods, "integrate", interrupted)
     motion = fb.simulate(heavy_top(), 60, initial={"theta": 1.0, "phi'": 100.0})

@@ -192,7 +192,7 @@ def test_a_blow_is_solved_together_with_the_contacts():
     assert after["x'"] == pytest.approx((3 - 0.3 * (2 + 2 * G * h)) / 2, rel=1e-12)
     assert after["turn'"] == pytest.approx(0, abs=1e-12)
     assert "t = 0.1 s: kick: x' " in str(motion.events[0]) and " → 1.17057" in str(motion.events[0])
-    assert motion.impulses.contacts[10].sum() == pytest.approx((2 + 2 * G * h) * (1 - 0.3), rel=1e-12)
+    assert motion.course.impulses.contacts[10].sum() == pytest.approx((2 + 2 * G * h) * (1 - 0.3), rel=1e-12)
     # the ledger has what the blow gave; friction takes it away at first order
     assert abs(motion.energy.residual[-1]) < 1e-12
     # the rail transmits nothing in its plane, struck or not

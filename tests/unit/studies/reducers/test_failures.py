@@ -9,32 +9,30 @@ import pytest
 
 import freebody as fb
 from freebody.errors import SimulationError
-from freebody.motion.batch.results import NO_START, STATUS
-from freebody.motion.lanes import lanes_layout as at
-from freebody.motion.ode import layout
+from freebody.motion.ending import STATUS, End
 from freebody.studies.identity.content_digest import digest
 from freebody.studies.reducers.failures import Failures, check_failed, good_lanes, state_of_block
 
 X = np.array([1.0, 9.0, np.nan, 2.0, np.nan])
 LANES = np.array([10, 11, 12, 13, 14])
-CODES = np.array([layout.FINISHED, layout.TERMINAL, NO_START, layout.FINISHED, layout.COLLAPSED])
+CODES = np.array([End.FINISHED, End.TERMINAL, End.NO_START, End.FINISHED, End.COLLAPSED])
 COLUMNS = {"x": X, "a": np.array([0.0, 0, 0, 1, 1])}
 
 
 def test_only_runs_that_end_well_are_good() -> None:
     good = {code for code, here in zip(STATUS, good_lanes(list(STATUS)), strict=True) if here}
-    assert good == {layout.FINISHED, layout.TERMINAL} and at.UNPHYSICAL not in good
+    assert good == {End.FINISHED, End.TERMINAL} and End.UNPHYSICAL not in good
 
 
 def test_failures_merge_in_any_order() -> None:
     whole = Failures.of(CODES, LANES)
-    assert whole.lanes == ((layout.COLLAPSED, 1, 14), (NO_START, 1, 12)) and whole.count == 2
+    assert whole.lanes == ((End.COLLAPSED, 1, 14), (End.NO_START, 1, 12)) and whole.count == 2
     parts = [Failures.of(CODES[[i]], LANES[[i]]) for i in (4, 0, 2, 1, 3)]
     total = Failures()
     for part in parts:
         total = total.merge(part)
     assert total == whole and digest(total) == digest(whole)
-    assert whole.merge(Failures.of([NO_START], [3])).lanes[1] == (NO_START, 2, 3)
+    assert whole.merge(Failures.of([End.NO_START], [3])).lanes[1] == (End.NO_START, 2, 3)
 
 
 def test_failures_are_errors() -> None:

@@ -55,6 +55,7 @@ def test_long_lists_leave_out_their_middle():
     class Long:
         modes = ()
         kernels = SimpleNamespace(model=SimpleNamespace(meshes={}))
+        course = SimpleNamespace(indeterminate=())
 
     lines = happenings(Long(), list(range(100)))
     assert len(lines) == MOST + 3

@@ -14,22 +14,21 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics.constraints import rows
 from ...dynamics.energy import kinetic_energy, potential_energy
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
-from ...dynamics.unilateral import MotionWarning
+from ...dynamics.unilateral import MotionWarning, limits
 from ...errors import SimulationError
+from ..contact.course import ContactMotion, Timeline
 from ..contact.run import Change, shown
-from ..contact.trajectory import ContactMotion, ContactTrajectory, Timeline
-from ..ode.dense_output import Array, Path
+from ..kernels.kernels import Kernels, Program
+from ..ode.dense_output import Array, Path, observe
 from ..start.initial import number
-from ..trajectory.event import Event, Happening
-from ..trajectory.one_sided_limits import Values
-from ..trajectory.phased_trajectory import EventList
-from ..trajectory.quantities import ByName, Energy, Reaction
-from ..trajectory.trajectory import Trajectory
+from ..trajectory.computed_motion import ComputedMotion
+from ..trajectory.course import Piece
+from ..trajectory.event import Happening
+from ..trajectory.quantities import ByName, Energy
 from .stepped_kernels import gaps, mean_reactions, step_motion, stepping
 
 MODES = ("open", "stick", "slip", "slip+", "slip-")
@@ -49,6 +48,7 @@ class Steps(Path):
     """States at the ends of the steps, with linear interpolation between them."""
 
     curved = False
+    method: str = "Moreau-Jean time stepping, exact Coulomb cones"
 
     def sample(self, times: Any, dense: bool = False) -> Array:
         """Return the states at the given times, by linear interpolation; quaternions are normalized."""
@@ -86,42 +86,60 @@ class Impulses:
     blows: Mapping[int, Sequence[tuple[str, Any]]]
 
 
-class SteppedTrajectory(Trajectory):
-    """A motion in steps of fixed length, returned by ``fb.simulate(..., method="timestepping", step=h)``.
+@dataclass(frozen=True)
+class Stepping:
+    """Measures of a motion in time steps; see the attributes of :class:`Trajectory` of these names."""
+
+    step: float
+    residual: float
+    depth: float
+    sweeps: float
+
+
+@dataclass(frozen=True, eq=False)
+class InSteps:
+    """Course of a motion in steps of fixed length.
 
     Forces are means over a step: at an output time, over the step that ends at or after it.
 
-    Attributes
-    ----------
-    step : float
-        Length of the steps [s].
-    residual : float
-        Greatest speed by which a contact violated its laws in any step, relative to the greatest contact speed of the
-        step without contact forces. This speed is taken as Σ |W| |u|, the sum of the terms of a contact's speed without
-        their signs.
-    depth : float
-        Greatest penetration at the end of any step [m].
-    sweeps : float
-        Mean number of sweeps per step.
+    ``layout``   place of the first row of each contact, and its number of tangents
     """
 
-    method = "Moreau-Jean time stepping, exact Coulomb cones"
+    kernels: Kernels
+    values: Mapping[str, float]
+    path: Steps
+    impulses: Impulses
+    stepping: Stepping
+    layout: tuple[Sequence[int], Sequence[int]]
+    indeterminate: tuple[str, ...] = ()
+    derivatives: None = None
 
-    def __init__(
-        self,
-        *arguments: Any,
-        step: float,
-        impulses: Impulses,
-        residual: float,
-        depth: float,
-        sweeps: float,
-        scene: Any,
-    ) -> None:
-        super().__init__(*arguments)
-        self.step, self.residual, self.depth, self.sweeps = step, residual, depth, sweeps
-        self.impulses, self._layout = impulses, scene
+    def works(self, motion: ComputedMotion) -> bool:
+        """Return True if loads or drives do work."""
+        return self.kernels.works
 
-    def _rates(self) -> Array:
+    def observed(
+        self, motion: ComputedMotion, program: Program, function: str, times: Array, states: Array
+    ) -> Array:
+        """Return the outputs of a function of a program at states."""
+        return self._observed(program, function, times, states)
+
+    def _observed(self, program: Program, function: str, times: Array, states: Array) -> Array:
+        constants = program.constants(self.kernels.parameters(self.values))
+        return observe(program.address(function), program.outputs(function), times, states, constants)
+
+    def quantity(self, motion: ComputedMotion, name: str) -> Array:
+        """Return reactions or multipliers, means over a step.
+
+        Raises
+        ------
+        SimulationError
+            Rates are asked for.
+        """
+        if name == "reactions":
+            return self.mean_reactions(motion.t)
+        if name == "multipliers":
+            return self._mean(self.impulses.constraints, motion.t)
         raise SimulationError(
             "Expected a coordinate, a speed or an expression of them: the speeds of a motion by "
             'method="timestepping" jump from step to step, so it has no accelerations. Divide differences of speeds by '
@@ -157,7 +175,7 @@ class SteppedTrajectory(Trajectory):
         program = mean_reactions(self.kernels)
         if len(self.path.times) < 2:
             return np.zeros((len(steps), program.outputs("reactions"))), np.zeros(len(steps))
-        n_q, h = self.kernels.model.n_q, self.step
+        n_q, h = self.kernels.model.n_q, self.stepping.step
         moving, _ = stepping(self.kernels)
         t, begin = self.path.times[steps], self.path.states[steps]
         rate = self._observed(moving, "moving", t, begin)
@@ -184,7 +202,7 @@ class SteppedTrajectory(Trajectory):
         model = self.kernels.model
         state = float_state(model, q.tolist(), u.tolist(), t, self.values)
         blows = [
-            (point, tuple(x / self.step for x in P), tuple(x / self.step for x in n))
+            (point, tuple(x / self.stepping.step for x in P), tuple(x / self.stepping.step for x in n))
             for _, acting in self.impulses.blows[step]
             for point, P, n in acting
         ]
@@ -196,33 +214,14 @@ class SteppedTrajectory(Trajectory):
             float(drive_power(model, state, moving.udot, moving.loads)),
         )
 
-    @cached_property
-    def reactions(self) -> dict[str, Reaction]:
-        """Mean reactions of every joint on its child over a step; see :attr:`Trajectory.reactions`."""
-        found = self.mean_reactions(self.t)
-        return ByName(
-            "joint",
-            {
-                name: Reaction(found[:, 6 * i : 6 * i + 3], found[:, 6 * i + 3 : 6 * i + 6], on, about)
-                for i, (name, on, about) in enumerate(self.kernels.transmitting)
-            },
-        )
-
-    @cached_property
-    def multipliers(self) -> dict[str, Array]:
-        """Constraint forces by name, means over a step; see :attr:`Trajectory.multipliers`."""
-        found = self._mean(self.impulses.constraints, self.t)
-        names = [row.name for row in rows(self.kernels.model)]
-        return ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
-
-    def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
+    def limit_pieces(self, motion: ComputedMotion) -> Iterator[Piece]:
         """Yield times and limit values from the mean forces of each step, constant within the step."""
         model, lengths = self.kernels.model, np.diff(self.path.times)
         if not len(lengths):
             return
         forces = self.impulses.constraints / lengths[:, None]
         left = []
-        for one in self._limits:
+        for one in limits(model):
             force, *friction = forces[:, one.places].T
             if friction:
                 mu = number(model, self.values, one.friction, "a coefficient of friction")
@@ -252,20 +251,20 @@ class SteppedTrajectory(Trajectory):
         columns = [np.interp(times, self.path.times, column) for column in total.T]
         return np.column_stack([columns[0] + columns[1], columns[0]])
 
-    @cached_property
-    def energy(self) -> Energy:
-        """The energy ledger; its residual is the error of the method, of first order in the step (second in flight)."""
-        times = np.concatenate([[self.path.start], self.t])
-        states = np.concatenate([self.path.states[:1], self.states])
+    def energy(self, motion: ComputedMotion) -> Energy:
+        """Return the energy ledger; its residual is the error of the method, of first order in the step (second in
+        flight).
+        """
+        times = np.concatenate([[self.path.start], motion.t])
+        states = np.concatenate([self.path.states[:1], motion.states])
         both = self._observed(self.kernels.motion(), "energy", times, states)
         work = self.work_until(times)
         residual = both.sum(axis=1) - both[0].sum() - work[:, 0]
         return Energy(both[1:, 0], both[1:, 1], work[1:, 0], residual[1:], work[1:, 1])
 
-    @cached_property
-    def warnings(self) -> tuple[MotionWarning, ...]:
-        """Warnings of any motion, and a warning if the steps have made more energy than the machine had."""
-        return (*super().warnings, *self._made)
+    def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
+        """Return a warning if the steps have made more energy than the machine had."""
+        return self._made
 
     @cached_property
     def _made(self) -> tuple[MotionWarning, ...]:
@@ -294,14 +293,17 @@ class SteppedTrajectory(Trajectory):
         with np.errstate(over="ignore", invalid="ignore"):
             made = T + V - T[0] - V[0] - work[some].sum(axis=1)
             had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
-            pressed = np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1))]) / self.step
+            pressed = (
+                np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1))])
+                / self.stepping.step
+            )
             had += CLOSED * pressed[some] + ROUNDED * np.maximum.accumulate(
                 np.abs(V)
             )  # removing overlap also does work
             bad = np.flatnonzero(~(made <= had))
         if not len(bad):
             return ()
-        first, h, end = some[bad[0]], self.step, float(path.end)
+        first, h, end = some[bad[0]], self.stepping.step, float(path.end)
         cure = f"Take a step shorter than {h:g} s, or method='auto'."
         when = float(path.times[first])
         worst = float(np.nan_to_num(made[bad], nan=np.inf).max())
@@ -321,18 +323,17 @@ class SteppedTrajectory(Trajectory):
 
     # -- contacts --------------------------------------------------------------------------------
 
-    @cached_property
-    def contacts(self) -> dict[str, ContactMotion]:
-        """Gap, mean forces over the step, slip and mode of every contact, by name."""
-        first, tangents = self._layout
-        model = self.kernels.model
+    def contacts(self, motion: ComputedMotion) -> dict[str, ContactMotion]:
+        """Return gap, mean forces over the step, slip and mode of every contact, by name."""
+        first, tangents = self.layout
+        model, times = self.kernels.model, motion.t
         program = gaps(self.kernels)
-        found = self._observed(program, "gap", self.t, self.states)
-        rates = self._observed(program, "rate", self.t, self.states)
-        forces = self.mean_forces(self.t)
-        none = np.zeros((len(self.t), len(first)), dtype=np.int64)
+        found = self._observed(program, "gap", times, motion.states)
+        rates = self._observed(program, "rate", times, motion.states)
+        forces = self.mean_forces(times)
+        none = np.zeros((len(times), len(first)), dtype=np.int64)
         modes = np.array(MODES)[
-            self.impulses.modes[self._step_of(self.t)] if len(self.impulses.modes) else none
+            self.impulses.modes[self._step_of(times)] if len(self.impulses.modes) else none
         ]
         result = {}
         for e, contact in enumerate(model.contacts):
@@ -347,9 +348,10 @@ class SteppedTrajectory(Trajectory):
             )  # fmt: skip
         return ByName("contact", result)
 
-    @cached_property
-    def modes(self) -> Timeline:
-        """Modes of every contact: from the beginning of the first step to the end of the last, and why each began."""
+    def modes(self, motion: ComputedMotion) -> Timeline:
+        """Return the modes of every contact: from the beginning of the first step to the end of the last, and why each
+        began.
+        """
         return Timeline(change for _, _, change in self._changes)
 
     @cached_property
@@ -381,9 +383,13 @@ class SteppedTrajectory(Trajectory):
             return "the slip stopped"
         if before != "stick":
             return "the slip turned round"
-        at = self._layout[0][e]
-        T = self.impulses.contacts[step, at + 1 : at + 1 + self._layout[1][e]] / self.step
+        at = self.layout[0][e]
+        T = self.impulses.contacts[step, at + 1 : at + 1 + self.layout[1][e]] / self.stepping.step
         return f"|T| reached {float(np.linalg.norm(T)):.6g} N"
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return (*self.kernels.model.coordinate_names, *self.kernels.model.speed_names)
 
     @cached_property
     def happenings(self) -> tuple[Happening, ...]:
@@ -408,9 +414,9 @@ class SteppedTrajectory(Trajectory):
                 float(self.path.times[step]),
                 name,
                 0,
-                dict(zip(self.names, self.path.states[step].tolist(), strict=True)),
+                dict(zip(self._names, self.path.states[step].tolist(), strict=True)),
                 text,
-                dict(zip(self.names, self.path.states[step + 1].tolist(), strict=True)),
+                dict(zip(self._names, self.path.states[step + 1].tolist(), strict=True)),
             )
             for step, _, name, text in sorted(found, key=lambda one: one[:2])
         )
@@ -418,11 +424,3 @@ class SteppedTrajectory(Trajectory):
     def _speeds(self, place: int) -> dict[str, float]:
         model = self.kernels.model
         return dict(zip(model.speed_names, self.path.states[place, model.n_q :].tolist(), strict=True))
-
-    @cached_property
-    def events(self) -> list[Event]:
-        """Requested events, located within a step, and blows and changes of mode, at the beginning of their step."""
-        both = [(event.time, i, event) for i, event in enumerate([*super().events, *self.happenings])]
-        return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:2]))
-
-    plot_margin = ContactTrajectory.plot_margin

@@ -1,0 +1,217 @@
+"""Course of a motion with contacts: contact modes, contact forces and gaps."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.unilateral import MotionWarning
+from ...errors import SimulationError, nearest
+from ..kernels.kernels import Program
+from ..ode.dense_output import Array, observe
+from ..start.initial import number
+from ..trajectory.computed_motion import ComputedMotion
+from ..trajectory.course import Piece
+from ..trajectory.event import Happening
+from ..trajectory.in_legs import InLegs, phases_of
+from ..trajectory.quantities import ByName, Energy
+from .run import Change
+
+
+@dataclass(frozen=True, eq=False)
+class ContactMotion:
+    """One contact at the output times.
+
+    Attributes
+    ----------
+    gap : ndarray (n,)
+        Distance of the surfaces [m].
+    normal : ndarray (n,)
+        Normal force N [N]; nan if the motion does not determine it.
+    tangential : ndarray (n,) or (n, 2)
+        Friction on the feature along the tangents [N]; nan if the motion does not determine it.
+    slip : ndarray (n,) or (n, 2)
+        Slip velocity along the tangents [m/s].
+    margin : ndarray (n,)
+        Friction-cone margin μ_s N - |T| [N]; nan while open.
+    mode : ndarray of str (n,)
+        open, stick, slip+, slip- or slip.
+    least : ndarray (n, 1 + tangents)
+        (N, T...) [N]; of forces that the motion does not determine, those least in norm.
+    """
+
+    gap: Array
+    normal: Array
+    tangential: Array
+    slip: Array
+    margin: Array
+    mode: Any
+    least: Array
+
+
+class Timeline(list[Change]):
+    """Modes of all contacts in the order in which they began, printed one per line."""
+
+    def of(self, contact: str) -> list[Change]:
+        """Return the modes of one contact."""
+        known = {change.contact for change in self}
+        if not isinstance(contact, str) or contact not in known:
+            raise SimulationError(f"Unknown contact '{contact}'; {nearest(str(contact), known)}")
+        return [change for change in self if change.contact == contact]
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self))
+
+
+def timeline(text: Any) -> Timeline:
+    """Return the modes of all contacts in a lane of a batch, with their times and the reasons why they began.
+
+    Parameters
+    ----------
+    text : str or DataArray of one
+        Entry of the variable ``modes`` of a batch, such as ``data["modes"][3]``.
+
+    Returns
+    -------
+    Timeline
+        The same as ``trajectory.modes`` of a single run; empty for a lane without a motion.
+
+    Raises
+    ------
+    SimulationError
+        If ``text`` is not the timeline of one lane.
+
+    Examples
+    --------
+    >>> print(timeline('[["floor", "stick", 0.0, 2.0, "the start"]]'))
+    floor: stick from 0 to 2 s (the start)
+    """
+    try:
+        given = text.item() if hasattr(text, "item") else text
+        return Timeline(Change(*entry) for entry in (json.loads(given) if given else []))
+    except (TypeError, ValueError):
+        raise SimulationError(
+            f'Expected the modes of one lane, such as data["modes"][3], got {text!r}.'
+        ) from None
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Course of a motion with contacts: phases, each with its modes.
+
+    ``legs``             course of the phases as legs, with blows, impacts and changes of mode
+    ``timeline``         modes of every contact, with their times and the reasons why they began
+    ``indeterminate``    contact forces that the motion does not determine at some time of the run
+    """
+
+    legs: InLegs
+    timeline: Timeline
+    indeterminate: tuple[str, ...]
+    stepping: None = None
+    derivatives: None = None
+
+    @property
+    def happenings(self) -> tuple[Happening, ...]:
+        """Blows, impacts and changes of mode, in their order."""
+        return self.legs.happenings
+
+    def modes(self, motion: ComputedMotion) -> Timeline:
+        """Return the modes of every contact."""
+        return self.timeline
+
+    def works(self, motion: ComputedMotion) -> bool:
+        """Return True: friction does work."""
+        return True
+
+    def observed(
+        self, motion: ComputedMotion, program: Program, function: str, times: Array, states: Array
+    ) -> Array:
+        """Return outputs with the constants of each phase."""
+        return self.legs.observed(motion, program, function, times, states)
+
+    def quantity(self, motion: ComputedMotion, name: str) -> Array:
+        """Return the rates, reactions or multipliers at the output times; the first two in the modes of their time."""
+        if name == "multipliers":
+            return self.legs.quantity(motion, name)
+        return _by_phase(motion, "motion" if name == "rates" else name, (name,))[0]
+
+    def energy(self, motion: ComputedMotion) -> Energy:
+        """Return the energy ledger, with the work of friction; ``-friction`` is its heat."""
+        n = motion.kernels.model.n_q + motion.kernels.model.n_u
+        return replace(self.legs.energy(motion), friction=-motion.states[:, n + 1])
+
+    def limit_pieces(self, motion: ComputedMotion) -> Iterator[Piece]:
+        """Yield the phases with the margins to the limits of one-sided constraints."""
+        return self.legs.limit_pieces(motion)
+
+    def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
+        """Return the warnings of blows and impacts."""
+        return self.legs.warnings(motion)
+
+    def contacts(self, motion: ComputedMotion) -> dict[str, ContactMotion]:
+        """Return gap, forces, slip and mode of every contact, by name."""
+        gaps, rates, forces = _by_phase(motion, "contact", ("gap", "rate", "force"))
+        path = phases_of(motion)
+        segments, places = path.segments, path.places(motion.t)
+        first, result = segments[0].kernels.scene, {}
+        for k, contact in enumerate(motion.kernels.model.contacts):
+            at, n = first.first[k], first.tangents[k]
+            lambdas = forces[:, at : at + 1 + n]
+            modes = np.array([segments[p].modes[k] for p in places])
+            loose = np.array([segments[p].loose[at : at + 1 + n] for p in places]).reshape(-1, 1 + n)
+            shown = np.where(loose, np.nan, lambdas)
+            mu = number(
+                motion.kernels.model, motion.values, contact.static_friction, "a coefficient of friction"
+            )
+            T, slip = shown[:, 1:], rates[:, at + 1 : at + 1 + n]
+            margin = np.where(modes == "open", np.nan, mu * shown[:, 0] - np.linalg.norm(T, axis=1))
+            result[contact.name] = ContactMotion(
+                gaps[:, k],
+                shown[:, 0],
+                T[:, 0] if n == 1 else T,
+                slip[:, 0] if n == 1 else slip,
+                margin,
+                modes,
+                lambdas,
+            )
+        return ByName("contact", result)
+
+
+def _by_phase(motion: ComputedMotion, name: str, functions: Sequence[str]) -> list[Array]:
+    """Return outputs of functions at the output times, each from the program of its phase of this name."""
+    parts: list[tuple[Any, list[Array]]] = []
+    programs: dict[int, Any] = {}
+    path = phases_of(motion)
+    for k, chosen in path.split(motion.t):
+        segment = path.segments[k]
+        if id(segment.kernels) not in programs:
+            program = getattr(segment.kernels, name)()
+            programs[id(segment.kernels)] = (program, program.constants(motion._parameters))
+        program, constants = programs[id(segment.kernels)]
+        times, states = motion.t[chosen], motion.states[chosen]
+        if type(segment.path).__name__ == "Leap":  # the start of a leap has no direction of slip yet
+            states, times = (
+                np.broadcast_to(segment.path.states[-1], states.shape),
+                times * 0 + segment.path.end,
+            )
+        parts.append(
+            (
+                chosen,
+                [
+                    observe(program.address(f), program.outputs(f), times, states, constants)
+                    for f in functions
+                ],
+            )
+        )
+    result = []
+    for j in range(len(functions)):
+        width = min((values[j].shape[1] for _, values in parts), default=0)
+        whole = np.empty((len(motion.t), width))  # reactions of closed contacts follow those of joints
+        for chosen, values in parts:
+            whole[chosen] = values[j][:, :width]
+        result.append(whole)
+    return result

@@ -1,0 +1,57 @@
+"""The motion of a machine in one leg: a run without interruption.
+
+A machine with constraints that comes near a position in which its conditions are dependent (`branch`) goes on in
+several legs.
+"""
+
+from __future__ import annotations
+
+from ..ending import FAILED, End
+from ..kernels.methods import Way
+from ..ode import layout
+from ..request import Problem, Request, problem_of
+from ..trajectory.event import watching
+from ..trajectory.in_legs import ONE_LEG
+from ..trajectory.progress import Progress
+from ..trajectory.trajectory import Trajectory
+from .branch import meeting, meets
+from .failure import failure
+from .several_legs import legs_of, with_work
+
+
+def motion_in_one_leg(request: Request) -> Trajectory:
+    """Return the motion of a machine without contacts, signals, controllers and blows.
+
+    Raises
+    ------
+    SimulationError
+        A motion that cannot be continued.
+    """
+    problem = problem_of(request)
+    with problem.progress() as between:
+        if problem.kernels.dropped:
+            return legs_of(problem, between)
+        trajectory = _in_one_leg(problem, between)
+        return legs_of(problem, between, finer=True) if trajectory is None else trajectory
+
+
+def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
+    """Return the motion; None if it comes near a position that one leg does not pass."""
+    p, request, kernels = problem, problem.request, problem.kernels
+    parameters, rates = kernels.at(p.numbers)
+    state, absolute = with_work(problem, rates)
+    way = Way(
+        kernels, parameters, request.method, rates, p.tolerances, step=request.step, max_step=request.longest_step,
+        max_steps=p.most_steps, watch=watching(kernels, parameters, p.specs, p.expressions),
+    )  # fmt: skip
+    passing = kernels.active and request.step is None
+    halt = meeting(kernels, rates) if passing and kernels.size >= layout.MANY_COMPONENTS else None
+    path = way.path(state, p.begin, p.end, absolute, between, halt)
+    if passing and (
+        path.status == End.RELEASED or meets(kernels, rates, path.times, path.states, path.method)
+    ):
+        return None
+    trajectory = Trajectory(*p.outcome(path), course=ONE_LEG)
+    if path.status in FAILED:
+        raise failure(trajectory, path, kernels, p.end, p.specs)
+    return trajectory
