@@ -16,8 +16,8 @@ from typing import Any
 from llvmlite import ir
 
 from .arithmetic import REAL, WHOLE, intrinsic, splat
+from .functions import Instruction, counted, instruction, variable
 from .registers import WIDTH
-from .translation import Instruction, counted, instruction, variable
 
 
 class Eight:
