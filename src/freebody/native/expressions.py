@@ -33,6 +33,9 @@ from .arithmetic import (
     wide,
 )
 from .functions import EQUIVALENTS, Compiled, Inlined, Instruction, is_wide, rare, type_of
+from .record_access import KERNEL, RecordPointer, Table, assigned_place, field_of, is_record
+from .record_access import value as field_value
+from .records import Record
 
 _UNLIKELY = (1, 1 << 20)
 """Weights of the ways of a branch on ``rare(c)``."""
@@ -88,7 +91,8 @@ class Ways:
         (_, first), *others = join.ways
         self.values = {}
         for name, value in first.items():
-            if isinstance(value, tuple) and any(values.get(name) is not value for _, values in others):
+            constant = is_number(value) or isinstance(value, tuple)
+            if constant and any(values.get(name) is not value for _, values in others):
                 continue
             if all(name in values for _, values in others):
                 self.values[name] = self._met(value, [(block, values[name]) for block, values in join.ways])
@@ -141,20 +145,34 @@ class Expressions(Ways):
 
     def place(self, node: ast.expr) -> Any:
         """Pointer to a component."""
-        if isinstance(node, ast.Subscript):
+        if isinstance(node, ast.Attribute):
             pointer = self.value(node.value)
-            if isinstance(kind_of(pointer), ir.PointerType):
-                return self.builder.gep(pointer, [self.index(node)])
-        cure = "Assign to a name or to a component p[i] of an argument."
+            if is_record(pointer):
+                return assigned_place(self.builder, pointer, node.attr)
+        if isinstance(node, ast.Subscript):
+            return self.component(node, self.value(node.value))
+        cure = "Assign to a name, to a component p[i] of an argument, or to a field of a record."
         raise self.refused(node, "a name that has a value, or a component of an array", cure)
 
-    def index(self, node: ast.Subscript) -> Any:
+    def component(self, node: ast.Subscript, pointer: Any) -> Any:
+        """Pointer to a component of an array or of several rows."""
+        index = node.slice
+        if isinstance(pointer, Table):
+            if not isinstance(index, ast.Tuple) or len(index.elts) != 2:
+                raise self.refused(node, "two indices of a component", "Write [j, i].")
+            row, index = index.elts
+            pointer = pointer.row(self.builder, self.index(row))
+        if not isinstance(kind_of(pointer), ir.PointerType) or is_record(pointer):
+            raise self.refused(node, "an array that has components", "Arrays and rows of records have them.")
+        return self.builder.gep(pointer, [self.index(index)])
+
+    def index(self, node: ast.expr) -> Any:
         """Place in an array, whose length is not known here: it counts from the first number."""
-        place = self.value(node.slice)
+        place = self.value(node)
         if is_number(place) and place < 0:
             cure = "An array in memory has no end to count from: write the place from its begin."
             raise self.refused(node, "a place from 0 on", cure)
-        return self.cast(node.slice, place, WHOLE)
+        return self.cast(node, place, WHOLE)
 
     def load(self, place: Any) -> Any:
         """Load the number, or the number of each lane, at a place."""
@@ -252,18 +270,48 @@ class Expressions(Ways):
 
     def _Attribute(self, node: ast.Attribute) -> Any:
         module = self.value(node.value)
-        if not isinstance(module, ModuleType) or not hasattr(module, node.attr):
-            cure = "Only modules have names here; give the value a name of its own outside the function."
-            raise self.refused(node, "a name of a module", cure)
+        if is_record(module):
+            return field_value(self.builder, module, field_of(module, node.attr))
+        is_value = isinstance(module, tuple) and node.attr in getattr(module, "_fields", ())
+        if not is_value and (not isinstance(module, ModuleType) or not hasattr(module, node.attr)):
+            cure = "Modules, records and named tuples have names; give the value a name outside the function."
+            raise self.refused(node, "a name of a module, or a field of a record", cure)
         return getattr(module, node.attr)
 
     def _Tuple(self, node: ast.Tuple) -> Any:
         return tuple(self.value(element) for element in node.elts)
 
     def _Subscript(self, node: ast.Subscript) -> Any:
+        if isinstance(node.slice, ast.Slice):
+            return self.later_part(node, node.slice)
+        array = self.value(node.value)
+        if isinstance(array, Table) and not isinstance(node.slice, ast.Tuple):
+            return array.row(self.builder, self.index(node.slice))
+        if isinstance(array, tuple | dict) and not isinstance(array, Table):
+            return self.of_constants(node, array)
         if isinstance(node.value, ast.Name) and node.value.id not in self.locals:
             return self.of_table(node, node.value.id)
-        return self.load(self.place(node))
+        return self.load(self.component(node, array))
+
+    def later_part(self, node: ast.Subscript, part: ast.Slice) -> Any:
+        """The row that begins inside a row, ``row[k:]``."""
+        row = self.value(node.value)
+        pointer = isinstance(kind_of(row), ir.PointerType) and not is_record(row)
+        if not pointer or part.lower is None or part.upper is not None or part.step is not None:
+            raise self.refused(node, "the rest of an array", "Write row[k:].")
+        return self.builder.gep(row, [self.index(part.lower)])
+
+    def of_constants(self, node: ast.Subscript, constants: Any) -> Any:
+        """Element of a tuple or a dictionary of the module."""
+        place = self.value(node.slice)
+        try:
+            if is_number(place):
+                return constants[place]
+        except LookupError:
+            cure = f"There are {len(constants)} elements."
+            raise self.refused(node, "a place in these constants", cure, f"{place}") from None
+        cure = "unrolled(...) gives constants; a table of NumPy has places that vary."
+        raise self.refused(node, "a constant place", cure)
 
     def of_table(self, node: ast.Subscript, name: str) -> Any:
         """Number of a table."""
@@ -310,7 +358,7 @@ class Expressions(Ways):
                 self.enter(further)
                 result = True
             b = self.value(operand)
-            holds = compared(self.builder, operation, a, b)
+            holds = self.compared(operation, a, b)
             result = holds if result is True else operated(self.builder, ast.BitAnd, result, holds)
             a = b
         if not no.ways:
@@ -318,6 +366,16 @@ class Expressions(Ways):
         yes = Join()
         self.goto(yes)
         return self.met([(yes, lambda: result), (no, lambda: False)], after, node)
+
+    def compared(self, operation: type, a: Any, b: Any) -> Any:
+        """Truth value of a comparison of two numbers, or of a kernel with None."""
+        if operation in (ast.Is, ast.IsNot) and b is None:
+            if isinstance(kind_of(a), ir.PointerType):
+                sign = "==" if operation is ast.Is else "!="
+                return self.builder.icmp_unsigned(sign, a, kind_of(a)(None))
+            if kind_of(a) is None:  # a constant of the module
+                return (a is None) is (operation is ast.Is)
+        return compared(self.builder, operation, a, b)
 
     def _BoolOp(self, node: ast.BoolOp) -> Any:
         """The operand that decides, as in Python: a truth value unless the other operands are constants."""
@@ -399,10 +457,15 @@ class Expressions(Ways):
         if isinstance(function, Callable) and function in EQUIVALENTS:  # type: ignore[arg-type]
             function = EQUIVALENTS[function]
         values = [self.value(argument) for argument in node.args]
+        kinds: tuple[Any, ...]
         if isinstance(function, Instruction):
             kinds = function.kinds
         elif isinstance(function, Compiled):
             kinds = tuple(function.arguments)
+        elif kind_of(function) == KERNEL:
+            kinds = ("float", "Reals", "Reals", "Reals")
+        elif isinstance(function, type) and issubclass(function, Record):
+            kinds = ("Reals",)
         else:
             cure = "Make it one with @compiled, or use an instruction of freebody.native."
             raise self.refused(node, "a function that is compiled", cure)
@@ -412,7 +475,7 @@ class Expressions(Ways):
         lanes = self.width_of_call(function, values, kinds)
         arguments = [
             value
-            if isinstance(value, tuple)
+            if isinstance(value, tuple | dict)
             else self.cast(argument, value, type_of(kind, lanes) or kind_of(value))
             for argument, value, kind in zip(node.args, values, kinds, strict=True)
         ]
@@ -420,9 +483,13 @@ class Expressions(Ways):
             return function.write(self.builder, *arguments)
         if isinstance(function, Inlined):
             return self.unit.inlined(function, arguments, self.builder, lanes)
+        if isinstance(function, type):
+            return self.builder.bitcast(arguments[0], RecordPointer(function))
+        if not isinstance(function, Compiled):
+            return self.builder.call(function, arguments)
         return self.builder.call(self.unit.declare(function, lanes), arguments)
 
-    def width_of_call(self, function: Any, values: Sequence[Any], kinds: Sequence[str]) -> int:
+    def width_of_call(self, function: Any, values: Sequence[Any], kinds: Sequence[Any]) -> int:
         """Number of lanes of a call: that of the arguments of wide types; without such arguments, of the caller."""
         of_lanes = [value for value, kind in zip(values, kinds, strict=True) if kind and is_wide(kind)]
         if not of_lanes:

@@ -19,6 +19,8 @@ from typing import Any
 from llvmlite import ir
 
 from .arithmetic import REAL, TRUTH, WHOLE, Refusal, compared, lanes_of, mathematical, size, wide
+from .record_access import RecordPointer
+from .records import Record
 
 TYPES = {
     "None": ir.VoidType(),
@@ -34,6 +36,8 @@ WIDE_TYPES = {"Real": REAL, "Whole": WHOLE, "Truth": TRUTH}
 
 def type_of(annotation: Any, lanes: int) -> Any:
     """LLVM type of an annotation in a translation for so many lanes; None if there is none."""
+    if isinstance(annotation, type) and issubclass(annotation, Record):
+        return RecordPointer(annotation)
     name = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
     if name == "Row":
         return wide(REAL, lanes).as_pointer()
@@ -50,7 +54,10 @@ class Compiled:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
-        annotations: list[Any] = [*function.__annotations__.values()] or [""]
+        records = {
+            k: v for k, v in function.__globals__.items() if isinstance(v, type) and issubclass(v, Record)
+        }
+        annotations: list[Any] = [records.get(x, x) for x in function.__annotations__.values()] or [""]
         self.arguments, self.result = annotations[:-1], annotations[-1]
 
     def __call__(self, *arguments: Any) -> Any:
@@ -176,7 +183,7 @@ def signature(compiled: Compiled, lanes: int) -> list[Any]:
             f"code, got none for {', '.join(missing)} {where}. Annotate it: {', '.join([*TYPES, *WIDE_TYPES, 'Row'])}."
         )
     kinds = []
-    annotations = [*function.__annotations__.items()]
+    annotations = [*zip((*names, "return"), (*compiled.arguments, compiled.result), strict=True)]
     results = re.fullmatch(r"tuple\[(.+)\]", str(compiled.result))
     if results and isinstance(compiled, Inlined):
         annotations[-1:] = [("return", part.strip()) for part in results[1].split(",")]
@@ -185,7 +192,8 @@ def signature(compiled: Compiled, lanes: int) -> list[Any]:
         if kind is None or isinstance(kind, ir.VoidType) and name != "return":
             raise TypeError(
                 f"Expected a type of the compiled language for '{name}' of '{function.__name__}', got '{annotation}' "
-                f"{where}. Types are {', '.join([*TYPES, *WIDE_TYPES, 'Row'])}; None is for results."
+                f"{where}. Types are {', '.join([*TYPES, *WIDE_TYPES, 'Row'])}, and records; None is for "
+                "results."
             )
         kinds.append(kind)
     return kinds
@@ -202,7 +210,13 @@ def _rare(builder: Any, c: Any) -> Any:
     return c
 
 
+def _unrolled(builder: Any, *numbers: Any) -> Any:
+    raise Refusal("a loop over unrolled(...)", "Write for i in unrolled(1, 12).")
+
+
 each = Instruction(_each, "Truth")
 """``for lane in each(c)``: the lanes in which c holds, for what is rare."""
 rare = Instruction(_rare, "Truth")
 """``if rare(c)``: c, which seldom holds, so that what follows stands aside from the path of the code."""
+unrolled = Instruction(_unrolled)
+"""``for i in unrolled(1, 12)``: i = 1 ... 11, a constant in each round, which is translated anew."""

@@ -38,7 +38,7 @@ from .arithmetic import (
     wide,
 )
 from .functions import Compiled, Inlined, Instruction, counted, instruction
-from .registers import WIDTH
+from .records import WIDTH
 from .row_arithmetic import Eight, Rows
 
 Reals = Any  # pointer to the first of real numbers in memory

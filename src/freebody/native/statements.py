@@ -26,7 +26,10 @@ from .arithmetic import (
     wide,
 )
 from .expressions import Expressions, Join
-from .functions import Compiled, each
+from .functions import Compiled, counted, each, unrolled
+from .record_access import length_of
+from .records import WIDTH
+from .row_arithmetic import RowFormula
 
 
 @cache
@@ -114,9 +117,21 @@ class Body(Expressions):
         pass
 
     def _Assign(self, node: ast.Assign) -> None:
+        target = node.targets[0]
+        if isinstance(target, ast.Subscript) and isinstance(target.slice, ast.Slice):
+            self.assign_row(node, target)
+            return
         value = self.value(node.value)
         for target in node.targets:
             self.put(target, value)
+
+    def assign_row(self, node: ast.Assign, target: ast.Subscript) -> None:
+        """Translate an assignment to all components of a row, ``row[:] = formula``."""
+        part, row = target.slice, self.value(target.value)
+        if len(node.targets) > 1 or part.lower or part.upper or part.step:  # type: ignore[attr-defined]
+            raise self.refused(node, "an assignment to all components of one row", "Write row[:] = formula.")
+        with counted(self.builder, length_of(self.builder, row), WIDTH) as offset:
+            RowFormula(self.value, self.builder, offset).assign(row, node.value)
 
     def _AugAssign(self, node: ast.AugAssign) -> None:
         if isinstance(node.target, ast.Name):
@@ -192,9 +207,12 @@ class Body(Expressions):
     def _For(self, node: ast.For) -> None:
         call = node.iter
         kind = self.value(call.func) if isinstance(call, ast.Call) else None
-        if kind not in (range, each) or node.orelse or call.keywords:  # type: ignore[attr-defined]
+        if kind not in (range, each, unrolled) or node.orelse or call.keywords:  # type: ignore[attr-defined]
             raise self.refused(node, "a loop over range", "Write for i in range(n), or for lane in each(c).")
         values = [self.value(argument) for argument in call.args]  # type: ignore[attr-defined]
+        if kind is unrolled:
+            self.over_constants(node, values)
+            return
         if kind is each:
             self.over_lanes(node, values)
             return
@@ -243,6 +261,25 @@ class Body(Expressions):
         low, high = (start, stop) if step > 0 else (stop, start)
         whole = builder.udiv(builder.sub(builder.sub(high, low), WHOLE(1)), constant(abs(step), WHOLE))
         return builder.select(builder.icmp_signed("<", low, high), builder.add(whole, WHOLE(1)), WHOLE(0))
+
+    def over_constants(self, node: ast.For, values: Sequence[Any]) -> None:
+        """Translate the body of a loop once for each of its numbers."""
+        name = node.target.id if isinstance(node.target, ast.Name) else ""
+        constant = all(isinstance(value, int) for value in values)
+        if not constant or not 1 <= len(values) <= 3 or not name or name in self.kinds:
+            cure = "Write for i in unrolled(start, stop), with numbers and a name of its own."
+            raise self.refused(node, "one, two or three constant integers", cure)
+        done = Join()
+        for number in range(*values):
+            again = Join()
+            self.values[name] = number
+            self.body(node, again, done)
+            if not self.enter(again):
+                break
+        else:
+            self.goto(done)
+        self.enter(done)
+        self.values.pop(name, None)
 
     def over_lanes(self, node: ast.For, values: Sequence[Any]) -> None:
         """Translate a loop over the lanes in which a condition holds."""

@@ -28,6 +28,7 @@ from llvmlite import ir
 
 from .arithmetic import REAL, WHOLE, Refusal, constant
 from .functions import Compiled, Inlined, is_wide, signature
+from .record_access import RecordPointer
 from .statements import Body
 
 
@@ -98,6 +99,10 @@ class Unit:
             suffix = f".{lanes}" if any(map(is_wide, (*compiled.arguments, compiled.result))) else ""
             own = self._name(name or f"{compiled.function.__name__}{suffix}")
             function = ir.Function(self.module, ir.FunctionType(result, arguments), own)
+            for argument, kind in zip(function.args, arguments, strict=True):
+                if isinstance(kind, RecordPointer):  # its fields may be loaded before they are needed
+                    argument.add_attribute("nonnull")
+                    argument.attributes.dereferenceable = kind.record.size
             if internal or not name:
                 function.linkage = "internal"
             # calls are not inlined: large modules then compile quickly

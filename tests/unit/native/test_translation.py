@@ -273,7 +273,7 @@ def of_number(a: float) -> float:
 
 
 def no_table(a: int) -> int:
-    return C_TYPES[a]
+    return ctypes[a]
 
 
 def nothing(a: int) -> int:

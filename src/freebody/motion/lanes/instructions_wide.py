@@ -16,7 +16,7 @@ from llvmlite import ir
 
 from ...native.arithmetic import REAL, WHOLE, splat
 from ...native.functions import Instruction, counted, instruction, variable
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ...native.row_arithmetic import Eight, Rows, all_of, arguments_of, bits_of
 from ..ode.step_control import _EPS, _TINY
 from .lanes_layout import (
