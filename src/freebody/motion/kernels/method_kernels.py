@@ -31,7 +31,7 @@ from ...program.large.tree_loop import Directions, LoopedSet, is_large
 from ...scalar.algebra import HALF, Scalar, divide
 from ...scalar.derivative import forward, transposed
 from ...scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
-from ..ode.layout import padded
+from ...native.records import padded
 from .kernels import Kernels, Program
 
 

@@ -8,7 +8,7 @@ from ...native.arithmetic import WHOLE
 from ...native.functions import instruction
 from ...native.instructions import Reals, compiled
 from ...native.row_arithmetic import Eight, all_of
-from ..ode.dop853 import B, E3, E5, METHOD, A, C
+from ..ode.dop853 import E3, E5, METHOD, A, B, C
 from .instructions_wide import Memory, blend, call_wide, lifted, linear
 from .lanes_layout import (
     ARGUMENT,

@@ -16,9 +16,9 @@ from llvmlite import ir
 
 from ...native.arithmetic import REAL, WHOLE, splat
 from ...native.functions import Instruction, counted, instruction, variable
-from ...native.records import WIDTH
 from ...native.instructions import EPS
 from ...native.record_access import Table
+from ...native.records import WIDTH
 from ...native.row_arithmetic import Eight, FormulaRows, all_of, arguments_of, bits_of
 from ..ode.step_control import TINY
 from .lanes_layout import (
@@ -131,7 +131,9 @@ def lanewise(formula: Callable[..., Eight], places: Mapping[str, int], height: i
     by side.
 
     ``places`` are the numbers of the rows by name; those from ``height`` on follow the places of the lanes, and k and
-    terms are several rows. ``more`` are places of eight numbers, one for each run, and arrays with one number for each component of each run.
+    terms are several rows.
+
+    ``more`` are places of eight numbers, one for each run, and arrays with one number for each component of each run.
     At ``result`` it stores the largest result of each run, nan if one of its results is nan.
     """
 

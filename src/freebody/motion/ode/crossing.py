@@ -15,7 +15,6 @@ moved onto conditions that are dependent there.
 from __future__ import annotations
 
 from ...native.instructions import (
-    Integers,
     Reals,
     call,
     compiled,

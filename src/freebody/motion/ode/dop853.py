@@ -31,7 +31,6 @@ from ...native.row_arithmetic import chain, combination
 from .run import Run
 from .step_control import Functions, Method, cubic
 
-
 C = (
     0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274,
     0.2816496580927726, 0.3333333333333333, 0.25, 0.3076923076923077,

@@ -315,11 +315,8 @@ class _Run:
         parts = [buffer[begin:end] for begin, end in pairwise(ends.tolist())]
         record, search = self.record, self.record.search
         record.times, record.lengths, record.states = *parts[:2], parts[2].reshape(rows, n)
-        search.log_times = self.log_times = parts[3]
-        search.log_numbers, search.log_signs = self.log_numbers, self.log_signs = (
-            part.view(np.int64) for part in parts[4:6]
-        )
-        search.log_states = self.log_states = parts[6].reshape(logged, n)
+        search.log_times, search.log_states = parts[3], parts[6].reshape(logged, n)
+        search.log_numbers, search.log_signs = parts[4].view(np.int64), parts[5].view(np.int64)
 
     def piece(self, room: int) -> _Piece:
         """Compute up to ``room`` steps."""
@@ -332,11 +329,12 @@ class _Run:
         count, events = counts.accepted, counts.events
         crossings = []
         if events:
-            log = (self.log_times, self.log_numbers, self.log_signs)
+            search = self.record.search
+            log = search.log_times, search.log_numbers, search.log_signs
             crossings = [
                 Crossing(*values, state.copy())
                 for *values, state in zip(
-                    *(x[:events].tolist() for x in log), self.log_states[:events], strict=True
+                    *(x[:events].tolist() for x in log), search.log_states[:events], strict=True
                 )
             ]
         rows = count + 1

@@ -252,7 +252,7 @@ def most_events(m: int) -> int:
 
 
 def memory(method: str, n: int, m: int = 0) -> tuple[Run, Any]:
-    """Return the memory of a run of a method with ``n`` components and ``m`` event functions, and that of its method."""
+    """Return the memory of a run with ``n`` components and ``m`` event functions, and that of its method."""
     width = padded(n)
     run = Run.made(n=n, width=width, count=m, columns=m + 1, zeros=most_events(m))
     own: Any = None

@@ -203,7 +203,7 @@ def state_in_step(run: Run, x: float) -> None:
 
 @part
 def first_length(run: Run, direction: float, longest: float) -> float:
-    """Return a length for the first step (Hairer, Norsett, Wanner, section II.4): d_0 = |y|, d_1 = |f|, d_2 = |Δf| / h_0.
+    """Return a length for the first step (Hairer, Norsett, Wanner, II.4): d_0 = |y|, d_1 = |f|, d_2 = |Δf| / h_0.
 
     Row point and k[1] are overwritten.
     """
@@ -352,8 +352,8 @@ def look(run: Run) -> int:
 
 @part
 def error_of_step(run: Run) -> float:
-    """Attempt a step, and return its error ε; 1000 if it has to be shortened for another reason, nan if the state at its
-    end, or its rates, are not finite.
+    """Attempt a step, and return its error ε; 1000 if another reason shortens it, nan if the state at its end, or its
+    rates, are not finite.
     """
     diverges = method.attempt(run, run.h) != 0
     run.evaluated += method.cost
@@ -420,7 +420,9 @@ def store(run: Run) -> None:
 
 @part
 def follow_events(run: Run) -> int:
-    """Find and log the events of an accepted step; return RUNNING, TERMINAL, or UNDEFINED with the function to blame."""
+    """Find and log the events of an accepted step; return RUNNING, TERMINAL, or UNDEFINED."""
+    if run.search.count == 0:
+        return RUNNING
     if method.densify is not None:
         method.densify(run)
     run.evaluated += method.cost_dense
@@ -462,22 +464,24 @@ def advance(run: Run) -> int:
         store(run)
         if method.hold is not None:
             method.hold(run)
-        if method.last_stage != 0 or method.limited is not None:
-            if is_stiff(run) != 0 and abs(run.until - run.after) > MANY * abs(run.h):
-                run.stiffness += 1
-                if run.stop_if_stiff != 0:
-                    status = STIFF
-        if run.search.count > 0:
-            stop = follow_events(run)
-            if stop != RUNNING:
-                status = stop
+        if (
+            (method.last_stage != 0 or method.limited is not None)
+            and is_stiff(run) != 0
+            and abs(run.until - run.after) > MANY * abs(run.h)
+        ):
+            run.stiffness += 1
+            if run.stop_if_stiff != 0:
+                status = STIFF
+        stop = follow_events(run)
+        if stop != RUNNING:
+            status = stop
         run.t = run.after
         run.y[:] = run.end
         if method.length is None:
             run.k[0][:] = run.k[12]
         if method.accept is not None:
             method.accept(run)
-        if status == TERMINAL or status == UNDEFINED:  # "in" cannot be compiled
+        if stop != RUNNING:
             break
         if run.last != 0:
             status = FINISHED
