@@ -185,6 +185,14 @@ class Record:
             elif field.nested is not None:
                 self.parts[name].take(other.parts[name])
 
+    def share(self, other: Record) -> None:
+        """Take the numbers of another record of this kind, and its rows as they are, in the same memory."""
+        for name, field in self.fields.items():
+            if field.nested is not None:
+                self.parts[name].share(other.parts[name])
+            elif field.kind not in _DIMENSIONS or name in other.arrays:
+                setattr(self, name, getattr(other, name))
+
     @classmethod
     def arrays_of(
         cls, sizes: Mapping[str, int], path: tuple[str, ...] = ()

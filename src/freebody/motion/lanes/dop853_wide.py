@@ -9,6 +9,7 @@ from ...native.functions import instruction
 from ...native.instructions import Reals, compiled
 from ...native.row_arithmetic import Eight, all_of
 from ..ode.dop853 import E3, E5, METHOD, A, B, C
+from ..ode.run import Run
 from .instructions_wide import Memory, blend, call_wide, lifted, linear
 from .lanes_layout import (
     ARGUMENT,
@@ -151,6 +152,15 @@ def accept_wide(wide: Reals, w: int, selected: int) -> None:
     blend(wide, w, 12 * w, 0, selected)
 
 
+_lift = lifted({k: (False, k) for k in (*range(13), STATE, RAW, END)}, HEIGHT)
+
+
+@compiled
+def lift(lane: int, wide: Reals, w: int, run: Run) -> None:
+    """Copy the step of a lane into the memory of a run."""
+    _lift(lane, run.n, wide, w, run.k[0], run.k[0], run.width)
+
+
 FUNCTIONS = {
     "HEIGHT": HEIGHT,
     "prepare_wide": prepare_wide,
@@ -160,5 +170,5 @@ FUNCTIONS = {
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,
     "accept_wide": accept_wide,
-    "lift": lifted([*range(13), STATE, RAW, END], HEIGHT),
+    "lift": lift,
 }

@@ -9,7 +9,7 @@ the same rounding.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from llvmlite import ir
@@ -351,23 +351,22 @@ def all_finite(builder: Any, wide: Any, w: Any, row: Any, errors: Any) -> None:
     v.store((error + doubt.now).where(error.compared("<=", 1.0), error), errors)
 
 
-def lifted(rows: Iterable[int], height: int) -> Any:
-    """Return the compiled ``(lane, n, wide, w, work, w1)``: it copies these rows of one lane into a work array of its
-    own.
+def lifted(rows: Mapping[int, tuple[bool, int]], height: int) -> Any:
+    """Return the compiled ``(lane, n, wide, w, rows, own, w1)``: it copies rows of one lane into the memory of a run.
 
-    Rows from ``height`` on follow the places of the lanes. It goes component by component, with one number of each row:
-    one row is shorter than a register, and the numbers of a lane are far apart.
+    ``rows`` maps the number of a row of eight lanes to a number of a row of the run, or of its method (True). Rows from
+    ``height`` on follow the places of the lanes. It goes component by component, with one number of each row: one row
+    is shorter than a register, and the numbers of a lane are far apart.
     """
-    places = sorted(rows)
 
-    @instruction("int", "int", "Reals", "int", "Reals", "int")
-    def lifted(builder: Any, lane: Any, n: Any, wide: Any, w: Any, work: Any, w1: Any) -> None:
+    @instruction("int", "int", "Reals", "int", "Reals", "Reals", "int")
+    def lifted(builder: Any, lane: Any, n: Any, wide: Any, w: Any, run: Any, own: Any, w1: Any) -> None:
         starts = []
-        for k in places:
+        for k, (of_method, j) in sorted(rows.items()):
             start = builder.add(builder.mul(w, WHOLE(k)), lane)
             start = builder.add(start, WHOLE(WIDE_PLACES)) if k >= height else start
-            pointers = builder.gep(wide, [start]), builder.gep(work, [builder.mul(w1, WHOLE(k))])
-            starts.append(pointers)
+            target = own if of_method else run
+            starts.append((builder.gep(wide, [start]), builder.gep(target, [builder.mul(w1, WHOLE(j))])))
         with counted(builder, n, 1) as i:
             eighth = builder.mul(i, WHOLE(WIDTH))
             for source, target in starts:

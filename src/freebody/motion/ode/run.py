@@ -253,8 +253,18 @@ def most_events(m: int) -> int:
 
 def memory(method: str, n: int, m: int = 0) -> tuple[Run, Any]:
     """Return the memory of a run with ``n`` components and ``m`` event functions, and that of its method."""
-    width = padded(n)
-    run = Run.made(n=n, width=width, count=m, columns=m + 1, zeros=most_events(m))
+    run = Run.made(**sizes(n, m))
+    return run, own_memory(method, run)
+
+
+def sizes(n: int, m: int) -> dict[str, int]:
+    """Return the sizes of the rows of `Run`."""
+    return {"n": n, "width": padded(n), "count": m, "columns": m + 1, "zeros": most_events(m)}
+
+
+def own_memory(method: str, run: Run) -> Any:
+    """Return the memory of a method for a run; None if it has none."""
+    n, width = run.n, run.width
     own: Any = None
     if method in ("gauss", "crossing"):
         own = Collocation.made(S=8, n=n, v=width)
@@ -268,7 +278,7 @@ def memory(method: str, n: int, m: int = 0) -> tuple[Run, Any]:
         own = Series.made(n=n, width=width)
     if own is not None:
         run.own = own.memory
-    return run, own
+    return own
 
 
 def equip(run: Run, own: Any, rates: Any) -> None:
