@@ -56,7 +56,19 @@ def inlined(function: Callable[..., Any]) -> Inlined:
 
 
 class Parts(list[Callable[..., Any]]):
-    """A decorator that collects functions. They become compiled functions when they are bound to a method."""
+    """A decorator that collects functions. They become compiled functions when they are bound to a method.
+
+    Those of ``inlined`` are translated at the place of each call.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._inlined: list[Callable[..., Any]] = []
+
+    def inlined(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Collect a function that is to be inlined."""
+        self._inlined.append(function)
+        return self(function)
 
     def __call__(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Collect a function."""
@@ -69,7 +81,8 @@ class Parts(list[Callable[..., Any]]):
         for part in self:
             function = FunctionType(part.__code__, space, part.__name__)
             function.__annotations__ = part.__annotations__
-            space[part.__name__] = result[part.__name__] = Compiled(function)
+            kind = Inlined if part in self._inlined else Compiled
+            space[part.__name__] = result[part.__name__] = kind(function)
         return result
 
 

@@ -29,9 +29,9 @@ import ctypes
 import struct
 import sys
 from collections.abc import Mapping
-from functools import reduce
+from functools import cache, reduce
 from operator import mul
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -87,7 +87,8 @@ class Field:
         if self.nested is not None:
             return memory.parts[self.name]
         if self.kind in _DIMENSIONS:
-            return memory.arrays.get(self.name)
+            array = memory.arrays.get(self.name)
+            return memory.row(self.name) if array is None else array
         view = memory.reals if self.kind == "Real" else memory.wholes
         return view[(memory.begin + self.place) // WORD]
 
@@ -134,10 +135,12 @@ class Record:
     def __init__(self, memory: Any, begin: int = 0) -> None:
         """Take the record at byte ``begin`` of ``memory``, an array of real numbers, which it keeps alive."""
         self.memory, self.begin = memory, begin
+        self.keep: Any = None  # the owner of what fields point to
         view = memoryview(memory).cast("B")
         self.reals, self.wholes = view.cast("d"), view.cast("q")
         self.address = address(memory) + begin
         self.arrays: dict[str, Any] = {}
+        self.placed: Mapping[str, Any] = {}
         self.parts = {
             field.name: field.nested(memory, begin + field.place)
             for field in self.fields.values()
@@ -151,29 +154,33 @@ class Record:
         ``sizes`` are the values of the names in the shapes; counts with such a name have that value. Every row begins
         at a cache line: one that lies across two would be read and written in two parts.
         """
-        of: Any = cls
-        arrays, end = _placed(of.arrays_of(sizes), _rounded(of.size))
-        memory = np.zeros(end // WORD + LINE // WORD)
-        shift = -memory.ctypes.data % LINE // WORD
-        memory = memory[shift : shift + end // WORD]
-        result = of(memory)
-        for path, kind, shape, place in arrays:
-            *parts, name = path
-            owner = reduce(lambda part, step: part.parts[step], parts, result)
-            count = reduce(mul, shape, 1)
-            array = memory[place // WORD : place // WORD + count].reshape(shape)
-            setattr(owner, name, array.view(np.int64) if kind == "Wholes" else array)
-        result._count(sizes)
+        layout = _layout(cls, tuple(sizes.items()))
+        memory = np.zeros(layout.size + LINE // WORD)
+        shift = -address(memory) % LINE // WORD
+        memory = memory[shift : shift + layout.size]
+        words = memory[: layout.words.size].view(np.int64)
+        words[:] = layout.words
+        words[layout.pointers] += address(memory)
+        result: Any = cls(memory)  # type: ignore[call-arg]
+        result._place(layout.rows)
         made: T = result
         return made
 
-    def _count(self, sizes: Mapping[str, int]) -> None:
-        """Set the counts that are sizes."""
-        for field in self.fields.values():
-            if field.kind == "Count" and field.name in sizes:
-                setattr(self, field.name, sizes[field.name])
-        for part in self.parts.values():
-            part._count(sizes)
+    def _place(self, rows: Mapping[str, Any]) -> None:
+        """Note where the rows of this record and of its parts are."""
+        self.placed = rows
+        for name, part in self.parts.items():
+            part._place(rows[name])
+
+    def row(self, name: str) -> Any:
+        """Return a row that was made with the record, as an array; None if there is none."""
+        if name not in self.placed:
+            return None
+        place, whole, shape = self.placed[name]
+        count = reduce(mul, shape, 1)
+        array = self.memory[place : place + count].reshape(shape)
+        self.arrays[name] = array = array.view(np.int64) if whole else array
+        return array
 
     def take(self, other: Record) -> None:
         """Copy the numbers and the made rows of another record of this kind and of these sizes."""
@@ -190,23 +197,8 @@ class Record:
         for name, field in self.fields.items():
             if field.nested is not None:
                 self.parts[name].share(other.parts[name])
-            elif field.kind not in _DIMENSIONS or name in other.arrays:
-                setattr(self, name, getattr(other, name))
-
-    @classmethod
-    def arrays_of(
-        cls, sizes: Mapping[str, int], path: tuple[str, ...] = ()
-    ) -> list[tuple[Any, str, tuple[int, ...]]]:
-        """Return path, kind and shape of every array that belongs to the record."""
-        result: list[tuple[Any, str, tuple[int, ...]]] = []
-        for field in cls.fields.values():
-            here = (*path, field.name)
-            if field.nested is not None:
-                result += field.nested.arrays_of(sizes, here)
-            elif field.shape:
-                shape = tuple(x if isinstance(x, int) else sizes[x] for x in field.shape)
-                result.append((here, field.kind, shape))
-        return result
+            elif (value := getattr(other, name)) is not None:
+                setattr(self, name, value)
 
     @classmethod
     def packer(cls, *names: str) -> tuple[struct.Struct, int]:
@@ -224,17 +216,49 @@ class Record:
         return struct.Struct(letters), fields[0].place
 
 
+class _Layout(NamedTuple):
+    """Memory of a record with rows of some sizes: numbers in all; its words at first, with the places of rows [bytes]
+    in those of ``pointers``; and place [numbers], whether integers, and shape of every row by name.
+    """
+
+    size: int
+    words: Any
+    pointers: Any
+    rows: Mapping[str, Any]
+
+
+@cache
+def _layout(record: type[Record], sizes: tuple[tuple[str, int], ...]) -> _Layout:
+    """Return the layout of a record with rows of these sizes."""
+    words, pointers = np.zeros(record.size // WORD, dtype=np.int64), []
+    end, known = _rounded(record.size), dict(sizes)
+
+    def placed(part: type[Record], begin: int) -> dict[str, Any]:
+        nonlocal end
+        rows: dict[str, Any] = {}
+        for field in part.fields.values():
+            word = (begin + field.place) // WORD
+            if field.nested is not None:
+                rows[field.name] = placed(field.nested, begin + field.place)
+            elif field.shape:
+                shape = tuple(x if isinstance(x, int) else known[x] for x in field.shape)
+                if field.kind == "Rows":
+                    words[word + 1] = shape[1]
+                if 0 not in shape:
+                    words[word] = end
+                    pointers.append(word)
+                rows[field.name] = (end // WORD, field.kind == "Wholes", shape)
+                end += _rounded(WORD * reduce(mul, shape, 1))
+            elif field.kind == "Count":
+                words[word] = known.get(field.name, 0)
+        return rows
+
+    rows = placed(record, 0)
+    return _Layout(end // WORD, words, np.array(pointers, dtype=np.int64), rows)
+
+
 def _rounded(size: int) -> int:
     return -(-size // LINE) * LINE
-
-
-def _placed(arrays: Any, begin: int) -> tuple[list[tuple[Any, str, tuple[int, ...], int]], int]:
-    """Return the arrays with their places from ``begin`` on, and the end [bytes]."""
-    result = []
-    for path, kind, shape in arrays:
-        result.append((path, kind, shape, begin))
-        begin += _rounded(WORD * reduce(mul, shape, 1))
-    return result, begin
 
 
 def record(declaration: type[T]) -> type[T]:
@@ -245,7 +269,19 @@ def record(declaration: type[T]) -> type[T]:
     TypeError            a field of unknown kind, or a value in the declaration
     """
     space = vars(sys.modules[declaration.__module__])
-    own = {"memory", "begin", "address", "reals", "wholes", "arrays", "parts", "fields", "size", "dtype"}
+    own = {
+        "memory",
+        "begin",
+        "address",
+        "reals",
+        "wholes",
+        "arrays",
+        "parts",
+        "keep",
+        "fields",
+        "size",
+        "dtype",
+    }
     fields, place = {}, 0
     for name, text in declaration.__dict__.get("__annotations__", {}).items():
         kind, shape, nested = _kind(declaration.__name__, name, text, space)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import SimulationError
+from ...native.loop import passed
 from ...native.records import address
 from . import loops
 from .run import equip, memory
@@ -66,9 +67,17 @@ class Rates:
         return self  # code and constants never change
 
     @cached_property
+    def words(self) -> tuple[int, ...]:
+        """What the compiled loop reads of the rates, in the order of `run.MACHINE`."""
+        indices = self.indices
+        return (
+            self.address, self.constants_at, address(indices), indices.size, self.projection, self.projected
+        )  # fmt: skip
+
+    @cached_property
     def constants_at(self) -> int:
         """Address of the constants."""
-        return address(self.constants)
+        return passed(self.constants, "Reals") or 0
 
     @cached_property
     def indices(self) -> NDArray[np.int64]:

@@ -99,12 +99,12 @@ class Run:
     allowed: Real
     rates: Kernel
     c: Row
-    n: Count
-    width: Count
     quaternions: Wholes
     n_quaternions: Count
     projection: Kernel
     projected: Count
+    n: Count
+    width: Count
     own: Row
     initial: Annotated[Row, "n"]
     relative: Annotated[Row, "n"]
@@ -131,6 +131,9 @@ COUNTS = (
 )  # fmt: skip
 NUMBERS = ("t", "h", "old_error", "until", "longest", "start", *COUNTS, "stop_if_stiff", "fixed", "required")
 """What is written at the start of a run; all counts are then 0."""
+MACHINE = ("rates", "c", "quaternions", "n_quaternions", "projection", "projected")
+"""What is written for a machine (`dense_output.Rates.words`)."""
+_MACHINE, _MACHINE_AT = Run.packer(*MACHINE)
 
 
 @record
@@ -283,9 +286,8 @@ def own_memory(method: str, run: Run) -> Any:
 
 def equip(run: Run, own: Any, rates: Any) -> None:
     """Write the rates of a machine into the memory of a run (`dense_output.Rates`)."""
-    run.rates, run.c = rates.address, rates.constants
-    run.quaternions, run.n_quaternions = rates.indices, rates.indices.size
-    run.projection, run.projected = rates.projection, rates.projected
+    _MACHINE.pack_into(run.memory, run.begin + _MACHINE_AT, *rates.words)
+    run.keep = rates
     if own is None:
         return
     constants = rates.constants[rates.method_constants :]

@@ -252,26 +252,27 @@ def shortening(error: float) -> float:
     return greater(method.smallest, method.safety / error**method.alpha)
 
 
-@part
+@part.inlined
 def choose_length(run: Run, direction: float) -> int:
     """Set h, the end of the step and whether it ends the run; return RUNNING, NOT_FINITE or COLLAPSED."""
+    t, h, status = run.t, run.h, RUNNING
     if method.length is not None:
         size = method.length(run)
         if size != size:
-            return NOT_FINITE
-        if run.fixed == 0 and run.after_rejection == 0:
-            run.h = direction * size
-    if abs(run.h) > run.longest:
-        run.h = direction * run.longest
-    run.last = 1 if (run.t + 1.01 * run.h - run.until) * direction >= 0.0 else 0
-    if run.last != 0:
-        run.h = run.until - run.t
-    elif abs(run.h) <= 8.0 * EPS * abs(run.t) or abs(run.h) < TINY:
-        return COLLAPSED
-    run.after = run.until if run.last != 0 else run.t + run.h
-    if run.fixed != 0 and run.last == 0:
-        run.after = run.start + (run.taken + 1) * run.h
-    return RUNNING
+            status = NOT_FINITE
+        elif run.fixed == 0 and run.after_rejection == 0:
+            h = direction * size
+    if abs(h) > run.longest:
+        h = direction * run.longest
+    run.last, after = 0, t + h
+    if (t + 1.01 * h - run.until) * direction >= 0.0:
+        run.last, h, after = 1, run.until - t, run.until
+    elif abs(h) <= 8.0 * EPS * abs(t) or abs(h) < TINY:
+        status = COLLAPSED
+    elif run.fixed != 0:
+        after = run.start + (run.taken + 1) * h
+    run.h, run.after = h, after
+    return status
 
 
 @part
@@ -350,27 +351,26 @@ def look(run: Run) -> int:
     return RUNNING
 
 
-@part
+@part.inlined
 def error_of_step(run: Run) -> float:
     """Attempt a step, and return its error ε; 1000 if another reason shortens it, nan if the state at its end, or its
     rates, are not finite.
     """
-    diverges = method.attempt(run, run.h) != 0
+    error = 1e3
     run.evaluated += method.cost
-    if diverges:
-        return 1e3
-    error = method.judge(run, run.h)
-    run.end[:] = run.y_new
-    normalise(run, run.end)
-    if run.fixed != 0 and error > 1.0 and not method.single_step:
-        error = 1.0
-    if error <= 1.0 and not project(run, run.after, run.end) <= run.allowed:
-        return 1e3  # not a step error: another branch, or the constraints end or bend too sharply here
-    if method.length is None and error <= 1.0:  # a state without rates is invalid
-        run.rates(run.after, run.end, run.c, run.k[12])
-        run.evaluated += 1
-        if not_finite(run.k[12], run.n) >= 0:
-            return math.nan
+    if method.attempt(run, run.h) == 0:
+        error = method.judge(run, run.h)
+        run.end[:] = run.y_new
+        normalise(run, run.end)
+        if run.fixed != 0 and error > 1.0 and not method.single_step:
+            error = 1.0
+        if error <= 1.0 and not project(run, run.after, run.end) <= run.allowed:
+            error = 1e3  # not a step error: another branch, or the constraints end or bend too sharply here
+        if method.length is None and error <= 1.0:  # a state without rates is invalid
+            run.rates(run.after, run.end, run.c, run.k[12])
+            run.evaluated += 1
+            if not_finite(run.k[12], run.n) >= 0:
+                error = math.nan
     return error
 
 
@@ -407,7 +407,7 @@ def blamed(run: Run) -> int:
     return i
 
 
-@part
+@part.inlined
 def store(run: Run) -> None:
     """Write time, length and state at the start of an accepted step into the buffers."""
     k = run.accepted
@@ -421,8 +421,6 @@ def store(run: Run) -> None:
 @part
 def follow_events(run: Run) -> int:
     """Find and log the events of an accepted step; return RUNNING, TERMINAL, or UNDEFINED."""
-    if run.search.count == 0:
-        return RUNNING
     if method.densify is not None:
         method.densify(run)
     run.evaluated += method.cost_dense
@@ -472,9 +470,11 @@ def advance(run: Run) -> int:
             run.stiffness += 1
             if run.stop_if_stiff != 0:
                 status = STIFF
-        stop = follow_events(run)
-        if stop != RUNNING:
-            status = stop
+        stop = RUNNING
+        if run.search.count > 0:
+            stop = follow_events(run)
+            if stop != RUNNING:
+                status = stop
         run.t = run.after
         run.y[:] = run.end
         if method.length is None:
