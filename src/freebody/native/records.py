@@ -192,13 +192,14 @@ class Record:
             elif field.nested is not None:
                 self.parts[name].take(other.parts[name])
 
-    def share(self, other: Record) -> None:
-        """Take the numbers of another record of this kind, and its rows as they are, in the same memory."""
-        for name, field in self.fields.items():
-            if field.nested is not None:
-                self.parts[name].share(other.parts[name])
-            elif (value := getattr(other, name)) is not None:
-                setattr(self, name, value)
+    def copies(self, count: int) -> list[Any]:
+        """Return records with these numbers and with the same rows, one after the other in new memory."""
+        words = self.memory[self.begin // WORD : (self.begin + self.size) // WORD]
+        memory = np.tile(words, count)
+        result = [type(self)(memory, self.size * k) for k in range(count)]
+        for record in result:
+            record.keep = self
+        return result
 
     @classmethod
     def packer(cls, *names: str) -> tuple[struct.Struct, int]:

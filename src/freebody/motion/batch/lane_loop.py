@@ -142,21 +142,20 @@ class LaneLoop:
 
     def _memory_of_eight(self) -> tuple[Any, ...]:
         """Return the batch, eight lanes, which share the rows of a step, and their memory side by side."""
-        n, m, size = self.n, self.program.watched, at.Lane.size
+        n, m, hoisted = self.n, self.program.watched, self.program.compiled.hoisted
         first: Any = at.Lane.made(**sizes(n, m))
-        own = own_memory(self.method, first.run)
-        memory = np.zeros(8 * size // 8 + 8)
-        memory = memory[-memory.ctypes.data // 8 % 8 :]
-        lanes = [at.Lane(memory, size * k) for k in range(8)]
-        for lane in lanes:
-            run, rates = lane.run, self._rates()
-            run.share(first.run)
-            equip(run, own, rates)
-            self._watch(run, rates.constants, 0)
-            run.search.table, run.search.signs = np.zeros((POINTS, m + 1)), np.zeros(m, dtype=np.int64)
-        eight: Any = at.EightLanes.made(
-            constants=8 * max(1, self.program.compiled.hoisted), tolerances_size=16 * n
-        )
+        rates = self._rates()
+        equip(first.run, own_memory(self.method, first.run), rates)
+        self._watch(first.run, rates.constants, 0)
+        lanes = first.copies(8)
+        constants, tables = np.zeros((8, max(1, hoisted))), np.zeros((8, POINTS, m + 1))
+        for lane, c, table, signs in zip(
+            lanes, constants, tables, np.zeros((8, m), dtype=np.int64), strict=True
+        ):
+            run = lane.run
+            run.c = run.search.c = c
+            run.search.table, run.search.signs = table, signs
+        eight: Any = at.EightLanes.made(constants=8 * max(1, hoisted), tolerances_size=16 * n)
         eight.w, eight.rows = 8 * n, _aligned(self._size_of_eight() + self.limit_values)
         return self._batch(), lanes, eight
 
