@@ -1,7 +1,7 @@
 """Records: numbers, rows and kernels at fixed places of one block of memory, with one declaration for both languages.
 
     @record
-    class Run:
+    class Run(Record):
         t: Real                              a real number
         taken: Whole                         an integer
         width: Count                         an integer that compiled code only reads
@@ -31,7 +31,7 @@ import sys
 from collections.abc import Mapping
 from functools import cache, reduce
 from operator import mul
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -147,24 +147,29 @@ class Record:
             if field.nested is not None
         }
 
+    def __getitem__(self, k: int) -> Self:
+        """Return the record that stands k records further in memory."""
+        result = type(self)(self.memory, self.begin + k * self.size)
+        result.keep = self
+        return result
+
     @classmethod
-    def made(cls: type[T], **sizes: int) -> T:
+    def made(cls, **sizes: int) -> Self:
         """Return a record in new memory filled with zeros, and its rows with a shape, in one piece after it.
 
         ``sizes`` are the values of the names in the shapes; counts with such a name have that value. Every row begins
         at a cache line: one that lies across two would be read and written in two parts.
         """
-        layout = _layout(cls, tuple(sizes.items()))
+        layout = _layout(cls, tuple(sizes.items()))  # type: ignore[arg-type]
         memory = np.zeros(layout.size + LINE // WORD)
         shift = -address(memory) % LINE // WORD
         memory = memory[shift : shift + layout.size]
         words = memory[: layout.words.size].view(np.int64)
         words[:] = layout.words
         words[layout.pointers] += address(memory)
-        result: Any = cls(memory)  # type: ignore[call-arg]
+        result = cls(memory)
         result._place(layout.rows)
-        made: T = result
-        return made
+        return result
 
     def _place(self, rows: Mapping[str, Any]) -> None:
         """Note where the rows of this record and of its parts are."""
@@ -192,13 +197,11 @@ class Record:
             elif field.nested is not None:
                 self.parts[name].take(other.parts[name])
 
-    def copies(self, count: int) -> list[Any]:
-        """Return records with these numbers and with the same rows, one after the other in new memory."""
+    def copies(self, count: int) -> Self:
+        """Return the first of several records with these numbers and with the same rows, one after the other."""
         words = self.memory[self.begin // WORD : (self.begin + self.size) // WORD]
-        memory = np.tile(words, count)
-        result = [type(self)(memory, self.size * k) for k in range(count)]
-        for record in result:
-            record.keep = self
+        result = type(self)(np.tile(words, count))
+        result.keep = self
         return result
 
     @classmethod

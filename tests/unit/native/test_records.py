@@ -361,6 +361,19 @@ def test_misuse_of_rows_is_refused_with_its_line_and_cure(function, parts):
         assert part in str(refusal.value), refusal.value
 
 
+def test_records_stand_side_by_side_with_shared_rows():
+    def second(runs: Run) -> float:
+        runs[1].t += 1.0
+        runs[1].k[0, 0] = 7.0
+        return runs[1].t
+
+    first = Run.made(width=4, events=1)
+    first.t = 2.0
+    runs = first.copies(3)
+    assert machine_code(second)(runs) == 3.0
+    assert (runs.t, runs[1].t, runs[2].t) == (2.0, 3.0, 2.0) and first.k[0, 0] == 7.0
+
+
 def test_a_record_takes_the_numbers_and_rows_of_another():
     run, other = a_run(), a_run()
     run.t, run.search.count, run.given = 2.5, 7, np.ones(3)

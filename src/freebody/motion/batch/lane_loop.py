@@ -68,7 +68,7 @@ class LaneLoop:
         """Return the description of the batch, with room for one thread."""
         job, program, outputs = self.job, self.program, self.job.outputs
         model, times = job.kernels.model, self.times.size if outputs.timed else 0
-        batch: Any = at.Batch.made(
+        batch = at.Batch.made(
             n_parameters=len(model.parameters), spare_size=max(2, self.n, len(outputs.reduced), program.dropped),
             sampled_size=max(1, times) * max(self.n, 1),
         )  # fmt: skip
@@ -121,7 +121,7 @@ class LaneLoop:
         n, rates = self.n, self._rates()
         if self.wide:
             return self._memory_of_eight()
-        lane: Any = at.Lane.made(**sizes(n, self.program.watched))
+        lane = at.Lane.made(**sizes(n, self.program.watched))
         run, (sampler, own) = lane.run, memory(self.method, n)
         for each, of_method in ((run, own_memory(self.method, run)), (sampler, own)):
             equip(each, of_method, rates)
@@ -143,19 +143,19 @@ class LaneLoop:
     def _memory_of_eight(self) -> tuple[Any, ...]:
         """Return the batch, eight lanes, which share the rows of a step, and their memory side by side."""
         n, m, hoisted = self.n, self.program.watched, self.program.compiled.hoisted
-        first: Any = at.Lane.made(**sizes(n, m))
+        first = at.Lane.made(**sizes(n, m))
         rates = self._rates()
         equip(first.run, own_memory(self.method, first.run), rates)
         self._watch(first.run, rates.constants, 0)
         lanes = first.copies(8)
         constants, tables = np.zeros((8, max(1, hoisted))), np.zeros((8, POINTS, m + 1))
-        for lane, c, table, signs in zip(
-            lanes, constants, tables, np.zeros((8, m), dtype=np.int64), strict=True
-        ):
-            run = lane.run
-            run.c = run.search.c = c
-            run.search.table, run.search.signs = table, signs
-        eight: Any = at.EightLanes.made(constants=8 * max(1, hoisted), tolerances_size=16 * n)
+        signs = np.zeros((8, m), dtype=np.int64)
+        for k in range(8):
+            run = lanes[k].run
+            run.c = run.search.c = constants[k]
+            run.search.table, run.search.signs = tables[k], signs[k]
+        lanes.keep = first, constants, tables, signs
+        eight = at.EightLanes.made(constants=8 * max(1, hoisted), tolerances_size=16 * n)
         eight.w, eight.rows = 8 * n, _aligned(self._size_of_eight() + self.limit_values)
         return self._batch(), lanes, eight
 
@@ -173,7 +173,7 @@ class LaneLoop:
         batch.event_times, batch.event_counts = new.event_times.reshape(-1, 2), new.counts.reshape(-1)
         batch.outcomes, batch.ends = new.outcomes.reshape(-1), new.end_times
         first, last = lanes_of_thread
-        self.function(0, n, batch, first[0] if self.wide else first, last)
+        self.function(0, n, batch, first, last)
         others = np.flatnonzero(new.outcomes[:, 0] != layout.FINISHED)
         if others.size:
             others = others[np.isin(new.outcomes[others, 0], _BLAMED)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from ...native.records import Count, Kernel, Real, Row, Rows, Whole, Wholes, record
+from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 from ..ode.run import Run
 
 # Rows of eight lanes: 0 to 12 hold the rates at the stages of a step (0 at its start, 12 at its end).
@@ -21,7 +21,7 @@ WIDE_NUMBERS = 40
 
 
 @record
-class Batch:
+class Batch(Record):
     """Many runs of one machine, for the loop over lanes.
 
     ``prologue``            kernel of the constants of the parameters; the others are functions of (t, y)
@@ -104,7 +104,7 @@ class Batch:
 
 
 @record
-class Lane:
+class Lane(Record):
     """One run of a batch.
 
     ``number``, ``leg``     number of the run, and of its interval between break points of signals
@@ -124,7 +124,7 @@ class Lane:
 
 
 @record
-class EightLanes:
+class EightLanes(Record):
     """EightLanes lanes side by side (`lanes_wide`): component i of lane l of a row stands at 8 i + l.
 
     ``rows``        rows of the length ``w`` = 8 n, then places of eight numbers, then what a kernel needs

@@ -297,7 +297,7 @@ class Crossing:
         state = sampler([meeting])[0]
         if watched:
             step = leg(kernels, rates, step.states[0], step.start, step.end, None, "crossing")
-        step = replace(step, work=None)
+        step = replace(step, step=None)
         if step.status == FINISHED:
             step.states[-1] = projected(rates, step.end, step.states[-1])
         if sense * (step.end - until) >= 0:

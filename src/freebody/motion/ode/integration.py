@@ -7,7 +7,6 @@ progress, react to an interruption, and make new buffers. Within a step no Pytho
 from __future__ import annotations
 
 import math
-from collections import namedtuple
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -35,7 +34,7 @@ from .dense_output import (
     Watch,
     cut,
 )
-from .run import COUNTS, NUMBERS, Run, equip, memory, most_events
+from .run import NUMBERS, Counts, Run, equip, memory, most_events
 
 _STATUS = {
     layout.FINISHED: FINISHED,
@@ -232,10 +231,9 @@ def _tighten(run: _Run, steps: int, start: float, until: float, order: int) -> N
     run.record.h *= factor ** (1 / order)
 
 
-_Counts = namedtuple("_Counts", COUNTS)  # type: ignore[misc]
 _PACKED, _NUMBERS_AT = Run.packer(*NUMBERS)
-_COUNTED, _COUNTS_AT = Run.packer(*COUNTS)
-_NO_COUNTS = (0,) * len(COUNTS)
+_COUNTED, _COUNTS_AT = Run.packer(*Counts._fields)
+_NO_COUNTS = Counts()
 
 
 class _Run:
@@ -291,7 +289,7 @@ class _Run:
             self.bytes, _NUMBERS_AT, start, first, 0.0, until, common.max_step, start, *_NO_COUNTS,
             common.until_stiff, common.step is not None, self.named,
         )  # fmt: skip
-        self.counts: Any = _Counts._make(_NO_COUNTS)
+        self.counts = _NO_COUNTS
 
     def step(self) -> Any:
         """Return a copy of the memory of the method."""
@@ -325,15 +323,15 @@ class _Run:
             self.room = 0
         self.record.room = room
         code = self.function(self.address)
-        self.counts = counts = _Counts._make(_COUNTED.unpack_from(self.bytes, _COUNTS_AT))
+        self.counts = counts = Counts._make(_COUNTED.unpack_from(self.bytes, _COUNTS_AT))
         count, events = counts.accepted, counts.events
         crossings = []
         if events:
             search = self.record.search
             log = search.log_times, search.log_numbers, search.log_signs
             crossings = [
-                Crossing(*values, state.copy())
-                for *values, state in zip(
+                Crossing(moment, number, sign, state.copy())
+                for moment, number, sign, state in zip(
                     *(x[:events].tolist() for x in log), search.log_states[:events], strict=True
                 )
             ]

@@ -5,9 +5,9 @@ Nothing in this file needs a compiler. A run with compiled code on the disk does
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
-from ...native.records import Count, Kernel, Real, Row, Rows, Whole, Wholes, padded, record
+from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, padded, record
 
 STAGES = 16
 """Number of rows for the rates at the stages of a step; an implicit method uses 0 and 12, at its start and its end."""
@@ -19,7 +19,7 @@ POINTS = PARTS + 3
 
 
 @record
-class Search:
+class Search(Record):
     """Event functions g(t, y, c), and the search for their zeros in a step (`event_search`).
 
     ``zero_x``, ``zero_number``, ``zero_sign``    events of the step in order of time: fraction of the step, number of
@@ -51,7 +51,7 @@ class Search:
 
 
 @record
-class Run:
+class Run(Record):
     """A run y' = f(t, y, c), at a step of length h from the state y at t.
 
     ``until``, ``longest``, ``start``    end of the run, longest step, and start of the run
@@ -125,19 +125,33 @@ class Run:
     states: Rows
 
 
-COUNTS = (
-    "accepted", "rejected", "evaluated", "events", "blame", "after_rejection", "taken", "suspect", "calm", "stiffness",
-    "sampled",
+class Counts(NamedTuple):
+    """The counts of a run, which are 0 at its start."""
+
+    accepted: int = 0
+    rejected: int = 0
+    evaluated: int = 0
+    events: int = 0
+    blame: int = 0
+    after_rejection: int = 0
+    taken: int = 0
+    suspect: int = 0
+    calm: int = 0
+    stiffness: int = 0
+    sampled: int = 0
+
+
+NUMBERS = (
+    "t", "h", "old_error", "until", "longest", "start", *Counts._fields, "stop_if_stiff", "fixed", "required",
 )  # fmt: skip
-NUMBERS = ("t", "h", "old_error", "until", "longest", "start", *COUNTS, "stop_if_stiff", "fixed", "required")
-"""What is written at the start of a run; all counts are then 0."""
+"""What is written at the start of a run."""
 MACHINE = ("rates", "c", "quaternions", "n_quaternions", "projection", "projected")
 """What is written for a machine (`dense_output.Rates.words`)."""
 _MACHINE, _MACHINE_AT = Run.packer(*MACHINE)
 
 
 @record
-class Collocation:
+class Collocation(Record):
     """Memory of `collocation`, for S stages of an equation z' = f(t, z, c) with rows of the length v.
 
     ``z``, ``z_new``              start and end of the step
@@ -170,7 +184,7 @@ class Collocation:
 
 
 @record
-class Hamiltonian:
+class Hamiltonian(Record):
     """Memory of `structure`: z = (q, P) at the start and the end of a step, and at the end of the saved step.
 
     ``momenta``, ``velocities``    kernels of (q, u) to P, and of (q, P) to u
@@ -187,7 +201,7 @@ class Hamiltonian:
 
 
 @record
-class Newton:
+class Newton(Record):
     """Memory of `radau`.
 
     ``derivative``                f'(y) v, a kernel of (y, v)
@@ -224,7 +238,7 @@ class Newton:
 
 
 @record
-class Series:
+class Series(Record):
     """Memory of `taylor`.
 
     ``coefficients``    kernel of the series of the motion; ``bends``: 1 if a function in the rates may bend, which the
