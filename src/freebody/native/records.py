@@ -258,7 +258,10 @@ def _layout(record: type[Record], sizes: tuple[tuple[str, int], ...]) -> _Layout
         return rows
 
     rows = placed(record, 0)
-    return _Layout(end // WORD, words, np.array(pointers, dtype=np.int64), rows)
+    places = np.array(pointers, dtype=np.int64)
+    for array in (words, places):
+        array.setflags(write=False)
+    return _Layout(end // WORD, words, places, rows)
 
 
 def _rounded(size: int) -> int:
