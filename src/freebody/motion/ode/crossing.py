@@ -26,7 +26,7 @@ from ...native.instructions import (
     whole,
 )
 from . import gauss
-from .collocation import bound_to
+from .gauss import bound_to
 from .run import Collocation, Run
 from .step_control import Functions
 

@@ -11,18 +11,12 @@ step, 0 to 1. `step_control` binds these functions to a method.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from ...native.instructions import EPS, Parts, greater, lesser, root
 from .run import MARGIN, PARTS, Run
+from .states import dense_state, state_in_step
 
 part = Parts()
-
-# bound to the functions of a method
-dense_state: Any = None
-"""`step_control.dense_state`."""
-state_in_step: Any = None
-"""`step_control.state_in_step`."""
 
 
 @part

@@ -152,7 +152,7 @@ _MACHINE, _MACHINE_AT = Run.packer(*MACHINE)
 
 @record
 class Collocation(Record):
-    """Memory of `collocation`, for S stages of an equation z' = f(t, z, c) with rows of the length v.
+    """Memory of `gauss`, for S stages of an equation z' = f(t, z, c) with rows of the length v.
 
     ``z``, ``z_new``              start and end of the step
     ``stages``                    rates at the stages

@@ -16,9 +16,8 @@ state at the start of the step to its uncorrected end. Each quaternion is divide
 evaluated, so that it meets the corrected state at the end of the step and is continuous.
 
 The dense output serves to find events (`event_search`). It is not stored, and no result depends on it: steps are long,
-and its error may exceed the tolerance. A state inside a step, of an event or for output (`sample`), is the end of a
-shorter step from the same start. It has the order of the method, and at the end of the step it equals the result of the
-run. So a run stores n numbers per step.
+and its error may exceed the tolerance. States inside a step come from shorter steps (`states`), so that a run stores n
+numbers per step.
 
 The memory of a run is a record (`run.Run`). No step allocates, counts references, tests a bound or raises. `loop`
 compiles this module once and keeps the result on the disk; the module is imported only for that.
@@ -32,8 +31,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from ...native.instructions import EPS, Compiled, Parts, Reals, call, compiled, greater, lesser, root
-from . import event_search
+from ...native.instructions import EPS, Compiled, Parts, compiled, greater, lesser, root
+from . import event_search, states
 from .event_search import find_events, log_events
 from .layout import (
     COLLAPSED,
@@ -47,6 +46,7 @@ from .layout import (
     UNDEFINED,
 )
 from .run import STAGES, Run
+from .states import normalise, not_finite, project
 
 TINY = 1e-300
 
@@ -106,8 +106,11 @@ class Functions(dict[str, Compiled]):
     """The compiled loop of a method: the functions of this module, with ``method`` as a constant."""
 
     def __init__(self, method: Method) -> None:
-        space = {**vars(event_search), **globals(), "method": method}
-        super().__init__({**event_search.part.bound(space), **part.bound(space)})
+        space = {**vars(states), **vars(event_search), **globals(), "method": method}
+        bound = (module.part.bound(space) for module in (states, event_search))
+        super().__init__(
+            {name: f for functions in bound for name, f in functions.items()} | part.bound(space)
+        )
         self.method = method
 
 
@@ -119,83 +122,6 @@ def cubic(run: Run, last: int) -> None:
         run.dense[0, i] = difference
         run.dense[1, i] = run.h * run.k[0, i] - difference
         run.dense[2, i] = 2.0 * difference - run.h * (run.k[last, i] + run.k[0, i])
-
-
-# -- states --------------------------------------------------------------------------------------------
-
-
-@part
-def normalise(run: Run, row: Reals) -> None:
-    """Divide each quaternion of a row by its norm."""
-    for k in range(run.n_quaternions):
-        i = run.quaternions[k]
-        a, b, c, d = row[i], row[i + 1], row[i + 2], row[i + 3]
-        s = root(a * a + b * b + c * c + d * d)
-        for j in range(4):
-            row[i + j] /= s
-
-
-@part
-def project(run: Run, t: float, row: Reals) -> float:
-    """Move a row onto the constraints, if there are any.
-
-    The kernel takes one Newton step, whose error is the square of the change: after a change below 1e-8 the result has
-    reached round-off. Return the change of the first step, relative to 1 + |value|.
-    """
-    first = 0.0
-    if run.projection is not None:
-        change, k = 1.0, 0
-        while change > 1e-8 and k < 5:
-            run.projection(t, row, run.c, run.error5)
-            change = 0.0
-            for i in range(run.projected):
-                new = run.error5[i]
-                change = greater(change, abs(new - row[i]) / (1.0 + abs(new)))
-                row[i] = new
-            normalise(run, row)
-            if k == 0:
-                first = change
-            k += 1
-    return first
-
-
-@part
-def not_finite(row: Reals, n: int) -> int:
-    """Return the first of n numbers that is not finite, or -1."""
-    for i in range(n):
-        if not math.isfinite(row[i]):
-            return i
-    return -1
-
-
-@part
-def dense_state(run: Run, x: float) -> None:
-    """Set the row point: the dense output at the fraction ``x`` (0 to 1) of the step, with unit quaternions."""
-    method.interpolate(run, x)
-    normalise(run, run.point)
-
-
-@part
-def shorter_step(run: Run, x: float) -> None:
-    """Set the row point: the end of a step of the length x h from the same start."""
-    if method.attempt(run, x * run.h) != 0:
-        for i in range(run.n):
-            run.y_new[i] = math.nan
-    run.evaluated += method.cost
-    run.point[:] = run.y_new
-    normalise(run, run.point)
-    project(run, run.t + x * run.h, run.point)
-
-
-@part
-def state_in_step(run: Run, x: float) -> None:
-    """Set the row point: the state at the fraction ``x`` of the step, by a shorter step from the same start, or, for a
-    single step, from the dense output.
-    """
-    if method.single_step:
-        dense_state(run, x)
-    else:
-        shorter_step(run, x)
 
 
 # -- the length of steps -------------------------------------------------------------------------------
@@ -436,6 +362,41 @@ def follow_events(run: Run) -> int:
 
 
 @part
+def accept(run: Run, error: float) -> int:
+    """Take a step, and choose the length of the next; return RUNNING, FINISHED, TERMINAL, STIFF or UNDEFINED."""
+    store(run)
+    if method.hold is not None:
+        method.hold(run)
+    status = RUNNING
+    if (
+        (method.last_stage != 0 or method.limited is not None)
+        and is_stiff(run) != 0
+        and abs(run.until - run.after) > MANY * abs(run.h)
+    ):
+        run.stiffness += 1
+        if run.stop_if_stiff != 0:
+            status = STIFF
+    if run.search.count > 0:
+        stop = follow_events(run)
+        if stop != RUNNING:
+            status, run.last = stop, 0
+    run.t = run.after
+    run.y[:] = run.end
+    if method.length is None:
+        run.k[0][:] = run.k[12]
+    if method.accept is not None:
+        method.accept(run)
+    if run.last != 0:
+        status = FINISHED
+    elif status == RUNNING and run.fixed == 0:
+        factor = lengthening(error, run.old_error)
+        run.h *= factor if run.after_rejection == 0 else lesser(1.0, factor)
+        run.after_rejection = 0
+        run.old_error = greater(error, 1e-4)
+    return status
+
+
+@part
 def advance(run: Run) -> int:
     """Step until the end, a terminal event, a failure, or until the buffers are full.
 
@@ -453,45 +414,9 @@ def advance(run: Run) -> int:
     status = RUNNING
     while status == RUNNING and run.accepted < run.room and run.events <= run.room:
         status = choose_length(run, direction)
-        if status != RUNNING:
-            break
-        error = error_of_step(run)
-        if not error <= 1.0:
-            status = reject(run, error)
-            continue
-        store(run)
-        if method.hold is not None:
-            method.hold(run)
-        if (
-            (method.last_stage != 0 or method.limited is not None)
-            and is_stiff(run) != 0
-            and abs(run.until - run.after) > MANY * abs(run.h)
-        ):
-            run.stiffness += 1
-            if run.stop_if_stiff != 0:
-                status = STIFF
-        stop = RUNNING
-        if run.search.count > 0:
-            stop = follow_events(run)
-            if stop != RUNNING:
-                status = stop
-        run.t = run.after
-        run.y[:] = run.end
-        if method.length is None:
-            run.k[0][:] = run.k[12]
-        if method.accept is not None:
-            method.accept(run)
-        if stop != RUNNING:
-            break
-        if run.last != 0:
-            status = FINISHED
-        elif status == RUNNING and run.fixed == 0:
-            factor = lengthening(error, run.old_error)
-            if run.after_rejection != 0:
-                factor = lesser(1.0, factor)
-                run.after_rejection = 0
-            run.h *= factor
-            run.old_error = greater(error, 1e-4)
+        if status == RUNNING:
+            error = error_of_step(run)
+            status = accept(run, error) if error <= 1.0 else reject(run, error)
     k = run.accepted
     run.times[k] = run.t
     for i in range(run.n):
@@ -538,70 +463,3 @@ def piece(run: Run) -> int:
     for i in range((done + 1) * run.n):
         times[2 * done + 1 + i] = states[i]
     return status
-
-
-# -- states at given times -----------------------------------------------------------------------------
-
-
-@part
-def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result: Reals) -> None:
-    """Compute the states at the times ``moments``, each within the run in the buffers.
-
-    If ``dense`` is 0, each is the end of a shorter step from the start of the step that contains its time. Otherwise it
-    is taken from the dense output, which is faster if many times lie in one step and are in the order of the run. The
-    step that the rows hold from the last call is not taken again.
-    """
-    times, n = run.times, run.n
-    direction = 1.0 if times[steps] >= times[0] else -1.0
-    current = run.sampled - 1
-    for k in range(count):
-        t = moments[k]
-        low, high = 0, steps  # times[low] <= t < times[high], in the direction of the run
-        if current >= 0 and (t - times[current]) * direction >= 0.0 > (t - times[current + 1]) * direction:
-            low, high = current, current + 1
-        while high - low > 1:
-            middle = (low + high) // 2
-            if (t - times[middle]) * direction >= 0.0:
-                low = middle
-            else:
-                high = middle
-        if t == times[low] or t == times[high]:
-            row = low if t == times[low] else high
-            for i in range(n):
-                result[k * n + i] = run.states[row, i]
-            continue
-        fresh = low != current
-        run.t, run.h = times[low], run.lengths[low]
-        if fresh:
-            current = low
-            run.sampled = low + 1
-            for i in range(n):
-                run.y[i] = run.states[low, i]
-            run.rates(run.t, run.y, run.c, run.k[0])
-            if method.prepare is not None:
-                method.prepare(run)
-        x = (t - run.t) / run.h
-        from_dense = dense != 0 or method.single_step
-        if fresh or not from_dense:
-            shorter_step(run, 1.0 if from_dense else x)
-        if from_dense:
-            if fresh:
-                run.rates(run.t + run.h, run.point, run.c, run.k[12])
-                if method.densify is not None:
-                    method.densify(run)
-                if method.hold is not None:
-                    method.hold(run)
-            dense_state(run, x)
-        for i in range(n):
-            result[k * n + i] = run.point[i]
-
-
-@part
-def observe(
-    kernel: int, count: int, times: Reals, states: Reals, n: int, c: Reals, result: Reals, outputs: int,
-) -> None:  # fmt: skip
-    """Set row k of ``result`` (length ``outputs``) to the outputs of ``kernel`` at ``times[k]`` and row k of
-    ``states``.
-    """
-    for k in range(count):
-        call(kernel, times[k], states, k * n, c, result, k * outputs)

@@ -2,7 +2,7 @@
 
     q' = ∂H/∂P,   P' = -∂H/∂q,        H(q, P) = ½ pᵀ M(q)⁻¹ p + V(q),   p = B(q)ᵀ P,   q' = B(q) u,   u = M⁻¹ p
 
-is integrated in place of (q, u), with the three stages of `collocation`: symplectic, symmetric, of order 6. For a ball
+is integrated in place of (q, u), with the three stages of `gauss`: symplectic, symmetric, of order 6. For a ball
 or free joint q holds a unit quaternion e, and P its four momenta. On these the Hamiltonian system is the lift of the
 motion on the group. |e|² and e·P are quadratic, so Gauss collocation conserves them to round-off, as it does linear and
 angular momentum. The quaternion is never normalised during the run. By backward error analysis the computed states are
@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import compiled
-from .collocation import bound_to
+from .gauss import bound_to
 from .run import Hamiltonian, Run
 from .step_control import Functions, Method, cubic
 

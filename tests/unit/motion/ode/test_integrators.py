@@ -17,8 +17,8 @@ from freebody.model import assemble
 from freebody.motion.kernels import method_kernels, methods
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.kernels.methods import METHODS
-from freebody.motion.ode.collocation import integrals, tables
 from freebody.motion.ode.dense_output import INTERRUPTED, observe
+from freebody.motion.ode.gauss import integrals, tables
 from freebody.motion.ode.integration import integrate
 from freebody.scalar.derivative import jacobian
 from freebody.scalar.trace import Tape
