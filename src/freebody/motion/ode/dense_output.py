@@ -75,6 +75,11 @@ class Rates:
         )  # fmt: skip
 
     @cached_property
+    def words_of_method(self) -> tuple[int, ...]:
+        """The further kernels of a method, and the address of their constants."""
+        return *self.method_kernels, self.constants_at + self.constants.itemsize * self.method_constants
+
+    @cached_property
     def constants_at(self) -> int:
         """Address of the constants."""
         return passed(self.constants, "Reals") or 0

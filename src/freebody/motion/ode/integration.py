@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...native.records import address
 from . import layout, loops
 from .dense_output import (
     COLLAPSED,
@@ -34,7 +34,7 @@ from .dense_output import (
     Watch,
     cut,
 )
-from .run import NUMBERS, Counts, Run, equip, memory, most_events
+from .run import NUMBERS, Counts, Run, Search, equip, memory, most_events
 
 _STATUS = {
     layout.FINISHED: FINISHED,
@@ -234,6 +234,8 @@ def _tighten(run: _Run, steps: int, start: float, until: float, order: int) -> N
 _PACKED, _NUMBERS_AT = Run.packer(*NUMBERS)
 _COUNTED, _COUNTS_AT = Run.packer(*Counts._fields)
 _NO_COUNTS = Counts()
+_BUFFERS, _BUFFERS_AT = Run.packer("times", "lengths", "states")
+_LOG, _LOG_AT = Search.packer("log_times", "log_numbers", "log_signs", "log_states")
 
 
 class _Run:
@@ -309,12 +311,25 @@ class _Run:
         n, rows = self.n, room + 1
         logged = room + most_events(self.m) if self.m else 0
         self.buffer = buffer = np.empty(rows * (2 + n) + logged * (3 + n))
-        ends = np.cumsum([0, rows, rows, rows * n, logged, logged, logged, logged * n])
-        parts = [buffer[begin:end] for begin, end in pairwise(ends.tolist())]
-        record, search = self.record, self.record.search
-        record.times, record.lengths, record.states = *parts[:2], parts[2].reshape(rows, n)
-        search.log_times, search.log_states = parts[3], parts[6].reshape(logged, n)
-        search.log_numbers, search.log_signs = parts[4].view(np.int64), parts[5].view(np.int64)
+        self.log_at, self.logged = rows * (2 + n), logged
+        base, size = address(buffer), buffer.itemsize
+        _BUFFERS.pack_into(
+            self.bytes, _BUFFERS_AT, base, base + size * rows, base + 2 * size * rows, n
+        )  # fmt: skip
+        if logged:
+            log = (base + size * (self.log_at + k * logged) for k in range(4))
+            _LOG.pack_into(self.bytes, Run.fields["search"].place + _LOG_AT, *log, n)
+
+    def crossings(self, count: int) -> list[Crossing]:
+        """Return the events in the log."""
+        log, logged = self.buffer[self.log_at :], self.logged
+        times, states = log[:count].tolist(), log[3 * logged :].reshape(logged, self.n)
+        whole = log[logged : 3 * logged].view(np.int64).reshape(2, logged)
+        numbers, signs = whole[:, :count].tolist()
+        return [
+            Crossing(*event, state.copy())
+            for *event, state in zip(times, numbers, signs, states[:count], strict=True)
+        ]
 
     def piece(self, room: int) -> _Piece:
         """Compute up to ``room`` steps."""
@@ -325,16 +340,7 @@ class _Run:
         code = self.function(self.address)
         self.counts = counts = Counts._make(_COUNTED.unpack_from(self.bytes, _COUNTS_AT))
         count, events = counts.accepted, counts.events
-        crossings = []
-        if events:
-            search = self.record.search
-            log = search.log_times, search.log_numbers, search.log_signs
-            crossings = [
-                Crossing(moment, number, sign, state.copy())
-                for moment, number, sign, state in zip(
-                    *(x[:events].tolist() for x in log), search.log_states[:events], strict=True
-                )
-            ]
+        crossings = self.crossings(events) if events else []
         rows = count + 1
         steps = self.buffer[: rows * (2 + self.n) - 1]
         if self.room:

@@ -250,8 +250,8 @@ class Series(Record):
 
     coefficients: Kernel
     bends: Count
-    width: Count
     c: Row
+    width: Count
     coarsest: Real
     logarithm: Real
     error: Real
@@ -259,6 +259,13 @@ class Series(Record):
     loses: Annotated[Row, "width"]
     saved: Annotated[Row, "width"]
     terms: Annotated[Rows, 17, "width"]
+
+
+_OF_METHOD: dict[Any, Any] = {
+    Newton: Newton.packer("derivative", "c"),
+    Series: Series.packer("coefficients", "bends", "c"),
+}
+"""What is written for a machine into the memory of a method (`dense_output.Rates.words_of_method`)."""
 
 
 def most_events(m: int) -> int:
@@ -304,16 +311,12 @@ def equip(run: Run, own: Any, rates: Any) -> None:
     run.keep = rates
     if own is None:
         return
-    constants = rates.constants[rates.method_constants :]
     if isinstance(own, Collocation):
         own.f, own.c, own.n = rates.address, rates.constants, run.n
     elif isinstance(own, Hamiltonian):
         stages = own.collocation
         stages.f, own.momenta, own.velocities, own.coordinates = rates.method_kernels
-        stages.c, stages.n = constants, 2 * own.coordinates
-    elif isinstance(own, Newton):
-        (own.derivative,) = rates.method_kernels
-        own.c = constants
-    elif isinstance(own, Series):
-        own.coefficients, own.bends = rates.method_kernels
-        own.c = constants
+        stages.c, stages.n = rates.constants[rates.method_constants :], 2 * own.coordinates
+    else:
+        packed, place = _OF_METHOD[type(own)]
+        packed.pack_into(own.memory, place, *rates.words_of_method)
