@@ -208,8 +208,8 @@ class Record:
     def packer(cls, *names: str) -> tuple[struct.Struct, int]:
         """Return a `struct` of fields that follow each other, and the place of the first [bytes].
 
-        A row is an address; `Rows` are an address and a length. One call reads or assigns all of them, in a tenth of the
-        time of single accesses.
+        A row is an address; `Rows` are an address and a length. One call reads or assigns all of them, in a tenth of
+        the time of single accesses.
         """
         fields = [cls.fields[name] for name in names]
         for before, after in zip(fields, fields[1:], strict=False):
