@@ -27,6 +27,7 @@ from ..legs.driven import at_time, check_signals
 from ..legs.sensitivity import check_sensitive
 from ..legs.variation import unknowns_of
 from ..ode.dense_output import Array
+from ..ode.layout import EXPLICIT
 from ..start.arguments import (
     STORED,
     check_heeded,
@@ -44,7 +45,7 @@ from .kernels import BatchProgram, OfLimit, batch_program
 from .results import REASON, WAITING, Results
 from .start import Lanes, lanes_of
 
-METHODS = ("auto", "dop853", "dop54", "gauss", "radau", "taylor")
+METHODS = ("auto", *EXPLICIT, "gauss", "radau", "taylor")
 """Methods for which there is a compiled loop over lanes."""
 FEW = 64
 """Number of lanes whose starts are solved for, in a machine with constraints, before any lane runs."""

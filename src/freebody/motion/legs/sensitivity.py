@@ -31,6 +31,7 @@ from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
 from ..ode.dense_output import Path, observe
 from ..ode.integration import integrate
+from ..ode.layout import EXPLICIT
 from ..start.arguments import most_steps
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.event import EventSpec, watching
@@ -42,7 +43,7 @@ from .variation import Unknown, Variation, unknowns_of
 
 Array = NDArray[np.float64]
 
-METHODS = ("auto", "dop853", "dop54", "gauss", "taylor")
+METHODS = ("auto", *EXPLICIT, "gauss", "taylor")
 
 
 def check_sensitive(model: Model, method: str, project: bool, impulses: Any) -> None:

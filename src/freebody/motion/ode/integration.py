@@ -105,7 +105,7 @@ def integrate(
     max_steps            maximum number of accepted steps
     between              called with the reached time between two pieces of the run; KeyboardInterrupt, from it or
                          from the keyboard, ends the run and keeps the computed steps
-    method               "dop853", "dop54", "radau", "gauss", "taylor" or "structure" (`layout.ORDERS`)
+    method               a method of `layout.ORDERS`
     step                 length of all steps, whatever their error; shortened so that a whole number of steps fits
     until_stiff          stop, with the status STIFF, where stability limits an explicit method far from the end
     budget               after so many steps, tighten the tolerances so that the errors of all remaining steps together

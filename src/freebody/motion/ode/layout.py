@@ -8,7 +8,11 @@ from __future__ import annotations
 # Status codes that `advance` returns.
 RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF, UNDEFINED = 0, 1, 2, 3, 4, 5, 6, 11
 
-ORDERS = {"dop853": 8, "dop54": 5, "radau": 5, "gauss": 16, "structure": 6, "taylor": 16, "crossing": 16}
+EXPLICIT = {"dop853": 8, "dop54": 5, "tsit5": 5}
+"""Explicit methods, which need nothing but the rates, and their orders. A new one is a file, and a place in this
+list."""
+ORDERS = {**EXPLICIT, "radau": 5, "gauss": 16, "structure": 6, "taylor": 16, "crossing": 16}
+"""All methods and their orders (`step_control.Method`); each is the file of its name."""
 
 SINGLE_STEPS = ("crossing",)
 """Methods whose states between the ends of a step come from the step as a whole."""

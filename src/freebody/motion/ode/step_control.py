@@ -2,8 +2,8 @@
 
     y' = f(t, y, c)
 
-A method (`dop853`, `dop54`, `radau`, `gauss`, `structure`, `taylor`) defines a step, as a value (`Method`). Everything
-else is here, once. A step is attempted, judged, and accepted if its error ε is at most 1. The next step is
+A method (`dop853`, `dop54`, `tsit5`, `radau`, `gauss`, `structure`, `taylor`) defines a step, as a value (`Method`).
+Everything else is here, once. A step is attempted, judged, and accepted if its error ε is at most 1. The next step is
 
     h_new = h · min(G, max(S, safety · ε_old^β / ε^α))
 
