@@ -32,7 +32,7 @@ from .arithmetic import (
     opposite,
     wide,
 )
-from .functions import EQUIVALENTS, Compiled, Inlined, Instruction, is_wide, rare, type_of
+from .functions import EQUIVALENTS, Compiled, Inlined, Instruction, is_wide, rare, type_of, unrolled
 from .record_access import KERNEL, RecordPointer, Table, assigned_place, field_of, is_record
 from .record_access import value as field_value
 from .records import Record
@@ -463,6 +463,8 @@ class Expressions(Ways):
             function = EQUIVALENTS[function]
         values = [self.value(argument) for argument in node.args]
         kinds: tuple[Any, ...]
+        if function is unrolled:
+            raise self.refused(node, "a loop over unrolled(...)", "Write for i in unrolled(1, 12).")
         if isinstance(function, Instruction):
             kinds = function.kinds
         elif isinstance(function, Compiled):

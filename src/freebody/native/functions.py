@@ -210,13 +210,9 @@ def _rare(builder: Any, c: Any) -> Any:
     return c
 
 
-def _unrolled(builder: Any, *numbers: Any) -> Any:
-    raise Refusal("a loop over unrolled(...)", "Write for i in unrolled(1, 12).")
-
-
 each = Instruction(_each, "Truth")
 """``for lane in each(c)``: the lanes in which c holds, for what is rare."""
 rare = Instruction(_rare, "Truth")
 """``if rare(c)``: c, which seldom holds, so that what follows stands aside from the path of the code."""
-unrolled = Instruction(_unrolled)
+unrolled = Instruction(_each)
 """``for i in unrolled(1, 12)``: i = 1 ... 11, a constant in each round, which is translated anew."""

@@ -331,6 +331,26 @@ def beyond_constants(run: Run) -> None:
     run.y[:] = run.y + run.t * chain(WEIGHTS[7], run.k)
 
 
+def chain_outside(run: Run) -> None:
+    run.t = chain(WEIGHTS[2], run.k)
+
+
+def unrolled_outside(run: Run) -> None:
+    unrolled(1, 12)
+
+
+def component_of_number(run: Run) -> None:
+    run.t[0] = 1.0
+
+
+def rows_of_record(run: Run) -> float:
+    return run.search[0, 1]
+
+
+def other_record_passed(run: Run) -> None:
+    called(run, 1.0)
+
+
 def unrolled_by_a_number(run: Run) -> None:
     for i in unrolled(run.width):
         run.y[i] = 0.0
@@ -348,6 +368,11 @@ def unrolled_name(run: Run) -> float:
         (unnamed_length, ("a row with a length", "'run.given[:] = run.y'", 'Annotated[Row, "width"]')),
         (part_assigned, ("an assignment to all components of one row", "row[:] = formula")),
         (outside, ("a combination of rows in an assignment to a row",)),
+        (chain_outside, ("a chain in an assignment to a row", "row[:] = y + h * chain(weights, rows)")),
+        (unrolled_outside, ("a loop over unrolled(...)", "for i in unrolled(1, 12)")),
+        (component_of_number, ("an array that has components", "'run.t[0]'")),
+        (rows_of_record, ("an integer", "'(0, 1)'")),
+        (other_record_passed, ("a record 'Search'", "got a record 'Run'")),
         (varying_place, ("a constant place", "'WEIGHTS[i]'", "unrolled(...) gives constants")),
         (beyond_constants, ("a place in these constants", "got 7", "There are 4 elements.")),
         (unrolled_by_a_number, ("one, two or three constant integers", "unrolled(start, stop)")),
