@@ -327,8 +327,8 @@ class _Run:
         whole = log[logged : 3 * logged].view(np.int64).reshape(2, logged)
         numbers, signs = whole[:, :count].tolist()
         return [
-            Crossing(*event, state.copy())
-            for *event, state in zip(times, numbers, signs, states[:count], strict=True)
+            Crossing(moment, number, sign, state.copy())
+            for moment, number, sign, state in zip(times, numbers, signs, states[:count], strict=True)
         ]
 
     def piece(self, room: int) -> _Piece:
