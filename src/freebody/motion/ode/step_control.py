@@ -194,7 +194,7 @@ def choose_length(run: Run, direction: float) -> int:
     if (t + 1.01 * h - run.until) * direction >= 0.0:
         run.last, h, after = 1, run.until - t, run.until
     elif abs(h) <= 8.0 * EPS * abs(t) or abs(h) < TINY:
-        status = COLLAPSED
+        status = COLLAPSED if status == RUNNING else status
     elif run.fixed != 0:
         after = run.start + (run.taken + 1) * h
     run.h, run.after = h, after
