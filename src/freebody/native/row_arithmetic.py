@@ -15,6 +15,7 @@ import ast
 import inspect
 import math
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 from llvmlite import ir
@@ -184,6 +185,7 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
         places = ir.Constant(ir.VectorType(WHOLE, WIDTH), [WHOLE(k) for k in range(WIDTH)])
         n, w = (field_value(builder, run, field_of(run, name)) for name in ("n", "width"))
 
+        @cache  # each row is loaded once
         def rows(name: str) -> Any:
             record = own if name in own.type.record.fields else run
             return field_value(builder, record, field_of(record, name))
