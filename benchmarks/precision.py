@@ -271,7 +271,7 @@ def steps_alone(case: Case, tolerance: float) -> Run:
     piece = integration._Run.piece
 
     def watched(run: Any, room: int) -> Any:
-        function, memory = run.function, run.told.base
+        function, memory = run.function, run.record.memory
 
         def noted(address: int) -> int:
             calls.append((function, address, memory, memory.copy()))

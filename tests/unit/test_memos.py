@@ -28,10 +28,12 @@ from freebody.motion.contact.scene import scene_of
 from freebody.motion.kernels.kernels import Kernels, kernels_of
 from freebody.motion.kernels.reading import expression_of
 from freebody.motion.lanes import loops as over_lanes
-from freebody.motion.ode import layout, loops
+from freebody.motion.ode import loops
+from freebody.motion.ode.run import Run, sizes
 from freebody.motion.start.arguments import _equal
 from freebody.native.ir_text import literal
-from freebody.native.translation import _Unit
+from freebody.native.records import _layout
+from freebody.native.translation import Unit
 from freebody.picture.page.page import LIVE, SCRIPTS, script
 from freebody.picture.paper.labels import outline
 from freebody.program.large.link_step import Kind, compiled_step
@@ -280,7 +282,7 @@ def test_constants_of_a_tape_are_their_values() -> None:
 
 def test_tables_of_a_module_are_their_numbers() -> None:
     """A table whose numbers nobody else keeps is not that of others at the same address."""
-    module = _Unit()
+    module = Unit()
     tables = [module.table(np.full(3, float(k)), "x") for k in range(50)]
     assert len({id(one) for one in tables}) == 50
     assert [str(one.initializer.constant[0].constant) for one in tables] == [str(float(k)) for k in range(50)]
@@ -297,13 +299,14 @@ def test_loops_are_those_of_their_method() -> None:
 
 
 def test_blocks_of_memory_are_of_their_shape() -> None:
-    shapes = [(method, n, m) for method in ("dop853", "dop54") for n in (2, 3) for m in (0, 1)]
-    for method, n, m in shapes:
-        places, begins, size = layout.block(method, n, m)
-        fresh, fresh_begins, fresh_size = layout.block.__wrapped__(method, n, m)
-        assert places == fresh and np.array_equal(begins, fresh_begins) and size == fresh_size
-        with pytest.raises(ValueError, match="read-only"):
-            begins[0] = 1
+    for n, m in ((2, 0), (2, 1), (9, 0), (9, 1)):
+        known = _layout(Run, tuple(sizes(n, m).items()))
+        fresh = _layout.__wrapped__(Run, tuple(sizes(n, m).items()))
+        assert known.rows == fresh.rows and known.size == fresh.size
+        assert np.array_equal(known.words, fresh.words) and np.array_equal(known.pointers, fresh.pointers)
+        for array in (known.words, known.pointers):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 1
     one, two = pendulum(), pendulum()
     first = fb.simulate(one, 1, initial={"theta": 1})
     states = first.states.copy()

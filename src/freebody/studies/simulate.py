@@ -71,7 +71,7 @@ def simulate(
         multiple of it that depends on the motion. A mapping gives tolerances by name (1e-9 for the rest).
     events : list, optional
         :func:`freebody.event`, or bare expressions, located at their zero crossings.
-    method : {"auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping"}
+    method : {"auto", "dop853", "dop54", "tsit5", "radau", "gauss", "taylor", "structure", "timestepping"}
         Integration method: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
         down to round-off, Taylor series of order 16 for small smooth machines, symplectic with steps of one length.
         "auto" is "dop853"; for tolerances of 1e-7 and below (1e-6 in a batch) it is "taylor" if the machine is small,

@@ -24,7 +24,10 @@ CONSTRUCTS = [
     ("a name", "b = a; b = b + 1; return b", 4, 0.0, 5.0),
     ("a constant of the module", "return SCALE * x + limits.LARGEST", 0, 3.0, 11.0),
     ("a table", "return TABLE[1, a] + WHOLES[a]", 2, 0.0, 28.0),
+    ("a tuple or a dictionary of constants", "return WEIGHTS[1] * x + NAMED[3][0]", 0, 2.0, 6.5),
     ("a component", "p[a] = x; k[1] = 5; return p[a] + k[a - 1] + p[0]", 2, 4.5, 9.5),
+    ("the rest of an array", "q = p[1:]; q[0] = x; return p[1] + q[1]", 0, 0.5, 2.5),
+    ("a field of a record", "pair = Pair(p); pair.first = x; pair.second += 1; return pair.first + p[1]", 0, 0.5, 2.5),
     ("+ - *", "return (a + 2) * x - a", 3, 1.5, 4.5),
     ("/", "return a / 2 + x / 4", 3, 1.0, 1.75),
     ("//", "return a // 2 * 100 + (-a) // 2", 7, 0.0, 296.0),
@@ -42,6 +45,7 @@ CONSTRUCTS = [
     ("if, elif, else", "if a > 2: b = 1\nelif a > 1: b = 2\nelse: b = 3\nreturn b", 2, 0.0, 2.0),
     ("while", "n = 0\nwhile n * n < a: n += 1\nreturn n", 17, 0.0, 5.0),
     ("for over range", "n = 0\nfor i in range(a, 0, -2): n = n * 10 + i\nreturn n", 7, 0.0, 7531.0),
+    ("for over unrolled", "y = 0.0\nfor i in unrolled(1, 3): y = 10 * y + WEIGHTS[i]\nreturn y", 0, 0.0, 37.0),
     ("break, continue", "n = 0\nfor i in range(9):\n    if i % 2 == 0: continue\n    if i > a: break\n    n += i\nreturn n", 5, 0.0, 9.0),
     ("pass", "if a > 0: pass\nreturn x", 1, 2.0, 2.0),
     ("return", "if a > 0: return x\nreturn -x", 1, 2.0, 2.0),
@@ -56,6 +60,7 @@ CONSTRUCTS = [
     ("for lane in each(c)", "y = x\nfor lane in each(a > 1): y = replaced(y, lane, extract(x, lane) + 1)\nreturn y", 2, 7.0, 8.0),
 ]  # fmt: skip
 
+CONSTANTS = ("math", "limits", "np", "TABLE", "WHOLES", "SCALE", "WEIGHTS", "NAMED", "Pair")
 HEAD = """
 import math
 from types import SimpleNamespace
@@ -66,7 +71,8 @@ SCALE = 2
 limits = math
 TABLE = np.arange(6.0).reshape(2, 3) ** 2
 WHOLES = np.array([1, 2, 3])
-
+WEIGHTS = (1.0, 3.0, 7.0)
+NAMED = {3: (0.5, 2)}
 
 def note(k: Integers, a: int) -> None:
     k[0] = a
@@ -75,6 +81,22 @@ def note(k: Integers, a: int) -> None:
 def twice(x: float) -> float:
     return 2 * x
 
+"""
+
+
+LIMITS = """
+from __future__ import annotations
+
+from freebody.native.functions import unrolled
+from freebody.native.records import Real, Record, record
+
+LARGEST = 5
+
+
+@record
+class Pair(Record):
+    first: Real
+    second: Real
 """
 
 
@@ -89,10 +111,9 @@ def program(number):
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
     folder = tmp_path_factory.mktemp("language")
-    (folder / "limits.py").write_text("LARGEST = 5\n")
-    head = HEAD.replace("limits = math", "limits = importlib.import_module('limits')").replace(
-        "import math", "import importlib\nimport math"
-    )
+    (folder / "limits.py").write_text(LIMITS)
+    imported = "limits = importlib.import_module('limits')\nPair, unrolled = limits.Pair, limits.unrolled"
+    head = HEAD.replace("limits = math", imported).replace("import math", "import importlib\nimport math")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(folder)
         made = module([head, *map(program, range(len(CONSTRUCTS)))], folder, "constructs")
@@ -109,7 +130,8 @@ def test_construct(compiled, number):
     kind = ctypes.CFUNCTYPE(
         ctypes.c_double, ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p
     )
-    names = {name: space[name] for name in ("math", "limits", "np", "TABLE", "WHOLES", "SCALE")}
+    names = {name: space[name] for name in CONSTANTS}
+    names["unrolled"] = range
     python = in_python(HEAD[HEAD.index("def note") :] + program(number), {**OF_NUMPY, **names}, False)[
         f"f{number}"
     ]

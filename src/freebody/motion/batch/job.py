@@ -15,7 +15,7 @@ from ...dynamics.unilateral import limits
 from ...errors import ModelError, SimulationError, nearest
 from ...model import Model
 from ...model.values import check_assumptions
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ...program.large.tree_loop import is_large
 from ...scalar.algebra import Expression
 from ..contact.impacts import ORDERS
@@ -27,6 +27,7 @@ from ..legs.blow import blows_of
 from ..legs.sensitivity import check_sensitive
 from ..legs.variation import unknowns_of
 from ..ode.dense_output import Array
+from ..ode.layout import EXPLICIT
 from ..request import Request
 from ..start.arguments import (
     STORED,
@@ -44,7 +45,7 @@ from .kernels import BatchProgram, OfLimit, batch_program
 from .results import REASON, Results
 from .start import Lanes, lanes_of
 
-METHODS = ("auto", "dop853", "dop54", "gauss", "radau", "taylor")
+METHODS = ("auto", *EXPLICIT, "gauss", "radau", "taylor")
 """Methods for which there is a compiled loop over lanes."""
 FEW = 64
 """Number of lanes whose starts are solved for, in a machine with constraints, before any lane runs."""

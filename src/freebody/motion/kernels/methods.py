@@ -1,7 +1,7 @@
 """The choice of a method, and the kernels that each method needs.
 
     dop853      explicit, order 8(5,3), step-size control: smooth motions at tolerances of 1e-5 to 1e-13
-    dop54       explicit, order 5(4), step-size control: coarse tolerances
+    dop54, tsit5   explicit, order 5(4), step-size control: coarse tolerances
     radau       implicit, order 5, step-size control: stiff machines
     gauss       Gauss collocation, order 16, step-size control, compensated sums: tolerances down to 1e-15
     structure   symplectic Gauss collocation, order 6, equal steps: long runs without drift of the energy
@@ -30,10 +30,11 @@ from ..ending import End
 from ..ode.crossing import CONSTANTS_OF_F, INDICES, N_PROJECTED, N_QUATERNIONS, ONTO, RATES, ROOM, SIZE
 from ..ode.dense_output import Path, Rates
 from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt, integrate
+from ..ode.layout import EXPLICIT, ORDERS, SINGLE_STEPS
 from .kernels import Kernels, Program
 from .switching_laws import sticking
 
-METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping")
+METHODS = ("auto", *(name for name in ORDERS if name not in SINGLE_STEPS), "timestepping")
 
 
 FINE = FINEST_OF_SUMS
@@ -89,7 +90,7 @@ def check_method(method: Any, step: Any) -> None:
 
 def check_method_of_contacts(method: str, step: Any) -> None:
     """Raise SimulationError if the phases between contact events cannot be integrated by this method."""
-    allowed = ("auto", "dop853", "dop54", "gauss")
+    allowed = ("auto", *EXPLICIT, "gauss")
     if method not in allowed or step is not None:
         got = f"method={method!r}" if step is None else f"step={step!r}"
         raise SimulationError(
@@ -267,7 +268,7 @@ def _along_branch(rates: Rates) -> Rates:
     constants = np.zeros(CONSTANTS_OF_F + rates.constants.size)
     constants[RATES], constants[ONTO], constants[SIZE] = rates.address, rates.projection, n
     constants[N_PROJECTED], constants[N_QUATERNIONS] = rates.projected, len(rates.quaternions)
-    constants[INDICES], constants[ROOM] = loop.address(rates.corrections), loop.address(memory)
+    constants[INDICES], constants[ROOM] = loop.address(rates.indices), loop.address(memory)
     constants[CONSTANTS_OF_F:] = rates.constants
     address = ctypes.cast(function.code, ctypes.c_void_p).value
     assert address is not None

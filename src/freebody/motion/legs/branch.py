@@ -76,7 +76,7 @@ def meets(kernels: Kernels, rates: Rates, times: Array, states: Array, method: s
         return True
     approached = _approached().code(
         kernels.motion().address("hold"), times.size, loop.address(times), loop.address(states), states.shape[1],
-        rates.arguments[-1], loop.address(room), LIMIT,
+        rates.constants_at, loop.address(room), LIMIT,
     )  # fmt: skip
     if not approached:
         return False
@@ -298,7 +298,7 @@ class Crossing:
         state = sampler([meeting])[0]
         if watched:
             step = leg(kernels, rates, step.states[0], step.start, step.end, None, "crossing")
-        step = replace(step, work=None)
+        step = replace(step, step=None)
         if step.status == End.FINISHED:
             step.states[-1] = projected(rates, step.end, step.states[-1])
         if sense * (step.end - until) >= 0:

@@ -15,6 +15,7 @@ from ..ending import End
 from ..kernels.kernels import Kernels
 from ..kernels.switching_laws import switching
 from ..ode.dense_output import Array, Rates, observe
+from ..ode.layout import EXPLICIT
 from ..start.loop_closure import nearly_dependent
 from ..trajectory.event import EventSpec, expressions_of
 from ..trajectory.path import SampledPath
@@ -179,7 +180,7 @@ def failure(
             )
             if kernels.model.constraints:
                 what += " So do constraints that end: bars that come into line, points of a rope that meet."
-            if path.method in ("dop853", "dop54"):
+            if path.method in EXPLICIT:
                 what += ' If a spring or damper is very stiff, method="radau" follows it.'
     elif path.status == End.DIVERGED:
         what = (

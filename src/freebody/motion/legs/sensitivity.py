@@ -31,6 +31,7 @@ from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
 from ..ode.dense_output import Path, observe
 from ..ode.integration import integrate
+from ..ode.layout import EXPLICIT
 from ..request import Problem, Request, problem_of
 from ..start.arguments import most_steps
 from ..start.signals import refuse_switched
@@ -47,7 +48,7 @@ from .variation import Unknown, Variation, unknowns_of
 
 Array = NDArray[np.float64]
 
-METHODS = ("auto", "dop853", "dop54", "gauss", "taylor")
+METHODS = ("auto", *EXPLICIT, "gauss", "taylor")
 
 
 def check_sensitive(request: Request) -> None:

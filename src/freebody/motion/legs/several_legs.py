@@ -79,9 +79,7 @@ def with_work(problem: Problem, rates: Rates) -> tuple[Array, Array]:
     state = np.append(problem.state, 0.0)
     # the energy is observed by the loop of the method, so that no other loop is compiled
     loops.use(first_method(kernels, problem.request.method, tolerances))
-    energies = loops.observed(
-        kernels.motion().address("energy"), 2, problem.begin, state, rates.arguments[-1]
-    )
+    energies = loops.observed(kernels.motion().address("energy"), 2, problem.begin, state, rates.constants_at)
     energy = max(map(abs, energies))
     absolute = tolerances.copy()
     absolute[-1] *= energy if energy > 0 and all(map(math.isfinite, energies)) else 1.0

@@ -1,0 +1,167 @@
+"""States of a run: on the constraints, inside a step, and at given times.
+
+A state inside a step, of an event or for output, is the end of a shorter step from the same start. It has the order of
+the method, and at the end of the step it equals the result of the run. The dense output only serves to find events, and
+is faster where many states lie in one step. `step_control` binds these functions to a method.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ...native.instructions import Parts, Reals, call, greater, root
+from .run import Run
+
+part = Parts()
+
+method: Any = None
+"""The method (`step_control.Method`), in the functions below."""
+
+
+@part
+def normalise(run: Run, row: Reals) -> None:
+    """Divide each quaternion of a row by its norm."""
+    for k in range(run.n_quaternions):
+        i = run.quaternions[k]
+        a, b, c, d = row[i], row[i + 1], row[i + 2], row[i + 3]
+        s = root(a * a + b * b + c * c + d * d)
+        for j in range(4):
+            row[i + j] /= s
+
+
+@part
+def project(run: Run, t: float, row: Reals) -> float:
+    """Move a row onto the constraints, if there are any.
+
+    The kernel takes one Newton step, whose error is the square of the change: after a change below 1e-8 the result has
+    reached round-off. Return the change of the first step, relative to 1 + |value|.
+    """
+    first = 0.0
+    if run.projection is not None:
+        change, k = 1.0, 0
+        while change > 1e-8 and k < 5:
+            run.projection(t, row, run.c, run.error5)
+            change = 0.0
+            for i in range(run.projected):
+                new = run.error5[i]
+                change = greater(change, abs(new - row[i]) / (1.0 + abs(new)))
+                row[i] = new
+            normalise(run, row)
+            if k == 0:
+                first = change
+            k += 1
+    return first
+
+
+@part
+def not_finite(row: Reals, n: int) -> int:
+    """Return the first of n numbers that is not finite, or -1."""
+    for i in range(n):
+        if not math.isfinite(row[i]):
+            return i
+    return -1
+
+
+@part
+def dense_state(run: Run, x: float) -> None:
+    """Set the row point: the dense output at the fraction ``x`` (0 to 1) of the step, with unit quaternions."""
+    method.interpolate(run, x)
+    normalise(run, run.point)
+
+
+@part
+def shorter_step(run: Run, x: float) -> None:
+    """Set the row point: the end of a step of the length x h from the same start."""
+    if method.attempt(run, x * run.h) != 0:
+        for i in range(run.n):
+            run.y_new[i] = math.nan
+    run.evaluated += method.cost
+    run.point[:] = run.y_new
+    normalise(run, run.point)
+    project(run, run.t + x * run.h, run.point)
+
+
+@part
+def state_in_step(run: Run, x: float) -> None:
+    """Set the row point: the state at the fraction ``x`` of the step, by a shorter step from the same start, or, for a
+    single step, from the dense output.
+    """
+    if method.single_step:
+        dense_state(run, x)
+    else:
+        shorter_step(run, x)
+
+
+# -- states at given times -----------------------------------------------------------------------------
+
+
+@part
+def step_at(run: Run, steps: int, t: float) -> int:
+    """Return the step of the run that contains a time: times[k] <= t < times[k + 1], in the direction of the run."""
+    times, low, high = run.times, 0, steps
+    direction = 1.0 if times[steps] >= times[0] else -1.0
+    current = run.sampled - 1
+    if current >= 0 and (t - times[current]) * direction >= 0.0 > (t - times[current + 1]) * direction:
+        return current
+    while high - low > 1:
+        middle = (low + high) // 2
+        if (t - times[middle]) * direction >= 0.0:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@part
+def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result: Reals) -> None:
+    """Compute the states at the times ``moments``, each within the run in the buffers.
+
+    If ``dense`` is 0, each is the end of a shorter step from the start of the step that contains its time. Otherwise it
+    is taken from the dense output, which is faster if many times lie in one step and are in the order of the run. The
+    step that the rows hold from the last call is not taken again.
+    """
+    times, n = run.times, run.n
+    for k in range(count):
+        t = moments[k]
+        low = step_at(run, steps, t)
+        high = low + 1 if low < steps else low
+        if t == times[low] or t == times[high]:
+            row = low if t == times[low] else high
+            for i in range(n):
+                result[k * n + i] = run.states[row, i]
+            continue
+        fresh = low != run.sampled - 1
+        run.t, run.h = times[low], run.lengths[low]
+        if fresh:
+            run.sampled = low + 1
+            for i in range(n):
+                run.y[i] = run.states[low, i]
+            run.rates(run.t, run.y, run.c, run.k[0])
+            if method.prepare is not None:
+                method.prepare(run)
+        x = (t - run.t) / run.h
+        from_dense = dense != 0 or method.single_step
+        if fresh or not from_dense:
+            shorter_step(run, 1.0 if from_dense else x)
+        if from_dense:
+            if fresh:
+                run.rates(run.t + run.h, run.point, run.c, run.k[12])
+                if method.densify is not None:
+                    method.densify(run)
+                if method.hold is not None:
+                    method.hold(run)
+            dense_state(run, x)
+        for i in range(n):
+            result[k * n + i] = run.point[i]
+
+
+@part
+def observe(
+    kernel: int, count: int, times: Reals, states: Reals, n: int, c: Reals, result: Reals, outputs: int,
+) -> None:  # fmt: skip
+    """Set row k of ``result`` (length ``outputs``) to the outputs of ``kernel`` at ``times[k]`` and row k of
+    ``states``.
+    """
+    for k in range(count):
+        call(kernel, times[k], states, k * n, c, result, k * outputs)
