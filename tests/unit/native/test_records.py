@@ -156,14 +156,13 @@ def test_a_kernel_is_called_through_its_field_and_compared_with_none():
     assert run.k[1, 0] == 12.5
 
 
+@Compiled
+def called(search: Search, by: float) -> float:
+    search.reach += by
+    return search.reach
+
+
 def test_a_record_is_passed_to_functions_and_found_at_a_row():
-    def inside(search: Search, by: float) -> float:
-        search.reach += by
-        return search.reach
-
-    called = Compiled(inside)
-    globals()["called"] = called
-
     def both(run: Run) -> float:
         part = Search(run.given)
         return called(run.search, 1.0) + 10 * called(part, 2.0)
@@ -204,7 +203,7 @@ def wrong_type(run: Run) -> None:
 
 
 def other_record(run: Run) -> None:
-    run.t = called(run, 1.0)  # noqa: F821
+    run.t = called(run, 1.0)
 
 
 def arguments_of_kernel(run: Run) -> None:
@@ -348,7 +347,7 @@ def rows_of_record(run: Run) -> float:
 
 
 def other_record_passed(run: Run) -> None:
-    called(run, 1.0)  # noqa: F821
+    called(run, 1.0)
 
 
 def unrolled_by_a_number(run: Run) -> None:
