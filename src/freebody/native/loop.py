@@ -39,7 +39,7 @@ class Function:
 
     def __init__(self, address: int, arguments: Sequence[str], result: str) -> None:
         kinds: dict[str, Any] = {"None": None, "int": ctypes.c_int64, "float": ctypes.c_double}
-        self.arguments = tuple(arguments)
+        self.arguments, self.address = tuple(arguments), address
         self.code = ctypes.CFUNCTYPE(
             kinds[result], *(kinds.get(kind, ctypes.c_void_p) for kind in self.arguments)
         )(address)
