@@ -17,7 +17,8 @@ import random
 import numpy as np
 
 from freebody.native import codegen
-from freebody.native.translation import Compiled, translated
+from freebody.native.functions import Compiled
+from freebody.native.translation import translated
 
 SIZE = 6
 """Length of the arrays that programs read and write."""
@@ -391,7 +392,7 @@ class Writer:
 HEAD = """from __future__ import annotations
 
 from freebody.native.instructions import extract, greater, lesser, replaced, root, where, whole
-from freebody.native.translation import Compiled, each, rare
+from freebody.native.functions import Compiled, each, rare
 from math import copysign as signed
 from math import isfinite as finite
 

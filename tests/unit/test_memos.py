@@ -31,7 +31,7 @@ from freebody.motion.lanes import loops as over_lanes
 from freebody.motion.ode import layout, loops
 from freebody.motion.start.arguments import _equal
 from freebody.native.ir_text import literal
-from freebody.native.translation import _Unit
+from freebody.native.translation import Unit
 from freebody.picture.page.page import LIVE, SCRIPTS, script
 from freebody.picture.paper.labels import outline
 from freebody.program.large.link_step import Kind, compiled_step
@@ -280,7 +280,7 @@ def test_constants_of_a_tape_are_their_values() -> None:
 
 def test_tables_of_a_module_are_their_numbers() -> None:
     """A table whose numbers nobody else keeps is not that of others at the same address."""
-    module = _Unit()
+    module = Unit()
     tables = [module.table(np.full(3, float(k)), "x") for k in range(50)]
     assert len({id(one) for one in tables}) == 50
     assert [str(one.initializer.constant[0].constant) for one in tables] == [str(float(k)) for k in range(50)]

@@ -80,7 +80,7 @@ def in_words(value: Any) -> str:
     word = _WORDS.get(element_of(kind))
     if word is None:
         if isinstance(kind, ir.PointerType):
-            return "an array"
+            return f"a record '{kind.record.__name__}'" if hasattr(kind, "record") else "an array"
         return "no value" if kind is None or isinstance(kind, ir.VoidType) else f"a value of type {kind}"
     return word if lanes_of(kind) == 1 else f"{word} for each of {lanes_of(kind)} lanes"
 
@@ -147,7 +147,9 @@ def _unlike(value: Any, kind: Any) -> Refusal:
         cure = "Compare it, such as with != 0."
     elif element in (REAL, WHOLE) and element_of(present) == TRUTH:
         cure = "Write 1 if c else 0, or where(c, 1, 0)."
-    expected = "an array" if isinstance(kind, ir.PointerType) else _WORDS.get(element, f"{kind}")
+    expected = _WORDS.get(element, f"{kind}")
+    if isinstance(kind, ir.PointerType):
+        expected = f"a record '{kind.record.__name__}'" if hasattr(kind, "record") else "an array"
     return Refusal(expected, cure, in_words(value))
 
 

@@ -37,9 +37,9 @@ from .arithmetic import (
     splat,
     wide,
 )
-from .registers import WIDTH
+from .functions import Compiled, Inlined, Instruction, counted, instruction
+from .records import WIDTH
 from .row_arithmetic import Eight, Rows
-from .translation import Compiled, Inlined, Instruction, counted, instruction
 
 Reals = Any  # pointer to the first of real numbers in memory
 Integers = Any  # pointer to the first of integers in memory

@@ -20,6 +20,7 @@ import numpy as np
 
 from . import cache as disk
 from . import codegen, sources
+from .records import Record
 
 _REAL, _WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 _LOCK = threading.Lock()
@@ -53,9 +54,9 @@ class Function:
 
 
 def passed(value: Any, kind: str) -> int | None:
-    """Return a value as C receives it: a number, or the address of the first number of an array."""
+    """Return a value as C receives it: a number, or the address of a record or of the first number of an array."""
     if value.__class__ is not np.ndarray:
-        return value
+        return value.address if isinstance(value, Record) else value
     number = _REAL if kind == "Reals" else _WHOLE
     if value.dtype is not number and value.dtype != number or not value.flags.c_contiguous:
         raise TypeError(
@@ -163,5 +164,8 @@ def _compiled(space: Mapping[str, Any], names: Sequence[str]) -> tuple[dict[str,
 
     chosen = {name: space[name] for name in names}
     code, needed = codegen.optimised_code(translated({f"loop_{name}": f for name, f in chosen.items()}))
-    functions = {name: (f"loop_{name}", f.arguments, f.result) for name, f in chosen.items()}
+    functions = {
+        name: (f"loop_{name}", [getattr(x, "__name__", x) for x in f.arguments], f.result)
+        for name, f in chosen.items()
+    }
     return {"needed": needed, "functions": functions, "target": codegen.version()}, code

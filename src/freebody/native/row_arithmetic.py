@@ -1,23 +1,31 @@
-"""Formulas on the rows of a work array, eight numbers at a time.
+"""Formulas on rows, eight numbers at a time: a plain loop over a state would compute one after the other.
+
+An assignment to a whole row, ``run.y_new[:] = run.y + h * combination(B, run.k)``, holds for each component. Rows stand
+for their components and numbers for themselves; a product that is added to something is joined to the sum, with one
+rounding if the processor has a fused multiply-add.
+
+    combination(weights, k)                Σ_j weights[j] k[j], with constant weights by number of the row
+    chain(weights, k)                      the same, in a row that a kernel reads next (`Chain`)
+
+Formulas on the rows of a work array:
 
     rowwise(formula)(work, w, n, ...)      evaluate a formula of rows and return the largest of its results
     copied(work, w, source, target)        work[target] = work[source]
-
-A plain loop over the components of a state would compute one after the other; here eight share a vector register.
 """
 
 from __future__ import annotations
 
+import ast
 import inspect
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 from llvmlite import ir
 
-from .arithmetic import REAL, WHOLE, intrinsic, splat
-from .registers import WIDTH
-from .translation import Instruction, counted, instruction, variable
+from .arithmetic import REAL, WHOLE, Refusal, cast, intrinsic, kind_of, mathematical, operated, splat, wide
+from .functions import Instruction, counted, instruction, variable
+from .records import WIDTH
 
 
 class Eight:
@@ -195,3 +203,115 @@ def copied(builder: Any, work: Any, w: Any, source: Any, target: Any) -> None:
     with counted(builder, w, WIDTH) as offset:
         rows = Rows(builder, work, w, offset)
         rows[target] = rows[source]
+
+
+# -- assignments to rows -------------------------------------------------------------------------------
+
+
+class Chain(NamedTuple):
+    """A sum of rows for a kernel, y + h Σ_j w_j k_j: what is known early, and its last term h w k.
+
+    A kernel has just written the last row, and the next kernel reads the sum. The numbers of the last row are added one
+    by one: a wide sum would wait for the slowest of them, whereas the angles of the next stage follow from speeds, so
+    that their sines can be computed before the accelerations are known.
+    """
+
+    early: Any
+    weight: Any
+    late: Any
+
+
+@instruction("", "")
+def combination(builder: Any, weights: Any, rows: Any) -> Any:
+    """Refuse the call outside of an assignment to a row."""
+    raise Refusal(
+        "a combination of rows in an assignment to a row", "Write row[:] = h * combination(weights, rows)."
+    )
+
+
+@instruction("", "")
+def chain(builder: Any, weights: Any, rows: Any) -> Any:
+    """Refuse the call outside of an assignment to a row."""
+    raise Refusal("a chain in an assignment to a row", "Write row[:] = y + h * chain(weights, rows).")
+
+
+class RowFormula:
+    """The right side of an assignment to a row, at the eight components from ``offset`` on."""
+
+    def __init__(self, value: Callable[[ast.expr], Any], builder: Any, offset: Any) -> None:
+        self.plain, self.builder, self.offset = value, builder, offset
+
+    def assign(self, row: Any, node: ast.expr) -> None:
+        """Write the components of a row."""
+        value = self.value(node)
+        if not isinstance(value, Chain):
+            self.builder.store(self.vector(value), self._place(row), align=8)
+            return
+        b = self.builder
+        early = self.vector(value.early)
+        for k in range(WIDTH):
+            # atomic, so that LLVM does not join them into vectors; the machine code is an ordinary load and store
+            old, new = (b.gep(p, [b.add(self.offset, WHOLE(k))]) for p in (value.late, row))
+            term = b.load_atomic(old, "monotonic", 8)
+            total = b.extract_element(early, ir.IntType(32)(k))
+            b.store_atomic(mathematical(b, "fmuladd", value.weight, term, total), new, "monotonic", 8)
+
+    def vector(self, value: Any) -> Any:
+        """A value as eight numbers."""
+        return cast(self.builder, value, wide(REAL, WIDTH))
+
+    def value(self, node: ast.expr) -> Any:
+        """Value of an expression: a number, eight numbers, or a chain."""
+        if isinstance(node, ast.BinOp):
+            return self._operated(node)
+        if isinstance(node, ast.Call):
+            function = self.plain(node.func)
+            if function is combination or function is chain:
+                weights, rows = (self.plain(argument) for argument in node.args)
+                terms = sorted((weights if isinstance(weights, dict) else dict(enumerate(weights))).items())
+                if function is combination:
+                    return self._sum(terms, rows)
+                *early, (late, weight) = terms
+                return Chain(self._sum(early, rows), weight, rows.row(self.builder, WHOLE(late)))
+        value = self.plain(node)
+        if isinstance(kind_of(value), ir.PointerType):
+            return self.builder.load(self._place(value), align=8)
+        return value
+
+    def _operated(self, node: ast.BinOp) -> Any:
+        b, is_sum = self.builder, isinstance(node.op, ast.Add)
+        left, right = (
+            (node.right, node.left) if is_sum and _is_product(node.left) else (node.left, node.right)
+        )
+        if not (is_sum and _is_product(right)):
+            return operated(b, type(node.op), self.value(left), self.value(right))
+        a, p, q = self.value(left), self.value(right.left), self.value(right.right)
+        if isinstance(q, Chain):  # a + p (early + weight late)
+            early = a if q.early is None else self._joined(p, q.early, a)
+            return Chain(early, operated(b, ast.Mult, p, q.weight), q.late)
+        return self._joined(p, q, a)
+
+    def _joined(self, p: Any, q: Any, a: Any) -> Any:
+        """p q + a."""
+        return mathematical(self.builder, "fmuladd", *map(self.vector, (q, p, a)))
+
+    def _sum(self, terms: Sequence[tuple[int, float]], rows: Any) -> Any:
+        """Σ_j w_j k_j; None without a term."""
+        total = None
+        for j, weight in terms:
+            if weight == 0:
+                continue
+            row = self.builder.load(self._place(rows.row(self.builder, WHOLE(j))), align=8)
+            if total is None:
+                total = operated(self.builder, ast.Mult, row, weight)
+            else:
+                total = mathematical(self.builder, "fmuladd", row, self.vector(weight), total)
+        return total
+
+    def _place(self, row: Any) -> Any:
+        b = self.builder
+        return b.bitcast(b.gep(row, [self.offset]), wide(REAL, WIDTH).as_pointer())
+
+
+def _is_product(node: ast.expr) -> bool:
+    return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult)

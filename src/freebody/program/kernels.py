@@ -24,7 +24,7 @@ import numpy as np
 
 from ..errors import ExpressionError
 from ..native import cache, codegen, sources
-from ..native.registers import WIDTH
+from ..native.records import WIDTH
 from ..scalar.algebra import Scalar
 from ..scalar.trace import NAMES, Tape, Traced
 from .code.emit import Form, Module

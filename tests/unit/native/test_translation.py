@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from freebody.native import codegen
+from freebody.native.functions import Compiled, Inlined, each
 from freebody.native.instructions import (
     Integers,
     Real,
@@ -23,7 +24,7 @@ from freebody.native.instructions import (
     whole,
     with_bits,
 )
-from freebody.native.translation import Compiled, Inlined, each, translated
+from freebody.native.translation import translated
 
 TABLE = np.arange(6.0).reshape(2, 3) ** 2
 CLOSED, OPEN = 0, 1
@@ -272,7 +273,7 @@ def of_number(a: float) -> float:
 
 
 def no_table(a: int) -> int:
-    return C_TYPES[a]
+    return ctypes[a]
 
 
 def nothing(a: int) -> int:

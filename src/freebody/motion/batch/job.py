@@ -15,7 +15,7 @@ from ...dynamics.unilateral import limits
 from ...errors import ModelError, SimulationError, nearest
 from ...model import Model
 from ...model.values import check_assumptions
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ...program.large.tree_loop import is_large
 from ...scalar.algebra import Expression
 from ..contact.impacts import ORDERS

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ..kernels.methods import BUDGET, FINE
 from ..lanes import lanes_layout as at
 from ..lanes import loops

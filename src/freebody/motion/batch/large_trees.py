@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SimulationError
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ...program.fixed import Fixed
 from ..kernels.kernels import Kernels
 from ..ode import layout

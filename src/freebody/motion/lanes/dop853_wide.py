@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...native.arithmetic import WHOLE
+from ...native.functions import instruction
 from ...native.instructions import Reals, compiled, linear
 from ...native.row_arithmetic import Eight, all_of
-from ...native.translation import instruction
 from ..ode import dop853, tableau
 from ..ode.layout import ARGUMENT, END, ERROR3, ERROR5, RAW, ROWS, STATE
 from .instructions_wide import Memory, blend, call_wide, lifted

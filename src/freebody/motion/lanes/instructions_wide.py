@@ -15,9 +15,9 @@ from typing import Any
 from llvmlite import ir
 
 from ...native.arithmetic import REAL, WHOLE, splat
-from ...native.registers import WIDTH
+from ...native.functions import Instruction, counted, instruction, variable
+from ...native.records import WIDTH
 from ...native.row_arithmetic import Eight, Rows, all_of, arguments_of, bits_of
-from ...native.translation import Instruction, counted, instruction, variable
 from ..ode.step_control import _EPS, _TINY
 from .lanes_layout import (
     AFTER_REJECTION,

@@ -11,7 +11,7 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 
 # Rows of the work array, each as long as the padded state. Rows 0 to 15 hold the stages (for an implicit method only
 # row 0 and row 12: the rates at the start and at the end). The rows of a method itself begin at ROWS.

@@ -21,8 +21,9 @@ from typing import Any
 from llvmlite import ir
 
 from ...native.arithmetic import REAL, WHOLE, intrinsic, lanes_of, wide
+from ...native.functions import Inlined, Instruction, instruction
 from ...native.instructions import Integers, Parts, Reals, Row, compiled, lanes, reals_at, shifted
-from ...native.translation import Inlined, Instruction, instruction, parts
+from ...native.translation import parts
 
 BLOCKS = 2
 """Number of blocks of rows that each piece of a long function takes in turn; a block has as many rows as lanes.

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from itertools import accumulate, groupby
 
 from ...native.ir_text import FLAGS, ZEROS, literal, splat
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ...scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, Body, Group, Program
 

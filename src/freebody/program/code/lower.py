@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...errors import ExpressionError
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ...scalar.algebra import Scalar
 from ...scalar.trace import CODES, CONST, DIV, INPUT, MUL, NEG, NONE, Tape, Traced
 

@@ -26,6 +26,7 @@ from functools import cache
 
 import numpy as np
 
+from ...native.functions import each, rare
 from ...native.instructions import (
     Real,
     Reals,
@@ -48,7 +49,7 @@ from ...native.instructions import (
     where,
     with_bits,
 )
-from ...native.translation import each, parts, rare
+from ...native.translation import parts
 
 LIMIT = 5e5
 """Largest argument of the short reduction: 2 x / π must stay below 2^19."""

@@ -24,6 +24,7 @@ from __future__ import annotations
 import math
 from functools import cache
 
+from ...native.functions import each, rare
 from ...native.instructions import (
     Real,
     Truth,
@@ -41,7 +42,7 @@ from ...native.instructions import (
     where,
     with_bits,
 )
-from ...native.translation import each, parts, rare
+from ...native.translation import parts
 from .sincos import LIMIT, reduced, sincos, sine_and_cosine
 
 _hex = float.fromhex

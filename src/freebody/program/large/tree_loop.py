@@ -32,7 +32,7 @@ import sympy
 from ...dynamics.state import float_state
 from ...model.model import Model
 from ...native import codegen
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ..kernels import Kernel
 from .link_step import constants_of
 from .tree_code import entries

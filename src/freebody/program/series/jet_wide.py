@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ..code.emit import Module
 from ..code.lower import Program
 from .recurrence import ONE, Number, Recurrence

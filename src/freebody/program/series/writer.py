@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...native.ir_text import Lines, literal, splat
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from ..code.emit import Module
 from .recurrence import Node, Number, Recurrence
 

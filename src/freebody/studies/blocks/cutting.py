@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from .block import Report, Whole
 from .schedule import Range, Workers
 from .tally import Tally

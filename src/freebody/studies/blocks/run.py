@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from ...errors import SimulationError
 from ...motion.batch.interruption import Keyboard
 from ...motion.batch.job import Job
-from ...native.registers import WIDTH
+from ...native.records import WIDTH
 from .block import Delivery, Report
 from .crew import Here, crew_of
 from .cutting import FEW, SHARES, cut, growing, seconds_per_lane, size_of_block

@@ -1,0 +1,135 @@
+"""Records in machine code: the instructions that read, assign and call their fields (`records`)."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from llvmlite import ir
+
+from .arithmetic import REAL, WHOLE, Refusal
+from .records import ASSIGNED, Field, Record
+
+BYTE = ir.IntType(8)
+KERNEL = ir.FunctionType(ir.VoidType(), [REAL, *[REAL.as_pointer()] * 3]).as_pointer()
+"""``void f(double t, const double *y, const double *c, double *out)``"""
+_IN_MEMORY = {
+    "Real": REAL, "Whole": WHOLE, "Count": WHOLE, "Row": REAL.as_pointer(), "Wholes": WHOLE.as_pointer(),
+    "Rows": REAL.as_pointer(), "Kernel": KERNEL,
+}  # fmt: skip
+
+
+class RecordPointer(type(BYTE.as_pointer())):  # type: ignore[misc]
+    """LLVM type of a record: the address of its first byte."""
+
+    def __new__(cls, record: type[Record]) -> RecordPointer:  # noqa: D102
+        return object.__new__(cls)
+
+    def __init__(self, record: type[Record]) -> None:
+        super().__init__(BYTE)
+        self.record = record
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, RecordPointer) and other.record is self.record
+
+    def __hash__(self) -> int:
+        return hash(self.record)
+
+
+class Table(NamedTuple):
+    """Rows of equal length: the first number and the length."""
+
+    first: Any
+    length: Any
+
+    def row(self, builder: Any, k: Any) -> Any:
+        """Pointer to row k."""
+        result = builder.gep(self.first, [builder.mul(k, self.length)])
+        result.length = self.length
+        return result
+
+
+def is_record(value: Any) -> bool:
+    """Return whether a value of LLVM is the address of a record."""
+    return isinstance(getattr(value, "type", None), RecordPointer)
+
+
+def length_of(builder: Any, row: Any) -> Any:
+    """Length of a row, which the record declares."""
+    length = getattr(row, "length", None)
+    if length is None:
+        cure = 'It is a row of a record with a size that the record counts, y: Annotated[Row, "width"].'
+        raise Refusal("a row with a length", cure)
+    if isinstance(length, tuple):
+        pointer, size = length
+        return (
+            WHOLE(size)
+            if isinstance(size, int)
+            else value(builder, pointer, pointer.type.record.fields[size])
+        )
+    return length
+
+
+def field_of(pointer: Any, name: str) -> Field:
+    """Return a field of a record."""
+    record = pointer.type.record
+    field: Field | None = record.fields.get(name)
+    if field is None:
+        cure = f"Fields are {', '.join(record.fields)}."
+        raise Refusal(f"a field of the record '{record.__name__}'", cure, f"'{name}'")
+    return field
+
+
+def _inside(builder: Any, pointer: Any, distance: int) -> Any:
+    """Pointer to a byte of a record."""
+    return builder.gep(builder.bitcast(pointer, BYTE.as_pointer()), [WHOLE(distance)])
+
+
+def place(builder: Any, pointer: Any, field: Field, word: int = 0) -> Any:
+    """Pointer to a field, or to a later word of it."""
+    kind = _IN_MEMORY[field.kind] if word == 0 else WHOLE
+    return builder.bitcast(_inside(builder, pointer, field.place + 8 * word), kind.as_pointer())
+
+
+def value(builder: Any, pointer: Any, field: Field) -> Any:
+    """Value of a field: a number, a pointer, a record or a table."""
+    if field.nested is not None:
+        return builder.bitcast(_inside(builder, pointer, field.place), RecordPointer(field.nested))
+    result = builder.load(place(builder, pointer, field))
+    if field.kind in ASSIGNED:
+        return result
+    _never_changes(builder, result)
+    if field.kind == "Rows":
+        length = builder.load(place(builder, pointer, field, 1))
+        _never_changes(builder, length)
+        return Table(result, length)
+    if field.kind == "Row" and field.shape and _is_counted(pointer, field.shape[0]):
+        result.length = pointer, field.shape[0]
+    return result
+
+
+def _is_counted(pointer: Any, size: int | str) -> bool:
+    """Return whether the record knows a size."""
+    return isinstance(size, int) or size in pointer.type.record.fields
+
+
+def _never_changes(builder: Any, load: Any) -> None:
+    """Say that no code changes what is loaded: LLVM then loads it once, although rows are written meanwhile."""
+    load.set_metadata("invariant.load", builder.module.add_metadata([]))
+
+
+def assigned_place(builder: Any, pointer: Any, name: str) -> Any:
+    """Pointer to a field that compiled code may assign."""
+    field = field_of(pointer, name)
+    if field.kind not in ASSIGNED or field.nested is not None:
+        what, cure = {
+            "Count": ("a count", "Only Python assigns it."),
+            "Kernel": ("a kernel", "Only Python assigns it."),
+        }.get(
+            field.kind,
+            ("a record", "Assign to its fields.")
+            if field.nested is not None
+            else ("a row", "Assign to its components, [i], or to all of them, [:]."),
+        )
+        got = f"'{pointer.type.record.__name__}.{name}', {what}"
+        raise Refusal("a number that can be assigned", cure, got)
+    return place(builder, pointer, field)
