@@ -72,9 +72,10 @@ class Parts(list[Callable[..., Any]]):
         """Return the functions with ``space`` in place of their modules' globals, and add them to ``space``."""
         result = {}
         for part in self:
-            function = FunctionType(part.__code__, space, part.__name__)
-            function.__annotations__ = part.__annotations__
-            space[part.__name__] = result[part.__name__] = Compiled(function)
+            kind, source = (Inlined, part.function) if isinstance(part, Inlined) else (Compiled, part)
+            function = FunctionType(source.__code__, space, source.__name__)
+            function.__annotations__ = source.__annotations__
+            space[source.__name__] = result[source.__name__] = kind(function)
         return result
 
 

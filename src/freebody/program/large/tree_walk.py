@@ -1,11 +1,17 @@
 """Walks over the links of a large tree, in the compiled language (docs/compiled-language.md).
 
-    outward    poses, velocities and inertias, parents first
-    inward     articulated inertias and forces, tips first; if accelerations are given, wrenches
-    final      accelerations, parents first
+    outward        poses, velocities and inertias, parents first
+    inward         articulated inertias and forces, tips first
+    final          accelerations, parents first
 
-All numbers of a call stand in one workspace S; `tree_parts` knows their places, and `Tree` tells them to the code here,
-which is the same for every tree. The workspace belongs to the call, so that any number of threads may call at once.
+If accelerations are given,
+
+    carried        accelerations, parents first
+    transmitted    wrenches, tips first
+
+All numbers of a call stand in one workspace S. `tree_parts` knows their places, and the record of a tree
+(`tree_record`) tells them to the code here, which is the same for every tree. The workspace belongs to the call, so
+that any number of threads may call at once.
 
 A number of S is one double, eight of states side by side, or either followed by its derivative along a direction:
 `LANES` states, and `WIDTH` doubles a number.
@@ -19,117 +25,10 @@ from llvmlite import ir
 
 from ...native.arithmetic import REAL, WHOLE, intrinsic, wide
 from ...native.functions import Instruction, instruction
-from ...native.instructions import Integers, Parts, Real, Reals, Row, numbers, shifted
-from ...native.records import Count, Wholes, record
+from ...native.instructions import Integers, Parts, Real, Reals, Row, inlined, numbers, shifted
 from ..code.batch import deliver, gather, gather_parts
 from .link_step import STEPS, SUM
-
-# -- what a tree tells -----------------------------------------------------------------------------------------------
-
-
-@record
-class Copy:
-    """Places in S whose numbers are copied side by side, from the place ``target`` on."""
-
-    count: Count
-    sources: Wholes
-    target: Count
-
-
-@record
-class Straight:
-    """Straight code, at an address (0: it computes nothing), and the place of its first result."""
-
-    code: Count
-    target: Count
-
-
-@record
-class Tree:
-    """Places in S and code of a tree. What belongs to the links has an entry for each of them."""
-
-    links: Count
-    size: Count
-    """Numbers of S."""
-    inputs: Count
-    """Numbers of the state, and of the forces or accelerations behind it."""
-    hoisted: Count
-    """Length of c: constants of the links, then of the straight code."""
-    given: Count
-    """1 if accelerations are given, and forces follow from them."""
-    # code of the steps
-    outward: Wholes
-    inward: Wholes
-    final: Wholes
-    place: Wholes
-    moved: Wholes
-    pressed: Wholes
-    # places in c and S
-    constants: Wholes
-    joints: Wholes
-    """First of the joint's entries in ``variables``; the last number is their end."""
-    variables: Wholes
-    tips: Wholes
-    passed: Wholes
-    added: Wholes
-    """Sum to which the link's own is added; -1 if it is the first one of its parent."""
-    record: Wholes
-    parent: Wholes
-    own: Wholes
-    above: Wholes
-    second: Wholes
-    parents_second: Wholes
-    # places in S
-    joint: Count
-    cleared: Count
-    kept: Count
-    """Sums from ``cleared`` to ``kept`` begin with zero."""
-    ground: Count
-    ground_end: Count
-    ground_axes: Count
-    """Rotation of the ground in its second record, which lies from ``ground`` to ``ground_end``."""
-    at_rest: Count
-    """Acceleration of the ground: angular, then linear, against gravity."""
-    totals: Count
-    kinetic: Count
-    momentum: Count
-    """Places, in a second record, of energy and first moments of a link, and of its momentum."""
-    # straight code, and what it reads of the records
-    straight_constants: Count
-    front: Straight
-    gravity: Copy
-    early: Copy
-    loads: Straight
-    late: Copy
-    finish: Straight
-    energy: Straight
-    loaded: Copy
-    """The loads, which are subtracted from the numbers at ``loaded_links``."""
-    loaded_links: Wholes
-
-
-@record
-class Product:
-    """What a kernel computes: which walks it needs, and the places of its outputs."""
-
-    tree: Count
-    """Address of the tree."""
-    state: Count
-    outputs: Wholes
-    count: Count
-    # 1 or 0
-    placed: Count
-    early: Count
-    moving: Count
-    pressed: Count
-    finished: Count
-    speeds: Count
-    momenta: Count
-    energies: Count
-    # of a derivative: the first number of the state that varies, or of the direction; and the number of columns
-    first: Count
-    columns: Count
-
+from .tree_record import Copy, Product, Straight, Tree
 
 # -- what a translation is made for ----------------------------------------------------------------------------------
 
@@ -200,10 +99,12 @@ def run(part: Straight, S: Row, c: Reals, tree: Tree) -> None:
 
 
 @walk
+@inlined
 def gather_joint(S: Row, tree: Tree, i: int) -> None:
     """Copy the variables of joint i side by side."""
-    first = tree.joints[i]
-    fetch(shifted(S, tree.joint), S, shifted(tree.variables, first), tree.joints[i + 1] - first)
+    first, joint = tree.joints[i], shifted(S, tree.joint)
+    for k in range(tree.joints[i + 1] - first):
+        joint[k] = S[tree.variables[first + k]]
 
 
 @walk
@@ -221,19 +122,15 @@ def outward(S: Row, c: Reals, tree: Tree, placed: int) -> None:
 
 @walk
 def inward(S: Row, c: Reals, tree: Tree) -> None:
-    """Articulated inertias and forces, tips first; if accelerations are given, wrenches."""
+    """Articulated inertias and forces, tips first."""
     joint = shifted(S, tree.joint)
     for i in range(tree.links - 1, -1, -1):
         gather_joint(S, tree, i)
-        constants = shifted(c, tree.constants[i])
-        link, passed, tips = shifted(S, tree.record[i]), shifted(S, tree.passed[i]), shifted(S, tree.tips[i])
-        if tree.given != 0:
-            own, second = shifted(S, tree.own[i]), shifted(S, tree.second[i])
-            transmitted_step(tree.inward[i], S, link, constants, passed, own, tips, second)
-        else:
-            inward_step(tree.inward[i], S, link, constants, passed, joint, tips, link)
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        passed, tips = shifted(S, tree.passed[i]), shifted(S, tree.tips[i])
+        inward_step(tree.inward[i], S, link, constants, passed, joint, tips, link)
         if tree.added[i] >= 0:
-            add(shifted(S, tree.added[i]), passed, 6 if tree.given != 0 else SUM)
+            add(shifted(S, tree.added[i]), passed, SUM)
 
 
 @walk
@@ -242,12 +139,32 @@ def final(S: Row, c: Reals, tree: Tree) -> None:
     joint = shifted(S, tree.joint)
     for i in range(tree.links):
         gather_joint(S, tree, i)
-        constants = shifted(c, tree.constants[i])
-        link, own, above = shifted(S, tree.record[i]), shifted(S, tree.own[i]), shifted(S, tree.above[i])
-        if tree.given != 0:
-            carried_step(tree.final[i], S, link, constants, own, joint, above)
-        else:
-            final_step(tree.final[i], S, link, constants, own, joint, above, link)
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        own, above = shifted(S, tree.own[i]), shifted(S, tree.above[i])
+        final_step(tree.final[i], S, link, constants, own, joint, above, link)
+
+
+@walk
+def carried(S: Row, c: Reals, tree: Tree) -> None:
+    """Accelerations that follow from those along the joints, parents first."""
+    joint = shifted(S, tree.joint)
+    for i in range(tree.links):
+        gather_joint(S, tree, i)
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        own, above = shifted(S, tree.own[i]), shifted(S, tree.above[i])
+        carried_step(tree.final[i], S, link, constants, own, joint, above)
+
+
+@walk
+def transmitted(S: Row, c: Reals, tree: Tree) -> None:
+    """Wrenches that give these accelerations, tips first."""
+    for i in range(tree.links - 1, -1, -1):
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        own, second = shifted(S, tree.own[i]), shifted(S, tree.second[i])
+        passed, tips = shifted(S, tree.passed[i]), shifted(S, tree.tips[i])
+        transmitted_step(tree.inward[i], S, link, constants, passed, own, tips, second)
+        if tree.added[i] >= 0:
+            add(shifted(S, tree.added[i]), passed, 6)
 
 
 @walk
@@ -309,8 +226,8 @@ def compute(S: Row, c: Reals, tree: Tree, of: Product) -> None:
             S[link] = S[link] - S[tree.loaded.sources[k]]
         # wrenches follow from given accelerations, or accelerations from articulated inertias
         if tree.given != 0:
-            final(S, c, tree)
-            inward(S, c, tree)
+            carried(S, c, tree)
+            transmitted(S, c, tree)
         else:
             inward(S, c, tree)
             final(S, c, tree)
@@ -334,8 +251,8 @@ def compute(S: Row, c: Reals, tree: Tree, of: Product) -> None:
 @walk
 def one(t: Real, y: Row, c: Reals, out: Row, of: Product) -> None:
     """Outputs of one state, or of a state for each lane."""
-    tree = Tree(of.tree)
-    S = workspace(tree.size)
+    tree = of.tree
+    S = workspace(tree.numbers)
     S[1] = t
     for k in range(of.state):
         S[2 + k] = y[k]
@@ -353,16 +270,16 @@ def several(t: Row, y: Row, c: Reals, out: Row, of: Product) -> None:
 @walk
 def batch(n: int, t: Reals, ts: int, arrays: Integers, c: Reals, cs: int, out: Reals, of: Product) -> None:
     """Outputs of n rows. The steps are 1 and the length of c, or 0 if all rows share t or c."""
-    tree = Tree(of.tree)
-    S = workspace(tree.size + BY_LANE * tree.hoisted)
+    tree = of.tree
+    S = workspace(tree.numbers + BY_LANE * tree.hoisted)
     row = 0
     while row < n:
         gather(t, row, n, 1, ts, shifted(S, 1))
         gather_parts(arrays, row, n, of.state, shifted(S, 2))
         if BY_LANE:
             if row == 0 or cs != 0:
-                gather(c, row, n, tree.hoisted, cs, shifted(S, tree.size))
-            compute(S, numbers(shifted(S, tree.size)), tree, of)
+                gather(c, row, n, tree.hoisted, cs, shifted(S, tree.numbers))
+            compute(S, numbers(shifted(S, tree.numbers)), tree, of)
         else:
             compute(S, shifted(c, row * cs), tree, of)
         deliver(S, of.outputs, row, n, of.count, out)
@@ -373,8 +290,8 @@ def batch(n: int, t: Reals, ts: int, arrays: Integers, c: Reals, cs: int, out: R
 @walk
 def mass_matrix(t: float, y: Reals, c: Reals, out: Reals, of: Product) -> None:
     """Mass matrix: postures once, then forces at rest for unit accelerations, a column for each lane."""
-    tree = Tree(of.tree)
-    S = workspace(tree.size)
+    tree = of.tree
+    S = workspace(tree.numbers)
     assign(S, 1, t)
     gather(y, 0, 1, of.state, 0, shifted(S, 2))
     begin(S, c, tree, of.state)
@@ -382,8 +299,8 @@ def mass_matrix(t: float, y: Reals, c: Reals, out: Reals, of: Product) -> None:
     for j in range(0, of.columns, LANES):
         accelerate(S, j, of, 1.0)
         run(tree.front, S, c, tree)
-        final(S, c, tree)
-        inward(S, c, tree)
+        carried(S, c, tree)
+        transmitted(S, c, tree)
         copy(S, tree.late)
         run(tree.finish, S, c, tree)
         deliver(S, of.outputs, j, of.columns, of.columns, out)
@@ -403,8 +320,8 @@ def accelerate(S: Row, j: int, of: Product, value: float) -> None:
 @walk
 def derivative(t: float, y: Reals, c: Reals, out: Reals, of: Product) -> None:
     """Derivatives of the outputs: by some numbers of the state, a column for each lane, or along one direction."""
-    tree = Tree(of.tree)
-    S = workspace(tree.size)
+    tree = of.tree
+    S = workspace(tree.numbers)
     for j in range(0, of.columns, LANES):
         assign(S, 1, t)
         for k in range(of.state):
@@ -487,7 +404,7 @@ def called(arrays: int, single: bool, timed: bool = False) -> Instruction:
 def functions(lanes: int, derivatives: bool, by_lane: bool, along: bool) -> dict[str, Any]:
     """Return the functions of this module for so many states at once, by name.
 
-    With ``derivatives``, each number is followed by its derivative; ``along`` one direction, or by numbers of the state.
+    With ``derivatives``, each number is followed by its derivative, ``along`` a direction or by numbers of the state.
     With ``by_lane``, each lane has constants of its own.
     """
     width = lanes * (1 + derivatives)
