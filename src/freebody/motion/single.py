@@ -217,9 +217,7 @@ def _absolute_tolerances(request: Request, state: Array, rates: Rates) -> Array:
     kernels, tolerances = request.kernels, request.tolerances
     # the energy is observed by the loop of the method, so that no other loop is compiled
     loops.use(first_method(kernels, request.method, tolerances))
-    energies = loops.observed(
-        kernels.motion().address("energy"), 2, request.begin, state, rates.arguments[-1]
-    )
+    energies = loops.observed(kernels.motion().address("energy"), 2, request.begin, state, rates.constants_at)
     energy = max(map(abs, energies))
     result = tolerances.copy()
     result[-1] *= energy if energy > 0 and all(map(math.isfinite, energies)) else 1.0

@@ -287,6 +287,11 @@ class Expressions(Ways):
         array = self.value(node.value)
         if isinstance(array, Table) and not isinstance(node.slice, ast.Tuple):
             return array.row(self.builder, self.index(node.slice))
+        if is_record(array):
+            size = array.type.record.size
+            distance = operated(self.builder, ast.Mult, self.index(node.slice), size)
+            first = self.builder.bitcast(array, ir.IntType(8).as_pointer())
+            return self.builder.bitcast(self.builder.gep(first, [distance]), array.type)
         if isinstance(array, tuple | dict) and not isinstance(array, Table):
             return self.of_constants(node, array)
         if isinstance(node.value, ast.Name) and node.value.id not in self.locals:

@@ -1,8 +1,7 @@
-"""Instructions of the compiled language: calls by address, weighted sums of rows, pointers and mathematical functions.
+"""Instructions of the compiled language: calls by address, pointers and mathematical functions.
 
     @compiled                              a function to be translated (`translation`)
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
-    linear(row)(work, n, target, base, h)  work[target] = work[base] + h Σ_j row[j] work[j]
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
     root(a), whole(a)                      sqrt(a), int(a)
     with_bits(i), bits(a)                  the real number of 64 bits, and the bits of a number
@@ -11,13 +10,12 @@
     extract(x, l), replaced(x, l, a)       the number in a lane, and x with another one
 
 A kernel has the signature ``void f(double t, const double *y, const double *c, double *out)``. It is called through
-its address, so that one compiled integrator serves every model. The rows of ``work`` are padded to a multiple of
-`WIDTH` numbers: a sum then works on whole vector registers, without a remainder and without a test for overlap.
+its address, so that one compiled integrator serves every model.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from types import FunctionType
 from typing import Any
 
@@ -34,12 +32,9 @@ from .arithmetic import (
     lanes_of,
     mathematical,
     selected,
-    splat,
     wide,
 )
-from .functions import Compiled, Inlined, Instruction, counted, instruction
-from .records import WIDTH
-from .row_arithmetic import Eight, Rows
+from .functions import Compiled, Inlined, Instruction, instruction
 
 Reals = Any  # pointer to the first of real numbers in memory
 Integers = Any  # pointer to the first of integers in memory
@@ -105,51 +100,6 @@ def integers_at(builder: Any, address: Any) -> Any:
 def shifted(builder: Any, p: Any, k: Any) -> Any:
     """Pointer to ``p[k]``."""
     return builder.gep(p, [k])
-
-
-def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False) -> Any:
-    """Return the instruction ``(work, n, target, base, h)``: row ``target`` becomes base + h Σ_j row[j] work[j].
-
-    ``work`` is one flat array of rows of length ``n``, a multiple of `WIDTH`; ``base`` < 0 stands for a row of zeros.
-
-    With ``chained``, the last row has just been written by a kernel and the next kernel reads the target. The numbers
-    of the last row are then added one by one. A wide sum would wait for the slowest of them, whereas the angles of the
-    next stage follow from speeds, so that their sines can be computed before the accelerations are known.
-
-    With ``lanes``, rows hold eight runs side by side, and ``h`` is the place in ``work`` of their eight steps. With
-    ``chained`` as well, the roundings are those of a single run.
-    """
-    terms = sorted(row.items())
-    early, (late, weight) = terms[:-1] if chained else terms, terms[-1]
-
-    def weighted_sum(builder: Any, work: Any, n: Any, target: Any, base: Any, h: Any) -> None:
-        step = Rows(builder, work, n, h)[0] if lanes else Eight(builder, splat(builder, h, WIDTH))
-        based = builder.icmp_signed(">=", base, WHOLE(0))
-        safe_base = builder.select(based, base, WHOLE(0))
-        with counted(builder, n, WIDTH) as offset:
-            rows, total = Rows(builder, work, n, offset), None
-            for number, coefficient in early:
-                row = rows[number]
-                total = row * coefficient if total is None else row.times_plus(coefficient, total)
-            result = rows[safe_base].where(based, 0.0)
-            if total is not None:
-                result = step.times_plus(total, result)
-            if not chained:
-                rows[target] = result
-            elif lanes:
-                rows[target] = (step * weight).times_plus(rows[late], result)
-            else:
-                factor = builder.fmul(h, REAL(weight))
-                old, new = (builder.gep(work, [rows.index(row)]) for row in (late, target))
-                for k in range(WIDTH):
-                    # atomic, so that LLVM does not join them into vectors; the machine code is an ordinary load and
-                    # store
-                    value = builder.load_atomic(builder.gep(old, [WHOLE(k)]), "monotonic", 8)
-                    early_sum = builder.extract_element(result.value, ir.IntType(32)(k))
-                    value = intrinsic(builder, "llvm.fmuladd.f64", REAL, factor, value, early_sum)
-                    builder.store_atomic(value, builder.gep(new, [WHOLE(k)]), "monotonic", 8)
-
-    return Instruction(weighted_sum, "Reals", "int", "int", "int", "int" if lanes else "float")
 
 
 @instruction("Real", "Real")

@@ -20,7 +20,7 @@ import numpy as np
 
 from . import cache as disk
 from . import codegen, sources
-from .records import Record
+from .records import Record, address
 
 _REAL, _WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 _LOCK = threading.Lock()
@@ -64,16 +64,6 @@ def passed(value: Any, kind: str) -> int | None:
             f"{value.shape}. np.ascontiguousarray(..., dtype=...) makes one."
         )
     return address(value)
-
-
-def address(array: Any) -> int:
-    """Address of the first number of an array; 0 for an empty array."""
-    if not array.size:
-        return 0
-    try:  # several times as fast as .ctypes.data
-        return ctypes.addressof(ctypes.c_char.from_buffer(array))
-    except (ValueError, TypeError):  # a read-only array
-        return int(array.ctypes.data)
 
 
 def made(

@@ -25,6 +25,7 @@ none.
 from __future__ import annotations
 
 import ast
+import ctypes
 import struct
 import sys
 from collections.abc import Mapping
@@ -64,6 +65,16 @@ def padded(n: int) -> int:
     return -(-max(n, 1) // WIDTH) * WIDTH
 
 
+def address(array: Any) -> int:
+    """Address of the first number of an array; 0 for an empty array."""
+    if not array.size:
+        return 0
+    try:  # several times as fast as .ctypes.data
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))
+    except (ValueError, TypeError):  # a read-only array
+        return int(array.ctypes.data)
+
+
 class Field:
     """A field of a record: kind, place in bytes, and the shape of the row that Python makes for it."""
 
@@ -90,7 +101,7 @@ class Field:
             memory.reals[place] = value
         elif self.kind in _DIMENSIONS:
             memory.arrays[self.name] = array = self._checked(value)
-            memory.wholes[place] = array.ctypes.data if array.size else 0
+            memory.wholes[place] = address(array)
             if self.kind == "Rows":
                 memory.wholes[place + 1] = array.shape[1]
         else:
@@ -125,7 +136,7 @@ class Record:
         self.memory, self.begin = memory, begin
         view = memoryview(memory).cast("B")
         self.reals, self.wholes = view.cast("d"), view.cast("q")
-        self.address = memory.ctypes.data + begin
+        self.address = address(memory) + begin
         self.arrays: dict[str, Any] = {}
         self.parts = {
             field.name: field.nested(memory, begin + field.place)
@@ -173,6 +184,14 @@ class Record:
                 getattr(self, name)[...] = getattr(other, name)
             elif field.nested is not None:
                 self.parts[name].take(other.parts[name])
+
+    def share(self, other: Record) -> None:
+        """Take the numbers of another record of this kind, and its rows as they are, in the same memory."""
+        for name, field in self.fields.items():
+            if field.nested is not None:
+                self.parts[name].share(other.parts[name])
+            elif field.kind not in _DIMENSIONS or name in other.arrays:
+                setattr(self, name, getattr(other, name))
 
     @classmethod
     def arrays_of(

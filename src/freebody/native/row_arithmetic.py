@@ -6,11 +6,7 @@ rounding if the processor has a fused multiply-add.
 
     combination(weights, k)                Σ_j weights[j] k[j], with constant weights by number of the row
     chain(weights, k)                      the same, in a row that a kernel reads next (`Chain`)
-
-Formulas on the rows of a work array:
-
-    rowwise(formula)(work, w, n, ...)      evaluate a formula of rows and return the largest of its results
-    copied(work, w, source, target)        work[target] = work[source]
+    rowwise(formula)(run, own, ...)        evaluate a formula of rows of two records, and return its largest result
 """
 
 from __future__ import annotations
@@ -25,6 +21,8 @@ from llvmlite import ir
 
 from .arithmetic import REAL, WHOLE, Refusal, cast, intrinsic, kind_of, mathematical, operated, splat, wide
 from .functions import Instruction, counted, instruction, variable
+from .record_access import Table, field_of
+from .record_access import value as field_value
 from .records import WIDTH
 
 
@@ -132,39 +130,64 @@ def bits_of(number: int) -> Any:
     return ir.Constant(ir.VectorType(WHOLE, WIDTH), [WHOLE(number)] * WIDTH)
 
 
-class Rows:
-    """The rows of ``work`` as a formula reads and writes them: eight numbers of each, from ``offset`` on."""
+class FormulaRows:
+    """The rows that a formula reads and writes: eight numbers of each, ``row.y`` or ``row.terms[k]``."""
 
-    def __init__(self, builder: Any, work: Any, w: Any, offset: Any) -> None:
-        self.builder, self.work, self.w, self.offset = builder, work, w, offset
+    def __init__(self, builder: Any, rows: Callable[[str], Any], offset: Any) -> None:
+        """``rows`` gives a pointer, or a table of rows, by name."""
+        vars(self).update(builder=builder, rows=rows, offset=offset)
 
-    def index(self, row: Any) -> Any:
-        """Place in ``work`` of the eight numbers of a row."""
-        b = self.builder
-        return b.add(b.mul(self.w, WHOLE(row) if isinstance(row, int) else row), self.offset)
+    def __getattr__(self, name: str) -> Any:
+        row = self.rows(name)
+        return _Several(self, row) if isinstance(row, Table) else self.load(row)
+
+    def __setattr__(self, name: str, value: Eight) -> None:
+        self.store(value, self.rows(name))
+
+    def load(self, row: Any) -> Eight:
+        """Return eight numbers of a row."""
+        return Eight(self.builder, self.builder.load(self._place(row), align=8))
+
+    def store(self, value: Eight, row: Any) -> None:
+        """Write eight numbers of a row."""
+        self.builder.store(value.value, self._place(row), align=8)
 
     def _place(self, row: Any) -> Any:
         b = self.builder
-        return b.bitcast(b.gep(self.work, [self.index(row)]), ir.VectorType(REAL, WIDTH).as_pointer())
+        return b.bitcast(b.gep(row, [self.offset]), ir.VectorType(REAL, WIDTH).as_pointer())
 
-    def __getitem__(self, row: Any) -> Eight:
-        return Eight(self.builder, self.builder.load(self._place(row), align=8))
 
-    def __setitem__(self, row: Any, value: Eight) -> None:
-        self.builder.store(value.value, self._place(row), align=8)
+class _Several:
+    """Several rows of a formula."""
+
+    def __init__(self, rows: FormulaRows, table: Table) -> None:
+        self.rows, self.table = rows, table
+
+    def __getitem__(self, k: int) -> Eight:
+        return self.rows.load(self.table.row(self.rows.builder, WHOLE(k)))
+
+    def __setitem__(self, k: int, value: Eight) -> None:
+        self.rows.store(value, self.table.row(self.rows.builder, WHOLE(k)))
 
 
 def rowwise(formula: Callable[..., Eight | None]) -> Any:
-    """Return the instruction ``(work, w, n, *more)`` that evaluates a formula, eight numbers at a time.
+    """Return the instruction ``(run, own, *more)`` that evaluates a formula, eight numbers at a time.
 
-    The formula reads and writes rows. Its further arguments are numbers, or arrays of length n that are continued by 1.
-    The instruction returns the largest result of the formula, or nan if one of the results is nan.
+    The formula reads and writes rows of the two records, as long as the first one says (``width``). Its further
+    arguments are numbers, or arrays as long as the state (``n``) that are continued by 1. The instruction returns the
+    largest result of the formula, or nan if one of the results is nan.
     """
 
-    def over_rows(builder: Any, work: Any, w: Any, n: Any, *more: Any) -> Any:
+    def over_rows(builder: Any, run: Any, own: Any, *more: Any) -> Any:
         largest = variable(builder, all_of(-math.inf))
         undefined = variable(builder, all_of(0.0))  # becomes nan with the first result that is
         places = ir.Constant(ir.VectorType(WHOLE, WIDTH), [WHOLE(k) for k in range(WIDTH)])
+        n, w = (field_value(builder, run, field_of(run, name)) for name in ("n", "width"))
+
+        def rows(name: str) -> Any:
+            record = own if name in own.type.record.fields else run
+            return field_value(builder, record, field_of(record, name))
+
         with counted(builder, w, WIDTH) as offset:
 
             def eight_of(value: Any) -> Eight:
@@ -179,8 +202,7 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
                     builder, intrinsic(builder, name, ones.type, pointer, ir.IntType(32)(8), inside, ones)
                 )
 
-            rows = Rows(builder, work, w, offset)
-            result = formula(rows, *map(eight_of, more))
+            result = formula(FormulaRows(builder, rows, offset), *map(eight_of, more))
             if result is not None:
                 builder.store(result.greater(Eight(builder, builder.load(largest))).value, largest)
                 builder.store((result * 0.0 + Eight(builder, builder.load(undefined))).value, undefined)
@@ -189,20 +211,12 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
         maximum = Eight(builder, builder.load(largest)).total(Eight.greater)
         return builder.fadd(maximum, Eight(builder, builder.load(undefined)).total(Eight.__add__))
 
-    return Instruction(over_rows, "Reals", "int", "int", *arguments_of(formula))
+    return Instruction(over_rows, "", "", *arguments_of(formula))
 
 
 def arguments_of(formula: Callable[..., Any]) -> list[str]:
     """Kinds of a formula's arguments after its rows: any kind for each."""
     return [""] * (len(inspect.signature(formula).parameters) - 1)
-
-
-@instruction("Reals", "int", "int", "int")
-def copied(builder: Any, work: Any, w: Any, source: Any, target: Any) -> None:
-    """Copy row ``source`` of ``work`` to row ``target``."""
-    with counted(builder, w, WIDTH) as offset:
-        rows = Rows(builder, work, w, offset)
-        rows[target] = rows[source]
 
 
 # -- assignments to rows -------------------------------------------------------------------------------
@@ -283,7 +297,7 @@ class RowFormula:
         left, right = (
             (node.right, node.left) if is_sum and _is_product(node.left) else (node.left, node.right)
         )
-        if not (is_sum and _is_product(right)):
+        if not (is_sum and isinstance(right, ast.BinOp) and _is_product(right)):
             return operated(b, type(node.op), self.value(left), self.value(right))
         a, p, q = self.value(left), self.value(right.left), self.value(right.right)
         if isinstance(q, Chain):  # a + p (early + weight late)

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...native.records import WIDTH
+from ...native.records import WIDTH, padded
 from ..kernels.methods import BUDGET, FINE
 from ..lanes import lanes_layout as at
 from ..lanes import loops
 from ..legs.driven import intervals
 from ..legs.failure import to_blame
 from ..ode import layout
-from ..ode.dense_output import Array
+from ..ode.dense_output import Array, Rates
+from ..ode.run import POINTS, equip, memory, most_events, own_memory, sizes
 from .job import Job
 from .kernels import BatchProgram
 from .results import Results
@@ -43,129 +44,137 @@ class LaneLoop:
         program: BatchProgram | None = None,
     ) -> None:  # fmt: skip
         self.job, self.method, self.results = job, method, results
-        kernels, model = job.kernels, job.kernels.model
+        kernels = job.kernels
         self.wide = job.wide(method)
         self.program = program = program or job.program(method)
         self.limit = min(job.most_steps, BEFORE_SWITCHING) if program.switches else job.most_steps
         self.n = kernels.size
         m, watched = len(job.expressions), program.watched
-        self.addresses = np.array(
-            [
-                program.compiled._prologue.address, program.address("rates"), program.address("energy"),
-                program.address("outputs"), program.address("reduced"), program.address("watched"),
-                program.address("dropped"), program.wide_address("series" if method == "taylor" else "rates"),
-                program.wide_address("projection"), program.wide_address("rates"),
-                program.wide_address("watched"),
-            ],
-            dtype=np.int64,
-        )  # fmt: skip
         # values of limits at both ends of the steps of eight lanes
         self.limit_values = 16 * watched if program.wide_address("watched") else 0
-        spans, columns, settings = intervals(kernels, job.lanes.values_of(0), job.begin, job.end)
-        lengths = [_equal_steps(t1 - t0, job.step, job.max_step) for t0, t1 in spans]
-        self.legs = np.column_stack([spans, lengths, settings])
-        self.columns = np.array([*columns, 0], dtype=np.int64)
-        self.sizes = self._sizes(until_stiff, len(spans), len(columns))
-        self.options = np.zeros(at.OPTIONS)
-        self.options[at.T0], self.options[at.T1], self.options[at.LONGEST] = job.begin, job.end, job.max_step
-        self.options[at.ORDER], self.options[at.FINEST] = layout.ORDERS[method], FINE
-        # kernels of the method stand behind the quaternions; their constants are those of the rates. Parts of a step by
-        # series are not compared with the rates, as whole steps are
-        projection = program.address("projection")
-        self.quaternions = np.array(
-            [*model.quaternions, projection, model.n_q + model.n_u if projection else 0, 0,
-             program.address("tangent"), 0],
-            dtype=np.int64,
-        )  # fmt: skip
+        spans, self.columns, settings = intervals(kernels, job.lanes.values_of(0), job.begin, job.end)
+        self.legs = np.array(spans, dtype=float).reshape(-1, 2)
+        self.settings = np.array(settings, dtype=float).reshape(len(spans), -1)
+        self.until_stiff = until_stiff
         negligible, rates = [-1] * job.limits, [0] * (watched - m)
-        self.directions = np.array([*(x.direction for x in job.specs), *negligible, *rates], dtype=np.int64)
-        never = [0] * (watched - len(job.specs))
-        self.terminal = np.array([*(x.terminal for x in job.specs), *never], dtype=np.int64)
+        self.directions = [*(x.direction for x in job.specs), *negligible, *rates]
+        self.terminal = [*(x.terminal for x in job.specs), *[0] * (watched - len(job.specs))]
         backwards = job.end < job.begin
         self.order = np.argsort(-job.times if backwards else job.times, kind="stable")
         self.times = job.times[self.order]
         self.function = loops.function(method, self.wide)
 
-    def _sizes(self, until_stiff: bool, legs: int, settings: int) -> NDArray[np.int64]:
-        """Return the counts that the compiled loop reads."""
-        job, program, n = self.job, self.program, self.n
-        kernels, model = job.kernels, job.kernels.model
-        outputs = len(job.outputs.timed)
-        sizes = np.zeros(at.SIZES, dtype=np.int64)
-        sizes[at.N], sizes[at.WIDTH_OF_ROW] = n, layout.padded(n)
-        sizes[at.N_WORK] = layout.rows(self.method, n) * layout.padded(n)
-        sizes[at.N_QUATERNIONS], sizes[at.N_PARAMETERS] = len(model.quaternions), len(model.parameters)
-        sizes[at.N_EVENTS], sizes[at.N_WATCHED] = len(job.expressions), program.watched
-        sizes[at.N_OUTPUTS], sizes[at.N_TIMES] = outputs, job.times.size if outputs else 0
-        sizes[at.N_REDUCED] = len(job.outputs.reduced)
-        sizes[at.ROOM] = _ROOM
-        sizes[at.LIMIT] = self.limit
-        sizes[at.WORKS], sizes[at.STOP_STIFF_LANES] = kernels.works, until_stiff
-        sizes[at.BUDGET] = BUDGET if until_stiff else 0  # "auto" has one
-        sizes[at.N_DROPPED], sizes[at.N_LIMITS] = program.dropped, 2 * job.limits
-        sizes[at.N_CONSTANTS] = program.compiled.hoisted
-        sizes[at.N_LEGS], sizes[at.N_SETTINGS] = legs, settings
-        if self.limit_values:
-            sizes[at.LIMIT_VALUES] = self._size_of_eight()
-        return sizes
+    def _batch(self) -> Any:
+        """Return the description of the batch, with room for one thread."""
+        job, program, outputs = self.job, self.program, self.job.outputs
+        model, times = job.kernels.model, self.times.size if outputs.timed else 0
+        batch: Any = at.Batch.made(
+            n_parameters=len(model.parameters), spare_size=max(2, self.n, len(outputs.reduced), program.dropped),
+            sampled_size=max(1, times) * max(self.n, 1),
+        )  # fmt: skip
+        batch.prologue = program.compiled._prologue.address
+        for name, kernel in (
+            ("energy", "energy"), ("outputs", "outputs"), ("reductions", "reduced"), ("dropped", "dropped"),
+            ("watched", "watched"),
+        ):  # fmt: skip
+            setattr(batch, name, program.address(kernel))
+        batch.wide = program.wide_address("series" if self.method == "taylor" else "rates")
+        batch.projection_wide, batch.rates_wide = map(program.wide_address, ("projection", "rates"))
+        batch.watched_wide = program.wide_address("watched")
+        batch.n_constants, batch.n_watched = program.compiled.hoisted, program.watched
+        batch.n_events, batch.n_limits = len(job.expressions), 2 * job.limits
+        batch.n_outputs, batch.n_times, batch.n_reduced = len(outputs.timed), times, len(outputs.reduced)
+        batch.n_dropped, batch.n_legs, batch.n_settings = program.dropped, len(self.legs), len(self.columns)
+        batch.room, batch.limit = _ROOM, self.limit
+        batch.works, batch.stop_if_stiff = int(job.kernels.works), int(self.until_stiff)
+        batch.budget = BUDGET if self.until_stiff else 0  # "auto" has one
+        batch.limit_values = self._size_of_eight() if self.limit_values else 0
+        batch.t0, batch.t1, batch.longest = job.begin, job.end, job.max_step
+        batch.order, batch.finest = layout.ORDERS[self.method], FINE
+        batch.leg_starts, batch.leg_ends = (np.ascontiguousarray(column) for column in self.legs.T)
+        batch.leg_steps = np.array([_equal_steps(t1 - t0, job.step, job.max_step) for t0, t1 in self.legs])
+        batch.settings, batch.columns = self.settings, np.array(self.columns, dtype=np.int64)
+        batch.times, batch.relative, batch.tolerances = self.times, job.tolerances, job.tolerances
+        return batch
+
+    def _rates(self) -> Rates:
+        """Return the rates of a lane, with room for its constants. Those of the method have the same constants."""
+        program, model = self.program, self.job.kernels.model
+        projection = program.address("projection")
+        return Rates(
+            program.address("rates"), self.n, np.zeros(max(1, program.compiled.hoisted)), tuple(model.quaternions),
+            projection=projection, projected=model.n_q + model.n_u if projection else 0,
+            # parts of a step by series are not compared with the rates, as whole steps are
+            method_kernels={"radau": (program.address("tangent"),), "taylor": (0, 0)}.get(self.method, ()),
+        )  # fmt: skip
+
+    def _watch(self, run: Any, c: Array, room: int) -> None:
+        """Write the event functions into the memory of a run, with room for a log."""
+        search, size = run.search, room + most_events(self.program.watched) + 1
+        search.functions, search.c = self.program.address("watched"), c
+        search.directions[:], search.terminal[:] = self.directions, self.terminal
+        search.log_times, search.log_states = np.zeros(size), np.zeros((size, self.n))
+        search.log_numbers, search.log_signs = np.zeros((2, size), dtype=np.int64)
 
     def memory(self) -> tuple[Any, ...]:
-        """Return the work arrays of one thread, in the order of the loop's arguments."""
+        """Return the memory of one thread: the batch, the lane, and more."""
+        n, rates = self.n, self._rates()
         if self.wide:
             return self._memory_of_eight()
-        n, m = self.n, self.program.watched
-        size = int(self.sizes[at.N_WORK])
-        events = layout.most_events(m)
-        largest = max(2, len(self.job.outputs.reduced), self.program.dropped)
-        return (
-            np.zeros(size), np.zeros(size), self._parameters(), np.zeros(max(1, self.program.compiled.hoisted)),
-            np.zeros(2 * max(n, 1)),
-            np.zeros(_ROOM + 1), np.zeros(_ROOM + 1), np.zeros((_ROOM + 1) * max(n, 1)),
-            np.zeros(max(m, 1), dtype=np.int64), np.zeros((layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
-            np.zeros(max(1, events) * layout.EVENT_SIZE), np.zeros((_ROOM + events + 1) * layout.LOG_SIZE),
-            np.zeros((_ROOM + events + 1) * max(n, 1)), np.zeros(max(1, self.times.size) * max(n, 1)),
-            np.zeros(largest), np.zeros(layout.REALS), np.zeros(layout.INTEGERS, dtype=np.int64),
-            np.zeros(layout.INTEGERS, dtype=np.int64),
-        )  # fmt: skip
+        lane: Any = at.Lane.made(**sizes(n, self.program.watched))
+        run, (sampler, own) = lane.run, memory(self.method, n)
+        for each, of_method in ((run, own_memory(self.method, run)), (sampler, own)):
+            equip(each, of_method, rates)
+        self._watch(run, rates.constants, _ROOM)
+        run.times, run.lengths, run.states = (
+            np.zeros(_ROOM + 1),
+            np.zeros(_ROOM + 1),
+            np.zeros((_ROOM + 1, n)),
+        )
+        for name in ("times", "lengths", "states", "relative", "absolute"):
+            setattr(sampler, name, getattr(run, name))
+        return self._batch(), lane, sampler
 
     def _size_of_eight(self) -> int:
-        """Return the size of the work array of eight lanes, without the values of limits."""
-        numbers = layout.rows(self.method, self.n) * 8 * self.n + at.WIDE_PLACES + self.program.room
-        return layout.padded(numbers)
-
-    def _parameters(self) -> Array:
-        """Return room for the parameters of one lane."""
-        return np.zeros(int(self.sizes[at.N_PARAMETERS]) + 1)
+        """Return the size of the rows of eight lanes, without the values of limits."""
+        numbers = (at.ROWS + 24) * 8 * self.n + at.WIDE_PLACES + self.program.room
+        return padded(numbers)
 
     def _memory_of_eight(self) -> tuple[Any, ...]:
-        n, m, hoisted = self.n, self.program.watched, self.program.compiled.hoisted
-        eight, events, size = 8 * n, layout.most_events(m), int(self.sizes[at.N_WORK])
-        largest = max(2, n, len(self.job.outputs.reduced), self.program.dropped)
-        rows = _aligned(self._size_of_eight() + self.limit_values)
-        return (
-            np.zeros(size), np.zeros(largest), self._parameters(), rows, _aligned(8 * max(1, hoisted)),
-            np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS),
-            np.zeros(at.WIDE_COUNTS, dtype=np.int64), np.zeros(8 * max(m, 1), dtype=np.int64),
-            np.zeros(8 * (layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
-            np.zeros(max(1, events) * layout.EVENT_SIZE), np.zeros((events + 1) * layout.LOG_SIZE),
-            np.zeros((events + 1) * n),
-            np.zeros(layout.INTEGERS, dtype=np.int64),
-        )  # fmt: skip
+        """Return the batch, eight lanes, which share the rows of a step, and their memory side by side."""
+        n, m, size = self.n, self.program.watched, at.Lane.size
+        first: Any = at.Lane.made(**sizes(n, m))
+        own = own_memory(self.method, first.run)
+        memory = np.zeros(8 * size // 8 + 8)
+        memory = memory[-memory.ctypes.data // 8 % 8 :]
+        lanes = [at.Lane(memory, size * k) for k in range(8)]
+        for lane in lanes:
+            run, rates = lane.run, self._rates()
+            run.share(first.run)
+            equip(run, own, rates)
+            self._watch(run, rates.constants, 0)
+            run.search.table, run.search.signs = np.zeros((POINTS, m + 1)), np.zeros(m, dtype=np.int64)
+        eight: Any = at.EightLanes.made(
+            constants=8 * max(1, self.program.compiled.hoisted), tolerances_size=16 * n
+        )
+        eight.w, eight.rows = 8 * n, _aligned(self._size_of_eight() + self.limit_values)
+        return self._batch(), lanes, eight
 
     def chunk(self, lanes: NDArray[np.int64], memory: tuple[Any, ...]) -> None:
         """Run some lanes, given by number, and put their results in place."""
         job, results, n = self.job, self.results, len(lanes)
         rows = lanes - results.low
-        initial = np.zeros((n, max(self.n, 1)))
-        if self.n:
-            initial[:, : job.states.shape[1]] = job.states[lanes] if len(job.states) > 1 else job.states
+        initial = np.zeros((n, self.n))
+        initial[:, : job.states.shape[1]] = job.states[lanes] if len(job.states) > 1 else job.states
         parameters = job.lanes.parameters(lanes)
         new = job.results(0, n)
-        self.function(
-            0, n, self.addresses, self.sizes, self.options, initial, parameters, self.legs, self.columns, self.times,
-            self.quaternions, job.tolerances, job.tolerances, self.directions, self.terminal, *memory, new.values,
-            new.reduced, new.event_times, new.counts, new.outcomes, new.end_times,
-        )  # fmt: skip
+        batch, *lanes_of_thread = memory
+        batch.initial, batch.parameters = initial, parameters
+        batch.values, batch.reduced = new.values.reshape(-1), new.reduced.reshape(-1, at.EXTREMES)
+        batch.event_times, batch.event_counts = new.event_times.reshape(-1, 2), new.counts.reshape(-1)
+        batch.outcomes, batch.ends = new.outcomes.reshape(-1), new.end_times
+        first, last = lanes_of_thread
+        self.function(0, n, batch, first[0] if self.wide else first, last)
         others = np.flatnonzero(new.outcomes[:, 0] != layout.FINISHED)
         if others.size:
             others = others[np.isin(new.outcomes[others, 0], _BLAMED)]

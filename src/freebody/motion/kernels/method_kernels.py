@@ -26,12 +26,12 @@ from ...dynamics.linear import Factorization
 from ...dynamics.motion import motion, total_power
 from ...errors import ExpressionError, SimulationError
 from ...model import Model
+from ...native.records import padded
 from ...program.kernels import compile_tape
 from ...program.large.tree_loop import Directions, LoopedSet, is_large
 from ...scalar.algebra import HALF, Scalar, divide
 from ...scalar.derivative import forward, transposed
 from ...scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
-from ..ode.layout import padded
 from .kernels import Kernels, Program
 
 

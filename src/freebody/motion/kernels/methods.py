@@ -266,7 +266,7 @@ def _along_branch(rates: Rates) -> Rates:
     constants = np.zeros(CONSTANTS_OF_F + rates.constants.size)
     constants[RATES], constants[ONTO], constants[SIZE] = rates.address, rates.projection, n
     constants[N_PROJECTED], constants[N_QUATERNIONS] = rates.projected, len(rates.quaternions)
-    constants[INDICES], constants[ROOM] = loop.address(rates.corrections), loop.address(memory)
+    constants[INDICES], constants[ROOM] = loop.address(rates.indices), loop.address(memory)
     constants[CONSTANTS_OF_F:] = rates.constants
     address = ctypes.cast(function.code, ctypes.c_void_p).value
     assert address is not None

@@ -6,21 +6,32 @@ from typing import Any
 
 from ...native.arithmetic import WHOLE
 from ...native.functions import instruction
-from ...native.instructions import Reals, compiled, linear
+from ...native.instructions import Reals, compiled
 from ...native.row_arithmetic import Eight, all_of
-from ..ode import dop853, tableau
-from ..ode.layout import ARGUMENT, END, ERROR3, ERROR5, RAW, ROWS, STATE
-from .instructions_wide import Memory, blend, call_wide, lifted
-from .lanes_layout import ERRORS, LIMITED, MOMENTS, STEPS, TIMES
+from ..ode.dop853 import E3, E5, METHOD, A, B, C
+from ..ode.run import Run
+from .instructions_wide import Memory, blend, call_wide, lifted, linear
+from .lanes_layout import (
+    ARGUMENT,
+    END,
+    ERROR3,
+    ERROR5,
+    ERRORS,
+    LIMITED,
+    MOMENTS,
+    RAW,
+    ROWS,
+    STATE,
+    STEPS,
+    TIMES,
+)
 
 HEIGHT = ROWS
-LAST, STABLE = int(dop853.CONTROL["LAST"]), dop853.CONTROL["LIMIT"]
+LAST, STABLE = METHOD.last_stage, METHOD.stable
 
-_C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
-_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (
-    linear(row, chained=True, lanes=True) for row in tableau.A[1:12]
-)
-_b, _e5, _e3 = (linear(row, lanes=True) for row in (tableau.B, tableau.E5, tableau.E3))
+_C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = C[1:12]
+_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (linear(row, chained=True) for row in A[1:12])
+_b, _e5, _e3 = (linear(row) for row in (B, E5, E3))
 
 
 @compiled
@@ -141,6 +152,15 @@ def accept_wide(wide: Reals, w: int, selected: int) -> None:
     blend(wide, w, 12 * w, 0, selected)
 
 
+_lift = lifted({k: (False, k) for k in (*range(13), STATE, RAW, END)}, HEIGHT)
+
+
+@compiled
+def lift(lane: int, wide: Reals, w: int, run: Run) -> None:
+    """Copy the step of a lane into the memory of a run."""
+    _lift(lane, run.n, wide, w, run.k[0], run.k[0], run.width)
+
+
 FUNCTIONS = {
     "HEIGHT": HEIGHT,
     "prepare_wide": prepare_wide,
@@ -150,5 +170,5 @@ FUNCTIONS = {
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,
     "accept_wide": accept_wide,
-    "lift": lifted([*range(13), STATE, RAW, END], HEIGHT),
+    "lift": lift,
 }

@@ -9,16 +9,18 @@ the same rounding.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from llvmlite import ir
 
 from ...native.arithmetic import REAL, WHOLE, splat
 from ...native.functions import Instruction, counted, instruction, variable
+from ...native.instructions import EPS
+from ...native.record_access import Table
 from ...native.records import WIDTH
-from ...native.row_arithmetic import Eight, Rows, all_of, arguments_of, bits_of
-from ..ode.step_control import _EPS, _TINY
+from ...native.row_arithmetic import Eight, FormulaRows, all_of, arguments_of, bits_of
+from ..ode.step_control import TINY
 from .lanes_layout import (
     AFTER_REJECTION,
     AFTERS,
@@ -96,21 +98,40 @@ def call_wide(builder: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any
     )
 
 
-class _Lanes(Rows):
-    """Rows of eight runs side by side. Rows from ``height`` on follow the places of the lanes."""
+def linear(row: Mapping[int, float], chained: bool = False) -> Any:
+    """Return the instruction ``(wide, w, target, base, h)``: row ``target`` becomes base + h Σ_j row[j] wide[j].
 
-    def __init__(self, height: int, *memory: Any) -> None:
-        super().__init__(*memory)
-        self.height = height
+    ``base`` < 0 stands for a row of zeros, and ``h`` is the place in ``wide`` of the steps. With ``chained``, the
+    roundings are those of `row_arithmetic.chain`.
+    """
+    terms = sorted(row.items())
+    early, (late, weight) = terms[:-1] if chained else terms, terms[-1]
 
-    def index(self, row: Any) -> Any:
-        start = super().index(row)
-        return self.builder.add(start, WHOLE(WIDE_PLACES)) if row >= self.height else start
+    def weighted_sum(builder: Any, wide: Any, w: Any, target: Any, base: Any, h: Any) -> None:
+        v = Memory(builder, wide)
+        step, based = v.load(h), builder.icmp_signed(">=", base, WHOLE(0))
+        safe_base = builder.select(based, base, WHOLE(0))
+        with v.rows(w) as offset:
+            total = None
+            for k, coefficient in early:
+                number = v.load(v.plus(WHOLE(0), offset, k, w))
+                total = number * coefficient if total is None else number.times_plus(coefficient, total)
+            result = v.load(builder.add(builder.mul(safe_base, w), offset)).where(based, 0.0)
+            if total is not None:
+                result = step.times_plus(total, result)
+            if chained:
+                result = (step * weight).times_plus(v.load(v.plus(WHOLE(0), offset, late, w)), result)
+            v.store(result, builder.add(builder.mul(target, w), offset))
+
+    return Instruction(weighted_sum, "Reals", "int", "int", "int", "int")
 
 
-def lanewise(formula: Callable[..., Eight], height: int) -> Any:
+def lanewise(formula: Callable[..., Eight], places: Mapping[str, int], height: int) -> Any:
     """Return the compiled ``(wide, w, result, *more)``: a formula as for `row_arithmetic.rowwise`, of eight runs side
     by side.
+
+    ``places`` are the numbers of the rows by name; those from ``height`` on follow the places of the lanes, and k and
+    terms are several rows.
 
     ``more`` are places of eight numbers, one for each run, and arrays with one number for each component of each run.
     At ``result`` it stores the largest result of each run, nan if one of its results is nan.
@@ -120,9 +141,16 @@ def lanewise(formula: Callable[..., Eight], height: int) -> Any:
         v = Memory(builder, wide)
         largest, doubt = v.variable(-math.inf), v.variable(0.0)
         of_runs = {k: v.load(x) for k, x in enumerate(more) if x.type == WHOLE}
+
+        def rows(name: str) -> Any:
+            place = builder.mul(w, WHOLE(places[name]))
+            place = builder.add(place, WHOLE(WIDE_PLACES)) if places[name] >= height else place
+            first = builder.gep(wide, [place])
+            return Table(first, w) if name in ("k", "terms") else first
+
         with v.rows(w) as offset:
             arguments = [of_runs.get(k) or v.load(offset, x) for k, x in enumerate(more)]
-            results = formula(_Lanes(height, builder, wide, w, offset), *arguments)
+            results = formula(FormulaRows(builder, rows, offset), *arguments)
             largest.become(results.greater(largest.now))
             doubt.become(results * 0.0 + doubt.now)
         v.store(largest.now + doubt.now, result)
@@ -271,8 +299,8 @@ def settled(
         builder.icmp_signed(">=", v.count(RUN), bits_of(0)),
         builder.icmp_signed("==", v.count(AFTER_REJECTION), bits_of(0)),
         size.compared("<=", most),
-        size.compared(">", abs(t) * (8.0 * _EPS)),
-        size.compared(">=", _TINY),
+        size.compared(">", abs(t) * (8.0 * EPS)),
+        size.compared(">=", TINY),
         ((t + h * 1.01 - v.control.load(WHOLE(LEG_END))) * sign).compared("<", 0.0),
         ((v.control.load(WHOLE(NEXT_OUTPUT)) - after) * sign).compared(">", 0.0),
     )
@@ -323,23 +351,22 @@ def all_finite(builder: Any, wide: Any, w: Any, row: Any, errors: Any) -> None:
     v.store((error + doubt.now).where(error.compared("<=", 1.0), error), errors)
 
 
-def lifted(rows: Iterable[int], height: int) -> Any:
-    """Return the compiled ``(lane, n, wide, w, work, w1)``: it copies these rows of one lane into a work array of its
-    own.
+def lifted(rows: Mapping[int, tuple[bool, int]], height: int) -> Any:
+    """Return the compiled ``(lane, n, wide, w, rows, own, w1)``: it copies rows of one lane into the memory of a run.
 
-    Rows from ``height`` on follow the places of the lanes. It goes component by component, with one number of each row:
-    one row is shorter than a register, and the numbers of a lane are far apart.
+    ``rows`` maps the number of a row of eight lanes to a number of a row of the run, or of its method (True). Rows from
+    ``height`` on follow the places of the lanes. It goes component by component, with one number of each row: one row
+    is shorter than a register, and the numbers of a lane are far apart.
     """
-    places = sorted(rows)
 
-    @instruction("int", "int", "Reals", "int", "Reals", "int")
-    def lifted(builder: Any, lane: Any, n: Any, wide: Any, w: Any, work: Any, w1: Any) -> None:
+    @instruction("int", "int", "Reals", "int", "Reals", "Reals", "int")
+    def lifted(builder: Any, lane: Any, n: Any, wide: Any, w: Any, run: Any, own: Any, w1: Any) -> None:
         starts = []
-        for k in places:
+        for k, (of_method, j) in sorted(rows.items()):
             start = builder.add(builder.mul(w, WHOLE(k)), lane)
             start = builder.add(start, WHOLE(WIDE_PLACES)) if k >= height else start
-            pointers = builder.gep(wide, [start]), builder.gep(work, [builder.mul(w1, WHOLE(k))])
-            starts.append(pointers)
+            target = own if of_method else run
+            starts.append((builder.gep(wide, [start]), builder.gep(target, [builder.mul(w1, WHOLE(j))])))
         with counted(builder, n, 1) as i:
             eighth = builder.mul(i, WHOLE(WIDTH))
             for source, target in starts:

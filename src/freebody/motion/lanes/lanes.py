@@ -9,8 +9,6 @@ Outputs at given times are ends of shorter steps (`step_control.sample`), comput
 not disturb the run. If signals have break points, the run goes in legs as a single run does (`driven`): constants, the
 memory of the step-size control and the length of the first step are new in each leg. Extremes are looked for at the
 start and the end of every step, and at the zeros of the rate of the quantity, which are watched as events are.
-
-The file is longer than others because of its list of indices. The loop is one function, which Python may not interrupt.
 """
 
 from __future__ import annotations
@@ -18,81 +16,24 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...native.instructions import (
-    EPS,
-    Compiled,
-    Integers,
-    Parts,
-    Reals,
-    call,
-    greater,
-    lesser,
-    shifted,
-    whole,
-)
+from ...native.instructions import EPS, Compiled, Parts, Reals, greater, lesser
 from ...native.loop import module_named
-from ..ode.layout import (
-    ACCEPTED,
-    BLAME,
-    EVENTS,
-    FINISHED,
-    FIXED,
-    INTEGERS,
-    LOG_SIZE,
-    MAX_STEP,
-    METHOD_ORDER,
-    REALS,
-    REJECTED,
-    REQUIRED,
-    RUNNING,
-    SAMPLED,
-    START,
-    STATE,
-    STEP,
-    STOP_IF_STIFF,
-    TAKEN,
-    TERMINAL,
-    TIME,
-    UNTIL,
-)
+from ..ode.layout import FINISHED, RUNNING, TERMINAL
 from ..ode.loops import place
+from ..ode.run import Run
 from .lanes_layout import (
-    BUDGET,
+    BLAMED,
     CONTRADICTED,
-    DROPPED,
-    ENERGY,
-    EXTREMES,
-    FINEST,
-    LEG,
-    LIMIT,
-    LONGEST,
-    N_DROPPED,
-    N_EVENTS,
-    N_LEGS,
-    N_LIMITS,
-    N_OUTPUTS,
-    N_PARAMETERS,
-    N_QUATERNIONS,
-    N_REDUCED,
-    N_SETTINGS,
-    N_TIMES,
-    N_WATCHED,
-    N_WORK,
-    ORDER,
+    GREATEST,
+    LAST,
     OUTCOME_SIZE,
-    OUTPUTS,
-    PROLOGUE,
-    RATES,
-    REDUCED,
-    ROOM,
-    STOP_STIFF_LANES,
-    T0,
-    T1,
+    SMALLEST,
+    STATUS,
+    STEPS_REJECTED,
+    STEPS_TAKEN,
     TOO_MANY,
-    WATCHED,
-    WIDTH_OF_ROW,
-    WORKS,
-    N,
+    Batch,
+    Lane,
 )
 
 __all__ = ["functions"]
@@ -101,6 +42,7 @@ part = Parts()
 
 # Bound by `functions` to the compiled loop of a method.
 normalise: Any = None
+clear: Any = None
 launch: Any = None
 look: Any = None
 advance: Any = None
@@ -109,316 +51,298 @@ sample: Any = None
 
 def functions(method: str) -> dict[str, Compiled]:
     """Return the compiled loop over lanes of a method, with the method's own functions."""
-    method_functions = module_named(place(method)).FUNCTIONS
-    return {**method_functions, **part.bound({**globals(), **method_functions})}
+    loop = module_named(place(method)).FUNCTIONS
+    return {**loop, **part.bound({**globals(), **loop, "method": loop.method})}
+
+
+# -- results -------------------------------------------------------------------------------------------
 
 
 @part
-def tightening(steps: int, behind: float, ahead: float, order: float, least: float) -> float:
-    """Return the factor on the tolerances of a run that has used its budget of steps (`integrate`).
-
-    ``behind`` and ``ahead`` are times. The factor ``least`` gives the smallest admissible tolerance.
-    """
-    steps_ahead = steps * ahead / behind
-    factor = 1.0
-    if steps_ahead > steps:
-        factor = (steps / steps_ahead) ** (order / (order - 1.0))
-    return greater(factor, lesser(1.0, least))
+def set_constants(batch: Batch, lane: Lane, leg: int) -> None:
+    """Set the constants of a lane in an interval between break points of its signals."""
+    parameters, c = batch.lane_parameters, lane.run.c
+    for k in range(batch.n_parameters):
+        parameters[k] = batch.parameters[lane.number, k]
+    for k in range(batch.n_settings):
+        parameters[batch.columns[k]] = batch.settings[leg, k]
+    batch.prologue(0.0, parameters, c, c)
 
 
 @part
-def widen(
-    kernel: int, t: float, states: Reals, place: int, c: Reals, spare: Reals, count: int, reduced: Reals, j: int
-) -> None:  # fmt: skip
-    """Update the greatest, smallest and last value of each of ``count`` quantities with their values at one more state.
+def write_outputs(batch: Batch, lane: Lane, k: int, y: Reals) -> None:
+    """Compute the outputs at the k-th output time and the state ``y``."""
+    place = (lane.number * batch.n_times + k) * batch.n_outputs
+    batch.outputs(batch.times[k], y, lane.run.c, batch.values[place:])
+
+
+@part
+def widen(batch: Batch, lane: Lane, t: float, y: Reals) -> None:
+    """Update the greatest, smallest and last value of each quantity with their values at one more state.
 
     A quantity without a value at a state keeps the value nan.
     """
-    call(kernel, t, states, place, c, spare, 0)
-    for k in range(count):
-        x = spare[k]
-        row = j + EXTREMES * k
-        if x > reduced[row] or x != x:
-            reduced[row] = x
-        if x < reduced[row + 1] or x != x:
-            reduced[row + 1] = x
-        reduced[row + 3] = x
+    batch.reductions(t, y, lane.run.c, batch.spare)
+    for k in range(batch.n_reduced):
+        x, row = batch.spare[k], batch.reduced[lane.number * batch.n_reduced + k]
+        if x > row[GREATEST] or x != x:
+            row[GREATEST] = x
+        if x < row[SMALLEST] or x != x:
+            row[SMALLEST] = x
+        row[LAST] = x
 
 
 @part
-def set_constants(
-    prologue: int, lane: int, leg: int, sizes: Integers, parameters: Reals, legs: Reals, columns: Integers,
-    lane_parameters: Reals, c: Reals,
-) -> None:  # fmt: skip
-    """Set the constants of a lane in an interval between break points of its signals."""
-    p, settings = sizes[N_PARAMETERS], sizes[N_SETTINGS]
-    for k in range(p):
-        lane_parameters[k] = parameters[lane * p + k]
-    for k in range(settings):
-        lane_parameters[columns[k]] = legs[leg * (LEG + settings) + LEG + k]
-    call(prologue, 0.0, lane_parameters, 0, c, c, 0)
+def begin_extremes(batch: Batch, lane: Lane) -> None:
+    """Set all extremes of a lane to the values at its start."""
+    batch.reductions(lane.run.t, lane.run.y, lane.run.c, batch.spare)
+    for k in range(batch.n_reduced):
+        row = batch.reduced[lane.number * batch.n_reduced + k]
+        for i in range(4):
+            row[i] = batch.spare[k]
 
 
 @part
-def log_event(
-    row: int, t: float, start: float, first: float, legs: int, terminal: int, counts: Integers, event_times: Reals
-) -> None:  # fmt: skip
-    """Log event number ``row`` of all lanes, unless it was logged at the end of the leg before; this leg began at
-    ``first``.
-
-    A terminal event at the ``start`` of the run does not end a run and is not logged.
-    """
-    if terminal != 0 and t == start:
+def log_event(batch: Batch, lane: Lane, e: int, t: float, again_from: float) -> None:
+    """Log event ``e`` of a lane, unless the leg before ended with it; this leg began at ``again_from``."""
+    row = lane.number * batch.n_events + e
+    times = batch.event_times[row]
+    again = batch.n_legs > 1 and batch.event_counts[row] > 0 and abs(times[1] - t) <= 1e-12
+    if again and t - again_from <= 4.0 * EPS * greater(1.0, abs(again_from)):
         return
-    again = legs > 1 and counts[row] > 0 and abs(event_times[2 * row + 1] - t) <= 1e-12
-    if again and t - first <= 4.0 * EPS * greater(1.0, abs(first)):
-        return
-    if counts[row] == 0:
-        event_times[2 * row] = t
-    event_times[2 * row + 1] = t
-    counts[row] += 1
+    if batch.event_counts[row] == 0:
+        times[0] = t
+    times[1] = t
+    batch.event_counts[row] += 1
 
 
 @part
-def begun_beyond(
-    lane: int, sizes: Integers, t: float, table: Reals, counts: Integers, event_times: Reals
-) -> None:  # fmt: skip
-    """Log an event at the start for each limit that a run begins beyond; the first row of ``table`` holds their
-    values.
+def log_step_events(batch: Batch, lane: Lane) -> None:
+    """Log the events in the log of the run, and update the extremes with their states.
+
+    A terminal event at the start of the run does not end a run and is not logged.
     """
-    user_events = sizes[N_EVENTS]
-    for e in range(user_events - sizes[N_LIMITS], user_events):
-        if table[e] < 0.0:
-            log_event(lane * user_events + e, t, t, t, 0, 0, counts, event_times)
+    run, search = lane.run, lane.run.search
+    for k in range(run.events):
+        e, t = search.log_numbers[k], search.log_times[k]
+        if e < batch.n_events and not (search.terminal[e] != 0 and t == batch.t0):
+            log_event(batch, lane, e, t, run.start)
+        if batch.n_reduced > 0:
+            widen(batch, lane, t, search.log_states[k])
 
 
 @part
-def jumped(
-    lane: int, leg: int, kernels: Integers, sizes: Integers, start: float, t: float, work: Reals, parameters: Reals,
-    legs: Reals, columns: Integers, directions: Integers, terminal: Integers, lane_parameters: Reals, c: Reals,
-    before: Reals, after: Reals, counts: Integers, event_times: Reals,
-) -> int:  # fmt: skip
+def contradicted(batch: Batch, lane: Lane, t: float, y: Reals) -> int:
+    """Return 1 if a condition that was redundant at the start does not hold, or if, by the last output, other
+    conditions should replace the active ones.
+    """
+    size, residuals = 0.0, batch.n_dropped
+    for i in range(lane.run.n):
+        size = greater(size, abs(y[i]))
+    batch.dropped(t, y, lane.run.c, batch.spare)
+    for j in range(residuals - 1):
+        if abs(batch.spare[j]) > 1e-6 * (1.0 + size):
+            return 1
+    return 1 if batch.spare[residuals - 1] > 0.0 else 0
+
+
+@part
+def leave(batch: Batch, number: int, code: int, steps: int, rejected: int, blame: int, t: float) -> None:
+    """Store how a run has ended."""
+    outcome = batch.outcomes[OUTCOME_SIZE * number :]
+    outcome[STATUS], outcome[STEPS_TAKEN], outcome[STEPS_REJECTED], outcome[BLAMED] = (
+        code,
+        steps,
+        rejected,
+        blame,
+    )
+    batch.ends[number] = t
+
+
+# -- legs ----------------------------------------------------------------------------------------------
+
+
+@part
+def tightening(batch: Batch, run: Run, steps: int, finest: float) -> float:
+    """Return the factor on the tolerances of a run that has used its budget of steps (`integrate`).
+
+    ``finest`` is the smallest relative tolerance.
+    """
+    steps_ahead = steps * (run.until - run.t) / (run.t - run.start)
+    factor = 1.0
+    if steps_ahead > steps:
+        factor = (steps / steps_ahead) ** (batch.order / (batch.order - 1.0))
+    return greater(factor, lesser(1.0, batch.finest / finest))
+
+
+@part
+def begun_beyond(batch: Batch, lane: Lane) -> None:
+    """Log an event at the start for each limit that a run begins beyond."""
+    for e in range(batch.n_events - batch.n_limits, batch.n_events):
+        if lane.run.search.table[0, e] < 0.0:
+            log_event(batch, lane, e, lane.run.t, lane.run.t)
+
+
+@part
+def jumped(batch: Batch, lane: Lane, t: float) -> int:
     """Log an event for each function that jumps across zero at the beginning ``t`` of a leg; set the constants of the
     leg.
 
     Return 1 if one of these events is terminal.
     """
-    w, user_events, result = sizes[WIDTH_OF_ROW], sizes[N_EVENTS], 0
-    call(kernels[WATCHED], t, work, STATE * w, c, before, 0)
-    set_constants(kernels[PROLOGUE], lane, leg, sizes, parameters, legs, columns, lane_parameters, c)
-    call(kernels[WATCHED], t, work, STATE * w, c, after, 0)
-    for e in range(user_events):
+    run, search, result = lane.run, lane.run.search, 0
+    before, after = search.table[0], search.g
+    search.functions(t, run.y, run.c, before)
+    set_constants(batch, lane, lane.leg)
+    search.functions(t, run.y, run.c, after)
+    for e in range(batch.n_events):
         if (before[e] < 0.0 < after[e]) or (after[e] < 0.0 < before[e]):
             sign = 1 if after[e] > 0.0 else -1
-            if directions[e] == 0 or directions[e] == sign:
-                log_event(lane * user_events + e, t, start, t - 1.0, 0, terminal[e], counts, event_times)
-                if terminal[e] != 0:
+            if search.directions[e] == 0 or search.directions[e] == sign:
+                log_event(batch, lane, e, t, t - 1.0)
+                if search.terminal[e] != 0:
                     result = 1
     return result
 
 
 @part
-def contradicted(
-    kernel: int, residuals: int, t: float, states: Reals, place: int, n: int, c: Reals, spare: Reals
-) -> int:  # fmt: skip
-    """Return 1 if a condition that was redundant at the start does not hold, or if, by the last output, other
-    conditions should replace the active ones.
-    """
-    size = 0.0
-    for i in range(n):
-        size = greater(size, abs(states[place + i]))
-    call(kernel, t, states, place, c, spare, 0)
-    for j in range(residuals - 1):
-        if abs(spare[j]) > 1e-6 * (1.0 + size):
-            return 1
-    return 1 if spare[residuals - 1] > 0.0 else 0
+def enter(batch: Batch, lane: Lane, number: int) -> None:
+    """Put a run into a lane."""
+    lane.number, lane.leg, lane.outputs_done, lane.steps = number, 0, 0, 0
+    lane.energy, lane.stride = 1.0, 0.0
+    for i in range(lane.run.n):
+        lane.run.y[i] = batch.initial[number, i]
 
 
 @part
-def lanes(
-    begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    legs: Reals, columns: Integers, output_times: Reals, quaternions: Integers, relative: Reals, tolerances: Reals,
-    directions: Integers, terminal: Integers, work: Reals, sampling_work: Reals, lane_parameters: Reals, c: Reals,
-    absolute: Reals, times: Reals, lengths: Reals, states: Reals, last: Integers, table: Reals, g: Reals, zeros: Reals,
-    event_log: Reals, event_states: Reals, sampled: Reals, spare: Reals, reals: Reals, integers: Integers,
-    spare_integers: Integers, values: Reals, reduced: Reals, event_times: Reals, counts: Integers, statuses: Integers,
-    ends: Reals,
-) -> None:  # fmt: skip
-    """Compute the runs ``begin`` to ``end`` - 1.
+def begin_leg(batch: Batch, lane: Lane) -> int:
+    """Begin a leg of a lane at y.
 
-    Parameters
-    ----------
-    kernels, sizes, options      addresses, counts and numbers (`lanes_layout`)
-    initial, parameters          rows of each lane: y, and the parameters
-    legs                         rows of each interval: start, end, length of all steps or 0, settings of the signals
-    columns                      indices of the parameters that these settings are
-    output_times                 in the order of the run
-    quaternions                  as in `step_control.advance`
-    relative, tolerances         of each component; the last of ``tolerances``, of the work, is relative to the energy
-    directions, terminal         of the events, and of the rates of extremes after them
-    work ... spare_integers      memory of this thread; ``absolute`` holds a lane's relative tolerances, too
-    values                       rows of each lane: outputs at each time; nan after the end of the lane
-    reduced                      rows of each lane: greatest, smallest, first and last value of each quantity
-    event_times                  rows of each lane: first and last time of each event
-    counts                       rows of each lane: number of occurrences of each event
-    statuses, ends               rows of each lane: status, steps, rejected steps, component to blame; time of the end
+    Return RUNNING, FINISHED if it has no length, TERMINAL if an event ends the run between the legs, or the status of a
+    run that cannot begin.
     """
-    n, w, nq = sizes[N], sizes[WIDTH_OF_ROW], sizes[N_QUATERNIONS]
-    m, user_events = sizes[N_WATCHED], sizes[N_EVENTS]
-    outputs, count, n_reduced = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_REDUCED]
-    room, prologue = sizes[ROOM], kernels[PROLOGUE]
-    rates, start, finish = kernels[RATES], options[T0], options[T1]
-    direction = 1.0 if finish >= start else -1.0
-    relative_of_lane = shifted(absolute, n)
-    for lane in range(begin, end):
-        outputs_done, taken, rejected, blame = 0, 0, 0, 0
-        energy, natural = 1.0, 0.0
-        place = lane * n_reduced * EXTREMES
-        code, now = FINISHED, start
-        for i in range(n):
-            work[STATE * w + i] = initial[lane * n + i]
-        for leg in range(sizes[N_LEGS]):
-            if code != FINISHED:
-                continue
-            row = leg * (LEG + sizes[N_SETTINGS])
-            first, until = legs[row], legs[row + 1]
-            if leg > 0 and user_events > 0:
-                if jumped(
-                    lane, leg, kernels, sizes, start, first, work, parameters, legs, columns, directions, terminal,
-                    lane_parameters, c, table, g, counts, event_times,
-                ) != 0:  # fmt: skip
-                    code = TERMINAL
-                    set_constants(
-                        prologue, lane, leg - 1, sizes, parameters, legs, columns, lane_parameters, c
-                    )
-                    while outputs_done < count and (output_times[outputs_done] - now) * direction <= 0.0:
-                        at_now = (lane * count + outputs_done) * outputs
-                        call(kernels[OUTPUTS], output_times[outputs_done], work, STATE * w, c, values, at_now)
-                        outputs_done += 1
-                    continue
-            else:
-                set_constants(prologue, lane, leg, sizes, parameters, legs, columns, lane_parameters, c)
-            for i in range(sizes[N_WORK]):
-                if i < STATE * w or i >= STATE * w + n:
-                    work[i] = 0.0
-            for i in range(n):
-                absolute[i] = tolerances[i]
-                relative_of_lane[i] = relative[i]
-            normalise(work, STATE * w, quaternions, nq)
-            for k in range(INTEGERS):
-                integers[k] = 0
-            for k in range(REALS):
-                reals[k] = 0.0
-            if sizes[WORKS] != 0:
-                if leg == 0:
-                    call(kernels[ENERGY], first, work, STATE * w, c, spare, 0)
-                    energy = greater(abs(spare[0]), abs(spare[1]))
-                if 0.0 < energy < math.inf:
-                    absolute[n - 1] *= energy
-            integers[STOP_IF_STIFF], integers[REQUIRED] = sizes[STOP_STIFF_LANES], user_events
-            reals[TIME] = reals[START] = first
-            reals[UNTIL], reals[MAX_STEP], reals[METHOD_ORDER] = until, options[LONGEST], options[ORDER]
-            reals[STEP] = legs[row + 2]
-            if reals[STEP] != 0.0:
-                integers[FIXED] = 1
-            else:
-                reals[STEP] = natural
-            code = launch(rates, work, w, n, c, relative_of_lane, absolute, reals, integers)
-            if m > 0 and code == RUNNING:
-                code = look(kernels[WATCHED], first, work, w, m, c, table, last, integers)
-                if leg == 0 and code == RUNNING:
-                    begun_beyond(lane, sizes, first, table, counts, event_times)
-            if n_reduced > 0 and leg == 0:
-                call(kernels[REDUCED], first, work, STATE * w, c, spare, 0)
-                for k in range(n_reduced):
-                    for i in range(EXTREMES):
-                        reduced[place + EXTREMES * k + i] = spare[k]
-            elif n_reduced > 0:
-                widen(kernels[REDUCED], first, work, STATE * w, c, spare, n_reduced, reduced, place)
-            done = 0
-            now, stride = first, 0.0
-            remaining_steps, budget = sizes[LIMIT] - taken, sizes[BUDGET]
-            if code == FINISHED:
-                for k in range(count):
-                    call(kernels[OUTPUTS], start, work, STATE * w, c, values, (lane * count + k) * outputs)
-            while code == RUNNING:
-                allowed = room if remaining_steps > room else remaining_steps
-                if 0 < budget < allowed:
-                    allowed = budget
-                code = advance(
-                    rates, n, c, work, w, quaternions, nq, relative_of_lane, absolute, reals, integers, allowed, times,
-                    lengths, states, kernels[WATCHED], m, c, directions, terminal, last, table, g, zeros, event_log,
-                    event_states,
-                )  # fmt: skip
-                done = integers[ACCEPTED]
-                remaining_steps -= done
-                now = reals[TIME]
-                for k in range(done):
-                    stride = greater(stride, abs(lengths[k]))
-                if budget > 0 and done > 0:
-                    budget -= done
-                    if budget == 0:
-                        finest = relative_of_lane[0]
-                        for i in range(n):
-                            finest = lesser(relative_of_lane[i], finest)
-                        tighter = tightening(
-                            sizes[BUDGET], now - first, until - now, options[ORDER], options[FINEST] / finest
-                        )
-                        for i in range(n):
-                            relative_of_lane[i] *= tighter
-                            absolute[i] *= tighter
-                        reals[STEP] *= tighter ** (1.0 / options[ORDER])
-                for k in range(integers[EVENTS]):
-                    e = whole(event_log[LOG_SIZE * k + 1])
-                    if e < user_events:
-                        log_event(
-                            lane * user_events + e, event_log[LOG_SIZE * k], start, first, sizes[N_LEGS], terminal[e],
-                            counts, event_times,
-                        )  # fmt: skip
-                    if n_reduced > 0:
-                        widen(
-                            kernels[REDUCED], event_log[LOG_SIZE * k], event_states, k * n, c, spare, n_reduced,
-                            reduced, place,
-                        )  # fmt: skip
-                if n_reduced > 0:
-                    for k in range(1, done + 1):
-                        widen(kernels[REDUCED], times[k], states, k * n, c, spare, n_reduced, reduced, place)
-                reach = outputs_done
-                while reach < count and (output_times[reach] - now) * direction <= 0.0:
-                    if output_times[reach] == until and code == FINISHED and leg + 1 < sizes[N_LEGS]:
-                        break  # the break point belongs to the next leg
-                    reach += 1
-                if reach > outputs_done:
-                    for i in range(sizes[N_WORK]):
-                        sampling_work[i] = 0.0
-                    spare_integers[SAMPLED] = 0
-                    sample(
-                        rates, n, c, sampling_work, w, quaternions, nq, done, times, lengths, states, 0,
-                        reach - outputs_done, shifted(output_times, outputs_done), sampled, relative_of_lane, absolute,
-                        spare_integers,
-                    )  # fmt: skip
-                    for k in range(outputs_done, reach):
-                        call(
-                            kernels[OUTPUTS], output_times[k], sampled, (k - outputs_done) * n, c, values,
-                            (lane * count + k) * outputs,
-                        )  # fmt: skip
-                    outputs_done = reach
-                if sizes[N_DROPPED] > 0:
-                    for k in range(done + 1):
-                        if contradicted(
-                            kernels[DROPPED], sizes[N_DROPPED], times[k], states, k * n, n, c, spare
-                        ) != 0:  # fmt: skip
-                            code = CONTRADICTED
-                if code == RUNNING and remaining_steps <= 0:
-                    code = TOO_MANY
-            natural = stride if integers[TAKEN] > 1 else greater(natural, stride)
-            taken += integers[TAKEN]
-            rejected += integers[REJECTED]
-            blame = integers[BLAME]
-        for i in range(n):  # Python looks for the cause of a failure at the last state
-            initial[lane * n + i] = work[STATE * w + i]
-        statuses[OUTCOME_SIZE * lane] = code
-        statuses[OUTCOME_SIZE * lane + 1] = taken
-        statuses[OUTCOME_SIZE * lane + 2] = rejected
-        statuses[OUTCOME_SIZE * lane + 3] = blame
-        ends[lane] = now
+    run, leg = lane.run, lane.leg
+    run.t = run.start = batch.leg_starts[leg]
+    run.until, run.longest = batch.leg_ends[leg], batch.longest
+    run.fixed = 1 if batch.leg_steps[leg] != 0.0 else 0
+    run.h = batch.leg_steps[leg] if run.fixed != 0 else lane.stride
+    run.taken = run.rejected = run.suspect = run.calm = run.stiffness = run.after_rejection = run.blame = 0
+    run.evaluated = run.accepted = run.events = 0
+    run.stop_if_stiff, run.required = batch.stop_if_stiff, batch.n_events
+    if leg > 0 and batch.n_events > 0:
+        if jumped(batch, lane, run.t) != 0:
+            set_constants(batch, lane, leg - 1)
+            k, direction = lane.outputs_done, 1.0 if batch.t1 >= batch.t0 else -1.0
+            while k < batch.n_times and (batch.times[k] - run.t) * direction <= 0.0:
+                write_outputs(batch, lane, k, run.y)
+                k += 1
+            lane.outputs_done = k
+            return TERMINAL
+    else:
+        set_constants(batch, lane, leg)
+    clear(run)
+    normalise(run, run.y)
+    for i in range(run.n):
+        run.absolute[i], run.relative[i] = batch.tolerances[i], batch.relative[i]
+    if batch.works != 0:
+        if leg == 0:
+            batch.energy(run.t, run.y, run.c, batch.spare)
+            lane.energy = greater(abs(batch.spare[0]), abs(batch.spare[1]))
+        if 0.0 < lane.energy < math.inf:
+            run.absolute[run.n - 1] *= lane.energy
+    code = launch(run)
+    if run.search.count > 0 and code == RUNNING:
+        code = look(run)
+        if leg == 0 and code == RUNNING:
+            begun_beyond(batch, lane)
+    if batch.n_reduced > 0:
+        if leg == 0:
+            begin_extremes(batch, lane)
+        else:
+            widen(batch, lane, run.t, run.y)
+    if code == FINISHED:
+        for k in range(batch.n_times):
+            write_outputs(batch, lane, k, run.y)
+    return code
+
+
+@part
+def sample_outputs(batch: Batch, lane: Lane, sampler: Run, code: int) -> None:
+    """Compute the outputs at the output times in the steps of the last piece of a run."""
+    run, done, n = lane.run, lane.outputs_done, lane.run.n
+    direction = 1.0 if batch.t1 >= batch.t0 else -1.0
+    reach = done
+    while reach < batch.n_times and (batch.times[reach] - run.t) * direction <= 0.0:
+        if batch.times[reach] == run.until and code == FINISHED and lane.leg + 1 < batch.n_legs:
+            break  # the break point belongs to the next leg
+        reach += 1
+    if reach > done:
+        clear(sampler)
+        sampler.sampled = 0
+        sample(sampler, run.accepted, 0, reach - done, batch.times[done:], batch.sampled)
+        for k in range(done, reach):
+            write_outputs(batch, lane, k, batch.sampled[(k - done) * n :])
+        lane.outputs_done = reach
+
+
+@part
+def run_leg(batch: Batch, lane: Lane, sampler: Run) -> int:
+    """Compute a leg of a lane that has begun, and return its status."""
+    run, stride, code = lane.run, 0.0, RUNNING
+    remaining_steps, budget = batch.limit - lane.steps, batch.budget
+    while code == RUNNING:
+        run.room = batch.room if remaining_steps > batch.room else remaining_steps
+        if 0 < budget < run.room:
+            run.room = budget
+        code = advance(run)
+        done = run.accepted
+        remaining_steps -= done
+        for k in range(done):
+            stride = greater(stride, abs(run.lengths[k]))
+        if budget > 0 and done > 0:
+            budget -= done
+            if budget == 0:
+                finest = run.relative[0]
+                for i in range(run.n):
+                    finest = lesser(run.relative[i], finest)
+                tighter = tightening(batch, run, batch.budget, finest)
+                for i in range(run.n):
+                    run.relative[i] *= tighter
+                    run.absolute[i] *= tighter
+                run.h *= tighter ** (1.0 / batch.order)
+        log_step_events(batch, lane)
+        if batch.n_reduced > 0:
+            for k in range(1, done + 1):
+                widen(batch, lane, run.times[k], run.states[k])
+        sample_outputs(batch, lane, sampler, code)
+        if batch.n_dropped > 0:
+            for k in range(done + 1):
+                if contradicted(batch, lane, run.times[k], run.states[k]) != 0:
+                    code = CONTRADICTED
+        if code == RUNNING and remaining_steps <= 0:
+            code = TOO_MANY
+    lane.stride = stride if run.taken > 1 else greater(lane.stride, stride)
+    return code
+
+
+@part
+def lanes(begin: int, end: int, batch: Batch, lane: Lane, sampler: Run) -> None:
+    """Compute the runs ``begin`` to ``end`` - 1."""
+    run = lane.run
+    for number in range(begin, end):
+        rejected, blame, code = 0, 0, FINISHED
+        enter(batch, lane, number)
+        run.t = batch.t0
+        while code == FINISHED and lane.leg < batch.n_legs:
+            code = begin_leg(batch, lane)
+            if code == TERMINAL:
+                break
+            if code == RUNNING:
+                code = run_leg(batch, lane, sampler)
+            lane.steps += run.taken
+            rejected += run.rejected
+            blame = run.blame
+            lane.leg += 1
+        for i in range(run.n):  # Python looks for the cause of a failure at the last state
+            batch.initial[number, i] = run.y[i]
+        leave(batch, number, code, lane.steps, rejected, blame, run.t)

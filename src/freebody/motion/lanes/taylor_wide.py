@@ -11,37 +11,31 @@ import math
 from typing import Any
 
 from ...native.instructions import Reals, compiled, greater, shifted
-from ..ode.layout import END, POINT, RAW, STATE
-from ..ode.taylor import (
-    BEND,
-    BOUND,
-    EARLY,
-    GROWN,
-    LOSES,
-    LOST,
-    SERIES,
-    SLOPES,
-    TERMS,
-    P,
-    distance,
-    polynomial,
-    sum_of_series,
-)
+from ..ode.run import Run, Series
+from ..ode.taylor import BEND, BOUND, EARLY, GROWN, TERMS, P, distance, polynomial, sum_of_series
 from .instructions_wide import blend, call_wide, decaying, lanewise, lengths, lifted
 from .lanes_layout import (
     CHANGES,
+    END,
     ERRORS,
     LENGTHS,
     LIMITED,
     LOGARITHMS,
     MOMENTS,
+    POINT,
+    RAW,
+    ROWS,
     SPANS,
+    STATE,
     STEPS,
     TIMES,
     WIDE_PLACES,
 )
 
+LOST, LOSES, SERIES, SLOPES = ROWS, ROWS + 1, ROWS + 2, 12
+"""Rows of the method: rounding errors of the sum before the step and in it; its coefficients; rates at the end."""
 HEIGHT = SERIES
+PLACES = {"k": 0, "y": STATE, "y_new": RAW, "point": POINT, "lost": LOST, "loses": LOSES, "terms": SERIES}
 TINY = 1e-300
 """Fraction of the tolerance that counts as zero."""
 _lengths, _decaying = lengths(P, TERMS, TINY), decaying(P, BOUND, EARLY, GROWN)
@@ -49,11 +43,13 @@ _lengths, _decaying = lengths(P, TERMS, TINY), decaying(P, BOUND, EARLY, GROWN)
 
 def _state(row: Any, h: Any) -> Any:
     """Set row POINT: the series at the time h."""
-    row[POINT] = polynomial([row[SERIES + k] for k in range(P + 1)], h)
-    return row[POINT] * 0.0
+    row.point = polynomial([row.terms[k] for k in range(P + 1)], h)
+    return row.point * 0.0
 
 
-_added, _summed, _missed = (lanewise(formula, HEIGHT) for formula in (sum_of_series, _state, distance))
+_added, _summed, _missed = (
+    lanewise(formula, PLACES, HEIGHT) for formula in (sum_of_series, _state, distance)
+)
 
 
 @compiled
@@ -156,6 +152,23 @@ def accept_wide(wide: Reals, w: int, selected: int) -> None:
     blend(wide, w, LOSES * w, LOST * w, selected)
 
 
+_lift = lifted(
+    {
+        STATE: (False, STATE),
+        END: (False, END),
+        LOST: (True, 0),
+        **{SERIES + k: (True, 3 + k) for k in range(P + 1)},
+    },
+    HEIGHT,
+)
+
+
+@compiled
+def lift(lane: int, wide: Reals, w: int, run: Run) -> None:
+    """Copy the step of a lane into the memory of a run."""
+    _lift(lane, run.n, wide, w, run.k[0], Series(run.own).lost, run.width)
+
+
 FUNCTIONS = {
     "HEIGHT": HEIGHT,
     "prepare_wide": prepare_wide,
@@ -167,5 +180,5 @@ FUNCTIONS = {
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,
     "accept_wide": accept_wide,
-    "lift": lifted([STATE, END, LOST, *range(SERIES, SERIES + P + 1)], HEIGHT),
+    "lift": lift,
 }

@@ -75,7 +75,7 @@ def meets(kernels: Kernels, rates: Rates, times: Array, states: Array, method: s
         return True
     approached = _approached().code(
         kernels.motion().address("hold"), times.size, loop.address(times), loop.address(states), states.shape[1],
-        rates.arguments[-1], loop.address(room), LIMIT,
+        rates.constants_at, loop.address(room), LIMIT,
     )  # fmt: skip
     if not approached:
         return False

@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from ...native.instructions import Compiled, Integers, Parts, Reals, call, greater
-from .layout import EVALUATED
+from ...native.instructions import Compiled, Parts, Reals, greater
+from .run import Collocation, Run
 
 # Bound by a method: number of stages and tables; the change, in units of the tolerance, at which the iteration may
 # stop; the maximum number of iterations; and the change, relative to the state, that may be round-off.
@@ -59,60 +59,47 @@ def integrals(x: Any, s: int) -> Any:
     return np.stack(rows, axis=-1)
 
 
-# Rows of the method's own block, each of width v: rates of the stages; coefficients of this step, of the last one, of
-# the saved one; an argument; new rates; rounding errors of the sum in the last step, in this one and in the saved one.
-# F = 0 ... S - 1, COEFFICIENTS = S, BEFORE = 2S, HELD = 3S, then:
-ARGUMENT_, NEW_, LOST, LOSES, HOLDS, LENGTHS = 0, 1, 2, 3, 4, 5
-ORIGIN = 3
-"""Index in row LENGTHS, after the lengths of the step before, of this one and of the saved one: 1 if there is a step
-before."""
-
-
 @part
-def forget(work: Reals, block: int, v: int, n: int, h: float) -> None:
-    """Begin without a step before: the best guess is the rates f in row NEW_."""
-    for i in range(n):
+def forget(own: Collocation, h: float) -> None:
+    """Begin without a step before: the best guess is the rates f in the row new."""
+    for i in range(own.n):
         for k in range(S):
-            work[block + (2 * S + k) * v + i] = 0.0
-        work[block + 2 * S * v + i] = work[block + (4 * S + NEW_) * v + i]
-        work[block + (4 * S + LOST) * v + i] = 0.0
-    work[block + (4 * S + LENGTHS) * v] = h
-    work[block + (4 * S + LENGTHS) * v + ORIGIN] = 0.0
+            own.before[k, i] = 0.0
+        own.before[0, i] = own.new[i]
+        own.carry[i] = 0.0
+    own.length_before = h
+    own.continues = 0
 
 
 @part
-def guess(work: Reals, block: int, v: int, n: int, h: float) -> None:
+def guess(own: Collocation, h: float) -> None:
     """Predict the rates of the stages from the polynomial of the step before, or of a shorter one from the same
     start.
     """
-    ratio = h / work[block + (4 * S + LENGTHS) * v]
-    origin = 1.0 if work[block + (4 * S + LENGTHS) * v + ORIGIN] != 0.0 else -1.0
+    ratio = h / own.length_before
+    origin = 1.0 if own.continues != 0 else -1.0
     for j in range(S):
         x = origin + 2.0 * ratio * C[j]
-        f = block + j * v
-        for i in range(n):
-            work[f + i] = work[block + 2 * S * v + i]
+        f = own.stages[j]
+        for i in range(own.n):
+            f[i] = own.before[0, i]
         p0, p1 = 1.0, x
         for k in range(1, S):
-            a = block + (2 * S + k) * v
-            for i in range(n):
-                work[f + i] += p1 * work[a + i]
+            a = own.before[k]
+            for i in range(own.n):
+                f[i] += p1 * a[i]
             p0, p1 = p1, ((2.0 * k + 1.0) * x * p1 - k * p0) / (k + 1.0)
 
 
 @part
-def collocate(
-    rates: int, t: float, h: float, work: Reals, start: int, end: int, block: int, v: int, n: int, c: Reals,
-    relative: Reals, absolute: Reals, components: int, integers: Integers,
-) -> int:  # fmt: skip
-    """Take a step of length ``h`` from the state at ``work[start]`` to ``work[end]``; return 0, or 1 if it does not
-    converge.
+def collocate(run: Run, own: Collocation, h: float) -> int:
+    """Take a step of length ``h`` from z to z_new; return 0, or 1 if it does not converge.
 
-    The coefficients of the rates stay in the block of the method. There are tolerances for the first ``components``
-    components; the others have the tolerance of the last of these.
+    The coefficients of the rates stay in the memory of the method. There are tolerances for the first components, as
+    many as the run has; the others have the tolerance of the last of these.
     """
-    guess(work, block, v, n, h)
-    argument, new = block + (4 * S + ARGUMENT_) * v, block + (4 * S + NEW_) * v
+    guess(own, h)
+    n, t = own.n, run.t
     last = math.inf
     done = 0
     for turn in range(MOST):
@@ -121,23 +108,23 @@ def collocate(
             for i in range(n):
                 total = 0.0
                 for m in range(S):
-                    total += A[j, m] * work[block + m * v + i]
-                work[argument + i] = work[start + i] + h * total
-            call(rates, t + C[j] * h, work, argument, c, work, new)
+                    total += A[j, m] * own.stages[m, i]
+                own.argument[i] = own.z[i] + h * total
+            own.f(t + C[j] * h, own.argument, own.c, own.new)
             for i in range(n):
-                d = abs(h * (work[new + i] - work[block + j * v + i]))
+                d = abs(h * (own.new[i] - own.stages[j, i]))
                 if not math.isfinite(d):
                     if turn > 0:
                         return 1
                     for m in range(n):
-                        work[end + m] = math.nan if not math.isfinite(work[new + m]) else 0.0
+                        own.z_new[m] = math.nan if not math.isfinite(own.new[m]) else 0.0
                     return 0
-                size = abs(work[start + i])
-                k = i if i < components else components - 1
-                change = greater(change, d / (absolute[k] + relative[k] * size))
+                size = abs(own.z[i])
+                k = i if i < run.n else run.n - 1
+                change = greater(change, d / (run.absolute[k] + run.relative[k] * size))
                 small = greater(small, d / (1.0 + size))
-                work[block + j * v + i] = work[new + i]
-        integers[EVALUATED] += S
+                own.stages[j, i] = own.new[i]
+        run.evaluated += S
         if change <= GOAL or small == 0.0 or (turn >= 2 and change >= last and small <= FLOOR):
             done = 1
             break
@@ -147,88 +134,76 @@ def collocate(
     if done == 0:
         return 1
     for k in range(S):
-        a = block + (S + k) * v
         for i in range(n):
             total = 0.0
             for m in range(S):
-                total += T[k, m] * work[block + m * v + i]
-            work[a + i] = total
+                total += T[k, m] * own.stages[m, i]
+            own.series[k, i] = total
     for i in range(n):
-        d = h * work[block + S * v + i] + work[block + (4 * S + LOST) * v + i]
-        new_state = work[start + i] + d
-        work[block + (4 * S + LOSES) * v + i] = d - (new_state - work[start + i])
-        work[end + i] = new_state
-    work[block + (4 * S + LENGTHS) * v + 1] = h
+        d = h * own.series[0, i] + own.carry[i]
+        new = own.z[i] + d
+        own.rounding[i] = d - (new - own.z[i])
+        own.z_new[i] = new
+    own.length = h
     return 0
 
 
 @part
-def step_from(
-    rates: int, t: float, h: float, work: Reals, start: int, end: int, block: int, v: int, n: int, c: Reals,
-    relative: Reals, absolute: Reals, components: int, integers: Integers,
-) -> int:  # fmt: skip
+def step_from(run: Run, own: Collocation, h: float) -> int:
     """Call `collocate`. If it fails without a step before, predict the stages by a series of shorter steps, each a
     little longer than the last.
     """
-    failed = collocate(
-        rates, t, h, work, start, end, block, v, n, c, relative, absolute, components, integers
-    )
-    lengths = block + (4 * S + LENGTHS) * v
-    if failed == 0 or work[lengths + ORIGIN] != 0.0:
+    failed = collocate(run, own, h)
+    if failed == 0 or own.continues != 0:
         return failed
-    for i in range(n):  # begin again with the rates at the start as the guess
+    for i in range(own.n):  # begin again with the rates at the start as the guess
         for k in range(1, S):
-            work[block + (2 * S + k) * v + i] = 0.0
-    call(rates, t, work, start, c, work, block + 2 * S * v)
+            own.before[k, i] = 0.0
+    own.f(run.t, own.z, own.c, own.before[0])
     for k in range(17):
-        part = h * (0.125 + 0.875 * k / 16.0)
-        if (
-            collocate(
-                rates, t, part, work, start, end, block, v, n, c, relative, absolute, components, integers
-            )
-            != 0
-        ):
+        shorter = h * (0.125 + 0.875 * k / 16.0)
+        if collocate(run, own, shorter) != 0:
             return 1
-        for i in range(n):
+        for i in range(own.n):
             for m in range(S):
-                work[block + (2 * S + m) * v + i] = work[block + (S + m) * v + i]
-        work[lengths] = part
+                own.before[m, i] = own.series[m, i]
+        own.length_before = shorter
     return 0
 
 
 @part
-def hold_step(work: Reals, block: int, v: int, n: int) -> None:
+def hold_step(own: Collocation) -> None:
     """Save the results of the whole step while parts of it are tried."""
-    for i in range(n):
+    for i in range(own.v):
         for k in range(S):
-            work[block + (3 * S + k) * v + i] = work[block + (S + k) * v + i]
-        work[block + (4 * S + HOLDS) * v + i] = work[block + (4 * S + LOSES) * v + i]
-    work[block + (4 * S + LENGTHS) * v + 2] = work[block + (4 * S + LENGTHS) * v + 1]
+            own.saved[k, i] = own.series[k, i]
+        own.saved_rounding[i] = own.rounding[i]
+    own.saved_length = own.length
 
 
 @part
-def pass_step(work: Reals, block: int, v: int, n: int) -> None:
+def pass_step(own: Collocation) -> None:
     """Make the saved step the previous step."""
-    for i in range(n):
+    for i in range(own.v):
         for k in range(S):
-            work[block + (2 * S + k) * v + i] = work[block + (3 * S + k) * v + i]
-        work[block + (4 * S + LOST) * v + i] = work[block + (4 * S + HOLDS) * v + i]
-    work[block + (4 * S + LENGTHS) * v] = work[block + (4 * S + LENGTHS) * v + 2]
-    work[block + (4 * S + LENGTHS) * v + ORIGIN] = 1.0
+            own.before[k, i] = own.saved[k, i]
+        own.carry[i] = own.saved_rounding[i]
+    own.length_before = own.saved_length
+    own.continues = 1
 
 
 @part
-def along(x: float, work: Reals, start: int, block: int, v: int, n: int, target: int) -> None:
-    """Evaluate the polynomial of the saved step at its fraction ``x``: y + h Σ a_k ∫ P_k."""
-    h = work[block + (4 * S + LENGTHS) * v + 2]
+def along(own: Collocation, x: float, target: Reals) -> None:
+    """Evaluate the polynomial of the saved step at its fraction ``x``: z + h Σ a_k ∫ P_k."""
+    h = own.saved_length
     z = 2.0 * x - 1.0
-    for i in range(n):
-        work[target + i] = work[start + i] + h * x * work[block + 3 * S * v + i]
+    for i in range(own.v):
+        target[i] = own.z[i] + h * x * own.saved[0, i]
     p0, p1 = 1.0, z
     for k in range(1, S):
         p2 = ((2.0 * k + 1.0) * z * p1 - k * p0) / (k + 1.0)
         weight = h * (p2 - p0) / (4.0 * k + 2.0)
-        a = block + (3 * S + k) * v
-        for i in range(n):
-            work[target + i] += weight * work[a + i]
+        a = own.saved[k]
+        for i in range(own.v):
+            target[i] += weight * a[i]
         p0, p1 = p1, p2

@@ -15,7 +15,6 @@ moved onto conditions that are dependent there.
 from __future__ import annotations
 
 from ...native.instructions import (
-    Integers,
     Reals,
     call,
     compiled,
@@ -26,9 +25,10 @@ from ...native.instructions import (
     shifted,
     whole,
 )
-from ..ode.layout import RAW, ROWS, STATE
-from . import gauss, step_control
+from . import gauss
 from .collocation import bound_to
+from .run import Collocation, Run
+from .step_control import Functions
 
 # Indices of the constants of f(P(y)), before those of f: addresses of f and P; numbers of components, of outputs of P,
 # and of quaternions; addresses of the indices of the quaternions and of memory for two states.
@@ -95,14 +95,10 @@ step_from = _bound["step_from"]
 
 
 @compiled
-def attempt(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
-    relative: Reals, absolute: Reals, integers: Integers,
-) -> int:  # fmt: skip
-    """Take the step of length ``h`` from STATE to RAW."""
-    return step_from(
-        rates, t, h, work, STATE * w, RAW * w, ROWS * w, w, n, c, relative, absolute, n, integers
-    )
+def attempt(run: Run, h: float) -> int:
+    """Take the step of length ``h`` from y to y_new."""
+    return step_from(run, Collocation(run.own), h)
 
 
-FUNCTIONS = step_control.Functions({**gauss.FUNCTIONS.method, "SINGLE_STEP": 1, "attempt": attempt})
+METHOD = gauss.METHOD._replace(name="crossing", attempt=attempt, single_step=True)
+FUNCTIONS = Functions(METHOD)

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import SimulationError
-from ...native import loop
+from ...native.records import address
 from . import loops
-from .layout import INTEGERS, SAMPLED, STATE, padded, rows
+from .run import equip, memory
 
 Array = NDArray[np.float64]
 
@@ -66,18 +66,14 @@ class Rates:
         return self  # code and constants never change
 
     @cached_property
-    def arguments(self) -> tuple[int, int, int, int]:
-        """Arguments of a run, in the order of `layout`: address, number of quaternions, addresses of corrections and
-        constants.
-        """
-        constants = loop.passed(self.constants, "Reals")
-        return self.address, len(self.quaternions), loop.address(self.corrections), constants or 0
+    def constants_at(self) -> int:
+        """Address of the constants."""
+        return address(self.constants)
 
     @cached_property
-    def corrections(self) -> NDArray[np.int64]:
-        """Indices of the quaternions, then the projection and the further kernels, as the compiled loop reads them."""
-        kernels = (self.projection, self.projected, self.method_constants, *self.method_kernels)
-        return np.array([*self.quaternions, *kernels], dtype=np.int64)
+    def indices(self) -> NDArray[np.int64]:
+        """Indices of the quaternions, as the compiled loop reads them."""
+        return np.array(self.quaternions, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -114,8 +110,8 @@ class Path:
     are the steps that the integrator took; the last may reach beyond a terminal event. ``blame`` is the index of the
     cause of a failed run: of an event function for the status UNDEFINED, of a law (`switching`) for STUCK, else of a
     component. ``method``, ``relative`` and ``absolute`` are the method and tolerances of the steps. ``stiff`` counts
-    the steps that the stability of an explicit method limited. ``work`` is the memory of
-    one step of a method of `layout.SINGLE_STEPS`, from which its states are sampled.
+    the steps that the stability of an explicit method limited. ``step`` is the memory of a method of
+    `layout.SINGLE_STEPS` with its step, from which its states are sampled.
     """
 
     rates: Rates
@@ -131,13 +127,13 @@ class Path:
     relative: ArrayLike | None = None
     absolute: ArrayLike | None = None
     stiff: int = 0
-    work: Array | None = field(default=None, repr=False)
+    step: Any = field(default=None, repr=False)
     curved: ClassVar[bool] = True  # False: straight between the ends of steps
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle the path without machine code. Another process compiles it when values between steps are needed."""
         state = dict(self.__dict__)
-        rates, state["work"] = state.pop("rates", None), None
+        rates, state["step"] = state.pop("rates", None), None
         return {"_recipe": rates.recipe, **state} if rates is not None else state
 
     def __getattr__(self, name: str) -> Any:
@@ -183,16 +179,16 @@ class Sampler:
     """
 
     def __init__(self, path: Path, dense: bool = False) -> None:
-        n = path.rates.size
-        self.path, self.dense, self.integers = path, dense, np.zeros(INTEGERS, dtype=np.int64)
-        self.relative, self.absolute = (
-            np.full(n, 1.0 if x is None else x) for x in (path.relative, path.absolute)
-        )
-        self.work = work_room(path.method, n)
-        if path.work is not None:
-            self.work[:] = path.work
-            self.work[STATE * padded(n) :][:n] = path.states[0]
-            self.integers[SAMPLED] = 1
+        self.path, self.dense = path, dense
+        self.run, self.own = run, own = memory(path.method, path.rates.size)
+        equip(run, own, path.rates)
+        run.relative[:] = 1.0 if path.relative is None else path.relative
+        run.absolute[:] = 1.0 if path.absolute is None else path.absolute
+        run.times, run.lengths, run.states = path.times, path.lengths, path.states
+        if path.step is not None:
+            own.take(path.step)
+            run.y[: path.rates.size] = path.states[0]
+            run.sampled = 1
 
     def __call__(self, times: ArrayLike) -> Array:
         """Return the states, shape (k, n), at ``times``, shape (k,)."""
@@ -204,13 +200,8 @@ class Sampler:
                 f"Expected times within the run, {first:g} to {last:g}; got {moments[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
-        n, rates = path.rates.size, path.rates
-        result = np.empty((moments.size, n))
-        loops.sample(
-            path.method, rates.address, n, rates.constants, self.work, padded(n), rates.corrections,
-            len(rates.quaternions), path.steps, path.times, path.lengths, path.states, int(self.dense), moments.size,
-            moments, result, self.relative, self.absolute, self.integers,
-        )  # fmt: skip
+        result = np.empty((moments.size, path.rates.size))
+        loops.sample(path.method, self.run, path.steps, int(self.dense), moments.size, moments, result)
         diverged = ~np.isfinite(result).all(axis=1)
         if diverged.any():  # the states of the run itself are all finite
             raise SimulationError(
@@ -243,17 +234,6 @@ def projected(rates: Rates, t: float, y: Array) -> Array:
             for i in rates.quaternions:
                 result[i : i + 4] /= np.linalg.norm(result[i : i + 4])
     return result
-
-
-def work_room(method: str, n: int) -> Array:
-    """Return the work array of a method for n components, aligned to a cache line.
-
-    A row that lies across two cache lines would be read and written in two parts.
-    """
-    size, line = rows(method, n) * padded(n), 64
-    memory = np.zeros(size + line // 8)
-    first = -memory.ctypes.data % line // 8
-    return memory[first : first + size]
 
 
 def observe(address: int, outputs: int, times: Array, states: Array, constants: Array) -> Array:

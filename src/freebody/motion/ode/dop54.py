@@ -14,104 +14,75 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, call, compiled, linear
-from . import step_control
-from .layout import ARGUMENT, BLAME, DENSE, ERROR5, POINT, RAW, STATE
-from .step_control import cubic, nothing_to_keep, nothing_to_prepare
+from ...native.functions import unrolled
+from ...native.instructions import compiled
+from ...native.row_arithmetic import chain, combination
+from .run import Run
+from .step_control import Functions, Method, cubic
 
-_a1 = linear({0: 1 / 5}, chained=True)
-_a2 = linear({0: 3 / 40, 1: 9 / 40}, chained=True)
-_a3 = linear({0: 44 / 45, 1: -56 / 15, 2: 32 / 9}, chained=True)
-_a4 = linear({0: 19372 / 6561, 1: -25360 / 2187, 2: 64448 / 6561, 3: -212 / 729}, chained=True)
-_a5 = linear({0: 9017 / 3168, 1: -355 / 33, 2: 46732 / 5247, 3: 49 / 176, 4: -5103 / 18656}, chained=True)
-_b = linear({0: 35 / 384, 2: 500 / 1113, 3: 125 / 192, 4: -2187 / 6784, 5: 11 / 84})
-_e = linear(
-    {0: 71 / 57600, 2: -71 / 16695, 3: 71 / 1920, 4: -17253 / 339200, 5: 22 / 525, 6: -1 / 40}
-)  # fmt: skip
-_d = linear(
-    {
-        0: -12715105075 / 11282082432, 2: 87487479700 / 32700410799, 3: -10690763975 / 1880347072,
-        4: 701980252875 / 199316789632, 5: -1453857185 / 822651844, 6: 69997945 / 29380423,
-    }
+C = (0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0)
+A = (
+    (),
+    (1 / 5,),
+    (3 / 40, 9 / 40),
+    (44 / 45, -56 / 15, 32 / 9),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+)
+B = (35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84)
+E = (71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+D = (
+    -12715105075 / 11282082432, 0, 87487479700 / 32700410799, -10690763975 / 1880347072, 701980252875 / 199316789632,
+    -1453857185 / 822651844, 69997945 / 29380423,
 )  # fmt: skip
 
 
 @compiled
-def attempt(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
-    relative: Reals, absolute: Reals, integers: Integers,
-) -> int:  # fmt: skip
-    """Take one step of length ``h`` from STATE, whose rates are row 0: fill rows 1 to 6, RAW and ERROR5."""
-    a = ARGUMENT * w
-    _a1(work, w, ARGUMENT, STATE, h)
-    call(rates, t + 0.2 * h, work, a, c, work, w)
-    _a2(work, w, ARGUMENT, STATE, h)
-    call(rates, t + 0.3 * h, work, a, c, work, 2 * w)
-    _a3(work, w, ARGUMENT, STATE, h)
-    call(rates, t + 0.8 * h, work, a, c, work, 3 * w)
-    _a4(work, w, ARGUMENT, STATE, h)
-    call(rates, t + 8.0 / 9.0 * h, work, a, c, work, 4 * w)
-    _a5(work, w, ARGUMENT, STATE, h)
-    call(rates, t + h, work, a, c, work, 5 * w)
-    _b(work, w, RAW, STATE, h)
-    call(rates, t + h, work, RAW * w, c, work, 6 * w)
-    _e(work, w, ERROR5, -1, h)
+def attempt(run: Run, h: float) -> int:
+    """Take one step of length ``h`` from y, whose rates are k[0], to y_new, with its error."""
+    for i in unrolled(1, 6):
+        run.argument[:] = run.y + h * chain(A[i], run.k)
+        run.rates(run.t + C[i] * h, run.argument, run.c, run.k[i])
+    run.y_new[:] = run.y + h * combination(B, run.k)
+    run.rates(run.t + h, run.y_new, run.c, run.k[6])
+    run.error5[:] = h * combination(E, run.k)
     return 0
 
 
 @compiled
-def densify(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
-) -> None:
-    """Set rows DENSE to DENSE + 3 of the dense output of the step in ``work``."""
-    cubic(work, w, h, 6)
-    _d(work, w, DENSE + 3, -1, h)
-
-
-@compiled
-def interpolate(x: float, work: Reals, w: int) -> None:
-    """Set row POINT: the dense output at the fraction ``x`` (0 to 1) of the step."""
-    z = 1.0 - x
-    d = DENSE * w
-    for i in range(w):
-        p = work[d + 2 * w + i] + z * work[d + 3 * w + i]
-        work[POINT * w + i] = work[STATE * w + i] + x * (work[d + i] + z * (work[d + w + i] + x * p))
-
-
-@compiled
-def judge(
-    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
-) -> float:
-    """Return the error of the attempted step in units of the tolerance, nan if it is not finite."""
+def judge(run: Run, h: float) -> float:
+    """Return the error ε of the step in units of the tolerance, nan if it is not finite."""
     error = 0.0
-    for i in range(n):
-        new = abs(work[RAW * w + i])
-        old = abs(work[STATE * w + i])
-        ratio = abs(work[ERROR5 * w + i]) / (absolute[i] + relative[i] * (new if new > old else old))
+    for i in range(run.n):
+        new, old = abs(run.y_new[i]), abs(run.y[i])
+        ratio = abs(run.error5[i]) / (run.absolute[i] + run.relative[i] * (new if new > old else old))
         if not (math.isfinite(new) and math.isfinite(ratio)):
             return math.nan
         if ratio > error:
             error = ratio
-            integers[BLAME] = i
+            run.blame = i
     return error
 
 
-_BETA = 0.04
-FUNCTIONS = step_control.Functions(
-    {
-        "EXPONENT": 0.2 - 0.75 * _BETA,
-        "BETA": _BETA,
-        "SMALLEST": 0.2,
-        "GREATEST": 10.0,
-        "COST": 6,
-        "LAST": 5,
-        "LIMIT": 3.25,
-        "prepare": nothing_to_prepare,
-        "attempt": attempt,
-        "judge": judge,
-        "densify": densify,
-        "interpolate": interpolate,
-        "hold": nothing_to_keep,
-        "accept": nothing_to_keep,
-    }
-)
+@compiled
+def densify(run: Run) -> None:
+    """Compute the dense output of the step."""
+    cubic(run, 6)
+    run.dense[3][:] = run.h * combination(D, run.k)
+
+
+@compiled
+def interpolate(run: Run, x: float) -> None:
+    """Set the row point: the dense output at the fraction ``x`` (0 to 1) of the step."""
+    z = 1.0 - x
+    for i in range(run.width):
+        p = run.dense[2, i] + z * run.dense[3, i]
+        run.point[i] = run.y[i] + x * (run.dense[0, i] + z * (run.dense[1, i] + x * p))
+
+
+BETA = 0.04
+METHOD = Method(
+    name="dop54", order=5, attempt=attempt, judge=judge, densify=densify, interpolate=interpolate,
+    alpha=0.2 - 0.75 * BETA, beta=BETA, smallest=0.2, greatest=10.0, cost=6, last_stage=5, stable=3.25,
+)  # fmt: skip
+FUNCTIONS = Functions(METHOD)

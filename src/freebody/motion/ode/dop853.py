@@ -1,132 +1,207 @@
 """The explicit Runge-Kutta method of order 8(5,3) of Dormand and Prince.
 
-A step, its error and its control follow Hairer, Norsett and Wanner (`tableau`). The estimate
+    k_i = f(t + c_i h, y + h Σ_j a_ij k_j),   i = 0 ... 11
+    y(t + h) = y + h Σ_j b_j k_j                         order 8
+    h Σ_j e5_j k_j,  h Σ_j e3_j k_j                      differences from embedded results of order 5 and 3
+    k_12 = f(t + h, y(t + h)), k_13 ... k_15             three more stages for dense output of order 7
+    h Σ_j d_ij k_j                                       rows 3 to 6 of the dense output
+
+The estimate of the error
 
     ε = |h| e5² / sqrt(e5² + e3²/100),   e = max_i |error_i| / (a_i + r_i max(|y_i|, |y_i(t + h)|))
 
 uses the greatest component and not the mean, so that a tolerance holds for every coordinate of a large machine. The
-next step is h · 0.9 ε^-(1/8 - β/5) ε_old^β, between h/3 and 6h. The dense output has order 7.
+next step is h · 0.9 ε^-(1/8 - β/5) ε_old^β, between h/3 and 6h.
+
+A row of coefficients maps the number of a stage to its coefficient. A stage that is not listed has the coefficient
+zero.
+
+Source: E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I: Nonstiff Problems", 2nd
+edition, Springer 1993, sections II.4 (control), II.5 (method), II.6 (dense output) and the authors' program DOP853.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
-from ...native.instructions import Integers, Reals, call, compiled, greater, linear, root
-from . import step_control, tableau
-from .layout import ARGUMENT, BLAME, DENSE, ERROR3, ERROR5, POINT, RAW, STATE
-from .step_control import cubic, nothing_to_keep, nothing_to_prepare
+from ...native.functions import unrolled
+from ...native.instructions import compiled, greater, root
+from ...native.row_arithmetic import chain, combination
+from .run import Run
+from .step_control import Functions, Method, cubic
 
-_C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
-_C13, _C14, _C15 = tableau.C[13:16]
-_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (
-    linear(row, chained=True) for row in tableau.A[1:12]
-)
-_a13, _a14, _a15 = (linear(row) for row in tableau.A[13:16])
-_b, _e5, _e3 = linear(tableau.B), linear(tableau.E5), linear(tableau.E3)
-_d3, _d4, _d5, _d6 = (linear(row) for row in tableau.D)
+C = (
+    0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274,
+    0.2816496580927726, 0.3333333333333333, 0.25, 0.3076923076923077,
+    0.6512820512820513, 0.6, 0.8571428571428571, 1.0,
+    1.0, 0.1, 0.2, 0.7777777777777778,
+)  # fmt: skip
+
+A: tuple[Mapping[int, float], ...] = (
+    {},
+    {
+        0: 0.05260015195876773,
+    },
+    {
+        0: 0.0197250569845379, 1: 0.0591751709536137,
+    },
+    {
+        0: 0.02958758547680685, 2: 0.08876275643042054,
+    },
+    {
+        0: 0.2413651341592667, 2: -0.8845494793282861, 3: 0.924834003261792,
+    },
+    {
+        0: 0.037037037037037035, 3: 0.17082860872947386, 4: 0.12546768756682242,
+    },
+    {
+        0: 0.037109375, 3: 0.17025221101954405, 4: 0.06021653898045596, 5: -0.017578125,
+    },
+    {
+        0: 0.03709200011850479, 3: 0.17038392571223998, 4: 0.10726203044637328,
+        5: -0.015319437748624402, 6: 0.008273789163814023,
+    },
+    {
+        0: 0.6241109587160757, 3: -3.3608926294469414, 4: -0.868219346841726, 5: 27.59209969944671,
+        6: 20.154067550477894, 7: -43.48988418106996,
+    },
+    {
+        0: 0.47766253643826434, 3: -2.4881146199716677, 4: -0.590290826836843,
+        5: 21.230051448181193, 6: 15.279233632882423, 7: -33.28821096898486,
+        8: -0.020331201708508627,
+    },
+    {
+        0: -0.9371424300859873, 3: 5.186372428844064, 4: 1.0914373489967295, 5: -8.149787010746927,
+        6: -18.52006565999696, 7: 22.739487099350505, 8: 2.4936055526796523,
+        9: -3.0467644718982196,
+    },
+    {
+        0: 2.273310147516538, 3: -10.53449546673725, 4: -2.0008720582248625, 5: -17.9589318631188,
+        6: 27.94888452941996, 7: -2.8589982771350235, 8: -8.87285693353063, 9: 12.360567175794303,
+        10: 0.6433927460157636,
+    },
+    {},  # k_12 is taken at the result of the step: B
+    {
+        0: 0.056167502283047954, 6: 0.25350021021662483, 7: -0.2462390374708025,
+        8: -0.12419142326381637, 9: 0.15329179827876568, 10: 0.00820105229563469,
+        11: 0.007567897660545699, 12: -0.008298,
+    },
+    {
+        0: 0.03183464816350214, 5: 0.028300909672366776, 6: 0.053541988307438566,
+        7: -0.05492374857139099, 10: -0.00010834732869724932, 11: 0.0003825710908356584,
+        12: -0.00034046500868740456, 13: 0.1413124436746325,
+    },
+    {
+        0: -0.42889630158379194, 5: -4.697621415361164, 6: 7.683421196062599, 7: 4.06898981839711,
+        8: 0.3567271874552811, 12: -0.0013990241651590145, 13: 2.9475147891527724,
+        14: -9.15095847217987,
+    },
+)  # fmt: skip
+
+B = {
+    0: 0.054293734116568765, 5: 4.450312892752409, 6: 1.8915178993145003, 7: -5.801203960010585,
+    8: 0.3111643669578199, 9: -0.1521609496625161, 10: 0.20136540080403034,
+    11: 0.04471061572777259,
+}  # fmt: skip
+
+E3 = {
+    0: -0.18980075407240762, 5: 4.450312892752409, 6: 1.8915178993145003, 7: -5.801203960010585,
+    8: -0.4226823213237919, 9: -0.1521609496625161, 10: 0.20136540080403034,
+    11: 0.02265179219836082,
+}  # fmt: skip
+
+E5 = {
+    0: 0.01312004499419488, 5: -1.2251564463762044, 6: -0.4957589496572502, 7: 1.6643771824549864,
+    8: -0.35032884874997366, 9: 0.3341791187130175, 10: 0.08192320648511571,
+    11: -0.022355307863886294,
+}  # fmt: skip
+
+D = (
+    {
+        0: -8.428938276109013, 5: 0.5667149535193777, 6: -3.0689499459498917, 7: 2.38466765651207,
+        8: 2.117034582445028, 9: -0.871391583777973, 10: 2.2404374302607883,
+        11: 0.6315787787694688, 12: -0.08899033645133331, 13: 18.148505520854727,
+        14: -9.194632392478356, 15: -4.436036387594894,
+    },
+    {
+        0: 10.427508642579134, 5: 242.28349177525817, 6: 165.20045171727028, 7: -374.5467547226902,
+        8: -22.113666853125306, 9: 7.733432668472264, 10: -30.674084731089398,
+        11: -9.332130526430229, 12: 15.697238121770845, 13: -31.139403219565178,
+        14: -9.35292435884448, 15: 35.81684148639408,
+    },
+    {
+        0: 19.985053242002433, 5: -387.0373087493518, 6: -189.17813819516758, 7: 527.8081592054236,
+        8: -11.57390253995963, 9: 6.8812326946963, 10: -1.0006050966910838, 11: 0.7777137798053443,
+        12: -2.778205752353508, 13: -60.19669523126412, 14: 84.32040550667716,
+        15: 11.99229113618279,
+    },
+    {
+        0: -25.69393346270375, 5: -154.18974869023643, 6: -231.5293791760455, 7: 357.6391179106141,
+        8: 93.40532418362432, 9: -37.45832313645163, 10: 104.0996495089623, 11: 29.8402934266605,
+        12: -43.53345659001114, 13: 96.32455395918828, 14: -39.17726167561544,
+        15: -149.72683625798564,
+    },
+)  # fmt: skip
 
 
 @compiled
-def attempt(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
-    relative: Reals, absolute: Reals, integers: Integers,
-) -> int:  # fmt: skip
-    """Take one step of length ``h`` from STATE, whose rates are row 0: fill rows 1 to 11, RAW, ERROR5 and ERROR3."""
-    a = ARGUMENT * w
-    _a1(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C1 * h, work, a, c, work, w)
-    _a2(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C2 * h, work, a, c, work, 2 * w)
-    _a3(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C3 * h, work, a, c, work, 3 * w)
-    _a4(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C4 * h, work, a, c, work, 4 * w)
-    _a5(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C5 * h, work, a, c, work, 5 * w)
-    _a6(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C6 * h, work, a, c, work, 6 * w)
-    _a7(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C7 * h, work, a, c, work, 7 * w)
-    _a8(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C8 * h, work, a, c, work, 8 * w)
-    _a9(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C9 * h, work, a, c, work, 9 * w)
-    _a10(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C10 * h, work, a, c, work, 10 * w)
-    _a11(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C11 * h, work, a, c, work, 11 * w)
-    _b(work, w, RAW, STATE, h)
-    _e5(work, w, ERROR5, -1, h)
-    _e3(work, w, ERROR3, -1, h)
+def attempt(run: Run, h: float) -> int:
+    """Take one step of length ``h`` from y, whose rates are k[0], to y_new, with both errors."""
+    for i in unrolled(1, 12):
+        run.argument[:] = run.y + h * chain(A[i], run.k)
+        run.rates(run.t + C[i] * h, run.argument, run.c, run.k[i])
+    run.y_new[:] = run.y + h * combination(B, run.k)
+    run.error5[:] = h * combination(E5, run.k)
+    run.error3[:] = h * combination(E3, run.k)
     return 0
 
 
 @compiled
-def densify(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
-) -> None:
-    """Set rows DENSE to DENSE + 6 of the dense output of the step in ``work``; row 12 holds the rates at its end."""
-    a = ARGUMENT * w
-    _a13(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C13 * h, work, a, c, work, 13 * w)
-    _a14(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C14 * h, work, a, c, work, 14 * w)
-    _a15(work, w, ARGUMENT, STATE, h)
-    call(rates, t + _C15 * h, work, a, c, work, 15 * w)
-    cubic(work, w, h, 12)
-    _d3(work, w, DENSE + 3, -1, h)
-    _d4(work, w, DENSE + 4, -1, h)
-    _d5(work, w, DENSE + 5, -1, h)
-    _d6(work, w, DENSE + 6, -1, h)
-
-
-@compiled
-def interpolate(x: float, work: Reals, w: int) -> None:
-    """Set row POINT: the dense output at the fraction ``x`` (0 to 1) of the step."""
-    z = 1.0 - x
-    d = DENSE * w
-    for i in range(w):
-        p = work[d + 5 * w + i] + x * work[d + 6 * w + i]
-        p = work[d + 3 * w + i] + x * (work[d + 4 * w + i] + z * p)
-        p = work[d + 1 * w + i] + x * (work[d + 2 * w + i] + z * p)
-        work[POINT * w + i] = work[STATE * w + i] + x * (work[d + i] + z * p)
-
-
-@compiled
-def judge(
-    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
-) -> float:
-    """Return the error of the attempted step in units of the tolerance, nan if it is not finite."""
-    error5, error3 = 0.0, 0.0
-    for i in range(n):
-        new = work[RAW * w + i]
-        scale = absolute[i] + relative[i] * greater(abs(work[STATE * w + i]), abs(new))
-        ratio5, ratio3 = abs(work[ERROR5 * w + i]) / scale, abs(work[ERROR3 * w + i]) / scale
+def judge(run: Run, h: float) -> float:
+    """Return the error ε of the step in units of the tolerance, nan if it is not finite."""
+    e5, e3 = 0.0, 0.0
+    for i in range(run.n):
+        new = run.y_new[i]
+        scale = run.absolute[i] + run.relative[i] * greater(abs(run.y[i]), abs(new))
+        ratio5, ratio3 = abs(run.error5[i]) / scale, abs(run.error3[i]) / scale
         if not (math.isfinite(new) and math.isfinite(ratio5) and math.isfinite(ratio3)):
             return math.nan
-        if ratio5 > error5:
-            error5 = ratio5
-            integers[BLAME] = i
-        error3 = greater(error3, ratio3)
-    if error5 == 0.0:
+        if ratio5 > e5:
+            e5 = ratio5
+            run.blame = i
+        e3 = greater(e3, ratio3)
+    if e5 == 0.0:
         return 0.0
-    return error5 * error5 / root(error5 * error5 + 0.01 * error3 * error3)
+    return e5 * e5 / root(e5 * e5 + 0.01 * e3 * e3)
 
 
-_BETA = 0.04
-CONTROL = {
-    "EXPONENT": 0.125 - 0.2 * _BETA, "BETA": _BETA, "COST": 11, "COST_DENSE": 3, "LAST": 11, "LIMIT": 6.1,
-}  # fmt: skip
-FUNCTIONS = step_control.Functions(
-    {
-        **CONTROL,
-        "prepare": nothing_to_prepare,
-        "attempt": attempt,
-        "judge": judge,
-        "densify": densify,
-        "interpolate": interpolate,
-        "hold": nothing_to_keep,
-        "accept": nothing_to_keep,
-    }
-)
+@compiled
+def densify(run: Run) -> None:
+    """Compute the dense output of the step, whose rates at the end are k[12]."""
+    h = run.h
+    for i in unrolled(13, 16):
+        run.argument[:] = run.y + h * combination(A[i], run.k)
+        run.rates(run.t + C[i] * h, run.argument, run.c, run.k[i])
+    cubic(run, 12)
+    for i in unrolled(3, 7):
+        run.dense[i][:] = h * combination(D[i - 3], run.k)
+
+
+@compiled
+def interpolate(run: Run, x: float) -> None:
+    """Set the row point: the dense output at the fraction ``x`` (0 to 1) of the step."""
+    z = 1.0 - x
+    for i in range(run.width):
+        p = run.dense[5, i] + x * run.dense[6, i]
+        p = run.dense[3, i] + x * (run.dense[4, i] + z * p)
+        p = run.dense[1, i] + x * (run.dense[2, i] + z * p)
+        run.point[i] = run.y[i] + x * (run.dense[0, i] + z * p)
+
+
+BETA = 0.04
+METHOD = Method(
+    name="dop853", order=8, attempt=attempt, judge=judge, densify=densify, interpolate=interpolate,
+    alpha=0.125 - 0.2 * BETA, beta=BETA, cost=11, cost_dense=3, last_stage=11, stable=6.1,
+)  # fmt: skip
+FUNCTIONS = Functions(METHOD)

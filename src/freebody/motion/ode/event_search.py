@@ -4,7 +4,8 @@ A function is evaluated at some points of the step. If it changes sign between t
 (method of Chandrupatla, 1997) and distinguished from a pole. If it dips towards zero in between, the search follows the
 dip.
 
-Each function here becomes a C function. `step_control` binds them to a method.
+Events are then moved to the zeros on the states of the run itself, and logged. Points and events are fractions x of the
+step, 0 to 1. `step_control` binds these functions to a method.
 """
 
 from __future__ import annotations
@@ -12,115 +13,114 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...native.instructions import EPS, Integers, Parts, Reals, call, greater, lesser, root
-from ...native.row_arithmetic import copied
-from .layout import CULPRIT, END, EVENT_SIZE, MARGIN, PARTS, POINT, REACH
+from ...native.instructions import EPS, Parts, greater, lesser, root
+from .run import MARGIN, PARTS, Run
 
 part = Parts()
 
-# bound to the function of a method
+# bound to the functions of a method
 dense_state: Any = None
 """`step_control.dense_state`."""
+state_in_step: Any = None
+"""`step_control.state_in_step`."""
 
 
 @part
-def find_events(
-    kernel: int, t: float, h: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, n: int,
-    named: int, table: Reals, g: Reals, last: Integers, directions: Integers, zeros: Reals,
-) -> int:  # fmt: skip
-    """Find the zeros of the event functions in the step in ``work``.
+def find_events(run: Run) -> int:
+    """Find the zeros of the event functions in the step.
 
-    Return their number, and describe them in ``zeros`` in order of time. A change of sign through infinity is no zero.
-    If one of the first ``named`` functions has no value, the search ends there: REACH of ``zeros`` is the fraction of
-    the step up to which all these functions have values, and CULPRIT is the function without a value.
+    Return their number, and describe them in order of time. A change of sign through infinity is no zero. If a required
+    function has no value, the search ends there.
 
-    Row k of ``table`` holds all ``n`` functions at the k-th point of the step, and the fraction of the step at that
-    point. Its first row comes from the step before. ``last`` holds the last nonzero sign of each function, 0 until
-    there is one. A function that arrives at zero is recorded there, and not again when it leaves. A function that
-    begins at zero is recorded when it leaves.
+    Row k of the table holds all functions at the k-th point of the step, and x. Its first row comes from the step
+    before. A function that arrives at zero is recorded there, and not again when it leaves. A function that begins at
+    zero is recorded when it leaves.
     """
-    points, row, k = PARTS + 2, n + 1, 0
+    search, n, named = run.search, run.search.count, run.required
+    table, last = search.table, search.signs
+    points, k = PARTS + 2, 0
     reach, culprit = 2.0, 0
     while k < points:
         k += 1
         if k == points:
-            copied(work, w, END, POINT)
+            run.point[:] = run.end
             x = 1.0
         else:
             x = MARGIN if k == 1 else (1.0 - MARGIN if k == points - 1 else (k - 1.0) / PARTS)
-            dense_state(x, work, w, quaternions, nq)
-        call(kernel, t + x * h, work, POINT * w, c, g, 0)
+            dense_state(run, x)
+        evaluate(run, x)
         for e in range(n):
-            table[k * row + e] = g[e]
-        table[k * row + n] = x
+            table[k, e] = search.g[e]
+        table[k, n] = x
         for e in range(named):
-            if table[k * row + e] != table[k * row + e]:
-                x = last_value(kernel, e, table[(k - 1) * row + n], x, t, h, work, w, c, quaternions, nq, g)
-                dense_state(x, work, w, quaternions, nq)
-                call(kernel, t + x * h, work, POINT * w, c, g, 0)
+            if table[k, e] != table[k, e]:
+                x = last_value(run, e, table[k - 1, n], x)
+                dense_state(run, x)
+                evaluate(run, x)
                 for i in range(n):
-                    table[k * row + i] = g[i]
-                table[k * row + n] = reach = x
+                    table[k, i] = search.g[i]
+                table[k, n] = reach = x
                 culprit, points = e, k
     count = 0
     for e in range(n):
         for k in range(1, points + 1):
-            a, b = table[(k - 1) * row + e], table[k * row + e]
-            xa, xb = table[(k - 1) * row + n], table[k * row + n]
+            a, b = table[k - 1, e], table[k, e]
+            xa, xb = table[k - 1, n], table[k, n]
             if b == 0.0:
                 if a != 0.0:
-                    count = record_event(zeros, count, xb, e, -1 if a > 0.0 else 1, directions)
+                    count = record_event(run, count, xb, e, -1 if a > 0.0 else 1)
                 continue
             sign = 1 if b > 0.0 else -1
             if a == 0.0:
                 if last[e] == 0:
-                    count = record_event(zeros, count, xa, e, sign, directions)
+                    count = record_event(run, count, xa, e, sign)
             elif (a > 0.0) != (b > 0.0):
-                x = _root(kernel, e, xa, xb, a, b, t, h, work, w, c, quaternions, nq, g)
+                x = _root(run, e, xa, xb, a, b)
                 if x >= 0.0:
-                    count = record_event(zeros, count, x, e, sign, directions)
+                    count = record_event(run, count, x, e, sign)
                 elif x < -1.0 and e < named:
                     reach, culprit = lesser(reach, xa), e
             elif k > 1:
-                o, xo = table[(k - 2) * row + e], table[(k - 2) * row + n]
+                o, xo = table[k - 2, e], table[k - 2, n]
                 if o != 0.0 and (o > 0.0) == (a > 0.0) and abs(a) < abs(o) and abs(a) <= abs(b):
-                    x = _dip(kernel, e, xo, xa, xb, o, a, b, t, h, work, w, c, quaternions, nq, g)
+                    x = _dip(run, e, xo, xa, xb, o, a, b)
                     if x < -1.0 and e < named:
                         reach, culprit = lesser(reach, xo), e
                     if x >= 0.0:
-                        gx = event_value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
+                        gx = event_value(run, e, x)
                         if gx == 0.0:
-                            count = record_event(zeros, count, x, e, -sign, directions)
+                            count = record_event(run, count, x, e, -sign)
                         else:
-                            y = _root(kernel, e, xo, x, o, gx, t, h, work, w, c, quaternions, nq, g)
+                            y = _root(run, e, xo, x, o, gx)
                             if y >= 0.0:
-                                count = record_event(zeros, count, y, e, -sign, directions)
-                            y = _root(kernel, e, x, xb, gx, b, t, h, work, w, c, quaternions, nq, g)
+                                count = record_event(run, count, y, e, -sign)
+                            y = _root(run, e, x, xb, gx, b)
                             if y >= 0.0:
-                                count = record_event(zeros, count, y, e, sign, directions)
+                                count = record_event(run, count, y, e, sign)
             last[e] = sign
     for e in range(n):  # the values at the end are those at the start of the next step
-        table[e] = table[points * row + e]
-    zeros[REACH], zeros[CULPRIT] = reach, culprit
+        table[0, e] = table[points, e]
+    search.reach, search.culprit = reach, culprit
     return count
 
 
 @part
-def event_value(
-    kernel: int, e: int, x: float, t: float, h: float, work: Reals, w: int, c: Reals, quaternions: Integers,
-    nq: int, g: Reals,
-) -> float:  # fmt: skip
-    """Return event function ``e`` at the fraction ``x`` of the step."""
-    dense_state(x, work, w, quaternions, nq)
-    call(kernel, t + x * h, work, POINT * w, c, g, 0)
-    return g[e]
+def evaluate(run: Run, x: float) -> None:
+    """Evaluate all event functions at the row point, the state at the fraction ``x`` of the step."""
+    search = run.search
+    search.functions(run.t + x * run.h, run.point, search.c, search.g)
 
 
 @part
-def _root(
-    kernel: int, e: int, before: float, after: float, g_before: float, g_after: float, t: float, h: float,
-    work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, g: Reals,
-) -> float:  # fmt: skip
+def event_value(run: Run, e: int, x: float) -> float:
+    """Return event function ``e`` at the fraction ``x`` of the step."""
+    dense_state(run, x)
+    evaluate(run, x)
+    return run.search.g[e]
+
+
+@part
+def _root(run: Run, e: int, before: float, after: float, g_before: float, g_after: float) -> float:
     """Return the fraction of the step at which event function ``e`` has just changed its sign (method of Chandrupatla,
     1997).
 
@@ -133,14 +133,14 @@ def _root(
     pole if its final values exceed those at the ends of the interval, and are four times the values half-way, on a
     logarithmic scale, between the bracket and these ends.
     """
-    width = 2.0 * EPS * greater(1.0, abs(t / h))
+    width = 2.0 * EPS * greater(1.0, abs(run.t / run.h))
     half, size = root(width * (after - before)), greater(abs(g_before), abs(g_after))
     a, b, ga, gb = after, before, g_after, g_before
     other, g_other = a, ga
     part = 0.5
     for _ in range(100):
         x = a + part * (b - a)
-        gx = event_value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
+        gx = event_value(run, e, x)
         if gx == 0.0:
             return x
         if gx != gx:
@@ -164,18 +164,15 @@ def _root(
             part = 0.5
         part = lesser(1.0 - least, greater(least, part))
     low, high = lesser(a, b), greater(a, b)
-    under = abs(event_value(kernel, e, greater(before, low - half), t, h, work, w, c, quaternions, nq, g))
-    over = abs(event_value(kernel, e, lesser(after, high + half), t, h, work, w, c, quaternions, nq, g))
+    under = abs(event_value(run, e, greater(before, low - half)))
+    over = abs(event_value(run, e, lesser(after, high + half)))
     at_low, at_high = abs(ga) if a < b else abs(gb), abs(gb) if a < b else abs(ga)
     grown, peak = at_low > 4.0 * under or at_high > 4.0 * over, greater(at_low, at_high)
     return -1.0 if peak == math.inf or (grown and (peak > size or size == math.inf)) else high
 
 
 @part
-def _dip(
-    kernel: int, e: int, x0: float, x1: float, x2: float, g0: float, g1: float, g2: float, t: float,
-    h: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, g: Reals,
-) -> float:  # fmt: skip
+def _dip(run: Run, e: int, x0: float, x1: float, x2: float, g0: float, g1: float, g2: float) -> float:
     """Return the point between ``x0`` and ``x2`` at which an event function that dips towards zero at ``x1`` reaches
     zero.
 
@@ -203,7 +200,7 @@ def _dip(
                 break
         if not (x0 < x < x2) or abs(x - x1) < 1e-3 * (x2 - x0):
             x = x1 + 0.3 * (x2 - x1) if x2 - x1 > x1 - x0 else x1 - 0.3 * (x1 - x0)
-        gx = event_value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
+        gx = event_value(run, e, x)
         if gx != gx:
             return -2.0
         if sign * gx <= sign * g1:
@@ -220,16 +217,13 @@ def _dip(
 
 
 @part
-def last_value(
-    kernel: int, e: int, lower: float, upper: float, t: float, h: float, work: Reals, w: int, c: Reals,
-    quaternions: Integers, nq: int, g: Reals,
-) -> float:  # fmt: skip
+def last_value(run: Run, e: int, lower: float, upper: float) -> float:
     """Return the last fraction of the step at which event function ``e`` has a value. It has one at ``lower``, none at
     ``upper``.
     """
     for _ in range(52):
         x = 0.5 * (lower + upper)
-        gx = event_value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
+        gx = event_value(run, e, x)
         if gx == gx:
             lower = x
         else:
@@ -238,22 +232,98 @@ def last_value(
 
 
 @part
-def insert_event(zeros: Reals, count: int, x: float, e: float, sign: float) -> None:
+def insert_event(run: Run, count: int, x: float, e: int, sign: int) -> None:
     """Insert an event into the first ``count`` events, in order of time."""
-    k = count
-    while k > 0 and zeros[EVENT_SIZE * (k - 1)] > x:
-        for j in range(3):
-            zeros[EVENT_SIZE * k + j] = zeros[EVENT_SIZE * (k - 1) + j]
+    search, k = run.search, count
+    while k > 0 and search.zero_x[k - 1] > x:
+        search.zero_x[k] = search.zero_x[k - 1]
+        search.zero_number[k] = search.zero_number[k - 1]
+        search.zero_sign[k] = search.zero_sign[k - 1]
         k -= 1
-    zeros[EVENT_SIZE * k] = x
-    zeros[EVENT_SIZE * k + 1] = e
-    zeros[EVENT_SIZE * k + 2] = sign
+    search.zero_x[k], search.zero_number[k], search.zero_sign[k] = x, e, sign
 
 
 @part
-def record_event(zeros: Reals, count: int, x: float, e: int, sign: int, directions: Integers) -> int:
+def record_event(run: Run, count: int, x: float, e: int, sign: int) -> int:
     """Insert an event of this step if its direction is to be reported. Return the number of events."""
-    if directions[e] != 0 and directions[e] != sign:
+    direction = run.search.directions[e]
+    if direction != 0 and direction != sign:
         return count
-    insert_event(zeros, count, x, e, sign)
+    insert_event(run, count, x, e, sign)
     return count + 1
+
+
+@part
+def refined_event(run: Run, e: int, sign: int, x: float) -> float:
+    """Move an event at the fraction ``x`` of the step from the zero on the dense output to the zero on `state_in_step`.
+
+    Newton's method uses the slope of the dense output. If the slope is useless, in a grazing pass, ``x`` stays. The
+    sign has changed at the result, so that a run that starts again there does not find the event once more.
+    """
+    d = lesser(1e-4, lesser(x, 1.0 - x))
+    if d <= 0.0:
+        return x
+    high = event_value(run, e, x + d)
+    low = event_value(run, e, x - d)
+    slope = (high - low) / (2.0 * d)
+    if not sign * slope > 0.0:
+        return x
+    width = 2.0 * EPS * greater(1.0, abs(run.t / run.h))
+    best = x
+    for k in range(16):
+        state_in_step(run, best)
+        evaluate(run, best)
+        value = run.search.g[e]
+        shift = -value / slope
+        if k < 6 and abs(shift) > width:
+            if abs(best + shift - x) > 0.02:
+                return x
+            best = lesser(1.0, greater(0.0, best + shift))
+        elif sign * value >= 0.0:
+            return best
+        else:
+            best = lesser(1.0, best + width)
+            width *= 2.0
+    return x
+
+
+@part
+def log_events(run: Run, count: int) -> float:
+    """Copy the events of a step to the log, up to the first terminal event.
+
+    Return the fraction of the step at the terminal event, or -1. Events within 1e-12 of the terminal one count as
+    simultaneous and are kept. A terminal event at the very start does not stop the run: otherwise a motion could not be
+    started again from it. Where a function loses its value, the step stops as at a terminal event.
+    """
+    search, t, h = run.search, run.t, run.h
+    for k in range(count):
+        e, sign = search.zero_number[k], search.zero_sign[k]
+        insert_event(run, k, refined_event(run, e, sign, search.zero_x[k]), e, sign)
+    stop, latest = -1.0, search.reach
+    for k in range(count):
+        x = search.zero_x[k]
+        if x > latest:
+            break
+        moment, state = run.after, run.end
+        if x == 0.0:
+            moment, state = t, run.y
+        elif x != 1.0:
+            state_in_step(run, x)
+            moment, state = t + x * h, run.point
+        place, e = run.events, search.zero_number[k]
+        search.log_times[place], search.log_numbers[place] = moment, e
+        search.log_signs[place] = search.zero_sign[k]
+        for i in range(run.n):
+            search.log_states[place, i] = state[i]
+        run.events = place + 1
+        if stop < 0.0 and search.terminal[e] != 0 and moment != run.start:
+            stop = x
+            latest = lesser(latest, x + 1e-12 * greater(1.0, abs(t / h)))
+    if stop < 0.0 and search.reach <= 1.0:
+        stop = search.reach
+    if stop == 0.0:
+        run.end[:] = run.y
+    elif 0.0 < stop < 1.0:
+        state_in_step(run, stop)
+        run.end[:] = run.point
+    return stop

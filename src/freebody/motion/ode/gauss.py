@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, greater
-from . import step_control
-from .collocation import NEW_, bound_to
-from .layout import BLAME, POINT, RAW, ROWS, STATE
+from ...native.instructions import compiled, greater
+from .collocation import bound_to
+from .run import Collocation, Run
+from .step_control import Functions, Method
 
 STAGES = 8
 _bound = bound_to(STAGES, goal=1e-3, most=25)
@@ -26,82 +26,62 @@ forget, step_from, hold_step, pass_step, along = (
 
 
 @compiled
-def prepare(
-    rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
-) -> None:  # fmt: skip
+def prepare(run: Run) -> None:
     """Take the rates at the start as a guess for those of the stages, since there is no step before."""
-    block = ROWS * w
-    for i in range(n):
-        work[block + (4 * STAGES + NEW_) * w + i] = work[i]
-    forget(work, block, w, n, 1.0)
+    own = Collocation(run.own)
+    for i in range(run.n):
+        own.new[i] = run.k[0, i]
+    forget(own, 1.0)
 
 
 @compiled
-def attempt(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
-    relative: Reals, absolute: Reals, integers: Integers,
-) -> int:  # fmt: skip
-    """Take one step of length ``h`` from STATE to RAW."""
-    return step_from(
-        rates, t, h, work, STATE * w, RAW * w, ROWS * w, w, n, c, relative, absolute, n, integers
-    )
+def attempt(run: Run, h: float) -> int:
+    """Take one step of length ``h`` from y to y_new."""
+    return step_from(run, Collocation(run.own), h)
 
 
 @compiled
-def judge(
-    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
-) -> float:
-    """Return the error of the attempted step in units of the tolerance, nan if it is not finite."""
-    block = ROWS * w
+def judge(run: Run, h: float) -> float:
+    """Return the error ε of the step in units of the tolerance, nan if it is not finite."""
+    own = Collocation(run.own)
     size, largest_last = 0.0, 0.0
-    for i in range(n):
-        new, old = abs(work[RAW * w + i]), abs(work[STATE * w + i])
+    for i in range(run.n):
+        new, old = abs(run.y_new[i]), abs(run.y[i])
         if not math.isfinite(new):
             return math.nan
-        scale = (absolute[i] + relative[i] * greater(new, old)) / abs(h)
+        scale = (run.absolute[i] + run.relative[i] * greater(new, old)) / abs(h)
         for k in range(STAGES):
-            size = greater(size, abs(work[block + (STAGES + k) * w + i]) / scale)
-        last = abs(work[block + (2 * STAGES - 1) * w + i]) / scale
-        second_last = 0.1 * abs(work[block + (2 * STAGES - 2) * w + i]) / scale
-        last = greater(last, second_last)
+            size = greater(size, abs(own.series[k, i]) / scale)
+        last = abs(own.series[STAGES - 1, i]) / scale
+        last = greater(last, 0.1 * abs(own.series[STAGES - 2, i]) / scale)
         if last > largest_last:
             largest_last = last
-            integers[BLAME] = i
+            run.blame = i
     if size == 0.0:
         return 0.0
     return size * (largest_last / size) ** (2.0 * STAGES / (STAGES - 1.0))
 
 
 @compiled
-def interpolate(x: float, work: Reals, w: int) -> None:
-    """Set row POINT: the collocation polynomial at the fraction ``x`` (0 to 1) of the step."""
-    along(x, work, STATE * w, ROWS * w, w, w, POINT * w)
+def interpolate(run: Run, x: float) -> None:
+    """Set the row point: the collocation polynomial at the fraction ``x`` (0 to 1) of the step."""
+    along(Collocation(run.own), x, run.point)
 
 
 @compiled
-def hold(work: Reals, w: int, n: int) -> None:
+def hold(run: Run) -> None:
     """Save the coefficients while parts of the step are tried."""
-    hold_step(work, ROWS * w, w, w)
+    hold_step(Collocation(run.own))
 
 
 @compiled
-def accept(work: Reals, w: int, n: int) -> None:
+def accept(run: Run) -> None:
     """Make the step the previous step."""
-    pass_step(work, ROWS * w, w, w)
+    pass_step(Collocation(run.own))
 
 
-FUNCTIONS = step_control.Functions(
-    {
-        "EXPONENT": 1.0 / (2 * STAGES),
-        "SAFETY": 0.85,
-        "SMALLEST": 0.2,
-        "GREATEST": 2.5,
-        "prepare": prepare,
-        "attempt": attempt,
-        "judge": judge,
-        "densify": step_control.nothing_to_densify,
-        "interpolate": interpolate,
-        "hold": hold,
-        "accept": accept,
-    }
-)
+METHOD = Method(
+    name="gauss", order=2 * STAGES, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, hold=hold,
+    accept=accept, alpha=1.0 / (2 * STAGES), safety=0.85, smallest=0.2, greatest=2.5,
+)  # fmt: skip
+FUNCTIONS = Functions(METHOD)

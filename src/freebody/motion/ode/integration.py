@@ -7,16 +7,16 @@ progress, react to an interruption, and make new buffers. Within a step no Pytho
 from __future__ import annotations
 
 import math
-import struct
+from collections import namedtuple
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...native import loop
 from . import layout, loops
 from .dense_output import (
     COLLAPSED,
@@ -35,6 +35,7 @@ from .dense_output import (
     Watch,
     cut,
 )
+from .run import COUNTS, NUMBERS, Run, equip, memory, most_events
 
 _STATUS = {
     layout.FINISHED: FINISHED,
@@ -190,14 +191,14 @@ class Integration:
             rates,
             *_joined(pieces),
             status,
-            counts[layout.BLAME],
-            counts[layout.REJECTED],
-            counts[layout.EVALUATED],
+            counts.blame,
+            counts.rejected,
+            counts.evaluated,
             method,
             relative,
             absolute,
-            counts[layout.STIFFNESS],
-            run.work.copy() if method in layout.SINGLE_STEPS and steps == 1 else None,
+            counts.stiffness,
+            run.step() if method in layout.SINGLE_STEPS and steps == 1 else None,
         )
         run.give_back()
         return path if last is None else replace(cut(path, last, status), blame=blame)
@@ -221,50 +222,37 @@ def _tighten(run: _Run, steps: int, start: float, until: float, order: int) -> N
     """Tighten the tolerances for the rest of a long run: ε' N' = ε ``steps``, with N' = N (ε/ε')^(1/p)
     remaining steps.
     """
-    now, relative = float(run.reals[layout.TIME]), run.relative
+    now, relative = run.record.t, run.relative
     ahead = steps * (until - now) / (now - start)
     factor = (steps / ahead) ** (order / (order - 1)) if ahead > steps else 1.0
     factor = max(factor, min(1.0, FINEST_OF_SUMS / float(np.min(relative)) if relative.size else 1.0))
     relative *= factor
     run.absolute *= factor
     run.common = None
-    run.reals[layout.STEP] *= factor ** (1 / order)
+    run.record.h *= factor ** (1 / order)
+
+
+_Counts = namedtuple("_Counts", COUNTS)  # type: ignore[misc]
+_PACKED, _NUMBERS_AT = Run.packer(*NUMBERS)
+_COUNTED, _COUNTS_AT = Run.packer(*COUNTS)
+_NO_COUNTS = (0,) * len(COUNTS)
 
 
 class _Run:
-    """Memory of the compiled loop, kept from one piece to the next: one block for the arrays of the run, and buffers
-    for the steps of a piece. The next run of the same shape uses both again (`layout.block`).
+    """Memory of the compiled loop, kept from one piece to the next, and buffers for the steps of a piece. The next run
+    of the same shape uses both again.
     """
 
     def __init__(self, *shape: Any) -> None:
         self.shape = shape
-        _, n, m = shape
-        places, starts, size = layout.block(*shape)
-        # align to a cache line: a row across two lines is read and written in two parts
-        memory = np.zeros(size + 8)
-        base = loop.address(memory)
-        shift = -base % 64 // 8
-        base += 8 * shift
-        real = memory[shift:]
-        whole = real.view(np.int64)
-        self.n, self.m, self.address = n, m, base + 8 * places["arguments"].start
-        self.arguments, self.integers, self.reals = (
-            whole[places["arguments"]],
-            whole[places["integers"]],
-            real[places["reals"]],
-        )
-        # initial state, real numbers and integers; the integers before STOP_IF_STIFF are 0
-        self.memory, self.carried = memory.data.cast("B"), 8 * (shift + places["start"].start)
-        at_start = f"{n + layout.REALS}d{8 * layout.STOP_IF_STIFF}x{layout.INTEGERS - layout.STOP_IF_STIFF}q"
-        self.write = struct.Struct(at_start).pack_into
-        self.work = real[places["work"]]
-        self.relative, self.absolute = real[places["relative"]], real[places["absolute"]]
-        self.directions, self.terminal = whole[places["directions"]], whole[places["terminal"]]
-        arguments = n, m, layout.padded(n), *(starts + base).tolist()
-        self.arguments[layout.ROOM + 1 : -len(layout.BUFFERS)] = arguments
+        method, n, m = shape
+        self.record, self.own = record, _ = memory(*shape)
+        self.n, self.m, self.address = n, m, record.address
+        self.bytes = record.memory.data.cast("B")
+        self.initial, self.relative, self.absolute = record.initial, record.relative, record.absolute
         self.common: Integration | None = None
         self.absolute_of: ArrayLike | None = None
-        self.named, self.order = 0, layout.ORDERS[shape[0]]
+        self.named = 0
         self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
         self._buffers(self.room)
         self.small = self.buffer.nbytes <= _SMALL
@@ -280,12 +268,12 @@ class _Run:
         """Write the start of a run over the end of the last. Common arguments that have not changed stay."""
         if self.common is not common:
             self.common, self.absolute_of = common, None
-            rates, watch = common.rates, common.watch
-            self.arguments[layout.RATES] = rates.arguments
+            rates, watch, search = common.rates, common.watch, self.record.search
+            equip(self.record, self.own, rates)
             if watch is not None and self.m:
-                constants = rates.constants if watch.constants is None else watch.constants
-                self.arguments[layout.WATCHED] = watch.address, loop.passed(constants, "Reals") or 0
-                self.directions[:], self.terminal[:] = watch.directions, watch.terminal
+                search.functions = watch.address
+                search.c = rates.constants if watch.constants is None else watch.constants
+                search.directions[:], search.terminal[:] = watch.directions, watch.terminal
                 self.named = self.m if watch.named is None else watch.named
             self.relative[:] = common.relative
             self.function = loops.use(common.method)
@@ -298,11 +286,18 @@ class _Run:
             span = abs(until - start)
             longest = min(common.step, common.max_step, span)
             first = span / math.ceil(span / longest * (1 - 1e-12)) if span else common.step
-        self.write(
-            self.memory, self.carried, *state, start, first, 0.0, until, common.max_step, start, self.order,
+        self.initial[:] = state
+        _PACKED.pack_into(
+            self.bytes, _NUMBERS_AT, start, first, 0.0, until, common.max_step, start, *_NO_COUNTS,
             common.until_stiff, common.step is not None, self.named,
         )  # fmt: skip
-        self.counts: Sequence[int] = _NO_COUNTS
+        self.counts: Any = _Counts._make(_NO_COUNTS)
+
+    def step(self) -> Any:
+        """Return a copy of the memory of the method."""
+        own = memory(*self.shape)[1]
+        own.take(self.own)
+        return own
 
     def give_back(self) -> None:
         """Offer this memory to the next run of the same shape."""
@@ -314,30 +309,32 @@ class _Run:
     def _buffers(self, room: int) -> None:
         """Make new buffers for ``room`` steps."""
         n, rows = self.n, room + 1
-        logged = room + layout.most_events(self.m) if self.m else 0
-        self.buffer = memory = np.empty(rows * (2 + n) + logged * (layout.LOG_SIZE + n))
-        of_events = rows * (2 + n)
-        starts = (0, rows, 2 * rows, of_events, of_events + layout.LOG_SIZE * logged)
-        base = loop.address(memory)
-        self.arguments[-len(starts) :] = [base + 8 * start for start in starts]
-        self.log = memory[of_events : starts[4]].reshape(logged, layout.LOG_SIZE)
-        self.where = memory[starts[4] :].reshape(logged, n)
+        logged = room + most_events(self.m) if self.m else 0
+        self.buffer = buffer = np.empty(rows * (2 + n) + logged * (3 + n))
+        ends = np.cumsum([0, rows, rows, rows * n, logged, logged, logged, logged * n])
+        parts = [buffer[begin:end] for begin, end in pairwise(ends.tolist())]
+        record, search = self.record, self.record.search
+        record.times, record.lengths, record.states = *parts[:2], parts[2].reshape(rows, n)
+        search.log_times, search.log_states = parts[3], parts[6].reshape(logged, n)
+        search.log_numbers, search.log_signs = parts[4].view(np.int64), parts[5].view(np.int64)
 
     def piece(self, room: int) -> _Piece:
         """Compute up to ``room`` steps."""
         if room > self.room:  # a long run: its pieces stay in their own buffers
             self._buffers(room)
             self.room = 0
-        self.arguments[layout.ROOM] = room
+        self.record.room = room
         code = self.function(self.address)
-        self.counts = counts = self.integers.tolist()
-        count, events = counts[layout.ACCEPTED], counts[layout.EVENTS]
+        self.counts = counts = _Counts._make(_COUNTED.unpack_from(self.bytes, _COUNTS_AT))
+        count, events = counts.accepted, counts.events
         crossings = []
         if events:
+            search = self.record.search
+            log = search.log_times, search.log_numbers, search.log_signs
             crossings = [
-                Crossing(moment, int(number), int(sign), state.copy())
-                for (moment, number, sign), state in zip(
-                    self.log[:events].tolist(), self.where[:events], strict=True
+                Crossing(*values, state.copy())
+                for *values, state in zip(
+                    *(x[:events].tolist() for x in log), search.log_states[:events], strict=True
                 )
             ]
         rows = count + 1
@@ -352,8 +349,6 @@ class _Run:
             code,
         )
 
-
-_NO_COUNTS = (0,) * layout.INTEGERS
 
 _SPARE: dict[tuple[Any, ...], _Run] = {}
 """Memory of finished runs, by shape. A run takes it out at its start, so that no two runs share it."""

@@ -9,11 +9,11 @@ import numpy as np
 
 from ...native.loop import Loop, address, made, module_named, sibling
 
-CALLED = ("run", "sample", "observe")
+CALLED = ("piece", "sample", "observe")
 
 
 def functions(method: str = "dop853") -> Loop:
-    """Return the compiled functions of a method: `step_control.run`, `sample` and `observe`."""
+    """Return the compiled functions of a method: `step_control.piece`, `sample` and `observe`."""
     return made(method, (place(method),), CALLED, lambda: module_named(place(method)).FUNCTIONS)
 
 
@@ -23,16 +23,16 @@ def place(method: str) -> str:
 
 
 _loaded: dict[str, Callable[[int], int]] = {}
-"""`step_control.run` of each method whose code is loaded in this process."""
+"""`step_control.piece` of each method whose code is loaded in this process."""
 
 
 def use(method: str) -> Callable[[int], int]:
-    """Return `step_control.run` of a method, a function of an address, and load the code of the method.
+    """Return `step_control.piece` of a method, a function of an address, and load the code of the method.
 
     Call this before any other function of the method, so that no other method has to be compiled.
     """
     if method not in _loaded:
-        _loaded[method] = functions(method).functions["run"].code
+        _loaded[method] = functions(method).functions["piece"].code
     return _loaded[method]
 
 

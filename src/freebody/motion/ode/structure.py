@@ -20,114 +20,88 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, call, compiled, shifted
-from . import step_control
-from .collocation import NEW_, bound_to
-from .layout import BLAME, CONSTANTS, DENSE, KERNELS, POINT, RAW, ROWS, STATE
-from .step_control import cubic
+from ...native.instructions import compiled
+from .collocation import bound_to
+from .run import Hamiltonian, Run
+from .step_control import Functions, Method, cubic
 
 STAGES = 3
 _bound = bound_to(STAGES, goal=0.0, most=60)
 forget, step_from, hold_step, pass_step = (
     _bound[name] for name in ("forget", "step_from", "hold_step", "pass_step")
 )
-# Rows of length 2w after those of the collocation: (q, P) at the start, at the end, and at the end of the saved step.
-BEGIN, FINAL, HELD = 4 * STAGES + 6, 4 * STAGES + 7, 4 * STAGES + 8
-# Indices after KERNELS: Hamilton's equations, (q, u) to P, (q, P) to u, and the number of coordinates.
-HAMILTON, MOMENTA, SPEEDS, COORDINATES = 0, 1, 2, 3
 
 
 @compiled
-def prepare(
-    rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
-) -> None:  # fmt: skip
-    """Compute (q, P) at STATE."""
-    block, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
-    constants = shifted(c, quaternions[nq + CONSTANTS])
-    begin = block + BEGIN * v
+def prepare(run: Run) -> None:
+    """Compute z = (q, P) at y."""
+    own = Hamiltonian(run.own)
+    m, stages = own.coordinates, own.collocation
     for i in range(m):
-        work[begin + i] = work[STATE * w + i]
-    call(quaternions[nq + KERNELS + MOMENTA], t, work, STATE * w, constants, work, begin + m)
-    new = block + (4 * STAGES + NEW_) * v
-    call(quaternions[nq + KERNELS + HAMILTON], t, work, begin, constants, work, new)
-    forget(work, block, v, 2 * m, 1.0)
+        own.z[i] = run.y[i]
+    own.momenta(run.t, run.y, stages.c, own.z[m:])
+    stages.f(run.t, own.z, stages.c, stages.new)
+    forget(stages, 1.0)
 
 
 @compiled
-def attempt(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
-    relative: Reals, absolute: Reals, integers: Integers,
-) -> int:  # fmt: skip
-    """Take one step of length ``h`` from STATE to RAW."""
-    block, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
-    constants = shifted(c, quaternions[nq + CONSTANTS])
-    final = block + FINAL * v
-    failed = step_from(
-        quaternions[nq + KERNELS + HAMILTON], t, h, work, block + BEGIN * v, final, block, v, 2 * m, constants,
-        relative, absolute, n, integers,
-    )  # fmt: skip
+def attempt(run: Run, h: float) -> int:
+    """Take one step of length ``h`` from y to y_new."""
+    own = Hamiltonian(run.own)
+    m, stages = own.coordinates, own.collocation
+    failed = step_from(run, stages, h)
     if failed == 0:
         for i in range(m):
-            work[RAW * w + i] = work[final + i]
-        call(quaternions[nq + KERNELS + SPEEDS], t + h, work, final, constants, work, RAW * w + m)
+            run.y_new[i] = own.z_new[i]
+        own.velocities(run.t + h, own.z_new, stages.c, run.y_new[m:])
     return failed
 
 
 @compiled
-def judge(
-    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
-) -> float:
+def judge(run: Run, h: float) -> float:
     """Return 0, or nan if the state is not finite: the user prescribes the length of the steps."""
-    for i in range(n):
-        if not math.isfinite(work[RAW * w + i]):
-            integers[BLAME] = i
+    for i in range(run.n):
+        if not math.isfinite(run.y_new[i]):
+            run.blame = i
             return math.nan
     return 0.0
 
 
 @compiled
-def densify(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
-) -> None:
-    """Set rows DENSE to DENSE + 2 of the cubic through the states and rates at both ends."""
-    cubic(work, w, h, 12)
+def densify(run: Run) -> None:
+    """Compute the cubic through the states and rates at both ends."""
+    cubic(run, 12)
 
 
 @compiled
-def interpolate(x: float, work: Reals, w: int) -> None:
-    """Set row POINT: the cubic at the fraction ``x`` (0 to 1) of the step."""
+def interpolate(run: Run, x: float) -> None:
+    """Set the row point: the cubic at the fraction ``x`` (0 to 1) of the step."""
     z = 1.0 - x
-    for i in range(w):
-        p = work[(DENSE + 1) * w + i] + x * work[(DENSE + 2) * w + i]
-        work[POINT * w + i] = work[STATE * w + i] + x * (work[DENSE * w + i] + z * p)
+    for i in range(run.width):
+        p = run.dense[1, i] + x * run.dense[2, i]
+        run.point[i] = run.y[i] + x * (run.dense[0, i] + z * p)
 
 
 @compiled
-def hold(work: Reals, w: int, n: int) -> None:
+def hold(run: Run) -> None:
     """Save the step while shorter steps are tried."""
-    block, v = ROWS * w, 2 * w
-    hold_step(work, block, v, v)
-    for i in range(v):
-        work[block + HELD * v + i] = work[block + FINAL * v + i]
+    own = Hamiltonian(run.own)
+    hold_step(own.collocation)
+    for i in range(own.collocation.v):
+        own.saved[i] = own.z_new[i]
 
 
 @compiled
-def accept(work: Reals, w: int, n: int) -> None:
+def accept(run: Run) -> None:
     """Make the end of the step the next start."""
-    block, v = ROWS * w, 2 * w
-    pass_step(work, block, v, v)
-    for i in range(v):
-        work[block + BEGIN * v + i] = work[block + HELD * v + i]
+    own = Hamiltonian(run.own)
+    pass_step(own.collocation)
+    for i in range(own.collocation.v):
+        own.z[i] = own.saved[i]
 
 
-FUNCTIONS = step_control.Functions(
-    {
-        "prepare": prepare,
-        "attempt": attempt,
-        "judge": judge,
-        "densify": densify,
-        "interpolate": interpolate,
-        "hold": hold,
-        "accept": accept,
-    }
-)
+METHOD = Method(
+    name="structure", order=6, attempt=attempt, judge=judge, densify=densify, interpolate=interpolate, prepare=prepare,
+    hold=hold, accept=accept,
+)  # fmt: skip
+FUNCTIONS = Functions(METHOD)

@@ -34,30 +34,13 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from ...native.instructions import (
-    EPS,
-    Integers,
-    Reals,
-    call,
-    compiled,
-    greater,
-    root,
-    shifted,
-    whole,
-    with_bits,
-)
-from ...native.row_arithmetic import Eight, copied, rowwise
-from . import step_control
-from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
+from ...native.instructions import EPS, compiled, greater, root, whole, with_bits
+from ...native.row_arithmetic import Eight, rowwise
+from .layout import ORDERS
+from .run import Run, Series
+from .step_control import Functions, Method
 
 P = ORDERS["taylor"]
-# The address of the kernel follows at KERNELS. Rows of the method: the rounding error of the sum before this step, in
-# it, and in the saved step; then the length of the step; r and log₂ r^(1/p); then the coefficients.
-LOST, LOSES, HELD, LENGTH, RATE, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4, ROWS + 5
-BENDS = 1
-"""Index after the kernel: 1 if a function in the rates may bend, which the series does not show."""
-SLOPES = 12
-"""Row of the rates at the end of a step, if they may bend."""
 TERMS = 6
 """Number of terms of the series that determine the length of a step."""
 BEND, ROUNDED = 100.0, 1e-14
@@ -74,10 +57,9 @@ GROWN = math.factorial(P) / math.factorial(EARLY) / BOUND ** (P - EARLY) / P
 
 
 @compiled
-def expand(t: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int) -> None:
-    """Compute the coefficients of the solution through STATE."""
-    place = quaternions[nq + CONSTANTS]
-    call(quaternions[nq + KERNELS], t, work, STATE * w, shifted(c, place), work, SERIES * w)
+def expand(run: Run, own: Series) -> None:
+    """Compute the coefficients of the solution through y."""
+    own.coefficients(run.t, run.y, own.c, own.terms[0])
 
 
 @compiled
@@ -89,14 +71,12 @@ def power2(x: float) -> float:
 
 
 @compiled
-def prepare(
-    rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
-) -> None:  # fmt: skip
+def prepare(run: Run) -> None:
     """Compute the series of the first step."""
-    for i in range(w):
-        work[LOST * w + i] = 0.0
-    work[RATE * w] = 0.0
-    expand(t, work, w, c, quaternions, nq)
+    own = Series(run.own)
+    own.lost[:] = 0.0
+    own.coarsest = 0.0
+    expand(run, own)
 
 
 def in_pairs(numbers: list[Any], of: Callable[[Any, Any], Any]) -> Any:
@@ -108,19 +88,19 @@ def in_pairs(numbers: list[Any], of: Callable[[Any, Any], Any]) -> Any:
 
 
 @compiled
-def blamed(work: Reals, w: int, n: int) -> int:
+def blamed(run: Run, own: Series) -> int:
     """Return the first component that is not finite: in the lowest order of the series, since others follow from it, in
     the rates at the end of a step, or in the state there.
     """
     for j in range(1, P + 1):
-        for i in range(n):
-            if not math.isfinite(work[(SERIES + j) * w + i]):
+        for i in range(run.n):
+            if not math.isfinite(own.terms[j, i]):
                 return i
-    for i in range(n):
-        if not math.isfinite(work[SLOPES * w + i]):
+    for i in range(run.n):
+        if not math.isfinite(run.k[12, i]):
             return i
-    for i in range(n):
-        if not math.isfinite(work[RAW * w + i]):
+    for i in range(run.n):
+        if not math.isfinite(run.y_new[i]):
             return i
     return 0
 
@@ -128,8 +108,8 @@ def blamed(work: Reals, w: int, n: int) -> int:
 @rowwise
 def slowest(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
     """Return the largest log₂ (1 / h) over the lengths h that the terms allow; nan if a term is not finite."""
-    scale = 1.0 / (absolute + relative * abs(row[STATE]))
-    sizes = [abs(row[SERIES + P - j]) * scale for j in range(TERMS)]
+    scale = 1.0 / (absolute + relative * abs(row.y))
+    sizes = [abs(row.terms[P - j]) * scale for j in range(TERMS)]
     allowed = [(size.logarithm2() + max(0, j - 1) * rate) * (1.0 / (P - j)) for j, size in enumerate(sizes)]
     return in_pairs(allowed, Eight.greater) + in_pairs(sizes, Eight.__add__) * 0.0
 
@@ -137,14 +117,14 @@ def slowest(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
 @rowwise
 def fastest(row: Any, relative: Any, absolute: Any) -> Any:
     """Return the largest rate in units of the tolerance."""
-    return abs(row[SERIES + 1]) / (absolute + relative * abs(row[STATE]))
+    return abs(row.terms[1]) / (absolute + relative * abs(row.y))
 
 
 @rowwise
 def straighten(row: Any) -> None:
     """Replace the series by that of a straight line."""
     for k in range(2, P + 1):
-        row[SERIES + k] = row[STATE] * 0.0
+        row.terms[k] = row.y * 0.0
 
 
 def polynomial(terms: list[Any], x: Any) -> Any:
@@ -162,33 +142,33 @@ def polynomial(terms: list[Any], x: Any) -> Any:
 
 
 def sum_of_series(row: Any, h: Any) -> Any:
-    """Set row RAW to the sum of the series, STATE + (h (y_1 + ...) + LOST), and row LOSES to its rounding error.
+    """Set row y_new to the sum of the series, y + (h (y_1 + ...) + LOST), and row loses to its rounding error.
 
     Return 0, or nan if a sum is not finite.
     """
-    start = row[STATE]
-    change = h * polynomial([row[SERIES + k] for k in range(1, P + 1)], h) + row[LOST]
+    start = row.y
+    change = h * polynomial([row.terms[k] for k in range(1, P + 1)], h) + row.lost
     end = start + change
     part = end - start
-    row[LOSES] = (start - (end - part)) + (change - part)
-    row[RAW] = end
+    row.loses = (start - (end - part)) + (change - part)
+    row.y_new = end
     return end * 0.0
 
 
 @rowwise
 def summed(row: Any, h: Any) -> None:
-    """Set row POINT: the series at the time h."""
-    row[POINT] = polynomial([row[SERIES + k] for k in range(P + 1)], h)
+    """Set row point: the series at the time h."""
+    row.point = polynomial([row.terms[k] for k in range(P + 1)], h)
 
 
 def distance(row: Any, h: Any, relative: Any, absolute: Any) -> Any:
-    """Return the difference of the derivative of the series at the end of the step from the rates there, row SLOPES.
+    """Return the difference of the derivative of the series at the end of the step from the rates there, k[12].
 
     It is multiplied by the step, and in units of the admissible error from the last terms and round-off.
     """
-    slope = polynomial([row[SERIES + k] * float(k) for k in range(1, P + 1)], h)
-    allowed = BEND * (absolute + relative * abs(row[RAW])) + ROUNDED * abs(h * row[SLOPES])
-    return abs(h * (row[SLOPES] - slope)) / allowed
+    slope = polynomial([row.terms[k] * float(k) for k in range(1, P + 1)], h)
+    allowed = BEND * (absolute + relative * abs(row.y_new)) + ROUNDED * abs(h * row.k[12])
+    return abs(h * (row.k[12] - slope)) / allowed
 
 
 added, missed = rowwise(sum_of_series), rowwise(distance)
@@ -197,99 +177,88 @@ added, missed = rowwise(sum_of_series), rowwise(distance)
 @rowwise
 def beyond(row: Any, h: Any) -> Any:
     """Return a positive number if the term P y_P h is more than BOUND times the one before it."""
-    above, below = h * (P * 1.0) * row[SERIES + P], BOUND * row[SERIES + P - 1]
+    above, below = h * (P * 1.0) * row.terms[P], BOUND * row.terms[P - 1]
     return above * above - below * below
 
 
 @compiled
-def predicted_length(
-    t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, relative: Reals, absolute: Reals,
-    integers: Integers,
-) -> float:  # fmt: skip
+def length(run: Run) -> float:
     """Return the length of the next step: very large for a polynomial, nan if the coefficients are not finite."""
-    expand(t, work, w, c, quaternions, nq)
-    integers[EVALUATED] += 1
+    own = Series(run.own)
+    expand(run, own)
+    run.evaluated += 1
     coarsest = 1e-16
-    for i in range(n):
-        coarsest = greater(coarsest, relative[i])
-    if work[RATE * w] != coarsest:  # at the start, and when a long run tightens it
-        work[RATE * w] = coarsest
-        work[RATE * w + 1] = math.log2(coarsest) / P
-    logarithm = slowest(work, w, n, relative, absolute, work[RATE * w + 1])
+    for i in range(run.n):
+        coarsest = greater(coarsest, run.relative[i])
+    if own.coarsest != coarsest:  # at the start, and when a long run tightens it
+        own.coarsest = coarsest
+        own.logarithm = math.log2(coarsest) / P
+    logarithm = slowest(run, own, run.relative, run.absolute, own.logarithm)
     size = power2(-logarithm) if math.isfinite(logarithm) else math.nan
-    if quaternions[nq + KERNELS + BENDS] != 0 and not size > 8.0 * EPS * abs(t):
-        greatest_rate = fastest(work, w, n, relative, absolute)
+    if own.bends != 0 and not size > 8.0 * EPS * abs(run.t):
+        greatest_rate = fastest(run, own, run.relative, run.absolute)
         if 0.0 < greatest_rate < math.inf:
-            straighten(work, w, n)
+            straighten(run, own)
             return BEND / greatest_rate
     if size != size:
-        integers[BLAME] = blamed(work, w, n)
+        run.blame = blamed(run, own)
     return size
 
 
 @compiled
-def attempt(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
-    relative: Reals, absolute: Reals, integers: Integers,
-) -> int:  # fmt: skip
+def attempt(run: Run, h: float) -> int:
     """Compute the state at the time ``h`` of the step."""
-    work[LENGTH * w + 1] = added(work, w, n, h)
-    if quaternions[nq + KERNELS + BENDS] != 0:
+    own = Series(run.own)
+    own.error = added(run, own, h)
+    if own.bends != 0:
         half = 0.5 * h
-        summed(work, w, w, half)
-        call(rates, t + half, work, POINT * w, c, work, SLOPES * w)
-        work[LENGTH * w + 1] += missed(work, w, n, half, relative, absolute)
-        call(rates, t + h, work, RAW * w, c, work, SLOPES * w)
-        work[LENGTH * w + 1] += missed(work, w, n, h, relative, absolute)
+        summed(run, own, half)
+        run.rates(run.t + half, run.point, run.c, run.k[12])
+        own.error += missed(run, own, half, run.relative, run.absolute)
+        run.rates(run.t + h, run.y_new, run.c, run.k[12])
+        own.error += missed(run, own, h, run.relative, run.absolute)
     return 0
 
 
 @compiled
-def judge(
-    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
-) -> float:
+def judge(run: Run, h: float) -> float:
     """Return 0, or the error of a step that continued past a bend; nan if the state is not finite."""
-    error = work[LENGTH * w + 1]
-    if not math.isfinite(error):
-        integers[BLAME] = blamed(work, w, n)
-    return error
+    own = Series(run.own)
+    if not math.isfinite(own.error):
+        run.blame = blamed(run, own)
+    return own.error
 
 
 @compiled
-def densify(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
-) -> None:
-    """Store the length of the step for `interpolate`: the series is the dense output."""
-    work[LENGTH * w] = h
+def interpolate(run: Run, x: float) -> None:
+    """Set the row point: the polynomial at the fraction ``x`` (0 to 1) of the step."""
+    summed(run, Series(run.own), x * run.h)
 
 
 @compiled
-def interpolate(x: float, work: Reals, w: int) -> None:
-    """Set row POINT: the polynomial at the fraction ``x`` (0 to 1) of the step."""
-    summed(work, w, w, x * work[LENGTH * w])
-
-
-@compiled
-def hold(work: Reals, w: int, n: int) -> None:
+def hold(run: Run) -> None:
     """Save the rounding error of the sum while parts of the step are tried."""
-    copied(work, w, LOSES, HELD)
+    own = Series(run.own)
+    own.saved[:] = own.loses
 
 
 @compiled
-def accept(work: Reals, w: int, n: int) -> None:
+def accept(run: Run) -> None:
     """Pass the rounding error of this sum to the next."""
-    copied(work, w, HELD, LOST)
+    own = Series(run.own)
+    own.lost[:] = own.saved
 
 
 @compiled
-def limited_by_stability(work: Reals, w: int, n: int, h: float) -> int:
+def limited(run: Run, h: float) -> int:
     """Return 1 if the step is as long as the region of stability allows, with λ of a decay."""
-    if not beyond(work, w, n, h) > 0.0:  # no component does, so their sums do not either
+    own = Series(run.own)
+    if not beyond(run, own, h) > 0.0:  # no component does, so their sums do not either
         return 0
     above, below, across, early = 0.0, 0.0, 0.0, 0.0
-    for i in range(n):
-        a, b = P * work[(SERIES + P) * w + i], work[(SERIES + P - 1) * w + i]
-        early += work[(SERIES + EARLY) * w + i] * work[(SERIES + EARLY) * w + i]
+    for i in range(run.n):
+        a, b = P * own.terms[P, i], own.terms[P - 1, i]
+        early += own.terms[EARLY, i] * own.terms[EARLY, i]
         above += a * a
         below += b * b
         across += a * b
@@ -299,17 +268,8 @@ def limited_by_stability(work: Reals, w: int, n: int, h: float) -> int:
     return 1 if root(early) <= GROWN * abs(h) ** (P - EARLY) * root(above) else 0
 
 
-FUNCTIONS = step_control.Functions(
-    {
-        "PREDICTED": 1,
-        "prepare": prepare,
-        "predicted_length": predicted_length,
-        "attempt": attempt,
-        "judge": judge,
-        "densify": densify,
-        "interpolate": interpolate,
-        "hold": hold,
-        "accept": accept,
-        "limited_by_stability": limited_by_stability,
-    }
-)
+METHOD = Method(
+    name="taylor", order=P, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, hold=hold,
+    accept=accept, length=length, limited=limited,
+)  # fmt: skip
+FUNCTIONS = Functions(METHOD)

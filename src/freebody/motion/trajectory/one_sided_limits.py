@@ -15,7 +15,7 @@ import numpy as np
 
 from ...dynamics.unilateral import Limit, MotionWarning
 from ..ode.dense_output import Array, observe
-from ..ode.layout import PARTS
+from ..ode.run import PARTS
 
 _BLOCK = 1 << 15
 """Number of times that are evaluated together."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from freebody.motion.ode import dense_output as runs
-from freebody.motion.ode import tableau
+from freebody.motion.ode import dop853 as tableau
 from freebody.motion.ode.dense_output import Rates, Watch
 from freebody.motion.ode.integration import integrate
 from freebody.native import codegen

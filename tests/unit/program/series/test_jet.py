@@ -18,7 +18,8 @@ from freebody.dynamics import coordinate_rates, traced_state
 from freebody.dynamics.motion import motion
 from freebody.errors import ExpressionError
 from freebody.model import assemble
-from freebody.motion.ode.layout import ORDERS, padded
+from freebody.motion.ode.layout import ORDERS
+from freebody.native.records import padded
 from freebody.program.code.lower import lower
 from freebody.program.kernels import compile_tape
 from freebody.program.series import jet, jet_wide

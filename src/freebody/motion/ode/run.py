@@ -1,0 +1,303 @@
+"""Memory of a run, shared by Python and the compiled loop: a step with its rows, and the search for events in it.
+
+Nothing in this file needs a compiler. A run with compiled code on the disk does not load one.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from ...native.records import Count, Kernel, Real, Row, Rows, Whole, Wholes, padded, record
+
+STAGES = 16
+"""Number of rows for the rates at the stages of a step; an implicit method uses 0 and 12, at its start and its end."""
+
+# Event functions are evaluated between PARTS parts of a step, and at one more point close to either end. MARGIN is the
+# distance of these two points from the ends, as a fraction of the step: they show the slope there.
+PARTS, MARGIN = 8, 0.001
+POINTS = PARTS + 3
+
+
+@record
+class Search:
+    """Event functions g(t, y, c), and the search for their zeros in a step (`event_search`).
+
+    ``zero_x``, ``zero_number``, ``zero_sign``    events of the step in order of time: fraction of the step, number of
+                                                  the function, sign after the zero
+    ``reach``, ``culprit``   fraction of the step up to which all required functions have values (2: all of it), and the
+                             function without a value
+    ``table``     values at the points of the step, and the fraction of the step
+    ``signs``     last nonzero sign of each function, 0 until there is one
+    ``log``       times, numbers, signs and states of the events of this piece of the run
+    """
+
+    functions: Kernel
+    c: Row
+    count: Count
+    reach: Real
+    culprit: Whole
+    directions: Annotated[Wholes, "count"]
+    terminal: Annotated[Wholes, "count"]
+    signs: Annotated[Wholes, "count"]
+    table: Annotated[Rows, POINTS, "columns"]
+    g: Annotated[Row, "count"]
+    zero_x: Annotated[Row, "zeros"]
+    zero_number: Annotated[Wholes, "zeros"]
+    zero_sign: Annotated[Wholes, "zeros"]
+    log_times: Row
+    log_numbers: Wholes
+    log_signs: Wholes
+    log_states: Rows
+
+
+@record
+class Run:
+    """A run y' = f(t, y, c), at a step of length h from the state y at t.
+
+    ``until``, ``longest``, ``start``    end of the run, longest step, and start of the run
+    ``old_error``       error of the step before
+    ``accepted``, ``events``             steps and events of this piece of the run; ``taken``: steps of the whole run
+    ``blame``           component or event function to blame for a failure
+    ``suspect``, ``calm``, ``stiffness`` steps that the region of stability may have limited; consecutive steps that it
+                        did not limit; steps that are stiff
+    ``sampled``         1 + the step whose states were computed last
+    ``stop_if_stiff``, ``fixed``         1 to stop at a stiff step; 1 for steps of equal length
+    ``required``        number of event functions that must have a value everywhere
+    ``after``, ``last`` end of the step; 1 if the run ends there
+    ``allowed``         largest change by a projection that is no other branch
+    ``quaternions``     components at which unit quaternions begin
+    ``projection``      moves a state onto the constraints, or None
+    ``own``             memory of the method
+    ``k``               rates at the stages: k[0] at y, k[12] at the end
+    ``y_new``, ``end``  end of the step, as the method gives it, and on the constraints
+    ``dense``, ``point``    coefficients of the dense output, and a state inside the step
+    ``times`` ...       buffers for ``room`` steps: time, length and state at the start of each, then the end
+    """
+
+    t: Real
+    h: Real
+    old_error: Real
+    until: Real
+    longest: Real
+    start: Real
+    accepted: Whole
+    rejected: Whole
+    evaluated: Whole
+    events: Whole
+    blame: Whole
+    after_rejection: Whole
+    taken: Whole
+    suspect: Whole
+    calm: Whole
+    stiffness: Whole
+    sampled: Whole
+    stop_if_stiff: Whole
+    fixed: Whole
+    required: Whole
+    after: Real
+    last: Whole
+    allowed: Real
+    rates: Kernel
+    c: Row
+    n: Count
+    width: Count
+    quaternions: Wholes
+    n_quaternions: Count
+    projection: Kernel
+    projected: Count
+    own: Row
+    initial: Annotated[Row, "n"]
+    relative: Annotated[Row, "n"]
+    absolute: Annotated[Row, "n"]
+    k: Annotated[Rows, STAGES, "width"]
+    y: Annotated[Row, "width"]
+    argument: Annotated[Row, "width"]
+    y_new: Annotated[Row, "width"]
+    error5: Annotated[Row, "width"]
+    error3: Annotated[Row, "width"]
+    dense: Annotated[Rows, 7, "width"]
+    point: Annotated[Row, "width"]
+    end: Annotated[Row, "width"]
+    search: Search
+    room: Whole
+    times: Row
+    lengths: Row
+    states: Rows
+
+
+COUNTS = (
+    "accepted", "rejected", "evaluated", "events", "blame", "after_rejection", "taken", "suspect", "calm", "stiffness",
+    "sampled",
+)  # fmt: skip
+NUMBERS = ("t", "h", "old_error", "until", "longest", "start", *COUNTS, "stop_if_stiff", "fixed", "required")
+"""What is written at the start of a run; all counts are then 0."""
+
+
+@record
+class Collocation:
+    """Memory of `collocation`, for S stages of an equation z' = f(t, z, c) with rows of the length v.
+
+    ``z``, ``z_new``              start and end of the step
+    ``stages``                    rates at the stages
+    ``series``, ``before``, ``saved``    coefficients of the rates in this step, in the one before, in the saved one
+    ``carry``, ``rounding``, ``saved_rounding``    rounding error of the sum before this step, in it, in the saved one
+    ``length_before``, ``length``, ``saved_length``    lengths of these steps
+    ``continues``                 1 if there is a step before
+    """
+
+    f: Kernel
+    c: Row
+    n: Count
+    v: Count
+    length_before: Real
+    length: Real
+    saved_length: Real
+    continues: Whole
+    z: Row
+    z_new: Row
+    stages: Annotated[Rows, "S", "v"]
+    series: Annotated[Rows, "S", "v"]
+    before: Annotated[Rows, "S", "v"]
+    saved: Annotated[Rows, "S", "v"]
+    argument: Annotated[Row, "v"]
+    new: Annotated[Row, "v"]
+    carry: Annotated[Row, "v"]
+    rounding: Annotated[Row, "v"]
+    saved_rounding: Annotated[Row, "v"]
+
+
+@record
+class Hamiltonian:
+    """Memory of `structure`: z = (q, P) at the start and the end of a step, and at the end of the saved step.
+
+    ``momenta``, ``velocities``    kernels of (q, u) to P, and of (q, P) to u
+    ``coordinates``                number of coordinates
+    """
+
+    momenta: Kernel
+    velocities: Kernel
+    coordinates: Count
+    collocation: Collocation
+    z: Annotated[Row, "v"]
+    z_new: Annotated[Row, "v"]
+    saved: Annotated[Row, "v"]
+
+
+@record
+class Newton:
+    """Memory of `radau`.
+
+    ``derivative``                f'(y) v, a kernel of (y, v)
+    ``z``, ``before``, ``saved``  stages of this step, of the one before, of the saved one; ``w`` = T⁻¹ z
+    ``length_before``, ``length``, ``saved_length``    lengths of these steps; 0 if there is none before
+    ``factored``                  length of the step of the factors, or 0
+    ``fresh``, ``good``           1 if J is that of the start; 1 if the last step converged at once
+    ``convergence``               rate of convergence
+    ``J``                         ∂f/∂y by columns; ``real``, ``re``, ``im``: factors of γ/h - J and of (α + iβ)/h - J
+    """
+
+    derivative: Kernel
+    c: Row
+    length_before: Real
+    length: Real
+    saved_length: Real
+    factored: Real
+    convergence: Real
+    fresh: Whole
+    good: Whole
+    z: Annotated[Rows, 3, "width"]
+    saved: Annotated[Rows, 3, "width"]
+    before: Annotated[Rows, 3, "width"]
+    w: Annotated[Rows, 3, "width"]
+    f: Annotated[Rows, 3, "width"]
+    sides: Annotated[Rows, 3, "width"]
+    pair: Annotated[Row, "pair_size"]
+    pivots: Annotated[Wholes, "n"]
+    complex_pivots: Annotated[Wholes, "n"]
+    J: Annotated[Rows, "n", "width"]
+    real: Annotated[Rows, "n", "width"]
+    re: Annotated[Rows, "n", "width"]
+    im: Annotated[Rows, "n", "width"]
+
+
+@record
+class Series:
+    """Memory of `taylor`.
+
+    ``coefficients``    kernel of the series of the motion; ``bends``: 1 if a function in the rates may bend, which the
+                        series does not show
+    ``lost``, ``loses``, ``saved``    rounding error of the sum before this step, in it, and in the saved step
+    ``coarsest``, ``logarithm``       r, and log₂ r^(1/p)
+    ``error``           error of a step that continued past a bend
+    """
+
+    coefficients: Kernel
+    bends: Count
+    width: Count
+    c: Row
+    coarsest: Real
+    logarithm: Real
+    error: Real
+    lost: Annotated[Row, "width"]
+    loses: Annotated[Row, "width"]
+    saved: Annotated[Row, "width"]
+    terms: Annotated[Rows, 17, "width"]
+
+
+def most_events(m: int) -> int:
+    """Maximum number of events of ``m`` event functions in one step. Between two points each function gives at most
+    two, and each point can be a zero.
+    """
+    return 3 * (PARTS + 2) * m
+
+
+def memory(method: str, n: int, m: int = 0) -> tuple[Run, Any]:
+    """Return the memory of a run with ``n`` components and ``m`` event functions, and that of its method."""
+    run = Run.made(**sizes(n, m))
+    return run, own_memory(method, run)
+
+
+def sizes(n: int, m: int) -> dict[str, int]:
+    """Return the sizes of the rows of `Run`."""
+    return {"n": n, "width": padded(n), "count": m, "columns": m + 1, "zeros": most_events(m)}
+
+
+def own_memory(method: str, run: Run) -> Any:
+    """Return the memory of a method for a run; None if it has none."""
+    n, width = run.n, run.width
+    own: Any = None
+    if method in ("gauss", "crossing"):
+        own = Collocation.made(S=8, n=n, v=width)
+        own.z, own.z_new = run.y, run.y_new
+    elif method == "structure":
+        own = Hamiltonian.made(S=3, v=2 * width)
+        own.collocation.z, own.collocation.z_new = own.z, own.z_new
+    elif method == "radau":
+        own = Newton.made(n=n, width=width, pair_size=padded(2 * n))
+    elif method == "taylor":
+        own = Series.made(n=n, width=width)
+    if own is not None:
+        run.own = own.memory
+    return own
+
+
+def equip(run: Run, own: Any, rates: Any) -> None:
+    """Write the rates of a machine into the memory of a run (`dense_output.Rates`)."""
+    run.rates, run.c = rates.address, rates.constants
+    run.quaternions, run.n_quaternions = rates.indices, rates.indices.size
+    run.projection, run.projected = rates.projection, rates.projected
+    if own is None:
+        return
+    constants = rates.constants[rates.method_constants :]
+    if isinstance(own, Collocation):
+        own.f, own.c, own.n = rates.address, rates.constants, run.n
+    elif isinstance(own, Hamiltonian):
+        stages = own.collocation
+        stages.f, own.momenta, own.velocities, own.coordinates = rates.method_kernels
+        stages.c, stages.n = constants, 2 * own.coordinates
+    elif isinstance(own, Newton):
+        (own.derivative,) = rates.method_kernels
+        own.c = constants
+    elif isinstance(own, Series):
+        own.coefficients, own.bends = rates.method_kernels
+        own.c = constants
