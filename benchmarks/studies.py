@@ -199,7 +199,7 @@ def reduce(lanes: int) -> None:
     clock = time.perf_counter()
     data = study(lanes, 1.0).reduce(
         {
-            "p": fb.mean("max(theta') > 6"),
+            "p": fb.mean("max(theta') > 3"),
             "tail": fb.quantile("max(theta')", [0.5, 0.999]),
             "spread": fb.histogram("max(theta')", 200),
             "worst": fb.largest("max(theta')", 10),

@@ -28,6 +28,10 @@ From accelerations to forces, the joint's accelerations stand in place of τ, an
     started            the same at rest, with the joint's acceleration from its variables
     transmitted        wrench on the link in the parent (6), passed on; force along the joint (1, 3 or 6), in the
                        second record
+
+Where all links move in one plane, only a turn about its normal and two components of velocity differ from zero. The
+space of these three motions is closed: a step needs the loads, inertias and accelerations in it, and leaves out the
+others, which no acceleration depends on.
 """
 
 from __future__ import annotations
@@ -111,6 +115,7 @@ class Kind:
     straight: bool  # True if the joint's axes are the parent's
     massless: bool
     free: bool  # True if its displacement can change alone
+    normal: int = -1  # axis across the plane in which all links move: 0, 1, 2; -1 if there is no such plane
 
     @property
     def joint_of_one(self) -> bool:
@@ -139,12 +144,49 @@ class Kind:
         """First place of the varying terms of R and r."""
         return self.solved + 7 * (self.freedom or int(self.driven))
 
+    def kept(self, a: Spatial) -> Spatial:
+        """Return a motion or force without the components across the plane in which the links move."""
+        k = self.normal
+        if k < 0:
+            return a
+        turn, shift = (
+            tuple(x if (i == k) == inner else 0 for i, x in enumerate(v))
+            for inner, v in zip((True, False), a, strict=True)
+        )
+        return (turn, shift)  # type: ignore[return-value]
 
-def kind_of(link: Link, free: bool) -> Kind:
+    def kept_blocks(self, a: Blocks) -> Blocks:
+        """Return an articulated inertia without the rows and columns across that plane."""
+        k = self.normal
+        if k < 0:
+            return a
+        return tuple(
+            tuple(
+                tuple(x if ((i == k), (j == k)) == inner else 0 for j, x in enumerate(row))
+                for i, row in enumerate(block)
+            )
+            for inner, block in zip(((True, True), (True, False), (False, False)), a, strict=True)
+        )  # type: ignore[return-value]
+
+
+def kind_of(link: Link, free: bool, normal: int = -1) -> Kind:
     """Kind of a link; ``free`` is true if its displacement can change alone."""
     axis = IDENTITY.index(link.axis) if link.one_dof and link.axis in IDENTITY else -1
     massless = link.mass == 0 and link.body is None
-    return Kind(link.kind, axis, link.driven, link.rotation == IDENTITY, massless, free)
+    return Kind(link.kind, axis, link.driven, link.rotation == IDENTITY, massless, free, normal)
+
+
+def normal_of(links: Sequence[Link]) -> int:
+    """Return the axis, of all links and of the ground, across the plane in which they move; -1 if there is none."""
+
+    def keeps(link: Link, k: int) -> bool:
+        across = [link.axis[i] for i in range(3) if i != k]
+        moves = {"weld": True, "hinge": not any(across), "slider": link.axis[k] == 0}
+        row, column = link.rotation[k], [row[k] for row in link.rotation]
+        turned = all(x == 0 for i in range(3) if i != k for x in (row[i], column[i]))
+        return moves.get(link.kind, False) and turned
+
+    return next((k for k in range(3) if all(keeps(link, k) for link in links)), -1)
 
 
 def constants_of(model: Model, i: int) -> list[Expression]:
@@ -196,15 +238,19 @@ def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, derivatives: 
     constants = [tape.input(f"c{k}") for k in range(CONSTANTS)]
     read = {name: [tape.input(f"{name} {k}") for k in range(n)] for name, n in ARRAYS.items()}
     written = _recorded(tape, read, constants, kind)
-    functions = {name: [x for part in parts for x in part[2]] for name, parts in written.items()}
-    places = [
-        [
-            (STEPS[name][1].index(array), first + k)
+    ones: Matrix = ((1, 1, 1),) * 3
+    kept = [*_six(kind.kept((ones[0], ones[0]))), *_blocks_list(kind.kept_blocks((ones, ones, ones)))]
+    results = {
+        name: [
+            ((STEPS[name][1].index(array), first + k), x)
             for array, first, values in parts
-            for k in range(len(values))
+            for k, x in enumerate(values)
+            if array not in ("passed", "own") or kept[k]
         ]
         for name, parts in written.items()
-    ]
+    }
+    functions = {name: [x for _, x in pairs] for name, pairs in results.items()}
+    places = [[place for place, _ in pairs] for pairs in results.values()]
     state = [x for array in read.values() for x in array]
     sizes = tuple(ARRAYS.values())
     if derivatives:
@@ -229,11 +275,14 @@ def _recorded(
 ) -> dict[str, Written]:
     """Record all steps of a kind."""
     record, joint, tips = read["record"], read["joint"], read["tips"]
-    E = IDENTITY if kind.straight else _matrix(constants[0:9])
-    n = IDENTITY[kind.axis] if kind.axis >= 0 else _vector(constants[12:15])
+    E, n = _constant_axes(constants, kind)
     inertia: Any = (0, ZERO, (ZERO, ZERO, ZERO))
     if not kind.massless:
         inertia = rigid_inertia(constants[16], _vector(constants[17:20]), _matrix(constants[20:29]))
+
+    def spatial(x: Sequence[Scalar]) -> Spatial:
+        return kind.kept(_spatial(x))
+
     S: Spatial | None = None
     tau: list[Traced] = []
     count = kind.freedom
@@ -251,7 +300,7 @@ def _recorded(
         S = {"slider": (ZERO, n), "hinge": (n, ZERO)}.get(kind.kind, (n, scale(pitch, n)))
         tau = joint[2:3]
     # outward
-    V_i = plus(motion_to_child(R, r, _spatial(read["parent"][V:])), vJ)
+    V_i = plus(kind.kept(motion_to_child(R, r, spatial(read["parent"][V:]))), vJ)
     coordinate_rates: list[Scalar] = []
     if kind.kind == "free":
         coordinate_rates = [
@@ -268,12 +317,13 @@ def _recorded(
     ]
     # inward, from the record that `outward` has written
     R_, r_ = _matrix(turn_read), _vector(turn_read[9:])
-    V_ = _spatial(record[V:])
+    V_ = spatial(record[V:])
     c = motion_cross(V_, vJ)
     if kind.driven and S is not None:
         c = plus(c, times(joint[2], S))
     p = force_cross(V_, momentum_of(inertia, V_))
-    I_A, p_A = blocks_sum(_blocks(tips[6:]), blocks(inertia)), plus(_spatial(tips), p)
+    I_A = kind.kept_blocks(blocks_sum(_blocks(tips[6:]), blocks(inertia)))
+    p_A = kind.kept(plus(_spatial(tips), p))
     motion = [] if kind.driven or kind.kind == "weld" else free_motions(_any_link(kind), S)
     pivots: Any = None
     stored: list[Scalar] = []
@@ -290,15 +340,15 @@ def _recorded(
         ("record", kind.solved, stored),
     ]
     # final:  y'' = D⁻¹ m - D⁻¹ Uᵀ A'
-    moved_on = motion_to_child(R_, r_, _spatial(read["above"]))
+    moved_on = motion_to_child(R_, r_, spatial(read["above"]))
     a = plus(moved_on, c)
     rates: list[Scalar] = []
     for k in range(len(motion)):
-        row = _spatial(record[kind.solved + 6 * k :])
+        row = spatial(record[kind.solved + 6 * k :])
         rates.append(record[kind.solved + 6 * count + k] - power(a, row))
     force = []
     if kind.driven and S is not None:
-        force = [power(a, _spatial(record[kind.solved :])) + record[kind.solved + 6]]
+        force = [power(a, spatial(record[kind.solved :])) + record[kind.solved + 6]]
     for S_k, rate in zip(motion, rates, strict=True):
         a = plus(a, times(rate, S_k))
     # carried, transmitted: c holds the acceleration along a displacement that is driven
@@ -346,6 +396,19 @@ def _recorded(
             ("second", PRESSED - SECOND, [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)])
         ],
     }
+
+
+def _constant_axes(constants: Sequence[Traced], kind: Kind) -> tuple[Matrix, Vector]:
+    """Return the constant part of R, and the axis of the joint, with the zeros that motion in a plane gives them."""
+    E = IDENTITY if kind.straight else _matrix(constants[0:9])
+    n = IDENTITY[kind.axis] if kind.axis >= 0 else _vector(constants[12:15])
+    k = kind.normal
+    if k >= 0:
+        E = tuple(
+            tuple(x if (i == k) == (j == k) else 0 for j, x in enumerate(row)) for i, row in enumerate(E)
+        )  # type: ignore[assignment]
+        n = tuple(x if (i == k) == (kind.kind == "hinge") else 0 for i, x in enumerate(n))  # type: ignore[assignment]
+    return E, n
 
 
 def _stored(

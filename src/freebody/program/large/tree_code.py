@@ -109,7 +109,9 @@ def places(parts: Parts) -> dict[str, Any]:
     early = parts.loads_end - first
     return {
         "links": len(links), "numbers": parts.size, "inputs": parts.inputs, "hoisted": parts.hoisted,
-        "given": int(parts.back), "joint": parts.joint, "cleared": parts.sums.cleared, "kept": parts.sums.aside,
+        "given": int(parts.back), "joint": parts.joint, "cleared": parts.sums.cleared,
+        # links that move in a plane leave out what stands across it
+        "kept": parts.sums.aside if parts.normal < 0 else parts.sums.end,
         "ground": parts.base, "ground_end": parts.base + link_step.WIDTH,
         "ground_axes": parts.at(-1, link_step.PLACE), "at_rest": at_rest, "totals": parts.totals,
         "kinetic": link_step.KINETIC - SECOND, "momentum": link_step.MOMENTUM - SECOND,

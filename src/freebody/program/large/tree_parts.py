@@ -36,7 +36,7 @@ from ..code.emit import Form
 from ..kernels import KernelSet, compile_tape
 from . import link_step
 from .link_places import accelerations, sums
-from .link_step import Step, compiled_step, kind_of
+from .link_step import Step, compiled_step, kind_of, normal_of
 
 OF_Q = ("potential_energy", "postures", "jacobian")
 """Kernels that depend on q only."""
@@ -108,7 +108,9 @@ class Parts:
         """Compile the steps of every kind of link, and place their constants in c."""
         model = self.model
         free = {i for i, _ in free_displacements(model)}
-        self.kinds = [kind_of(link, i in free) for i, link in enumerate(model.links)]
+        # modes with forces and reactions as results need loads across the plane, too
+        self.normal = normal_of(model.links) if self.mode in ("motion", "forced") else -1
+        self.kinds = [kind_of(link, i in free, self.normal) for i, link in enumerate(model.links)]
         if self.back:  # accelerations along displacements are given
             self.kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self.kinds]
         self.steps: dict[link_step.Kind, Step] = {

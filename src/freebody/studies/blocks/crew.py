@@ -24,6 +24,7 @@ _GONE = ("CommClosedError", "FutureCancelledError", "CancelledError", "ClosedCli
 """Errors of libraries that tell of a cluster that is gone."""
 
 
+_MESSAGE = 64  # tasks that a scheduler holds at least, half of which are sent at once
 _REFRESH = 1.0  # seconds between two questions how many workers there are
 
 
@@ -216,7 +217,7 @@ class Crew:
 class Cluster(Crew):
     """The workers of a dask cluster, which are many: blocks go to the scheduler, and come back, several at a time.
 
-    A message to the scheduler, and one for a result, take about as long as the fixed cost of four blocks.
+    A message to the scheduler, and one for results, take about as long as the fixed cost of four blocks.
     """
 
     def __init__(self, executor: Any, ready: Any, work: bytes, source: Any, name: str) -> None:
@@ -241,13 +242,13 @@ class Cluster(Crew):
 
     @property
     def room(self) -> int:
-        """Number of tasks that the scheduler should hold."""
-        return 8 * self.workers
+        """Number of tasks that the scheduler should hold; few workers get as many as make a message worth its cost."""
+        return max(_MESSAGE, 8 * self.workers)
 
     @property
     def low(self) -> int:
         """Number of tasks at which the scheduler gets more."""
-        return 4 * self.workers
+        return self.room // 2
 
     def start(self, low: int, high: int) -> None:
         """Note a block, which is sent with others."""

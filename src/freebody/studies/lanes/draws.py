@@ -14,6 +14,7 @@ keeps it a permutation of 0 ... n - 1 [BlackRogaway2002].
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -155,11 +156,12 @@ def feistel(numbers: Words, bits: int, keys: Words) -> Words:
     return left
 
 
+@lru_cache(maxsize=1024)
 def _key(seed: int, stream: int, j: int, count: int) -> Words:
-    """Return words that the seed makes for a stream of dimension j."""
-    return np.asarray(
-        np.random.SeedSequence(seed, spawn_key=(stream, j)).generate_state(count, np.uint64), np.uint64
-    )
+    """Return words that the seed makes for a stream of dimension j, which blocks ask for again and again."""
+    keys = np.random.SeedSequence(seed, spawn_key=(stream, j)).generate_state(count, np.uint64)
+    keys.flags.writeable = False
+    return np.asarray(keys, np.uint64)
 
 
 def _between(integers: Words, bits: int) -> NDArray[np.float64]:

@@ -16,8 +16,9 @@ from freebody.program.arguments import place_of
 from freebody.program.large import link_step, tree_loop
 from freebody.program.large.link_places import accelerations, sums
 from freebody.program.large.tree_loop import LoopedSet
+from freebody.program.large.tree_parts import Directions
 from freebody.program.products import product_named
-from freebody.testing import random_chain, random_state, random_system
+from freebody.testing import random_chain, random_inertia, random_state, random_system
 
 
 def reference(model, q, u, t, values=None):
@@ -103,6 +104,61 @@ def back(model, seed, values=None):
     assert np.abs(inverse["bias"](0.4, [*q, *u], c) - h).max(initial=0) <= bound
     found = mass["mass_matrix"](0.4, q, d).reshape(model.n_u, model.n_u)
     assert np.abs(found - M).max(initial=0) <= 2e-15 * len(model.links) * max(1.0, np.abs(M).max(initial=0))
+
+
+def flat_machine(seed, normal):
+    """Bodies of any shape, off the plane, on hinges and sliders that keep them in it; one is driven."""
+    random = np.random.default_rng(seed)
+    s = fb.System(f"flat {seed}")
+    s.gravity = tuple(random.normal(size=3).tolist())
+    a, b = (k for k in range(3) if k != normal)
+    bodies = [s.ground]
+    for i in range(8):
+        body = s.body(f"b{i}", random_body(random))
+        parent = bodies[random.integers(len(bodies))]
+        at, to = (tuple(x) for x in random.normal(size=(2, 3)).round(2).tolist())
+        unit = [0.0, 0.0, 0.0]
+        if i % 3 == 2:
+            unit[a], unit[b] = 0.6, 0.8
+            s.slider(f"j{i}", parent, body, at=at, to=to, axis=tuple(unit), coordinate=f"q{i}")
+        else:
+            unit[normal] = (-1.0) ** i
+            name = "sin(2*t)" if i == 4 else f"q{i}"
+            s.hinge(f"j{i}", parent, body, at=at, to=to, axis=tuple(unit), coordinate=name)
+        s.force(f"f{i}", body.point(*random.normal(size=3)), tuple(random.normal(size=3)))
+        bodies.append(body)
+    s.weld("w", bodies[-1], s.body("tool", random_body(random)), at=(0.1, 0.2, 0.3))
+    return fb.assemble(s)
+
+
+def random_body(random):
+    """A body whose inertia couples all axes."""
+    return fb.MassProperties(1.5, random.normal(size=3).tolist(), random_inertia(random))
+
+
+@pytest.mark.parametrize("normal", range(3))
+@pytest.mark.parametrize("seed", range(2))
+def test_links_that_stay_in_a_plane_leave_out_what_stands_across_it(seed, normal):
+    model = flat_machine(seed, normal)
+    for mode, plane in (("motion", normal), ("forced", normal), ("inverse", -1), ("reactions", -1)):
+        assert LoopedSet(model, mode)._parts.normal == plane
+    compare(model, LoopedSet(model), *random_state(model, seed), 0.4)
+    back(model, seed)
+    joined(model, seed)
+    q, u = random_state(model, seed)
+    derivatives = LoopedSet(model, directions=Directions("accelerations", 0, model.n_q + model.n_u))
+    y, c = np.array([*q, *u]), derivatives.constants([])
+    J = derivatives["f"](0.4, y, c).reshape(model.n_u, -1)
+    rates, h = LoopedSet(model)["accelerations"], 1e-6
+    c = LoopedSet(model).constants([])
+    for k in range(y.size):
+        step = h * (np.arange(y.size) == k)
+        difference = (rates(0.4, y + step, c) - rates(0.4, y - step, c)) / (2 * h)
+        assert J[:, k] == pytest.approx(difference, rel=1e-5, abs=1e-5 * (1 + np.abs(J).max()))
+    flat = link_step.compiled_step(link_step.Kind("hinge", normal, False, True, False, True, normal))
+    space = link_step.compiled_step(link_step.Kind("hinge", normal, False, True, False, True))
+    flat, space = (sum(x.compiled.operations["inward"].values()) for x in (flat, space))
+    assert 3 * flat < space
 
 
 def test_forces_where_displacements_are_expressions():
