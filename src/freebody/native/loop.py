@@ -40,7 +40,7 @@ class Function:
 
     def __init__(self, address: int, arguments: Sequence[str], result: str) -> None:
         kinds: dict[str, Any] = {"None": None, "int": ctypes.c_int64, "float": ctypes.c_double}
-        self.arguments = tuple(arguments)
+        self.arguments, self.address = tuple(arguments), address
         self.code = ctypes.CFUNCTYPE(
             kinds[result], *(kinds.get(kind, ctypes.c_void_p) for kind in self.arguments)
         )(address)
@@ -67,16 +67,20 @@ def passed(value: Any, kind: str) -> int | None:
 
 
 def made(
-    label: str, modules: Sequence[str], names: Sequence[str], make: Callable[[], Mapping[str, Any]]
+    label: str,
+    modules: Sequence[str],
+    names: Sequence[str],
+    make: Callable[[], Mapping[str, Any]],
+    lanes: int = 1,
 ) -> Loop:
     """Return the functions ``names`` as a loop, made once in a process from the functions that ``make`` returns.
 
-    ``label`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
-    the code.
+    ``lanes`` is the width of the translation. ``label`` tells loops of the same modules apart. The sources of
+    ``modules``, such as ``"motion.ode.dop853"``, shape the code.
     """
     with _LOCK:  # two threads would make two loops, and one would be unloaded while it runs
         if label not in _loops:
-            _loops[label] = _made(key(label, *modules), names, make)
+            _loops[label] = _made(key(label, *modules), names, make, lanes)
         return _loops[label]
 
 
@@ -106,13 +110,13 @@ def key(label: str, *modules: str) -> str:
     return hashlib.sha256(f"loop {label} {source} {codegen.version()} {np.__version__}".encode()).hexdigest()
 
 
-def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]]) -> Loop:
+def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]], lanes: int) -> Loop:
     """Return the loop from the disk, or compile and store it."""
     stored = disk.load(key)
     loaded = None if stored is None else _loaded(*stored, names)
     if loaded is not None:
         return Loop(*loaded, True)
-    header, code = _compiled(make(), names)
+    header, code = _compiled(make(), names, lanes)
     loaded = _loaded(header, code, names)
     if loaded is None:
         raise RuntimeError(
@@ -148,12 +152,14 @@ def _loaded(
     return functions, library
 
 
-def _compiled(space: Mapping[str, Any], names: Sequence[str]) -> tuple[dict[str, Any], bytes]:
+def _compiled(space: Mapping[str, Any], names: Sequence[str], lanes: int) -> tuple[dict[str, Any], bytes]:
     """Header and object code of the functions ``names`` of a name space and of the functions that they call."""
     from .translation import translated  # imported late: not needed if the code is on the disk
 
     chosen = {name: space[name] for name in names}
-    code, needed = codegen.optimised_code(translated({f"loop_{name}": f for name, f in chosen.items()}))
+    code, needed = codegen.optimised_code(
+        translated({f"loop_{name}": f for name, f in chosen.items()}, lanes)
+    )
     functions = {
         name: (f"loop_{name}", [getattr(x, "__name__", x) for x in f.arguments], f.result)
         for name, f in chosen.items()

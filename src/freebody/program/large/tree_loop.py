@@ -34,8 +34,8 @@ from ...model.model import Model
 from ...native import codegen
 from ...native.records import WIDTH
 from ..kernels import Kernel
-from .link_loop import Driver
 from .link_step import constants_of
+from .tree_code import entries
 from .tree_parts import Directions, Parts
 
 BODIES = 200
@@ -109,7 +109,8 @@ class LoopedSet:
         compiled = [parts.straight, *(step.compiled for step in parts.steps.values())]
         self.from_disk = all(kernels.from_disk for kernels in compiled)
         start = perf_counter()
-        code = codegen.object_code(Driver(parts).text())
+        text, needs = entries(parts)
+        code = codegen.object_code(text)
         library = codegen.Library(code)
         self.size = len(code) + sum(kernels.size for kernels in compiled)
         self.seconds = perf_counter() - start + sum(kernels.seconds for kernels in compiled)
@@ -122,7 +123,7 @@ class LoopedSet:
             base, first, count = directions
             suffix, sizes = "", {"f": sizes[base] * count} if count else {"tangent": sizes[base]}
             states = {"f": states[base], "tangent": 2 * first}
-        library.needs = parts
+        library.needs = parts, needs
         addresses = library.addresses(
             [*(f"{name}{suffix}" for name in sizes), *(f"{name}.batch" for name in sizes)]
         )

@@ -7,7 +7,7 @@
 
 S = 0, t, y | fetched from the records | front | loads | finish | energy | of the loops | records | second records
 
-(the ground's second record first). The loops over the links stand in `link_loop`; this is the one file that knows the
+(the ground's second record first). The loops over the links stand in `tree_walk`; this is the one file that knows the
 place of every number.
 """
 
@@ -16,8 +16,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from ...dynamics import traced_state
 from ...dynamics.coordinates import (
@@ -101,7 +99,6 @@ class Parts:
         self.loops = ("outward", "inward", "final")
         if self.back:
             self.loops = ("outward", "transmitted", "started" if mode == "mass" else "carried")
-        self._tables: list[np.ndarray] = []
         self._compile_steps()
         self._compile_straight(point)
         self.hoisted = self.straight_offset + self.straight.hoisted
@@ -130,11 +127,6 @@ class Parts:
     def step(self, i: int) -> KernelSet:
         """The code of link i."""
         return self.steps[self.kinds[i]].compiled
-
-    def table(self, values: Sequence[int]) -> int:
-        """Address of a table of integers that lives as long as this object."""
-        self._tables.append(np.array(values, dtype=np.int64))
-        return int(self._tables[-1].ctypes.data)
 
     def _compile_straight(self, point: Any) -> None:
         """Record and compile the straight parts, and place all numbers in S."""

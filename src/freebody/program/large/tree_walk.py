@@ -1,0 +1,420 @@
+"""Walks over the links of a large tree, in the compiled language (docs/compiled-language.md).
+
+    outward        poses, velocities and inertias, parents first
+    inward         articulated inertias and forces, tips first
+    final          accelerations, parents first
+
+If accelerations are given,
+
+    carried        accelerations, parents first
+    transmitted    wrenches, tips first
+
+All numbers of a call stand in one workspace S. `tree_parts` knows their places, and the record of a tree
+(`tree_record`) tells them to the code here, which is the same for every tree. The workspace belongs to the call, so
+that any number of threads may call at once.
+
+A number of S is one double, eight of states side by side, or either followed by its derivative along a direction:
+`LANES` states, and `WIDTH` doubles a number.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+
+from ...native.arithmetic import REAL, WHOLE, intrinsic, wide
+from ...native.functions import Instruction, instruction
+from ...native.instructions import Integers, Parts, Real, Reals, Row, numbers, shifted
+from ..code.batch import deliver, gather, gather_parts
+from .link_step import STEPS, SUM
+from .tree_record import Copy, Product, Straight, Tree
+
+# -- what a translation is made for ----------------------------------------------------------------------------------
+
+walk = Parts()
+
+# Bound by `functions`.
+LANES = WIDTH = BY_LANE = ALONG = 0
+workspace: Any = None
+"""(count): memory for so many numbers, which `released` gives back."""
+straight_code: Any = None
+"""(address, S, c, out): call of straight code."""
+outward_step: Any = None
+inward_step: Any = None
+final_step: Any = None
+carried_step: Any = None
+transmitted_step: Any = None
+place_step: Any = None
+moved_step: Any = None
+pressed_step: Any = None
+matrix: Any = None
+"""`mass_matrix` or `derivative`."""
+
+# -- one link after the other ----------------------------------------------------------------------------------------
+
+
+@walk
+def fetch(target: Row, S: Row, places: Integers, count: int) -> None:
+    """Copy the numbers at places of S side by side."""
+    for k in range(count):
+        target[k] = S[places[k]]
+
+
+@walk
+def add(target: Row, source: Row, count: int) -> None:
+    """Add numbers to others."""
+    for k in range(count):
+        target[k] = source[k] + target[k]
+
+
+@walk
+def clear(S: Row, first: int, end: int) -> None:
+    """Set numbers to zero."""
+    for k in range(first, end):
+        S[k] = 0.0
+
+
+@walk
+def copy(S: Row, what: Copy) -> None:
+    """Copy numbers to where straight code reads them."""
+    fetch(shifted(S, what.target), S, what.sources, what.count)
+
+
+@walk
+def assign(S: Row, k: int, x: float) -> None:
+    """Set number k in all lanes; its derivative is zero."""
+    place = shifted(numbers(S), WIDTH * k)
+    for lane in range(LANES):
+        place[lane] = x
+    for lane in range(LANES, WIDTH):
+        place[lane] = 0.0
+
+
+@walk
+def run(part: Straight, S: Row, c: Reals, tree: Tree) -> None:
+    """Run straight code."""
+    if part.code != 0:
+        straight_code(part.code, S, shifted(c, tree.straight_constants), shifted(S, part.target))
+
+
+@walk.inlined
+def gather_joint(S: Row, tree: Tree, i: int) -> None:
+    """Copy the variables of joint i side by side."""
+    first, joint = tree.joints[i], shifted(S, tree.joint)
+    for k in range(tree.joints[i + 1] - first):
+        joint[k] = S[tree.variables[first + k]]
+
+
+@walk
+def outward(S: Row, c: Reals, tree: Tree, placed: int) -> None:
+    """Poses, velocities and inertias, parents first."""
+    joint = shifted(S, tree.joint)
+    for i in range(tree.links):
+        gather_joint(S, tree, i)
+        constants = shifted(c, tree.constants[i])
+        link, second = shifted(S, tree.record[i]), shifted(S, tree.second[i])
+        outward_step(tree.outward[i], S, joint, constants, link, shifted(S, tree.parent[i]), second)
+        if placed != 0:
+            place_step(tree.place[i], S, link, constants, second, shifted(S, tree.parents_second[i]))
+
+
+@walk
+def inward(S: Row, c: Reals, tree: Tree) -> None:
+    """Articulated inertias and forces, tips first."""
+    joint = shifted(S, tree.joint)
+    for i in range(tree.links - 1, -1, -1):
+        gather_joint(S, tree, i)
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        passed, tips = shifted(S, tree.passed[i]), shifted(S, tree.tips[i])
+        inward_step(tree.inward[i], S, link, constants, passed, joint, tips, link)
+        if tree.added[i] >= 0:
+            add(shifted(S, tree.added[i]), passed, SUM)
+
+
+@walk
+def final(S: Row, c: Reals, tree: Tree) -> None:
+    """Accelerations, parents first."""
+    joint = shifted(S, tree.joint)
+    for i in range(tree.links):
+        gather_joint(S, tree, i)
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        own, above = shifted(S, tree.own[i]), shifted(S, tree.above[i])
+        final_step(tree.final[i], S, link, constants, own, joint, above, link)
+
+
+@walk
+def carried(S: Row, c: Reals, tree: Tree) -> None:
+    """Accelerations that follow from those along the joints, parents first."""
+    joint = shifted(S, tree.joint)
+    for i in range(tree.links):
+        gather_joint(S, tree, i)
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        own, above = shifted(S, tree.own[i]), shifted(S, tree.above[i])
+        carried_step(tree.final[i], S, link, constants, own, joint, above)
+
+
+@walk
+def transmitted(S: Row, c: Reals, tree: Tree) -> None:
+    """Wrenches that give these accelerations, tips first."""
+    for i in range(tree.links - 1, -1, -1):
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        own, second = shifted(S, tree.own[i]), shifted(S, tree.second[i])
+        passed, tips = shifted(S, tree.passed[i]), shifted(S, tree.tips[i])
+        transmitted_step(tree.inward[i], S, link, constants, passed, own, tips, second)
+        if tree.added[i] >= 0:
+            add(shifted(S, tree.added[i]), passed, 6)
+
+
+@walk
+def pressed(S: Row, c: Reals, tree: Tree) -> None:
+    """Wrench of each joint, in ground axes."""
+    for i in range(tree.links):
+        second = shifted(S, tree.second[i])
+        own, tips = shifted(S, tree.own[i]), shifted(S, tree.tips[i])
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        pressed_step(tree.pressed[i], S, link, constants, second, own, tips, second)
+
+
+@walk
+def moved(S: Row, c: Reals, tree: Tree, momenta: int) -> None:
+    """Velocities and momentum of each link; with ``momenta``, those of all links are added up."""
+    for i in range(tree.links):
+        second = shifted(S, tree.second[i])
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        moved_step(tree.moved[i], S, link, constants, second, second)
+        if momenta != 0:
+            add(shifted(S, tree.totals), shifted(second, tree.momentum), 6)
+
+
+@walk
+def energies(S: Row, tree: Tree) -> None:
+    """Kinetic energies and first moments, added up."""
+    for i in range(tree.links):
+        add(shifted(S, tree.totals), shifted(S, tree.second[i] + tree.kinetic), 4)
+
+
+# -- from time and state in S to the outputs -------------------------------------------------------------------------
+
+
+@walk
+def begin(S: Row, c: Reals, tree: Tree, state: int) -> None:
+    """Set what does not depend on the links: zeros, the ground, joint variables."""
+    clear(S, 0, 1)
+    clear(S, 2 + state, 2 + tree.inputs)
+    clear(S, tree.cleared, tree.kept)
+    clear(S, tree.ground, tree.ground_end)
+    clear(S, tree.at_rest, tree.at_rest + 3)
+    for k in range(3):
+        assign(S, tree.ground_axes + 4 * k, 1.0)
+    run(tree.front, S, c, tree)
+    copy(S, tree.gravity)
+
+
+@walk
+def compute(S: Row, c: Reals, tree: Tree, of: Product) -> None:
+    """Compute the outputs in S from time and state in S."""
+    begin(S, c, tree, of.state)
+    outward(S, c, tree, of.placed)
+    if of.early != 0:
+        copy(S, tree.early)
+    if of.moving != 0:
+        run(tree.loads, S, c, tree)
+        for k in range(tree.loaded.count):
+            link = tree.loaded_links[k]
+            S[link] = S[link] - S[tree.loaded.sources[k]]
+        # wrenches follow from given accelerations, or accelerations from articulated inertias
+        if tree.given != 0:
+            carried(S, c, tree)
+            transmitted(S, c, tree)
+        else:
+            inward(S, c, tree)
+            final(S, c, tree)
+    if of.pressed != 0:
+        pressed(S, c, tree)
+    if of.finished != 0:
+        copy(S, tree.late)
+        run(tree.finish, S, c, tree)
+    if of.speeds != 0:
+        clear(S, tree.totals, tree.totals + 6)
+        moved(S, c, tree, of.momenta)
+    if of.energies != 0:
+        clear(S, tree.totals, tree.totals + 4)
+        energies(S, tree)
+        run(tree.energy, S, c, tree)
+
+
+# -- kernels ---------------------------------------------------------------------------------------------------------
+
+
+@walk
+def one(t: Real, y: Row, c: Reals, out: Row, of: Product) -> None:
+    """Outputs of one state, or of a state for each lane."""
+    tree = of.tree
+    S = workspace(tree.numbers)
+    S[1] = t
+    for k in range(of.state):
+        S[2 + k] = y[k]
+    compute(S, c, tree, of)
+    fetch(out, S, of.outputs, of.count)
+    released(S)
+
+
+@walk
+def several(t: Row, y: Row, c: Reals, out: Row, of: Product) -> None:
+    """Outputs of a state for each lane."""
+    one(t[0], y, c, out, of)
+
+
+@walk
+def batch(n: int, t: Reals, ts: int, arrays: Integers, c: Reals, cs: int, out: Reals, of: Product) -> None:
+    """Outputs of n rows. The steps are 1 and the length of c, or 0 if all rows share t or c."""
+    tree = of.tree
+    S = workspace(tree.numbers + BY_LANE * tree.hoisted)
+    row = 0
+    while row < n:
+        gather(t, row, n, 1, ts, shifted(S, 1))
+        gather_parts(arrays, row, n, of.state, shifted(S, 2))
+        if BY_LANE:
+            if row == 0 or cs != 0:
+                gather(c, row, n, tree.hoisted, cs, shifted(S, tree.numbers))
+            compute(S, numbers(shifted(S, tree.numbers)), tree, of)
+        else:
+            compute(S, shifted(c, row * cs), tree, of)
+        deliver(S, of.outputs, row, n, of.count, out)
+        row += LANES
+    released(S)
+
+
+@walk
+def mass_matrix(t: float, y: Reals, c: Reals, out: Reals, of: Product) -> None:
+    """Mass matrix: postures once, then forces at rest for unit accelerations, a column for each lane."""
+    tree = of.tree
+    S = workspace(tree.numbers)
+    assign(S, 1, t)
+    gather(y, 0, 1, of.state, 0, shifted(S, 2))
+    begin(S, c, tree, of.state)
+    outward(S, c, tree, 0)
+    for j in range(0, of.columns, LANES):
+        accelerate(S, j, of, 1.0)
+        run(tree.front, S, c, tree)
+        carried(S, c, tree)
+        transmitted(S, c, tree)
+        copy(S, tree.late)
+        run(tree.finish, S, c, tree)
+        deliver(S, of.outputs, j, of.columns, of.columns, out)
+        accelerate(S, j, of, 0.0)
+    released(S)
+
+
+@walk
+def accelerate(S: Row, j: int, of: Product, value: float) -> None:
+    """Give each lane its own acceleration, those from j on, the same value."""
+    for lane in range(LANES):
+        if j + lane < of.columns:
+            column = shifted(numbers(S), WIDTH * (of.first + j + lane))
+            column[lane] = value
+
+
+@walk
+def derivative(t: float, y: Reals, c: Reals, out: Reals, of: Product) -> None:
+    """Derivatives of the outputs: by some numbers of the state, a column for each lane, or along one direction."""
+    tree = of.tree
+    S = workspace(tree.numbers)
+    for j in range(0, of.columns, LANES):
+        assign(S, 1, t)
+        for k in range(of.state):
+            assign(S, 2 + k, y[k])
+            rates = shifted(numbers(S), WIDTH * (2 + k) + LANES)
+            if ALONG:
+                rates[0] = y[of.first + k]
+            elif j <= k - of.first < j + LANES and k - of.first < of.columns:
+                rates[k - of.first - j] = 1.0
+        compute(S, c, tree, of)
+        for k in range(of.count):
+            rates = shifted(numbers(S), WIDTH * of.outputs[k] + LANES)
+            for lane in range(LANES):
+                if j + lane < of.columns:
+                    out[of.columns * k + j + lane] = rates[lane]
+    released(S)
+
+
+@walk
+def rows(n: int, t: Reals, ts: int, arrays: Integers, c: Reals, cs: int, out: Reals, of: Product) -> None:
+    """Matrices of n rows, one after the other. The steps are as in `batch`."""
+    y = workspace(of.state + ALONG * of.state)
+    for i in range(n):
+        gather_parts(arrays, i, n, of.state + ALONG * of.state, numbers(y))
+        matrix(t[i * ts], numbers(y), shifted(c, i * cs), shifted(out, i * of.count * of.columns), of)
+    released(y)
+
+
+# -- translations ----------------------------------------------------------------------------------------------------
+
+
+@instruction("Row")
+def released(builder: Any, S: Any) -> None:
+    """Give the memory of a workspace back."""
+    begin = builder.bitcast(S, ir.IntType(8).as_pointer().as_pointer())
+    intrinsic(builder, "free", ir.VoidType(), builder.load(builder.gep(begin, [WHOLE(-1)])))
+
+
+def memory(width: int) -> Instruction:
+    """Return the instruction that takes memory for so many numbers; its address is a multiple of their size.
+
+    The address that `released` needs stands before the first number.
+    """
+    size = 8 * width
+    line = max(64, size)
+    kind = wide(REAL, width).as_pointer()
+
+    @instruction("int")
+    def workspace(builder: Any, count: Any) -> Any:
+        byte = ir.IntType(8).as_pointer()
+        bytes_ = builder.add(builder.mul(count, WHOLE(size)), WHOLE(line + 8))
+        begin = intrinsic(builder, "malloc", byte, bytes_)
+        place = builder.add(builder.ptrtoint(begin, WHOLE), WHOLE(line + 7))
+        first = builder.inttoptr(builder.and_(place, WHOLE(-line)), byte.as_pointer())
+        builder.store(begin, builder.gep(first, [WHOLE(-1)]))
+        return builder.bitcast(first, kind)
+
+    return workspace
+
+
+def called(arrays: int, single: bool, timed: bool = False) -> Instruction:
+    """Return the instruction that calls code at an address with S, then with as many arrays.
+
+    The code takes the time before its arrays: a number in the code of one state, else a pointer to S. Steps do not read
+    it; it is number 1 of S.
+    """
+
+    def call(builder: Any, address: Any, S: Any, *values: Any) -> None:
+        time = builder.gep(S, [WHOLE(1)]) if timed else S
+        if single:
+            number = builder.bitcast(time, REAL.as_pointer())
+            time = builder.load(number) if timed else REAL(0.0)
+        values = (S, *values) if timed else values
+        kind = ir.FunctionType(ir.VoidType(), [time.type, *(value.type for value in values)])
+        builder.call(builder.inttoptr(address, kind.as_pointer()), [time, *values])
+
+    return Instruction(call, "int", "Row", *[""] * arrays)
+
+
+def functions(lanes: int, derivatives: bool, by_lane: bool, along: bool) -> dict[str, Any]:
+    """Return the functions of this module for so many states at once, by name.
+
+    With ``derivatives``, each number is followed by its derivative, ``along`` a direction or by numbers of the state.
+    With ``by_lane``, each lane has constants of its own.
+    """
+    width = lanes * (1 + derivatives)
+    steps = {
+        f"{name}_step": called(len(reads) + len(writes) + 1, lanes == 1)
+        for name, (reads, writes) in STEPS.items()
+    }
+    space = {
+        **globals(), **steps, "LANES": lanes, "WIDTH": width, "BY_LANE": int(by_lane), "ALONG": int(along),
+        "workspace": memory(width), "straight_code": called(2, lanes == 1, timed=True),
+    }  # fmt: skip
+    bound = walk.bound(space)
+    space["matrix"] = bound["derivative" if derivatives else "mass_matrix"]
+    return bound
