@@ -360,8 +360,7 @@ def test_swing(changing):
 
 def test_equation_of_the_swing():
     assert outcome("pumped-swing").answers["equation"].value == (
-        "m*(L^2 + 2*L*a*sin(Omega*t) + a^2*sin(Omega*t)^2)*theta'' "
-        "+ 2*m*a*Omega*(L + a*sin(Omega*t))*theta'*cos(Omega*t) + m*L*g*sin(theta) + m*a*g*sin(Omega*t)*sin(theta) = 0"
+        "m*(L + a*sin(Omega*t))*(theta''*(L + a*sin(Omega*t)) + 2*a*Omega*theta'*cos(Omega*t) + g*sin(theta)) = 0"
     )
 
 
