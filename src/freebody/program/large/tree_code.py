@@ -134,7 +134,7 @@ def product(parts: Parts, name: str) -> dict[str, Any]:
         first, columns = parts.directions.first, parts.directions.columns or 1
     return {
         "state": state, "outputs": _whole(outputs), "count": len(outputs), "first": first, "columns": columns,
-        "placed": int(not moving or reactions or parts.placed), "moving": int(moving), "pressed": int(reactions),
+        "posed": int(not moving or reactions or parts.placed), "moving": int(moving), "pressed": int(reactions),
         "early": int(not speeds and name not in ("poses", "postures")),
         "finished": int(moving or name == "jacobian"), "speeds": int(speeds), "momenta": int(name == "momentum"),
         "energies": int(name.endswith("energy")),

@@ -98,7 +98,7 @@ class Product(Record):
     outputs: Wholes
     count: Count
     # 1 or 0
-    placed: Count
+    posed: Count
     early: Count
     moving: Count
     pressed: Count

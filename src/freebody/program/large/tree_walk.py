@@ -107,7 +107,7 @@ def gather_joint(S: Row, tree: Tree, i: int) -> None:
 
 
 @walk
-def outward(S: Row, c: Reals, tree: Tree, placed: int) -> None:
+def outward(S: Row, c: Reals, tree: Tree, posed: int) -> None:
     """Poses, velocities and inertias, parents first."""
     joint = shifted(S, tree.joint)
     for i in range(tree.links):
@@ -115,7 +115,7 @@ def outward(S: Row, c: Reals, tree: Tree, placed: int) -> None:
         constants = shifted(c, tree.constants[i])
         link, second = shifted(S, tree.record[i]), shifted(S, tree.second[i])
         outward_step(tree.outward[i], S, joint, constants, link, shifted(S, tree.parent[i]), second)
-        if placed != 0:
+        if posed != 0:
             place_step(tree.place[i], S, link, constants, second, shifted(S, tree.parents_second[i]))
 
 
@@ -215,7 +215,7 @@ def begin(S: Row, c: Reals, tree: Tree, state: int) -> None:
 def compute(S: Row, c: Reals, tree: Tree, of: Product) -> None:
     """Compute the outputs in S from time and state in S."""
     begin(S, c, tree, of.state)
-    outward(S, c, tree, of.placed)
+    outward(S, c, tree, of.posed)
     if of.early != 0:
         copy(S, tree.early)
     if of.moving != 0:
