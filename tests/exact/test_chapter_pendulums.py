@@ -184,7 +184,7 @@ def test_two_links(changing):
 def test_equations_of_the_two_links():
     """The accelerations of the canonical equations are those written by hand, exactly."""
     found = outcome("prob-6-16").answers
-    written = "M*x'' + k_2*x = k_1*(2*L*(1 - cos(theta)) - x)"
+    written = "M*x'' + (k_1 + k_2)*x - 2*L*k_1*(1 - cos(theta)) = 0"
     assert found["equation_x"].value == written
     from freebody import equations
     from freebody.gallery.textbook.problems.prob_6_16_two_links import symmetric

@@ -123,7 +123,7 @@ def _part_text(writer: ValueTexts, shape: Shape, kinds: tuple[str, ...]) -> str 
     except (FreebodyError, TypeError):
         return None
     turned = apply(shape.axes, make(m=1, **arguments).shape.center)
-    at: Any = tuple(a - b for a, b in zip(shape.center, turned, strict=True))
+    at: Any = tuple(a if b == 0 else a - b for a, b in zip(shape.center, turned, strict=True))
     if base.moved(at) != replace(shape, hole=False, color=""):
         return None
     keys = {"solid": json.dumps(shape.kind)}

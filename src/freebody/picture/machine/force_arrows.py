@@ -295,6 +295,16 @@ class Marks:
         """Width of an expression on paper [pt]."""
         return size_of(f"${latex(x, self.e.ring)}$", 11)[0]
 
+    def _opposed(self, magnitude: Scalar, label: str) -> bool:
+        """Return whether an arrow is drawn the other way, so that action and reaction have one label.
+
+        A label begins with a minus sign, or a difference is printed as such both ways: then the leading term decides.
+        """
+        if label.startswith("-") or not isinstance(magnitude, Polynomial):
+            return label.startswith("-")
+        leading = magnitude.num.leading_coefficient()
+        return leading < 0 and not latex(-magnitude, self.e.ring).startswith("-")
+
     def _mark(
         self,
         name: str,
@@ -312,11 +322,11 @@ class Marks:
         label, law = latex(magnitude, ring), ""
         if self._wide(label):
             # the label is a name for the magnitude; a name from the equations belongs to the positive sense
-            if short is None and label.startswith("-"):
+            if short is None and self._opposed(magnitude, label):
                 magnitude, direction = -magnitude, -direction
             label = self._name(name) if short is None else short
             law = f"{label} = {latex(magnitude, ring)}"
-        elif label.startswith("-"):
+        elif self._opposed(magnitude, label):
             magnitude, direction = -magnitude, -direction
             label = latex(magnitude, ring)
         value = None

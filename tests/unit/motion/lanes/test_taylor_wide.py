@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ import freebody as fb
 from batch_machines import CLOSED, cart, four_bar, pendulum, rail
 from freebody.errors import SimulationError
 from freebody.model import assemble
+from freebody.motion.batch.job import job_of
+from freebody.motion.request import Request
 from freebody.testing import random_state, random_system
 
 EPS = np.finfo(float).eps
@@ -300,16 +303,9 @@ def test_long_runs_tighten_where_a_run_alone_does(monkeypatch: pytest.MonkeyPatc
 
 
 def test_auto_takes_series_of_small_machines_from_a_tolerance_on() -> None:
-    from freebody.motion.batch.job import job_of
-
-    def first(s: fb.System, tolerance: float, **options: object) -> str:
-        given = dict(
-            initial={next(iter(assemble(s).coordinate_names)): [0.1, 0.2]}, values=None, near=None, project=False,
-            events=(), impulses=(), impacts="simultaneous", indeterminate="compliance", method="auto", step=None,
-            times=None,
-            samples=None, start=0, max_step=None, max_steps=None, outputs=None, threads=None,
-        )  # fmt: skip
-        return job_of(s, 1, tolerance=tolerance, **{**given, **options}).first_method
+    def first(s: fb.System, tolerance: float, **options: Any) -> str:
+        initial = {next(iter(assemble(s).coordinate_names)): [0.1, 0.2]}
+        return job_of(Request(s, 1, **{"initial": initial, "tolerance": tolerance, **options})).first_method
 
     bent = cart()
     bent.generalized_force("x", "-abs(x)")
