@@ -97,7 +97,7 @@ def impulse(
     Impulse on 'hanging bar': speeds just after
       theta' = 3*J*h/(m*L^2)
     impulsive reactions on the child bodies
-      pin_x = -(2*L - 3*h)*J/(2*L)
+      pin_x = (3*h/(2*L) - 1)*J
     >>> hit.solve("pin_x = 0", for_="h")
     h = 2*L/3
     """

@@ -146,9 +146,9 @@ class Marks:
                 self.owners.update(dict.fromkeys(names, contact.name))
 
     def text(self, x: Scalar) -> str:
-        """Text of an expression; it is printed once and kept."""
+        """Text of an expression for readers by machine, in canonical form; it is printed once and kept."""
         if x not in self._texts:
-            self._texts[x] = text(x, self.e.ring)
+            self._texts[x] = text(x, self.e.ring, closed=False)
         return self._texts[x]
 
     # -- numbers ------------------------------------------------------------------------------------
