@@ -10,6 +10,7 @@ from contact_machines import momenta
 from freebody.dynamics import float_state
 from freebody.dynamics.contact import touches
 from freebody.dynamics.kinematics import point_position
+from freebody.motion.start.initial import number
 
 G = 9.81
 IN_PLANE = ("box", "disk", "wedge", "stack", "belt", "incline", "ladder", "pair")
@@ -185,7 +186,7 @@ def check(s, start, until, seed):
     for contact in motion.kernels.model.contacts:
         one = motion.contacts[contact.name]
         N, T = one.least[:, 0], one.least[:, 1:]
-        mu = motion._value(contact.static_friction)
+        mu = number(motion.kernels.model, motion.values, contact.static_friction, "a coefficient of friction")
         open_ = one.mode == "open"
         assert N.min() >= -1e-8 * size
         # a slip that begins slowly has the direction of its first 1e-9 m/s

@@ -110,7 +110,7 @@ def key(label: str, *modules: str) -> str:
     return hashlib.sha256(f"loop {label} {source} {codegen.version()} {np.__version__}".encode()).hexdigest()
 
 
-def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]], lanes: int) -> Loop:
+def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]], lanes: int = 1) -> Loop:
     """Return the loop from the disk, or compile and store it."""
     stored = disk.load(key)
     loaded = None if stored is None else _loaded(*stored, names)
@@ -152,7 +152,7 @@ def _loaded(
     return functions, library
 
 
-def _compiled(space: Mapping[str, Any], names: Sequence[str], lanes: int) -> tuple[dict[str, Any], bytes]:
+def _compiled(space: Mapping[str, Any], names: Sequence[str], lanes: int = 1) -> tuple[dict[str, Any], bytes]:
     """Header and object code of the functions ``names`` of a name space and of the functions that they call."""
     from .translation import translated  # imported late: not needed if the code is on the disk
 

@@ -16,8 +16,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import sympy
-
 from ...describe.axes import UNIT
 from ...describe.looks import NOTHING
 from ...errors import FreebodyError, nearest
@@ -125,10 +123,7 @@ def _part_text(writer: ValueTexts, shape: Shape, kinds: tuple[str, ...]) -> str 
     except (FreebodyError, TypeError):
         return None
     turned = apply(shape.axes, make(m=1, **arguments).shape.center)
-    at: Any = tuple(
-        float(x) if isinstance(x, sympy.Float) else x
-        for x in (a - b for a, b in zip(shape.center, turned, strict=True))
-    )
+    at: Any = tuple(a - b for a, b in zip(shape.center, turned, strict=True))
     if base.moved(at) != replace(shape, hole=False, color=""):
         return None
     keys = {"solid": json.dumps(shape.kind)}

@@ -20,7 +20,7 @@ Corner = Sequence[Any]
 def placed(solid: fb.MassProperties, center: Corner = (0, 0, 0)) -> Shape:
     """Return the shape of a solid, displaced."""
     assert solid.shape is not None
-    x, y, z = center
+    x, y, z = (sympy.Rational(repr(c)) if isinstance(c, float) else c for c in center)
     return solid.shape.moved((x, y, z))
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...describe.contact_shapes import kind_of
 from ...describe.loads.load import Force
 from ...dynamics.kinematics import rotation
-from ...errors import TooManyTermsError
+from ...dynamics.state import State, rest_coordinates
 from ...scalar.algebra import apply
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
@@ -74,12 +74,10 @@ def _leaning(m: MachineDrawing, name: str, across: int, up: int) -> None:
     shape = place.properties.shape if place.properties is not None else None
     if shape is None or shape.kind != "slender_bar" or shape.parts:
         return
-    zero = {c.symbol: 0 for c in m.model.coordinates}
-    try:
-        turned = apply(rotation(m.model, m.e.state, place.link), apply(shape.axes, shape.axis))
-    except TooManyTermsError:  # the posture is too long to be written, and so is its angle
-        return
-    direction = [sympy.sympify(m.e.sympy(x)).subs(zero) for x in turned]
+    model, state = m.model, m.e.state
+    zero = State(model, state.field, state.t, rest_coordinates(model), [0] * model.n_u, state.values)
+    turned = apply(rotation(model, zero, place.link), apply(shape.axes, shape.axis))
+    direction = [sympy.sympify(m.e.sympy(x)) for x in turned]
     numbers = np.array([float(m.now.state(x)) for x in direction])
     R, p = m.now.posture(name)
     piece = m.pieces[name][0]
