@@ -15,7 +15,8 @@ from ..ode.dense_output import FINISHED, Array, Path, Rates, observe, projected
 from ..trajectory.phases import Segment
 from .complementarity import OPEN, SLIP, SMALL, STICK, Solution
 from .modes import modes_at
-from .scene import STOPPED, Modes, Phase, Snapshot
+from ..phase.places import STOPPED
+from ..phase.scene import Modes, Phase, Snapshot
 from .state import NUDGE, ContactRun
 
 LONGEST = 1e-6
@@ -62,7 +63,7 @@ def onset(
     ]
     udot = seen.free + one.forces @ seen.responses[rows]
     pull = min(
-        float(np.linalg.norm((seen.A[:, rows] @ one.forces + seen.c)[work.scene.first[k] + 1 :][:2]))
+        float(np.linalg.norm((seen.matrix @ (one.forces @ seen.responses[rows]) + seen.c)[work.scene.first[k] + 1 :][:2]))
         for k in starting
     )
     if pull <= SMALL * (float(np.abs(seen.c).max(initial=0)) + 1e-300) or pull * LONGEST < 4 * STOPPED:
@@ -104,7 +105,7 @@ def nudged(
         if mode == STICK or k in starting:
             rows += range(at + 1, at + 1 + n)
             wanted += [NUDGE * x for x in d] if k in starting else [0.0] * n
-    A, goal = seen.A[np.ix_(rows, rows)], np.array(wanted)
+    A, goal = seen.between(rows), np.array(wanted)
     impulses = np.linalg.lstsq(A, goal, rcond=SMALL)[0]
     loose = len(starting) > 1 and work.loose_forces(modes, frozenset(), seen)[rows].any()
     if loose or np.abs(A @ impulses - goal).max(initial=0) > 1e-3 * NUDGE:
@@ -167,7 +168,7 @@ def halt(
         rows = [i for j in contacts for i in (first[j] + 1, first[j] + 2)]
         rows += [first[j] for j, mode in enumerate(modes) if mode != OPEN]
         impulses = np.zeros(m)
-        impulses[rows] = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -seen.rate[rows], rcond=SMALL)[0]
+        impulses[rows] = np.linalg.lstsq(seen.between(rows), -seen.rate[rows], rcond=SMALL)[0]
         result = y.copy()
         result[work.n : work.n + work.model.n_u] += impulses @ seen.responses
         return result, work.gained(t, y, seen, impulses)

@@ -26,7 +26,8 @@ from .complementarity import (
     painleve,
     solutions,
 )
-from .scene import ROUNDED, SMOOTH, Modes, Snapshot
+from ..phase.places import ROUNDED
+from ..phase.scene import SMOOTH, Modes, Snapshot
 from .slopes import slopes
 from .state import ContactRun
 

@@ -81,8 +81,7 @@ def touching_motion(
         indeterminate == "compliance",
     )
     y = np.concatenate([state[:n], [0.0, 0.0]])
-    phase = work.scene.phase(("open",) * len(model.contacts))
-    program = phase.motion()
+    program = kernels.motion()
     energies = observe(
         program.address("energy"), 2, np.array([begin]), y[None], program.constants(work.parameters)
     )[0]

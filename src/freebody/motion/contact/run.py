@@ -27,7 +27,7 @@ from .bounces import settled as taken_away
 from .complementarity import OPEN
 from .leaps import halt, onset
 from .modes import modes_at
-from .scene import Ending, Modes, Phase, Snapshot
+from ..phase.scene import Ending, Modes, Phase, Snapshot
 from .state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 
 LOOKS = 32

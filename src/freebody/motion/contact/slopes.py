@@ -20,7 +20,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .complementarity import SLIP, SMALL, Array, Solution, Touching, unknowns
-from .scene import Snapshot
+from ..phase.scene import Snapshot
 from .state import ContactRun
 
 

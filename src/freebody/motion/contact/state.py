@@ -22,7 +22,7 @@ from ..trajectory.event import EventSpec, Happening, expressions_of
 from ..trajectory.phases import Segment
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
 from .impacts import impact, undetermined
-from .scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
+from ..phase.scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
 
 CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""
@@ -194,7 +194,7 @@ class ContactRun:
             one = self.touching(seen, k, self.still(y))
             contacts.append(replace(one, row=len(rows)))
             rows += range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
-        return seen.A[np.ix_(rows, rows)], rows, seen.responses[rows], contacts
+        return seen.between(rows), rows, seen.responses[rows], contacts
 
     # -- impacts ---------------------------------------------------------------------------------
 
@@ -255,7 +255,7 @@ class ContactRun:
         With the contact rates r = W u + w it is ΔT = Λ·(r⁻ + r⁺)/2 - Λ·w + b·Δu. The last two terms are the work of
         drives that impose their motion.
         """
-        whole = float(impulses @ (2 * seen.rate + seen.A @ impulses)) / 2
+        whole = float(impulses @ (2 * seen.rate + seen.matrix @ (impulses @ seen.responses))) / 2
         program = self.scene.kernels.motion()
         states = np.array([y, y, y])
         mine = slice(self.n, self.n + self.model.n_u)
@@ -347,7 +347,7 @@ class ContactRun:
             terminal = (*(spec.terminal for spec in self.specs), *(True for _ in endings))
             watch = (
                 Watch(
-                    watcher.address("values"),
+                    watcher.address("watched"),
                     directions,
                     terminal,
                     watcher.constants(self.parameters),

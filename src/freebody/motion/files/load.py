@@ -18,7 +18,8 @@ from ...dynamics.constraints import rows
 from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.toml.read import case_from_text
 from ...model import Model
-from ..contact.scene import phase_of, scene_of_layout
+from ..phase.candidates import layout_of
+from ..phase.scene import phase_of
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
 from ..legs.variation import Variation, unknowns_of
@@ -160,7 +161,7 @@ def _trajectory(
             raise ValueError("its derivatives of times do not fit its unknowns")
         options["shifts"] = shifts
     if kind == "steps":
-        first, tangents, m = scene_of_layout(model)
+        first, tangents, m = layout_of(model)
         steps, E = path.steps, len(first)
         modes = read.integers("modes", (steps, E), 5)
         impulses = Impulses(
@@ -257,7 +258,7 @@ def _segments(
         )  # fmt: skip
         loose = None if entry["loose"] is None else np.array(entry["loose"], dtype=bool)
         if about["kind"] == "contacts":
-            places, _, m = scene_of_layout(kernels.model)
+            places, _, m = layout_of(kernels.model)
             if (
                 entry["modes"] is None
                 or len(entry["shown"]) != len(places)
@@ -278,9 +279,7 @@ def _kernels(kernels: Kernels, entry: Mapping[str, Any]) -> Kernels:
         modes = tuple(map(str, entry["modes"]))
         if len(modes) != len(kernels.model.contacts):
             raise ValueError("its modes are not those of the machine's contacts")
-        phase = phase_of(kernels, modes, tuple(map(int, entry["active"])))
-        _active(phase.model, phase.active)
-        return phase
+        return phase_of(kernels, modes, tuple(map(int, entry["active"])))
     if entry["active"] is None or tuple(entry["active"]) == kernels.active:
         return kernels
     return kernels.holding(_active(kernels.model, entry["active"]))

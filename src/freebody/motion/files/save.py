@@ -24,7 +24,7 @@ from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
 from ..contact.leaps import Leap
-from ..contact.scene import Phase
+from ..phase.scene import Phase
 from ..contact.trajectory import ContactTrajectory
 from ..legs.sensitivity import SensitiveTrajectory
 from ..ode.dense_output import Path

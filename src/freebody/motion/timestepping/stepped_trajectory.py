@@ -30,7 +30,7 @@ from ..trajectory.one_sided_limits import Values
 from ..trajectory.phased_trajectory import EventList
 from ..trajectory.quantities import ByName, Energy, Reaction
 from ..trajectory.trajectory import Trajectory
-from .stepped_kernels import gaps, mean_reactions, step_motion, stepping
+from .stepped_kernels import gaps, mean_reactions, stepping
 
 MODES = ("open", "stick", "slip", "slip+", "slip-")
 """Names of the contact modes, by the numbers that the loop gives them (`moreau.march`)."""
@@ -189,7 +189,7 @@ class SteppedTrajectory(Trajectory):
             for point, P, n in acting
         ]
         udot, forces, multipliers = (x.tolist() for x in known)
-        moving = step_motion(model, state, udot, forces, multipliers, blows)
+        moving = forced_motion(model, state, udot, forces, multipliers, blows)
         found = all_reactions(model, state, moving)
         return (
             [float(x) for name in found for vector in found[name] for x in vector],
