@@ -384,9 +384,9 @@ class Phase:
         numbers: list[int] = []
         pattern = self.scene.candidates.pattern
 
-        def end(code: int, contact: int, law: str, sign: int = 0, place: int = 0, of: int | None = None) -> None:
+        def end(code: int, contact: int, law: str, sign: int = 0, place: int = 0) -> None:
             endings.append(Ending(contact, law, sign, place))
-            numbers.extend((code, contact if of is None else of, sign, place))
+            numbers.extend((code, contact, sign, place))
 
         for k, (contact, mode) in enumerate(zip(self.model.contacts, self.modes, strict=True)):
             n = self.scene.tangents[k]
@@ -398,7 +398,7 @@ class Phase:
             for place in range(pattern.contacts[k][places.REACHES]):
                 end(places.REACH, k, "reach", place=place)
             for side, place in self.scene.ends.get(k, ()):
-                end(places.SIDE, k, "side", place=place, of=side)
+                end(places.SIDE, side, "side", place=place)
             if mode == "stick" and n == 1:
                 end(places.LINE_CONE, k, "cone", 1)
                 end(places.LINE_CONE, k, "cone", -1)
