@@ -17,8 +17,8 @@ import numpy as np
 from ...dynamics import coordinate_rates
 from ...dynamics.state import float_state
 from ..ode.dense_output import Array
-from .complementarity import SMALL
 from ..phase.scene import Snapshot
+from .complementarity import SMALL
 from .state import LOW, ContactRun
 
 
@@ -121,7 +121,9 @@ def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: froz
         if k not in contacts and abs(seen.rate[at]) <= work.still(y):
             take(at, identity[at])
     F = np.array(columns).T
-    impulses = F @ np.linalg.lstsq(seen.matrix[rows] @ (seen.responses.T @ F), -seen.rate[rows], rcond=SMALL)[0]
+    impulses = (
+        F @ np.linalg.lstsq(seen.matrix[rows] @ (seen.responses.T @ F), -seen.rate[rows], rcond=SMALL)[0]
+    )
     after = y.copy()
     after[work.n : work.n + work.model.n_u] += impulses @ seen.responses
     work.impulses += work.gained(t, y, seen, impulses)

@@ -12,11 +12,11 @@ from ...dynamics import coordinate_rates
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ..ode.dense_output import FINISHED, Array, Path, Rates, observe, projected
+from ..phase.places import STOPPED
+from ..phase.scene import Modes, Phase, Snapshot
 from ..trajectory.phases import Segment
 from .complementarity import OPEN, SLIP, SMALL, STICK, Solution
 from .modes import modes_at
-from ..phase.places import STOPPED
-from ..phase.scene import Modes, Phase, Snapshot
 from .state import NUDGE, ContactRun
 
 LONGEST = 1e-6
@@ -63,7 +63,11 @@ def onset(
     ]
     udot = seen.free + one.forces @ seen.responses[rows]
     pull = min(
-        float(np.linalg.norm((seen.matrix @ (one.forces @ seen.responses[rows]) + seen.c)[work.scene.first[k] + 1 :][:2]))
+        float(
+            np.linalg.norm(
+                (seen.matrix @ (one.forces @ seen.responses[rows]) + seen.c)[work.scene.first[k] + 1 :][:2]
+            )
+        )
         for k in starting
     )
     if pull <= SMALL * (float(np.abs(seen.c).max(initial=0)) + 1e-300) or pull * LONGEST < 4 * STOPPED:

@@ -21,13 +21,13 @@ import numpy as np
 from ...errors import SimulationError
 from ..ode.dense_output import FINISHED, TERMINAL, Array, Path, Rates, observe, projected
 from ..ode.integration import integrate
+from ..phase.scene import Ending, Modes, Phase, Snapshot
 from ..trajectory.phases import Phases, Segment
 from .bounces import lifted, limit
 from .bounces import settled as taken_away
 from .complementarity import OPEN
 from .leaps import halt, onset
 from .modes import modes_at
-from ..phase.scene import Ending, Modes, Phase, Snapshot
 from .state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 
 LOOKS = 32

@@ -18,6 +18,7 @@ from ...model.model import Model
 from ..kernels.kernels import Kernels, kernels_of
 from ..legs.driven import at_time
 from ..ode.dense_output import Array
+from ..phase.scene import SMOOTH, Scene, Snapshot
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
 from .bounces import lifted
@@ -25,7 +26,6 @@ from .complementarity import SLIP, STICK
 from .modes import modes_at
 from .motion import check_coefficients
 from .run import check_apart
-from ..phase.scene import SMOOTH, Scene, Snapshot
 from .state import ContactRun
 
 

@@ -18,11 +18,11 @@ from ...errors import SimulationError
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of, strike
 from ..ode.dense_output import Array, Rates, Watch, observe
+from ..phase.scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
 from ..trajectory.event import EventSpec, Happening, expressions_of
 from ..trajectory.phases import Segment
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
 from .impacts import impact, undetermined
-from ..phase.scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
 
 CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""

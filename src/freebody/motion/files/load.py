@@ -18,13 +18,13 @@ from ...dynamics.constraints import rows
 from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.toml.read import case_from_text
 from ...model import Model
-from ..phase.candidates import layout_of
-from ..phase.scene import phase_of
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
+from ..phase.candidates import layout_of
+from ..phase.scene import Phase, phase_of
 from ..timestepping.stepped_trajectory import Impulses
 from ..trajectory.event import EventSpec, Happening
 from ..trajectory.phases import Phases, Segment
@@ -273,7 +273,7 @@ def _segments(
     return result
 
 
-def _kernels(kernels: Kernels, entry: Mapping[str, Any]) -> Kernels:
+def _kernels(kernels: Kernels, entry: Mapping[str, Any]) -> Kernels | Phase:
     """Return the programs of a segment."""
     if entry["modes"] is not None:
         modes = tuple(map(str, entry["modes"]))

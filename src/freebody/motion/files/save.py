@@ -24,10 +24,10 @@ from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
 from ..contact.leaps import Leap
-from ..phase.scene import Phase
 from ..contact.trajectory import ContactTrajectory
 from ..legs.sensitivity import SensitiveTrajectory
 from ..ode.dense_output import Path
+from ..phase.scene import Phase
 from ..timestepping.stepped_trajectory import SteppedTrajectory, Steps
 from ..trajectory.phased_trajectory import PhasedTrajectory
 from ..trajectory.phases import Segment, segments_of

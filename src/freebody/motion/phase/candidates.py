@@ -1,6 +1,7 @@
 """Compiled kernels of all candidate contacts of a machine, whatever their modes, and the pattern of their outputs.
 
-    machine    q', L⁻¹ f, D⁻¹, L of M = L D Lᵀ, power of loads, residual, rate, γ and L⁻¹ Gᵀ of its own conditions
+    machine    q', D^-½ L⁻¹ f, D^-½, L of M = L D Lᵀ, power of loads, and of its own conditions residual, rate, γ and
+               D^-½ L⁻¹ Gᵀ
     group k    gap, reaches, μ, μ_s, e, rates, biases, entries of W of each contact between two bodies
 
 f are the generalized forces with u' = 0. A group is called only if one of its contacts is closed or watched. Solving
@@ -28,6 +29,7 @@ from ...dynamics.motion import Motion, all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...dynamics.unilateral import NEGLIGIBLE, margins, sizes
 from ...model import Model
+from ...scalar.algebra import divide
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels, Program
 
@@ -42,7 +44,7 @@ class Pattern:
     ``starts``     first entry of each column of L, and the end; ``below`` has the row of each entry
     ``groups``     contacts of each group
     ``contacts``   for each contact: group, place in its outputs, tangents, reaches, first row
-    ``rows``       for each row: first entry in ``columns``, number of entries, place of the first in its group's outputs
+    ``rows``       for each row: first entry in ``columns``, number of entries, place of the first in the outputs
     ``columns``    place in the order of elimination of each entry of W
     ``sizes``      number of outputs of each group
     """
@@ -87,18 +89,23 @@ class Candidates:
     def _functions(self, state: State) -> Mapping[str, Sequence[Any]]:
         model = self.model
         M = Factorization(mass_matrix(model, state))
+        scale = [divide(1, state.field.sqrt(d)) for d in M.D]
         own: list[Any] = []
+
+        def row(v: Sequence[Any]) -> list[Any]:
+            return [a * b for a, b in zip(scale, M.forward(v), strict=True)]
+
         if self.kernels.active:
             conditions, kinds = linearized(model, state), rows(model)
             for i in self.kernels.active:
                 residual = 0 if kinds[i].on_speeds else conditions.residual[i]
-                own += [residual, conditions.rate[i], conditions.bias[i], *M.forward(conditions.matrix[i])]
+                own += [residual, conditions.rate[i], conditions.bias[i], *row(conditions.matrix[i])]
         place = {j: k for k, j in enumerate(M.order)}
         below = [sorted(column) for column in M.L]
         machine = [
             *coordinate_rates(model, state),
-            *M.forward([-x for x in bias(model, state)]),
-            *M.divided([1] * model.n_u),
+            *row([-x for x in bias(model, state)]),
+            *scale,
             *(column[i] for column, order in zip(M.L, below, strict=True) for i in order),
             load_power(model, state),
             *own,
@@ -112,11 +119,13 @@ class Candidates:
             values: list[Any] = []
             for k in group:
                 contact = model.contacts[k]
-                it, row = touch(model, state, contact), rows_of(model, state, (contact,))
+                it, given = touch(model, state, contact), rows_of(model, state, (contact,))
                 contacts[k] = (g, len(values), self.tangents[k], len(it.reach), self.first[k])
-                coefficients = (state(x) for x in (contact.friction, contact.static_friction, contact.restitution))
-                values += [it.gap, *it.reach, *coefficients, *row.rate, *row.bias]
-                for j, along in enumerate(row.matrix):
+                coefficients = (
+                    state(x) for x in (contact.friction, contact.static_friction, contact.restitution)
+                )
+                values += [it.gap, *it.reach, *coefficients, *given.rate, *given.bias]
+                for j, along in enumerate(given.matrix):
                     W = entries(along)
                     of_rows[self.first[k] + j] = (len(columns), len(W), len(values))
                     columns += [place[i] for i, _ in W]
@@ -142,7 +151,7 @@ class Candidates:
     def pattern(self) -> Pattern:
         """The pattern of the outputs of :meth:`program`."""
         self.program()
-        return self.kernels.cache[Pattern]  # type: ignore[no-any-return]
+        return self.kernels.cache[Pattern]
 
     def _motion(self, state: State, given: Sequence[Any]) -> Motion:
         """Return the motion with accelerations, contact forces and multipliers that are inputs."""
@@ -169,7 +178,9 @@ class Candidates:
         def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
             it = self._motion(state, given)
             power = drive_power(self.model, state, it.udot, it.loads)
-            return {"power": [power + constraint_power(self.model, state, it.multipliers) if self.own else power]}
+            return {
+                "power": [power + constraint_power(self.model, state, it.multipliers) if self.own else power]
+            }
 
         return self.kernels.program("power in modes", functions, self.inputs)
 
@@ -191,4 +202,3 @@ class Candidates:
             return {"limits": [*slack, *(a + NEGLIGIBLE * b for a, b in zip(slack, size, strict=True))]}
 
         return self.kernels.program("limits in modes", functions, self.inputs)
-

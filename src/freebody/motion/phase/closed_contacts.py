@@ -2,7 +2,7 @@
 
 Closed contacts are conditions beside those of the machine itself, all with rows G, and forces λ along rows K:
 
-    M u' = f + Kᵀ λ,   G u' = -γ      =>      (G M⁻¹ Kᵀ) λ = -γ - G M⁻¹ f,     M = L D Lᵀ
+    M u' = f + Kᵀ λ,   G u' = -γ      =>      (G M⁻¹ Kᵀ) λ = -γ - G M⁻¹ f
 
     stick     rows of N, T             K = G
     slip      row of N                 K = W_N - μ d W_T,   d the direction of slip;  μ = 0: K = G
@@ -17,16 +17,28 @@ least in Σ |T|²/N.
 
 Every function but the first ones has the signature of a kernel, f(t, y, c, out); y = (q, u, work, heat of friction). c
 is described in `places`. A new set of modes is another table of integers for the same code.
+
+With M = L D Lᵀ, every row stands as D^-½ L⁻¹ Gᵀ, so that G M⁻¹ Kᵀ are products of rows.
 """
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, Reals, bits, call, compiled, integers_at, lesser, root, shifted
+from ...native.instructions import (
+    Integers,
+    Reals,
+    bits,
+    call,
+    compiled,
+    inlined,
+    integers_at,
+    lesser,
+    root,
+    shifted,
+)
 from .elimination import solved
 from .places import (
     ACTIVE,
     ALL_OWN,
-    ALONG,
     AT,
     CALLED,
     COLUMNS,
@@ -47,18 +59,17 @@ from .places import (
     EXPRESSIONS,
     FIRST,
     FORCE_AT,
+    FORCE_ROW,
     FREE_AT,
     G_AT,
     GAP,
     GROUP_AT,
     GROUPS,
-    INVERSE_AT,
-    IS_ACTIVE,
-    K_AT,
+    HOLONOMIC,
+    INDEPENDENT,
     L_AT,
     LAMBDA_AT,
     LAW,
-    LINE_CONE,
     LINE_STOP,
     LOAD_AT,
     MACHINE,
@@ -70,7 +81,6 @@ from .places import (
     NO_SLIP,
     NORMAL,
     NORMAL_OF,
-    ON_SPEEDS,
     ORDER,
     OWN,
     OWN_AT,
@@ -88,6 +98,7 @@ from .places import (
     ROW_OF,
     ROW_SIZE,
     ROWS,
+    SCALE_AT,
     SIDE,
     SIGN,
     SLIP,
@@ -102,7 +113,6 @@ from .places import (
     STOPPED_SQUARE,
     TANGENTS,
     UDOT_AT,
-    V_AT,
     VALUES,
     VALUES_CONSTANTS,
     WATCHED,
@@ -113,7 +123,7 @@ from .places import (
 # --- evaluation ----------------------------------------------------------------------------------
 
 
-@compiled
+@inlined
 def evaluated(t: float, y: Reals, c: Reals, T: Integers) -> None:
     """Call the kernel of the machine."""
     call(T[MACHINE], t, y, 0, shifted(c, T[CONSTANTS]), c, T[MACHINE_AT])
@@ -127,21 +137,21 @@ def looked_at(groups: Integers, t: float, y: Reals, c: Reals, T: Integers) -> No
         call(T[T[GROUPS] + g], t, y, 0, shifted(c, T[CONSTANTS]), c, T[T[GROUP_AT] + g])
 
 
-@compiled
+@inlined
 def contact_at(c: Reals, T: Integers, k: int) -> Reals:
     """Return the outputs of a contact: gap, reaches, μ, μ_s, e, rates, biases."""
     one = T[CONTACT] + CONTACT_SIZE * k
     return shifted(c, T[one + AT])
 
 
-@compiled
+@inlined
 def rates_of(c: Reals, T: Integers, k: int) -> Reals:
     """Return the gap's rate and the slip velocity of a contact."""
     one = T[CONTACT] + CONTACT_SIZE * k
     return shifted(c, T[one + AT] + T[one + REACHES] + 4)
 
 
-@compiled
+@inlined
 def biases_of(c: Reals, T: Integers, k: int) -> Reals:
     """Return b of d(W u + w)/dt = W u' + b of a contact."""
     one = T[CONTACT] + CONTACT_SIZE * k
@@ -150,25 +160,26 @@ def biases_of(c: Reals, T: Integers, k: int) -> Reals:
 
 @compiled
 def forwarded(c: Reals, T: Integers, v: Reals) -> None:
-    """Replace v, in the order of elimination, by L⁻¹ v."""
-    L, starts, places = shifted(c, T[L_AT]), T[STARTS], T[PLACES]
+    """Replace v, in the order of elimination, by D^-½ L⁻¹ v."""
+    L, scale, starts, places = shifted(c, T[L_AT]), shifted(c, T[SCALE_AT]), shifted(T, T[STARTS]), T[PLACES]
     for k in range(T[N_U]):
-        if v[k] != 0.0:
-            for p in range(T[starts + k], T[starts + k + 1]):
-                v[T[places + p]] -= L[p] * v[k]
+        x = v[k]
+        if x != 0.0:
+            for p in range(starts[k], starts[k + 1]):
+                v[T[places + p]] -= L[p] * x
+            v[k] = scale[k] * x
 
 
 @compiled
 def moved(c: Reals, T: Integers, v: Reals, step: Reals) -> None:
-    """Set ``step``, in the order of the speeds, to (D Lᵀ)⁻¹ v; v is in the order of elimination and is overwritten."""
-    L, D, starts, places, n = shifted(c, T[L_AT]), shifted(c, T[INVERSE_AT]), T[STARTS], T[PLACES], T[N_U]
-    for k in range(n - 1, -1, -1):
-        x = v[k] * D[k]
-        for p in range(T[starts + k], T[starts + k + 1]):
+    """Set ``step``, in the order of the speeds, to L⁻ᵀ D^-½ v; v is in the order of elimination and is overwritten."""
+    L, scale, starts, places = shifted(c, T[L_AT]), shifted(c, T[SCALE_AT]), shifted(T, T[STARTS]), T[PLACES]
+    for k in range(T[N_U] - 1, -1, -1):
+        x = v[k] * scale[k]
+        for p in range(starts[k], starts[k + 1]):
             x -= L[p] * v[T[places + p]]
         v[k] = x
-    for k in range(n):
-        step[T[T[ORDER] + k]] = v[k]
+        step[T[T[ORDER] + k]] = x
 
 
 @compiled
@@ -192,7 +203,7 @@ def row_along(c: Reals, T: Integers, r: int, u: Reals) -> float:
     return total
 
 
-@compiled
+@inlined
 def product(a: Reals, b: Reals, n: int) -> float:
     """Return a · b."""
     total = 0.0
@@ -220,31 +231,29 @@ def friction_along(c: Reals, T: Integers, one: int, j: int) -> float:
 
 @compiled
 def rows_made(c: Reals, T: Integers) -> None:
-    """Set the rows L⁻¹ Gᵀ, D⁻¹ L⁻¹ Gᵀ and L⁻¹ Kᵀ of all conditions."""
-    n, D = T[N_U], shifted(c, T[INVERSE_AT])
+    """Set the rows of G, and of K where it differs from G, of all conditions."""
+    n = T[N_U]
     for i in range(T[CONDITIONS]):
         one = T[CONDITION] + CONDITION_SIZE * i
-        k = T[one + SOURCE]
-        Y, V, K = shifted(c, T[Y_AT] + i * n), shifted(c, T[V_AT] + i * n), shifted(c, T[K_AT] + i * n)
+        k, Y = T[one + SOURCE], shifted(c, T[Y_AT] + i * n)
         if k < 0:
             own = shifted(c, T[OWN_AT] + (-1 - k) * (3 + n) + 3)
             for j in range(n):
                 Y[j] = own[j]
         else:
-            row_taken(c, T, T[T[CONTACT] + CONTACT_SIZE * k + FIRST] + T[one + ROW_OF], Y)
-            forwarded(c, T, Y)
-        for j in range(n):
-            V[j] = D[j] * Y[j]
-            K[j] = Y[j]
-        if T[one + SLIP] != NO_SLIP:
-            spare = shifted(c, T[SPARE_AT])
             first = T[T[CONTACT] + CONTACT_SIZE * k + FIRST]
-            for j in range(T[T[CONTACT] + CONTACT_SIZE * k + TANGENTS]):
-                row_taken(c, T, first + 1 + j, spare)
-                forwarded(c, T, spare)
-                share = friction_along(c, T, one, j)
-                for p in range(n):
-                    K[p] += share * spare[p]
+            row_taken(c, T, first + T[one + ROW_OF], Y)
+            forwarded(c, T, Y)
+            if T[one + SLIP] != NO_SLIP:
+                spare, K = shifted(c, T[SPARE_AT]), shifted(c, T[one + FORCE_ROW])
+                for j in range(n):
+                    K[j] = Y[j]
+                for j in range(T[T[CONTACT] + CONTACT_SIZE * k + TANGENTS]):
+                    row_taken(c, T, first + 1 + j, spare)
+                    forwarded(c, T, spare)
+                    share = friction_along(c, T, one, j)
+                    for p in range(n):
+                        K[p] += share * spare[p]
 
 
 @compiled
@@ -260,40 +269,31 @@ def gamma_of(c: Reals, T: Integers, i: int) -> float:
 @compiled
 def shared(c: Reals, T: Integers) -> int:
     """Set λ of all conditions to forces of equal compliance with ``RIGHT``; return 0 if they do not exist, else 1."""
-    n, count, active = T[N_U], T[CONDITIONS], T[ACTIVE]
-    square, nu, lam, weight = (
-        shifted(c, T[SQUARE_AT]),
-        shifted(c, T[SQUARE_AT] + active * active),
-        shifted(c, T[LAMBDA_AT]),
-        shifted(c, T[WEIGHT_AT]),
-    )
+    n, count, active, rows = T[N_U], T[CONDITIONS], T[ACTIVE], shifted(T, T[INDEPENDENT])
+    square, nu = shifted(c, T[SQUARE_AT]), shifted(c, T[SQUARE_AT] + active * active)
+    lam, weight = shifted(c, T[LAMBDA_AT]), shifted(c, T[WEIGHT_AT])
     S, Q = shifted(c, T[G_AT]), shifted(c, T[G_AT] + active * count)
-    a = 0
-    for i in range(count):
-        weight[i] = 1.0
-        if T[T[CONDITION] + CONDITION_SIZE * i + IS_ACTIVE] != 0:
-            for j in range(count):
-                S[a * count + j] = product(shifted(c, T[V_AT] + i * n), shifted(c, T[K_AT] + j * n), n)
-                Q[a * count + j] = product(shifted(c, T[V_AT] + i * n), shifted(c, T[Y_AT] + j * n), n)
-            a += 1
+    for j in range(count):
+        weight[j] = 1.0
+        K, Y = force_row(c, T, j), shifted(c, T[Y_AT] + j * n)
+        for a in range(active):
+            G = shifted(c, T[Y_AT] + rows[a] * n)
+            Q[j * active + a] = product(G, Y, n)
+            S[j * active + a] = product(G, K, n) if T[SLIPPING] != 0 else Q[j * active + a]
     for turn in range(1 if T[SLIPPING] != 0 else 2):
-        a = 0
-        for i in range(count):
-            if T[T[CONDITION] + CONDITION_SIZE * i + IS_ACTIVE] != 0:
-                nu[a] = c[T[RIGHT_AT] + i]
+        for k in range(active * active):
+            square[k] = 0.0
+        for a in range(active):
+            nu[a] = c[T[RIGHT_AT] + rows[a]]
+        for j in range(count):  # sums side by side, not one after another
+            for a in range(active):
+                x = S[j * active + a] * weight[j]
                 for b in range(active):
-                    total = 0.0
-                    for j in range(count):
-                        total += S[a * count + j] * weight[j] * Q[b * count + j]
-                    square[a * active + b] = total
-                a += 1
+                    square[a * active + b] += x * Q[j * active + b]
         if solved(square, active, nu) == 0:
             return 0
         for j in range(count):
-            total = 0.0
-            for b in range(active):
-                total += nu[b] * Q[b * count + j]
-            lam[j] = weight[j] * total
+            lam[j] = weight[j] * product(nu, shifted(Q, j * active), active)
         if turn == 0:
             for j in range(count):
                 normal = T[T[CONDITION] + CONDITION_SIZE * j + NORMAL_OF]
@@ -302,51 +302,38 @@ def shared(c: Reals, T: Integers) -> int:
     return 1
 
 
-@compiled
-def independent(c: Reals, T: Integers, positions: int) -> int:
-    """Set λ with the active conditions for ``RIGHT``, and 0 for the others; return 0 if they do not exist, else 1.
+@inlined
+def force_row(c: Reals, T: Integers, i: int) -> Reals:
+    """Return the row of K of a condition."""
+    return shifted(c, T[T[CONDITION] + CONDITION_SIZE * i + FORCE_ROW])
 
-    If ``positions`` is 1, those that restrict speeds only are left out, and K = G.
+
+@compiled
+def independent(c: Reals, T: Integers, rows: Integers, size: int, sliding: int) -> int:
+    """Set λ of the conditions ``rows`` for ``RIGHT``, of the others 0; return 0 if they are not independent, else 1.
+
+    If ``sliding`` is 0, K = G.
     """
-    n, count, lam, square = T[N_U], T[CONDITIONS], shifted(c, T[LAMBDA_AT]), shifted(c, T[SQUARE_AT])
-    right, K = shifted(c, T[SQUARE_AT] + T[ACTIVE] * T[ACTIVE]), T[Y_AT] if positions >= 1 else T[K_AT]
-    size = 0
-    for i in range(count):
-        lam[i] = 0.0
-        if taking_part(T, i, positions) != 0:
-            size += 1
-    a = 0
-    for i in range(count):
-        if taking_part(T, i, positions) != 0:
-            right[a] = c[T[RIGHT_AT] + i]
-            b = 0
-            for j in range(count):
-                if taking_part(T, j, positions) != 0:
-                    square[a * size + b] = product(shifted(c, T[V_AT] + i * n), shifted(c, K + j * n), n)
-                    b += 1
-            a += 1
+    n, lam, square = T[N_U], shifted(c, T[LAMBDA_AT]), shifted(c, T[SQUARE_AT])
+    right = shifted(c, T[SQUARE_AT] + T[ACTIVE] * T[ACTIVE])
+    if size < T[CONDITIONS]:
+        for i in range(T[CONDITIONS]):
+            lam[i] = 0.0
+    for a in range(size):
+        G = shifted(c, T[Y_AT] + rows[a] * n)
+        right[a] = c[T[RIGHT_AT] + rows[a]]
+        if sliding != 0:
+            for b in range(size):
+                square[a * size + b] = product(G, force_row(c, T, rows[b]), n)
+        else:
+            for b in range(a + 1):
+                square[a * size + b] = product(G, shifted(c, T[Y_AT] + rows[b] * n), n)
+                square[b * size + a] = square[a * size + b]
     if solved(square, size, right) == 0:
         return 0
-    a = 0
-    for i in range(count):
-        if taking_part(T, i, positions) != 0:
-            lam[i] = right[a]
-            a += 1
+    for a in range(size):
+        lam[rows[a]] = right[a]
     return 1
-
-
-@compiled
-def taking_part(T: Integers, i: int, positions: int) -> int:
-    """Return 1 for an active condition, if ``positions`` is 1 only for one that restricts coordinates; else 0."""
-    one = T[CONDITION] + CONDITION_SIZE * i
-    k = T[one + SOURCE]
-    if T[one + IS_ACTIVE] == 0:
-        return 0
-    if positions != 1:
-        return 1
-    if k < 0:
-        return 1 - T[T[ON_SPEEDS] - 1 - k]
-    return 1 if T[one + ROW_OF] == 0 else 0
 
 
 @compiled
@@ -355,35 +342,31 @@ def solve(t: float, y: Reals, c: Reals, T: Integers) -> int:
     n, count = T[N_U], T[CONDITIONS]
     evaluated(t, y, c, T)
     looked_at(shifted(T, T[CALLED]), t, y, c, T)
-    w, z, F = shifted(c, T[STEP_AT]), shifted(c, T[FREE_AT]), shifted(c, T[FORCE_AT])
+    w, z = shifted(c, T[STEP_AT]), shifted(c, T[FREE_AT])
     rows_made(c, T)
     for i in range(count):
-        c[T[RIGHT_AT] + i] = -(gamma_of(c, T, i) + product(shifted(c, T[V_AT] + i * n), z, n))
+        c[T[RIGHT_AT] + i] = -(gamma_of(c, T, i) + product(shifted(c, T[Y_AT] + i * n), z, n))
     good = 1
     if count > T[ACTIVE]:
         good = shared(c, T)
     elif count > 0:
-        good = independent(c, T, 0)
+        good = independent(c, T, shifted(T, T[INDEPENDENT]), count, T[SLIPPING])
     for k in range(n):
         w[k] = z[k]
-    for r in range(T[ROWS]):
-        F[r] = 0.0
-    for i in range(T[ALL_OWN]):
-        c[T[MULTIPLIER_AT] + i] = 0.0
     for i in range(count):
         one = T[CONDITION] + CONDITION_SIZE * i
-        x, K, source = c[T[LAMBDA_AT] + i], shifted(c, T[K_AT] + i * n), T[one + SOURCE]
+        x, K, source = c[T[LAMBDA_AT] + i], shifted(c, T[one + FORCE_ROW]), T[one + SOURCE]
         for k in range(n):
             w[k] += x * K[k]
         if source < 0:
             c[T[MULTIPLIER_AT] + T[T[OWN_NUMBER] - 1 - source]] = x
         else:
             at = T[CONTACT] + CONTACT_SIZE * source
-            first = T[at + FIRST]
-            F[first + T[one + ROW_OF]] = x
+            F = shifted(c, T[FORCE_AT] + T[at + FIRST])
+            F[T[one + ROW_OF]] = x
             if T[one + SLIP] != NO_SLIP:
                 for j in range(T[at + TANGENTS]):
-                    F[first + 1 + j] = x * friction_along(c, T, one, j)
+                    F[1 + j] = x * friction_along(c, T, one, j)
     moved(c, T, w, shifted(c, T[UDOT_AT]))
     return good
 
@@ -391,7 +374,7 @@ def solve(t: float, y: Reals, c: Reals, T: Integers) -> int:
 # --- kernels of a phase --------------------------------------------------------------------------
 
 
-@compiled
+@inlined
 def table(c: Reals) -> Integers:
     """Return the table of integers of a phase."""
     return integers_at(bits(c[0]))
@@ -428,7 +411,7 @@ def rates(t: float, y: Reals, c: Reals, out: Reals) -> None:
 NAN = float("nan")
 
 
-@compiled
+@inlined
 def extended(y: Reals, c: Reals, T: Integers) -> None:
     """Write the state before the accelerations, forces and multipliers."""
     for i in range(T[N_Q] + T[N_U]):
@@ -508,7 +491,7 @@ def projection(t: float, y: Reals, c: Reals, out: Reals) -> None:
     n_q, n = T[N_Q], T[N_U]
     evaluated(t, y, c, T)
     looked_at(shifted(T, T[CALLED]), t, y, c, T)
-    corrected(c, T, 1)
+    corrected(c, T, 0)
     state = shifted(c, T[STATE_AT])
     for i in range(n_q):
         state[i] = y[i]
@@ -523,35 +506,36 @@ def projection(t: float, y: Reals, c: Reals, out: Reals) -> None:
         state[n_q + i] = y[n_q + i]
     evaluated(t, state, c, T)
     looked_at(shifted(T, T[CALLED]), t, state, c, T)
-    corrected(c, T, 2)
+    corrected(c, T, 1)
     for i in range(n):
         out[n_q + i] = y[n_q + i] + c[T[UDOT_AT] + i]
 
 
 @compiled
-def corrected(c: Reals, T: Integers, way: int) -> None:
-    """Set ``UDOT`` to the least step that cancels the residuals (``way`` 1) or the rates (2) of active conditions."""
+def corrected(c: Reals, T: Integers, speeds: int) -> None:
+    """Set ``UDOT`` to the least step that cancels the residuals of active conditions, or their rates (``speeds`` 1)."""
     n = T[N_U]
     rows_made(c, T)
     for i in range(T[CONDITIONS]):
         one = T[CONDITION] + CONDITION_SIZE * i
         k = T[one + SOURCE]
         if k < 0:
-            own = T[OWN_AT] + (-1 - k) * (3 + n)
-            c[T[RIGHT_AT] + i] = -c[own] if way == 1 else -c[own + 1]
-        elif way == 1:
+            c[T[RIGHT_AT] + i] = -c[T[OWN_AT] + (-1 - k) * (3 + n) + speeds]
+        elif speeds == 0:
             c[T[RIGHT_AT] + i] = -contact_at(c, T, k)[0]
         else:
             c[T[RIGHT_AT] + i] = -rates_of(c, T, k)[T[one + ROW_OF]]
-    good = independent(c, T, way)
+    rows, size = shifted(T, T[INDEPENDENT]), T[ACTIVE]
+    if speeds == 0:
+        rows, size = shifted(T, T[HOLONOMIC] + 1), T[T[HOLONOMIC]]
+    good = independent(c, T, rows, size, 0)
     w = shifted(c, T[STEP_AT])
     for k in range(n):
         w[k] = 0.0 if good != 0 else NAN
-    for i in range(T[CONDITIONS]):
-        x, Y = c[T[LAMBDA_AT] + i], shifted(c, T[Y_AT] + i * n)
-        if x != 0.0:
-            for k in range(n):
-                w[k] += x * Y[k]
+    for a in range(size):
+        x, Y = c[T[LAMBDA_AT] + rows[a]], shifted(c, T[Y_AT] + rows[a] * n)
+        for k in range(n):
+            w[k] += x * Y[k]
     moved(c, T, w, shifted(c, T[UDOT_AT]))
 
 
@@ -562,16 +546,15 @@ def corrected(c: Reals, T: Integers, way: int) -> None:
 def parts_of_forces(c: Reals, T: Integers) -> float:
     """Return the sum of the parts of the forces of all closed contacts, each as if it were the only condition:
 
-        λ_i = -(γ_i + Σ_j w_j f_j)/(G M⁻¹ Gᵀ)_ii,      of which |γ_i| and all |w_j f_j| are summed
+    λ_i = -(γ_i + Σ_j w_j f_j)/(G M⁻¹ Gᵀ)_ii,      of which |γ_i| and all |w_j f_j| are summed
     """
-    n, z, total = T[N_U], shifted(c, T[FREE_AT]), 0.0
-    for i in range(T[OWN], T[CONDITIONS]):
-        if T[T[CONDITION] + CONDITION_SIZE * i + IS_ACTIVE] != 0:
-            V, Y = shifted(c, T[V_AT] + i * n), shifted(c, T[Y_AT] + i * n)
-            size = abs(gamma_of(c, T, i))
-            for k in range(n):
-                size += abs(V[k] * z[k])
-            total += size / product(V, Y, n)
+    n, z, total, rows = T[N_U], shifted(c, T[FREE_AT]), 0.0, shifted(T, T[INDEPENDENT])
+    for a in range(T[OWN], T[ACTIVE]):
+        Y = shifted(c, T[Y_AT] + rows[a] * n)
+        size = abs(gamma_of(c, T, rows[a]))
+        for k in range(n):
+            size += abs(Y[k] * z[k])
+        total += size / product(Y, Y, n)
     return total
 
 
@@ -629,7 +612,7 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     for k in range(n):
         free[k] = c[T[UDOT_AT] + k]
     W, X = shifted(free, n), shifted(free, n + m * n)
-    spare, D = shifted(c, T[SPARE_AT]), shifted(c, T[INVERSE_AT])
+    spare = shifted(c, T[SPARE_AT])
     for k in range(E):
         one, seen = T[CONTACT] + CONTACT_SIZE * k, contact_at(c, T, k)
         v, b, reaches = rates_of(c, T, k), biases_of(c, T, k), T[one + REACHES]
@@ -647,8 +630,8 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
                 W[r * n + T[T[ORDER] + p]] = spare[p]
             forwarded(c, T, spare)
             for i in range(T[CONDITIONS]):
-                c[T[RIGHT_AT] + i] = -product(shifted(c, T[V_AT] + i * n), spare, n)
-            if T[CONDITIONS] > 0 and independent(c, T, 2) != 0:
+                c[T[RIGHT_AT] + i] = -product(shifted(c, T[Y_AT] + i * n), spare, n)
+            if T[ACTIVE] > 0 and independent(c, T, shifted(T, T[INDEPENDENT]), T[ACTIVE], 0) != 0:
                 for i in range(T[CONDITIONS]):
                     for p in range(n):
                         spare[p] += c[T[LAMBDA_AT] + i] * c[T[Y_AT] + i * n + p]

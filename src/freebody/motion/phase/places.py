@@ -37,19 +37,19 @@ from __future__ import annotations
     ORDER,  # list: speed at each place of the order of elimination
     STARTS,  # list: first entry of each column of L, and the end
     PLACES,  # list: row of each entry of L
-    ON_SPEEDS,  # list: 1 for each active condition of the machine that restricts speeds only
+    INDEPENDENT,  # list: active conditions
+    HOLONOMIC,  # list: number of the active conditions that restrict coordinates, then these conditions
     OWN_NUMBER,  # list: number of each active condition of the machine among all
-    CONDITION,  # list: six numbers for each condition
+    CONDITION,  # list: five numbers for each condition
     ENDING,  # list: four numbers for each ending
-    MACHINE_AT,  # outputs of "machine": q', then L⁻¹ f, D⁻¹, L, the power of loads, and the machine's own conditions
-    FREE_AT,
-    INVERSE_AT,
+    MACHINE_AT,  # outputs of "machine", these six: q'
+    FREE_AT,  # D^-½ L⁻¹ f
+    SCALE_AT,  # D^-½
     L_AT,
-    LOAD_AT,
-    OWN_AT,  # for each condition: residual, rate, γ, then L⁻¹ Gᵀ
-    Y_AT,  # L⁻¹ Gᵀ of each condition
-    V_AT,  # D⁻¹ L⁻¹ Gᵀ
-    K_AT,  # L⁻¹ Kᵀ, K the directions of the forces
+    LOAD_AT,  # power of loads
+    OWN_AT,  # for each condition: residual, rate, γ, then its row
+    Y_AT,  # row D^-½ L⁻¹ Gᵀ of each condition
+    K_AT,  # rows D^-½ L⁻¹ Kᵀ of slipping contacts
     RIGHT_AT,  # numbers for each condition
     LAMBDA_AT,
     WEIGHT_AT,
@@ -67,10 +67,10 @@ from __future__ import annotations
 GROUP, AT, TANGENTS, REACHES, FIRST = range(5)
 """Numbers of a contact: its group, place of its outputs (gap, reaches, μ, μ_s, e, rates, biases), first row."""
 CONTACT_SIZE, ROW_SIZE = 5, 3
-SOURCE, ROW_OF, SLIP, IS_ACTIVE, NORMAL_OF, CONDITION_NUMBER = range(6)
+SOURCE, ROW_OF, SLIP, NORMAL_OF, FORCE_ROW = range(5)
 """Numbers of a condition: contact (or -1 - place of the machine's condition), row of the contact, direction of slip,
-whether it is independent, condition of the normal of a tangent or -1, and a number without meaning in compiled code."""
-CONDITION_SIZE = 6
+condition of the normal of a tangent or -1, place of its row of K."""
+CONDITION_SIZE = 5
 NO_SLIP, ALONG, PLUS, MINUS = range(4)
 """Directions of slip: none or without friction, along the slip velocity, along the tangent, against it."""
 LAW, CONTACT_OF, SIGN, PLACE = range(4)

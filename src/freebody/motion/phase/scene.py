@@ -183,7 +183,9 @@ class Scene:
         """Return the contacts at a state."""
         program = self.program
         return self.snapshot(
-            observe(program.address("looked"), program.outputs("looked"), np.array([t]), y[None], constants)[0]
+            observe(program.address("looked"), program.outputs("looked"), np.array([t]), y[None], constants)[
+                0
+            ]
         )
 
     def evaluated(self, t: float, y: Array, values: Mapping[str, float]) -> Snapshot:
@@ -338,7 +340,9 @@ class Phase:
         """Function ``limits``, as :meth:`Kernels.limits` has it."""
         return cast(
             DataProgram,
-            self._program("limits", lambda: self.data({}, derived=("limits", self.scene.candidates.limits()))),
+            self._program(
+                "limits", lambda: self.data({}, derived=("limits", self.scene.candidates.limits()))
+            ),
         )
 
     def rates(self, parameters: Array) -> Rates:
@@ -350,7 +354,9 @@ class Phase:
         )  # fmt: skip
         if not self.active:
             return result
-        return replace(result, projection=program.address("projection"), projected=program.outputs("projection"))
+        return replace(
+            result, projection=program.address("projection"), projected=program.outputs("projection")
+        )
 
     def watching(
         self, expressions: Sequence[Any], dead: frozenset[int] = frozenset()
@@ -365,9 +371,9 @@ class Phase:
             endings, numbers = self._endings(dead)
             values = self.scene.kernels.expressions(expressions) if expressions else None
             count = len(expressions) + len(endings)
-            return self.data({"watched": count}, endings=numbers, values=values, count=len(expressions)), tuple(
-                endings
-            )
+            return self.data(
+                {"watched": count}, endings=numbers, values=values, count=len(expressions)
+            ), tuple(endings)
 
         return cast("tuple[DataProgram, tuple[Ending, ...]]", self._program((tuple(expressions), dead), make))
 
@@ -435,7 +441,9 @@ class Phase:
         parts: list[tuple[int, Any]] = []
         table.kernel(places.MACHINE, program.address("machine"))
         table.constants(places.CONSTANTS, program, parts)
-        table.list(places.GROUPS, [program.address(f"group {g}") for g in range(len(candidates.pattern.groups))])
+        table.list(
+            places.GROUPS, [program.address(f"group {g}") for g in range(len(candidates.pattern.groups))]
+        )
         if power is not None:
             table.kernel(places.POWER, power.address("power"))
             table.constants(places.POWER_CONSTANTS, power, parts)
@@ -462,32 +470,26 @@ class _Table:
         scene, candidates, model = phase.scene, phase.scene.candidates, phase.model
         pattern, own = candidates.pattern, phase.own
         n, m = model.n_u, scene.rows
-        conditions = [
-            (-1 - i, 0, places.NO_SLIP, 1, -1, number) for i, number in enumerate(own)
+        kinds, first = rows(model), len(own)
+        active = [*range(first), *(first + i - candidates.own for i in phase.active[first:])]
+        holonomic = [i for i, number in enumerate(own) if not kinds[number].on_speeds]
+        holonomic += [i for i in active[first:] if phase.conditions[i - first][1] == 0]
+        slips = [
+            places.NO_SLIP if model.contacts[k].frictionless else _SLIPS.get(phase.modes[k], places.NO_SLIP)
+            for k, _ in phase.conditions
         ]
-        normals: dict[int, int] = {}
-        active = set(phase.active)
-        slipping = 0
-        for i, (k, j) in enumerate(phase.conditions):
-            contact = model.contacts[k]
-            slip = places.NO_SLIP if contact.frictionless else _SLIPS.get(phase.modes[k], places.NO_SLIP)
-            slipping |= slip != places.NO_SLIP
-            number = candidates.own + i
-            if j == 0:
-                normals[k] = len(conditions)
-            conditions.append((k, j, slip, int(number in active), -1 if j == 0 else normals[k], number))
-        a, count = sum(one[places.IS_ACTIVE] for one in conditions), len(conditions)
+        a, count, slipping = len(active), first + len(slips), sum(slip != places.NO_SLIP for slip in slips)
         for place, value in {
             places.N_Q: model.n_q, places.N_U: n, places.CONTACTS: len(model.contacts), places.ROWS: m,
-            places.OWN: len(own), places.ALL_OWN: candidates.own, places.CONDITIONS: count, places.ACTIVE: a,
-            places.SLIPPING: slipping, places.ENDINGS: len(endings or ()) // places.ENDING_SIZE,
+            places.OWN: first, places.ALL_OWN: candidates.own, places.CONDITIONS: count, places.ACTIVE: a,
+            places.SLIPPING: int(slipping > 0), places.ENDINGS: len(endings or ()) // places.ENDING_SIZE,
         }.items():  # fmt: skip
             self.head[place] = value
         L = len(pattern.below)
         for place, size in (
-            (places.MACHINE_AT, model.n_q), (places.FREE_AT, n), (places.INVERSE_AT, n), (places.L_AT, L),
+            (places.MACHINE_AT, model.n_q), (places.FREE_AT, n), (places.SCALE_AT, n), (places.L_AT, L),
             (places.LOAD_AT, 1), (places.OWN_AT, len(own) * (3 + n)), (places.Y_AT, count * n),
-            (places.V_AT, count * n), (places.K_AT, count * n), (places.RIGHT_AT, count), (places.LAMBDA_AT, count),
+            (places.K_AT, slipping * n), (places.RIGHT_AT, count), (places.LAMBDA_AT, count),
             (places.WEIGHT_AT, count), (places.SQUARE_AT, a * a + a), (places.G_AT, 2 * a * count),
             (places.STEP_AT, n), (places.SPARE_AT, n), (places.STATE_AT, model.n_q + n), (places.UDOT_AT, n),
             (places.FORCE_AT, m), (places.MULTIPLIER_AT, candidates.own),
@@ -499,7 +501,9 @@ class _Table:
             places.CONTACT,
             [x for g, at, *rest in pattern.contacts for x in (g, groups[g] + at, *rest)],
         )
-        group_of_row = [one[0] for k, one in enumerate(pattern.contacts) for _ in range(1 + scene.tangents[k])]
+        group_of_row = [
+            one[0] for k, one in enumerate(pattern.contacts) for _ in range(1 + scene.tangents[k])
+        ]
         self.list(
             places.ROW,
             [x for g, (start, size, at) in zip(group_of_row, pattern.rows, strict=True)
@@ -509,10 +513,10 @@ class _Table:
         self.list(places.ORDER, pattern.order)
         self.list(places.STARTS, pattern.starts)
         self.list(places.PLACES, pattern.below)
-        kinds = rows(model)
-        self.list(places.ON_SPEEDS, [int(kinds[i].on_speeds) for i in own])
+        self.list(places.INDEPENDENT, active)
+        self.list(places.HOLONOMIC, [len(holonomic), *holonomic])
         self.list(places.OWN_NUMBER, own)
-        self.list(places.CONDITION, [x for one in conditions for x in one])
+        self.list(places.CONDITION, self._conditions(phase, slips, n))
         self.list(places.ENDING, endings or ())
         called = sorted({pattern.contacts[k][0] for k, _ in phase.conditions})
         watched = (
@@ -523,6 +527,21 @@ class _Table:
         others = [g for g in watched if g not in called]
         self.list(places.CALLED, [len(called), *called])
         self.list(places.WATCHED, [len(others), *others])
+
+    def _conditions(self, phase: Phase, slips: Sequence[int], n: int) -> list[int]:
+        """Return the numbers of all conditions."""
+        Y, K = self.head[places.Y_AT], self.head[places.K_AT]
+        result = [(-1 - i, 0, places.NO_SLIP, -1, Y + i * n) for i in range(len(phase.own))]
+        normal, sliding = -1, 0
+        for (k, j), slip in zip(phase.conditions, slips, strict=True):
+            place = Y + len(result) * n
+            if slip != places.NO_SLIP:
+                place = K + sliding * n
+                sliding += 1
+            if j == 0:
+                normal = len(result)
+            result.append((k, j, slip, -1 if j == 0 else normal, place))
+        return [x for one in result for x in one]
 
     def _more(self, size: int) -> int:
         self.size += size

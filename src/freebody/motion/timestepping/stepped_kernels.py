@@ -12,19 +12,16 @@ from typing import Any
 import numpy as np
 
 from ...dynamics import State, coordinate_rates, mass_matrix
-from ...dynamics.constrained import constrained_loading, with_wrenches
 from ...dynamics.constraints import linearized, rows
-from ...dynamics.contact import contact_rows, touch, touches
+from ...dynamics.contact import contact_rows, touches
+from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
-from ...dynamics.kinematics import Spot
-from ...dynamics.loading import Loading
-from ...dynamics.motion import Motion, all_reactions
+from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
-from ...scalar.algebra import ZERO, add, negate, scale
 from ...scalar.trace import Traced
-from ..phase.candidates import layout_of
 from ..kernels.kernels import Kernels, Program
+from ..phase.candidates import layout_of
 
 Whole = Any  # array of int64
 

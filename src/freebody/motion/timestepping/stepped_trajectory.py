@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...dynamics.constraints import rows
+from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import kinetic_energy, potential_energy
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power

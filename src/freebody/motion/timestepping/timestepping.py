@@ -24,11 +24,11 @@ from ...errors import ModelError, SimulationError
 from ...native import loop
 from ..contact.cone_problem import eased, polished
 from ..contact.motion import check_coefficients
-from ..phase.candidates import layout_of
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..ode.dense_output import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
+from ..phase.candidates import layout_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.initial import number
 from ..trajectory.event import EventSpec, expressions_of
