@@ -162,8 +162,6 @@ def halt(
     if not speed > 0:
         return t, y
     slowing = -float(rate @ a) / speed
-    if not slowing > 0:
-        return t, y
 
     def stopped(t: float, y: Array, contacts: Sequence[int]) -> tuple[Array, float]:
         """Return the state after impulses that cancel the remaining slip, and their work; closed contacts stay so."""
@@ -177,6 +175,10 @@ def halt(
         result[work.n : work.n + work.model.n_u] += impulses @ seen.responses
         return result, work.gained(t, y, seen, impulses)
 
+    if not slowing > 0:  # it turns as it slows: a new slip begins, or it sticks
+        after, gained = stopped(t, y, [k])
+        work.impulses += gained
+        return t, after
     step = speed / slowing
     if step > LONGEST:
         # hardly slowing: it stops if the contact then sticks; otherwise the slip has only just begun
