@@ -244,15 +244,17 @@ def _rest(
 ) -> tuple[float, Array, Modes, Modes, dict[int, str], str]:
     """Replace the remaining time of bounces that are too low to follow by motion in contact."""
     y, left, contacts = settled
-    modes, _, seen = modes_at(work, t, y, current)
+    modes, one, seen = modes_at(work, t, y, current)
     until = min(t + left, end)
     names = ", ".join(work.names[k] for k in sorted(contacts))
     phase, rates, watch, endings = work.setup(modes, y, seen)
     _note_modes(
         work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
     )
-    y = lifted(work, t, projected(rates, t, y))
     work.bounces.clear()
+    t, y = onset(work, t, y, modes, one, seen, until)
+    phase, rates, watch, endings = work.setup(modes, y, seen)
+    y = lifted(work, t, projected(rates, t, y))
     reasons: dict[int, str] = {}
     if until > t:
         t, y, reasons, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)

@@ -291,7 +291,7 @@ def shared(c: Reals, T: Integers) -> int:
                 for b in range(active):
                     square[a * active + b] += x * Q[j * active + b]
         if solved(square, active, nu) == 0:
-            return 0
+            return turn  # contacts without load have no friction to share: the first shares remain
         for j in range(count):
             lam[j] = weight[j] * product(nu, shifted(Q, j * active), active)
         if turn == 0:
