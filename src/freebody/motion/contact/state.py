@@ -18,7 +18,7 @@ from ...errors import SimulationError
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of, strike
 from ..ode.dense_output import Array, Rates, Watch, observe
-from ..phase.scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
+from ..phase.scene import LIMIT, SMOOTH, Modes, Phase, Scene, Snapshot, direction_of, scene_of
 from ..trajectory.event import EventSpec, Happening, expressions_of
 from ..trajectory.phases import Segment
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
@@ -143,6 +143,11 @@ class ContactRun:
         gone = {k for k in at_end if k in self.left or self._leaves(t, y, k)}
         found = [k for k in found if k not in gone]
         return [k for k in found if not any(side in found for side, _ in self.scene.ends.get(k, ()))]
+
+    def approaching(self, t: float, y: Array) -> bool:
+        """Return True if a closed contact approaches."""
+        seen, still = self.look(t, y), self.still(y)
+        return any(seen.rate[self.scene.first[k]] < -still for k in self.closed(t, seen, y))
 
     def _leaves(self, t: float, y: Array, k: int, udot: Array | None = None) -> bool:
         """Return True if the foot of a contact moves off the end of its side or, with ``udot``, begins to."""
@@ -360,7 +365,11 @@ class ContactRun:
             self._setups[key] = (phase, rates, watch, endings)
         phase.loose = self.loose_forces(modes, dead, seen)
         phase.shown = tuple(
-            STICK if k in dead and mode in ("slip+", "slip-") else SLIP if mode == SMOOTH else mode
+            STICK
+            if (k in dead and mode in ("slip+", "slip-")) or mode.startswith(LIMIT)
+            else SLIP
+            if mode == SMOOTH
+            else mode
             for k, mode in enumerate(modes)
         )
         return self._setups[key]
@@ -383,8 +392,10 @@ class ContactRun:
                 columns[-1] = (
                     columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
                 )
-            elif mode == SLIP and n == 2 and not self.model.contacts[k].frictionless:
-                v = self.slip(seen, k)
+            elif (mode == SLIP and n == 2 and not self.model.contacts[k].frictionless) or mode.startswith(
+                LIMIT
+            ):
+                v = np.array(direction_of(mode)) if mode.startswith(LIMIT) else self.slip(seen, k)
                 speed = float(np.linalg.norm(v))
                 if speed > 0:
                     rows[-1] = [at, at + 1, at + 2]

@@ -40,6 +40,7 @@ from .places import (
     ACTIVE,
     ALL_OWN,
     AT,
+    BAND_AT,
     CALLED,
     COLUMNS,
     CONDITION,
@@ -53,11 +54,13 @@ from .places import (
     CONTACTS,
     DERIVED,
     DERIVED_CONSTANTS,
+    DIRECTION_AT,
     ENDING,
     ENDING_SIZE,
     ENDINGS,
     EXPRESSIONS,
     FIRST,
+    FIXED,
     FORCE_AT,
     FORCE_ROW,
     FREE_AT,
@@ -214,10 +217,13 @@ def product(a: Reals, b: Reals, n: int) -> float:
 
 @compiled
 def friction_along(c: Reals, T: Integers, one: int, j: int) -> float:
-    """Return the friction of a slipping contact along tangent j, per unit of normal force: -μ d_j."""
+    """Return the friction of a slipping contact along tangent j, per unit of normal force: -μ d_j, at rest -μ_s d_j."""
     slip, k = T[one + SLIP], T[one + SOURCE]
     at = T[CONTACT] + CONTACT_SIZE * k
-    mu = contact_at(c, T, k)[1 + T[at + REACHES]]
+    seen = contact_at(c, T, k)
+    mu = seen[1 + T[at + REACHES]]
+    if slip == FIXED:
+        return -seen[2 + T[at + REACHES]] * c[T[DIRECTION_AT] + 2 * k + j]
     if slip == PLUS:
         return -mu
     if slip == MINUS:
@@ -577,7 +583,7 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
         F, mu = shifted(c, T[FORCE_AT] + T[at + FIRST]), seen[2 + T[at + REACHES]]
         value = 0.0
         if law == GAP:
-            value = seen[0]
+            value = seen[0] - c[T[BAND_AT] + k]
         elif law == NORMAL:
             value = F[0] + size
         elif law == REACH:

@@ -57,12 +57,14 @@ from __future__ import annotations
     G_AT,  # a matrix of active and all conditions
     STEP_AT,  # numbers for each speed
     SPARE_AT,
+    BAND_AT,  # for each contact, the gap at which it closes: 0, or the gap at the start if that is negative
+    DIRECTION_AT,  # two components for each contact, of fixed directions
     STATE_AT,  # state, accelerations, contact forces, multipliers: one after another
     UDOT_AT,
     FORCE_AT,
     MULTIPLIER_AT,
     HEAD,
-) = range(54)
+) = range(56)
 
 GROUP, AT, TANGENTS, REACHES, FIRST = range(5)
 """Numbers of a contact: its group, place of its outputs (gap, reaches, μ, μ_s, e, rates, biases), first row."""
@@ -71,8 +73,9 @@ SOURCE, ROW_OF, SLIP, NORMAL_OF, FORCE_ROW = range(5)
 """Numbers of a condition: contact (or -1 - place of the machine's condition), row of the contact, direction of slip,
 condition of the normal of a tangent or -1, place of its row of K."""
 CONDITION_SIZE = 5
-NO_SLIP, ALONG, PLUS, MINUS = range(4)
-"""Directions of slip: none or without friction, along the slip velocity, along the tangent, against it."""
+NO_SLIP, ALONG, PLUS, MINUS, FIXED = range(5)
+"""Directions of slip: none or without friction, along the slip velocity, along the tangent, against it, or fixed: a
+contact at rest at its limit of friction."""
 LAW, CONTACT_OF, SIGN, PLACE = range(4)
 """Numbers of an ending."""
 ENDING_SIZE = 4

@@ -34,12 +34,14 @@ from .candidates import Candidates
 DEPENDENT = 1e-10
 """Part of a row of A above which it counts as independent of the earlier rows."""
 Modes = tuple[str, ...]
-"""Mode of every contact: open, stick, slip+, slip-, slip or smooth."""
+"""Mode of every contact: open, stick, slip+, slip-, slip, smooth, or limit and a direction (:func:`at_limit`)."""
 
 SMOOTH = "smooth"
 """Mode of a closed contact whose friction is zero in this run: the sense of its slip is not watched."""
+LIMIT = "limit"
+"""Mode of a contact in space at its limit of friction that the others hold at rest: -T/|T| is a fixed direction."""
 KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH)
-_SLIPS = {"slip+": places.PLUS, "slip-": places.MINUS, "slip": places.ALONG}
+_SLIPS = {LIMIT: places.FIXED, "slip+": places.PLUS, "slip-": places.MINUS, "slip": places.ALONG}
 _FUNCTIONS = (
     "rates", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force", "watched", "looked",
 )  # fmt: skip
@@ -83,13 +85,14 @@ class DataProgram:
     ``functions``  address and number of outputs of each
     ``table``      integers of the phase
     ``size``       length of c
-    ``parts``      a place in c and the program whose constants stand there
+    ``parts``      a place in c and the program whose constants stand there; ``numbers``: a place and a number
     """
 
     functions: Mapping[str, tuple[int, int]]
     table: Any
     size: int
     parts: Sequence[tuple[int, Any]]
+    numbers: Sequence[tuple[int, float]]
     _last: list[Any] = field(default_factory=list)
 
     def address(self, name: str) -> int:
@@ -109,8 +112,20 @@ class DataProgram:
             for at, program in self.parts:
                 own = program.constants(parameters)
                 c[at : at + own.size] = own
+            for at, number in self.numbers:
+                c[at] = number
             self._last[:] = [key, c]
         return cast(Array, self._last[1].copy())
+
+
+def at_limit(direction: Sequence[float]) -> str:
+    """Return the mode of a contact at rest at its limit of friction, T = -μ_s N d."""
+    return " ".join((LIMIT, *(repr(float(x)) for x in direction)))
+
+
+def direction_of(mode: str) -> tuple[float, ...]:
+    """Return the fixed direction of a mode, empty if it has none."""
+    return tuple(map(float, mode.split()[1:]))
 
 
 def _addresses() -> dict[str, int]:
@@ -377,6 +392,11 @@ class Phase:
 
         return cast("tuple[DataProgram, tuple[Ending, ...]]", self._program((tuple(expressions), dead), make))
 
+    def closing_at(self, watcher: DataProgram, constants: Array, gaps: Array) -> None:
+        """Let open contacts that start at a negative gap close at this gap, in the constants of :meth:`watching`."""
+        at = watcher.table[places.BAND_AT]
+        constants[at : at + gaps.size] = np.minimum(gaps, 0.0)
+
     def _elsewhere(self, k: int) -> bool:
         """Return True if the foot is on the side that this corner ends, or on a corner of this side."""
         ends = self.scene.ends
@@ -457,7 +477,11 @@ class Phase:
             table.kernel(places.DERIVED, of_forces.address(name))
             table.constants(places.DERIVED_CONSTANTS, of_forces, parts)
             functions[name] = addresses["derived"], of_forces.outputs(name)
-        return DataProgram(functions, table.finished(), table.size, parts)
+        at = table.head[places.DIRECTION_AT]
+        numbers = [
+            (at + 2 * k + j, x) for k, mode in enumerate(self.modes) for j, x in enumerate(direction_of(mode))
+        ]
+        return DataProgram(functions, table.finished(), table.size, parts, numbers)
 
 
 class _Table:
@@ -475,7 +499,9 @@ class _Table:
         holonomic = [i for i, number in enumerate(own) if not kinds[number].on_speeds]
         holonomic += [i for i in active[first:] if phase.conditions[i - first][1] == 0]
         slips = [
-            places.NO_SLIP if model.contacts[k].frictionless else _SLIPS.get(phase.modes[k], places.NO_SLIP)
+            places.NO_SLIP
+            if model.contacts[k].frictionless
+            else _SLIPS.get(phase.modes[k].partition(" ")[0], places.NO_SLIP)
             for k, _ in phase.conditions
         ]
         a, count, slipping = len(active), first + len(slips), sum(slip != places.NO_SLIP for slip in slips)
@@ -491,7 +517,8 @@ class _Table:
             (places.LOAD_AT, 1), (places.OWN_AT, len(own) * (3 + n)), (places.Y_AT, count * n),
             (places.K_AT, slipping * n), (places.RIGHT_AT, count), (places.LAMBDA_AT, count),
             (places.WEIGHT_AT, count), (places.SQUARE_AT, a * a + a), (places.G_AT, 2 * a * count),
-            (places.STEP_AT, n), (places.SPARE_AT, n), (places.STATE_AT, model.n_q + n), (places.UDOT_AT, n),
+            (places.STEP_AT, n), (places.SPARE_AT, n), (places.BAND_AT, len(model.contacts)),
+            (places.DIRECTION_AT, 2 * len(model.contacts)), (places.STATE_AT, model.n_q + n), (places.UDOT_AT, n),
             (places.FORCE_AT, m), (places.MULTIPLIER_AT, candidates.own),
         ):  # fmt: skip
             self.room(place, size)
@@ -579,7 +606,11 @@ def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:
         If the machine has no such modes or conditions: a motion of another machine.
     """
     scene = scene_of(kernels)
-    last = scene.candidates.own + len(scene.conditions(modes)) if set(modes) <= set(KINDS) else 0
+    known = all(
+        mode in KINDS or (mode.startswith(LIMIT) and len(direction_of(mode)) == n == 2)
+        for mode, n in zip(modes, scene.tangents, strict=True)
+    )
+    last = scene.candidates.own + len(scene.conditions(modes)) if known else 0
     if len(set(active)) != len(active) or not all(0 <= i < last for i in active):
         raise SimulationError(
             f"Expected modes and conditions of the contacts of '{kernels.model.name}', got {modes} and {active}: the "
