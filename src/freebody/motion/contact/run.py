@@ -108,6 +108,8 @@ def run(
             t, y, current, past, reasons, status = _rest(work, t, y, settled, current, past, target, between)
             continue
         y = lifted(work, t, y)
+        if work.approaching(t, y):  # a contact beside the lifted ones, now closed too
+            continue
         modes, one, seen = modes_at(work, t, y, current)
         modes = held(work, t, y, modes, one, seen)
         phase, rates, _, _ = work.setup(modes, y, seen)
