@@ -611,7 +611,7 @@ def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:
         for mode, n in zip(modes, scene.tangents, strict=True)
     )
     last = scene.candidates.own + len(scene.conditions(modes)) if known else 0
-    if len(set(active)) != len(active) or not all(0 <= i < last for i in active):
+    if not known or len(set(active)) != len(active) or not all(0 <= i < last for i in active):
         raise SimulationError(
             f"Expected modes and conditions of the contacts of '{kernels.model.name}', got {modes} and {active}: the "
             "motion is not of this machine."
