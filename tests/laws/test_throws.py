@@ -63,8 +63,8 @@ def coin():
 
 
 # refused before: a slip that turns as it stops (0); one that begins as bounces end (1); a return from below the floor,
-# and a face that stops as it turns about a corner (16); a contact at its limit of friction that another one holds (18)
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), 16, 18])
+# and a face that stops as it turns about a corner (16)
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), 16])
 def test_thrown_coins_of_many_corners_come_to_rest(seed):
     motion = fb.simulate(coin(), 1, initial=thrown(seed))
     assert motion.status == "finished"
