@@ -35,8 +35,6 @@ from .stores.netcdf import NetCDF
 if TYPE_CHECKING:
     import xarray
 
-_SECONDS = 3.0  # between two writes to a store
-
 
 def batch(request: Request) -> xarray.Dataset:
     """Return the dataset of many motions; some values or initial values of the request are arrays of one length.

@@ -95,7 +95,7 @@ class LaneLoop:
             [_equal_steps(t1 - t0, job.request.step, job.request.longest_step) for t0, t1 in self.legs]
         )
         batch.settings, batch.columns = self.settings, np.array(self.columns, dtype=np.int64)
-        batch.times, batch.relative, batch.tolerances = self.times, job.tolerances, job.tolerances
+        batch.times, batch.tolerances = self.times, job.tolerances
         return batch
 
     def _rates(self) -> Rates:

@@ -243,7 +243,7 @@ def begin_leg(batch: Batch, lane: Lane) -> int:
     clear(run)
     normalise(run, run.y)
     for i in range(run.n):
-        run.absolute[i], run.relative[i] = batch.tolerances[i], batch.relative[i]
+        run.absolute[i], run.relative[i] = batch.tolerances[i], batch.tolerances[i]
     if batch.works != 0:
         if leg == 0:
             batch.energy(run.t, run.y, run.c, batch.spare)

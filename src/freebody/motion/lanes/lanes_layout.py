@@ -43,7 +43,8 @@ class Batch(Record):
     ``leg_starts`` ...      intervals in which signals are polynomials: start, end, length of all steps or 0, settings
                             of the signals; ``columns``: indices of the parameters that these settings are
     ``times``               output times in the order of the run
-    ``tolerances``          of each component; the last, of the work, is relative to the energy
+    ``tolerances``          of each component, absolute and relative; the absolute one of the work is multiplied by the
+                            energy
     ``initial``, ``parameters``     rows of each lane
     ``values``              outputs of each lane at each time; nan after the end of the lane
     ``reduced``             of each lane and quantity: greatest, smallest, first and last value
@@ -89,7 +90,6 @@ class Batch(Record):
     settings: Rows
     columns: Wholes
     times: Row
-    relative: Row
     tolerances: Row
     initial: Rows
     parameters: Rows
@@ -126,7 +126,7 @@ class Lane(Record):
 
 @record
 class EightLanes(Record):
-    """EightLanes lanes side by side (`lanes_wide`): component i of lane l of a row stands at 8 i + l.
+    """Eight lanes side by side (`lanes_wide`): component i of lane l of a row stands at 8 i + l.
 
     ``rows``        rows of the length ``w`` = 8 n, then places of eight numbers, then what a kernel needs
     ``c``           constants, ``tolerances``: absolute, then relative tolerances

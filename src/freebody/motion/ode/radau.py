@@ -384,8 +384,7 @@ def hold(run: Run) -> None:
     """Save the stages while parts of the step are tried."""
     own = Newton(run.own)
     for s in unrolled(3):
-        for i in range(run.width):
-            own.saved[s, i] = own.z[s, i]
+        own.saved[s][:] = own.z[s]
     own.saved_length = own.length
 
 
@@ -394,8 +393,7 @@ def accept(run: Run) -> None:
     """Make the step the previous step. J is out of date unless the iteration converged at once."""
     own = Newton(run.own)
     for s in unrolled(3):
-        for i in range(run.width):
-            own.before[s, i] = own.saved[s, i]
+        own.before[s][:] = own.saved[s]
     own.length_before = own.saved_length
     own.fresh = 0
     own.good = 1 if own.convergence < 1e-3 else 0

@@ -143,7 +143,8 @@ class Machine(MachineDrawing):
 
     def _body(self, name: str) -> None:
         R, p = self.now.posture(name)
-        fill, geared = self.fill(name), gear_wheels(self).values()
+        fill = self.fill(name)
+        toothed = {id(wheel) for pair in gear_wheels(self).values() for wheel in pair.values()}
         group = Group([], {"class": "body", "data-body": name}, name)
         order = sorted(
             self.pieces[name],
@@ -151,9 +152,7 @@ class Machine(MachineDrawing):
         )
         for piece in order:
             for item in outlines(piece, R, p, self.view, self.scale, fill, self._slides(name)):
-                if not any(
-                    piece is wheel for pair in geared for wheel in pair.values()
-                ):  # its teeth are drawn
+                if id(piece) not in toothed:  # the outline of a gear is that of its teeth
                     group.add(item)
                 area = polygon(item)
                 if area is not None:

@@ -143,11 +143,11 @@ def _wall_round(m: MachineDrawing, shape: Any) -> None:
     radius = m.e.state(shape.radius)
     if not isinstance(radius, Polynomial):
         return
+    areas = [area for name in m.drawn for area in m.areas_of(name)]
     choices = []
     for k in range(12):
         t = math.radians(30 * k + 10)
         d = np.array([math.cos(t), math.sin(t)])
-        areas = [area for name in m.drawn for area in m.areas_of(name)]
         clear = 20.0 * sum(
             inside(area, sampled(np.array([center, center + r * d]), 4.0)).any() for area in areas
         )

@@ -15,7 +15,6 @@ first of neighbours, then of pairs. The transposition is its own inverse, so it 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cache
 from typing import Any
 
 from llvmlite import ir
@@ -188,15 +187,6 @@ def deliver(source: Row, places: Integers, row: int, n: int, width: int, target:
     while j + 1 <= width:
         place_1(rows, j, source, places)
         j += 1
-
-
-FUNCTIONS = {"gather": gather, "gather_parts": gather_parts, "scatter": scatter, "deliver": deliver}
-
-
-@cache
-def texts(name: str, lanes: int) -> dict[str, str]:
-    """IR of one of `FUNCTIONS` for so many lanes, ``void name.lanes(...)``, and of what it needs."""
-    return parts({f"{name}.{lanes}": FUNCTIONS[name]}, lanes)
 
 
 # -- the loop ----------------------------------------------------------------------------------------------------

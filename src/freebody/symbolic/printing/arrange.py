@@ -18,7 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from math import gcd
+from math import gcd, inf
 from typing import Any
 
 from ...scalar.algebra import Scalar
@@ -94,6 +94,25 @@ def arrange(x: Scalar, ring: Ring, lumps: Lumps | None = None, long: Lumps | Non
     if type(x) is not Polynomial:
         return Sum([Term(x, [])] if x != 0 else [])
     return Arrangement(ring, lumps, long).entry(x)
+
+
+def over_sums(x: Scalar, ring: Ring, most: float = inf) -> tuple[Scalar, list[tuple[Any, int]]] | None:
+    """Return an element over its common denominator, and the inverses of sums in that with their powers.
+
+    None if a product on the way could have more than ``most`` terms.
+    """
+    below: list[tuple[Any, int]] = []
+    while type(x) is Polynomial:
+        inverses = [g for g in ring.used(x) if g.kind == "inverse" and len(g.arguments[0]) > 1]
+        if not inverses:
+            break
+        g = inverses[-1]
+        n = max(e for m, _ in x.terms() for i, e in m if i == g.index)
+        if len(x) * len(g.arguments[0]) ** n > most:
+            return None
+        x = x * g.arguments[0] ** n
+        below.append((g, n))
+    return x, below
 
 
 def _summands(term: Term) -> list[Term]:
@@ -466,16 +485,11 @@ class Arrangement:
         generators = self.ring.generators
         if not any(generators[i].kind == "inverse" for m, _ in key for i, _ in m):
             return None
-        x: Scalar = self._element(key)
-        below: list[tuple[Any, int]] = []
-        while type(x) is Polynomial:
-            sums = [g for g in self.ring.used(x) if g.kind == "inverse" and len(g.arguments[0]) > 1]
-            if not sums:
-                break
-            g = sums[-1]
-            n = max(e for m, _ in x.terms() for i, e in m if i == g.index)
-            x = x * g.arguments[0] ** n
-            below.append((self.groups(g.arguments[0]), -n))
+        cleared = over_sums(self._element(key), self.ring)
+        if cleared is None:
+            return None
+        x, over = cleared
+        below: list[tuple[Any, int]] = [(self.groups(g.arguments[0]), -n) for g, n in over]
         top = arrange(x, self.ring)
         if len(top.terms) == 1:
             return Term(top.terms[0].coefficient, top.terms[0].factors + below)

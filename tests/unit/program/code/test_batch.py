@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.native import codegen
+from freebody.native import codegen, translation
 from freebody.program.code import batch
 from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
@@ -29,7 +29,7 @@ def moved(request):
     lanes = request.param
     texts = {}
     for name in CASES:
-        texts |= batch.texts(name, lanes)
+        texts |= translation.parts({f"{name}.{lanes}": getattr(batch, name)}, lanes)
     text = "\n".join([*texts.values(), ""])
     for name, given in CASES.items():
         text += f"define void @{name}({given}) {{\n  call void @{name}.{lanes}({given})\n  ret void\n}}\n"

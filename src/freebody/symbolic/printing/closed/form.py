@@ -28,7 +28,7 @@ from ....scalar.half_angles import half_angles
 from ....scalar.polynomial import Ring
 from ....scalar.roots import is_positive
 from ..angle_sums import shortest
-from ..arrange import arrange
+from ..arrange import arrange, over_sums
 from ..terms import Sum, Term
 from .letters import Letters, Monomial, Terms
 from .operations import Operations
@@ -143,20 +143,10 @@ class ClosedForms:
 
     def _cleared(self, x: Polynomial) -> Terms | None:
         """Return the element over its common denominator."""
-        y: Scalar = x
-        below: list[tuple[Any, int]] = []
-        while type(y) is Polynomial:
-            inverses = [g for g in self.ring.used(y) if g.kind == "inverse" and len(g.arguments[0]) > 1]
-            if not inverses:
-                break
-            g = inverses[-1]
-            n = max(e for m, _ in y.terms() for i, e in m if i == g.index)
-            if len(y) * len(g.arguments[0]) ** n > 10 * LONGEST:
-                return None
-            y = y * g.arguments[0] ** n
-            below.append((g, n))
-        if not below:
+        cleared = over_sums(x, self.ring, 10 * LONGEST)
+        if cleared is None or not cleared[1]:
             return None
+        y, below = cleared
         over = [(g.index, n) for g, n in below]
         if type(y) is not Polynomial:
             return self.letters.collected([(Fraction(y), over)])

@@ -20,7 +20,7 @@ class Length:
     Attributes
     ----------
     operations : int
-    unease : int
+    nesting : int
         Brackets in brackets, fractions in fractions, and long fractions in brackets, in halves of an operation.
     divided : bool
         True if it has a division that is not inside a root or a function.
@@ -31,25 +31,25 @@ class Length:
     """
 
     operations: int = 0
-    unease: int = 0
+    nesting: int = 0
     divided: bool = False
     depth: int = 0
     fractions: bool = False
 
     @property
     def total(self) -> int:
-        """Twice the operations, and unease."""
-        return 2 * self.operations + self.unease
+        """Length in halves of an operation: twice the operations, and the nesting."""
+        return 2 * self.operations + self.nesting
 
     def inside(self) -> Length:
         """Return the length as an argument: its bracket and its bar are the function's."""
-        return Length(self.operations, self.unease)
+        return Length(self.operations, self.nesting)
 
 
 def _joined(parts: list[Length], operations: int, divided: bool = False) -> Length:
     return Length(
         sum(p.operations for p in parts) + operations,
-        sum(p.unease for p in parts),
+        sum(p.nesting for p in parts),
         divided or any(p.divided for p in parts),
         max(p.depth for p in parts),
     )
@@ -84,12 +84,14 @@ class Operations(Printer):
     def power(self, base: Length, e: int) -> Length:
         """A factor to a positive whole power."""
         result = _joined([base], 1)
-        return base if e == 1 else Length(result.operations, result.unease, False, base.depth, base.fractions)
+        return (
+            base if e == 1 else Length(result.operations, result.nesting, False, base.depth, base.fractions)
+        )
 
     def bracketed(self, s: Length) -> Length:
         """A sum as a factor."""
-        unease = s.unease + s.depth + 2 * (s.divided and s.depth > 0)
-        return Length(s.operations, unease, False, s.depth + 1, s.divided)
+        nesting = s.nesting + s.depth + 2 * (s.divided and s.depth > 0)
+        return Length(s.operations, nesting, False, s.depth + 1, s.divided)
 
     def product(self, p: int, over: list[Length], q: int, under: list[Length]) -> Length:
         """p · over / (q · under)."""
@@ -97,10 +99,10 @@ class Operations(Printer):
         if q == 1 and not under:
             result = _joined(above, len(above) - 1)
             fractions = any(part.fractions for part in above)
-            return Length(result.operations, result.unease, fractions, result.depth)
+            return Length(result.operations, result.nesting, fractions, result.depth)
         compound = sum(part.fractions for part in above + below)
         result = _joined(above + below, len(above) - 1 + len(below), True)
-        return Length(result.operations, result.unease + compound, True, result.depth)
+        return Length(result.operations, result.nesting + compound, True, result.depth)
 
     def added(self, terms: list[tuple[bool, Length]]) -> Length:
         """Terms joined by their signs."""
