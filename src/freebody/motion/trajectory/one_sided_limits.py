@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...dynamics.unilateral import Limit, MotionWarning
+from ...errors import SimulationError
 from ..ode.dense_output import Array, observe
 from ..ode.run import PARTS
 
@@ -128,16 +130,20 @@ def _at(function: Values, k: int, x: float, dense: bool) -> float:
 def _zero(k: int, bracket: Any, otherwise: float) -> float:
     """Return the zero in a bracket, or ``otherwise`` without a bracket.
 
-    It is sought on the dense output, and then nearby among states as accurate as the steps.
+    It is sought on the dense output, and then nearby among states as accurate as the steps, where shorter steps have
+    these.
     """
     if bracket is None or bracket[0] is None:
         return otherwise
     function, a, b = bracket
     near = _root(function, k, a, b, True)
-    for reach in (1e-9, 1e-6, 1e-3):
-        left, right = (min(max(near + sign * reach * abs(b - a), min(a, b)), max(a, b)) for sign in (-1, 1))
-        if _at(function, k, left, False) * _at(function, k, right, False) <= 0:
-            return _root(function, k, left, right, False)
+    with suppress(SimulationError):  # the iteration of an implicit method may diverge in a shorter step
+        for reach in (1e-9, 1e-6, 1e-3):
+            left, right = (
+                min(max(near + sign * reach * abs(b - a), min(a, b)), max(a, b)) for sign in (-1, 1)
+            )
+            if _at(function, k, left, False) * _at(function, k, right, False) <= 0:
+                return _root(function, k, left, right, False)
     return near
 
 

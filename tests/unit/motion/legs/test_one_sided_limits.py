@@ -447,3 +447,15 @@ def test_report_plot_and_drawing_tell(tmp_path):
     assert "string slack" in [text.get_text() for text in motion.plot().get_legend().get_texts()]
     slack = fb.draw(stone(taut=False), at={"x": 0.3, "y": -0.6}).svg
     assert 'class="rope"' in slack
+
+
+@pytest.mark.parametrize("method", ["radau", "dop853"])
+def test_a_lane_that_collapses_beyond_a_limit_takes_no_other_along(method: str) -> None:
+    """The rope's force passes zero in the last step, in which shorter steps of an implicit method need not converge."""
+    entry = entries()["block-and-tackle"]
+    masses = [1.0, 1.1, 1.2, 100.0]
+    data = fb.simulate(
+        entry.build(), 3.0, near=entry.near, values={"M": masses}, method=method, samples=3, threads=1
+    )
+    assert data.status.values[:3].tolist() == ["step collapsed"] * 3
+    assert data.status.values[3].startswith("finished")
