@@ -169,8 +169,8 @@ def leaps(kernels: Kernels, rates: Rates, times: Array, states: Array) -> int | 
 def _between(
     kernels: Kernels, rates: Rates, times: Array, states: Array, z: Array
 ) -> tuple[Array, Array, Array]:
-    """Return the times at the parts z of a step, the states then, and s: along the cubic through the coordinates at both
-    ends with their rates, and beyond it.
+    """Return the times at the parts z of a step, the states then, and s: along the cubic through the coordinates at
+    both ends with their rates, and beyond it.
     """
     n_q, h = kernels.model.n_q, float(times[1] - times[0])
     speeds = h * observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
