@@ -75,8 +75,10 @@ def _about(model: Model, name: str, value: Any) -> dict[str, Any]:
         return {"units": _UNITS[value.what], **about}
     if isinstance(value, OfReaction):
         what = "magnitude" if value.component is None else f"{AXES[value.component]} component"
-        unit = "N" if value.what == "force" else "N m"
-        return {"units": unit, "long_name": f"{what} of the reaction {value.what} of joint {value.joint}"}
+        return {
+            "units": value.unit,
+            "long_name": f"{what} of the reaction {value.what} of joint {value.joint}",
+        }
     if name in model.coordinate_names or name in model.speed_names:
         return {"units": unit_of_name(model, name), "long_name": name}
     if name in ("kinetic_energy", "potential_energy", "energy", "work"):

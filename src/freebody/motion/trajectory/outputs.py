@@ -50,6 +50,11 @@ class OfReaction:
     what: str
     component: int | None = None
 
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        return "N" if self.what == "force" else "N m"
+
     def of(self, vector: Sequence[Scalar], sqrt: Callable[[Scalar], Scalar]) -> Scalar:
         """Return the quantity of a force or moment."""
         return sqrt(dot(vector, vector)) if self.component is None else vector[self.component]
@@ -175,7 +180,7 @@ def reduction(value: Any) -> tuple[str, Any]:
     return call[1], call[2].strip()
 
 
-def _of_contact(model: Model, value: Any) -> Mapping[str, Quantity]:
+def _of_contact(model: Model, value: Any) -> Mapping[str, OfContact]:
     """Return the components of the quantity of a contact that a text names, by what is added to the text: ".1" and
     ".2", or nothing if there is one; empty for other values.
     """
@@ -202,7 +207,7 @@ def _of_contact(model: Model, value: Any) -> Mapping[str, Quantity]:
     return {f".{i + 1}": OfContact(k, what, i) for i in range(count)}
 
 
-def of_reaction(model: Model, value: Any) -> Mapping[str, Quantity]:
+def of_reaction(model: Model, value: Any) -> Mapping[str, OfReaction]:
     """Return the quantities of a reaction that a text names, by what is added to the text: "pin" is the magnitude of
     the force, "pin.moment.z" a component, and "pin.force" has three, ".x", ".y" and ".z"; empty for other values.
     """
