@@ -59,7 +59,9 @@ def kind_of(value: Any) -> Any:
 
 
 def lanes_of(kind: Any) -> int:
-    """Number of lanes of a type, or of what a pointer points to; 1 for a number."""
+    """Number of lanes of a type, of a record, or of what a pointer points to; 1 for a number."""
+    if hasattr(kind, "record"):
+        return int(kind.lanes)
     kind = kind.pointee if isinstance(kind, ir.PointerType) else kind
     return int(kind.count) if isinstance(kind, ir.VectorType) else 1
 

@@ -20,8 +20,22 @@ from typing import Any, NamedTuple
 
 from llvmlite import ir
 
-from .arithmetic import REAL, WHOLE, Refusal, cast, intrinsic, kind_of, mathematical, operated, splat, wide
+from .arithmetic import (
+    REAL,
+    WHOLE,
+    Refusal,
+    cast,
+    intrinsic,
+    kind_of,
+    lanes_of,
+    mathematical,
+    operated,
+    selected,
+    splat,
+    wide,
+)
 from .functions import Instruction, counted, instruction, variable
+from .instructions import where
 from .record_access import Table, field_of
 from .record_access import value as field_value
 from .records import WIDTH
@@ -176,7 +190,7 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
 
     The formula reads and writes rows of the two records, as long as the first one says (``width``). Its further
     arguments are numbers, or arrays as long as the state (``n``) that are continued by 1. The instruction returns the
-    largest result of the formula, or nan if one of the results is nan.
+    largest result of the formula, or nan if one of the results is nan; of records of lanes, those of each lane.
     """
 
     def over_rows(builder: Any, run: Any, own: Any, *more: Any) -> Any:
@@ -190,11 +204,14 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
             record = own if name in own.type.record.fields else run
             return field_value(builder, record, field_of(record, name))
 
-        with counted(builder, w, WIDTH) as offset:
+        lanes = run.type.lanes
+        with counted(builder, w, WIDTH if lanes == 1 else 1) as offset:
 
             def eight_of(value: Any) -> Eight:
-                if value.type == REAL:
-                    return Eight(builder, splat(builder, value, WIDTH))
+                if not isinstance(value.type, ir.PointerType):
+                    return Eight(builder, cast(builder, value, largest.type.pointee))
+                if lanes > 1:
+                    return Eight(builder, builder.load(builder.gep(value, [offset]), align=8))
                 remaining = splat(builder, builder.sub(n, offset), WIDTH)
                 ones = all_of(1.0)
                 pointer = builder.bitcast(builder.gep(value, [offset]), ones.type.as_pointer())
@@ -210,8 +227,10 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
                 builder.store((result * 0.0 + Eight(builder, builder.load(undefined))).value, undefined)
         if result is None:
             return None
-        maximum = Eight(builder, builder.load(largest)).total(Eight.greater)
-        return builder.fadd(maximum, Eight(builder, builder.load(undefined)).total(Eight.__add__))
+        maximum, doubt = (Eight(builder, builder.load(place)) for place in (largest, undefined))
+        if lanes > 1:
+            return (maximum + doubt).value
+        return builder.fadd(maximum.total(Eight.greater), doubt.total(Eight.__add__))
 
     return Instruction(over_rows, "", "", *arguments_of(formula))
 
@@ -260,6 +279,9 @@ class RowFormula:
     def assign(self, row: Any, node: ast.expr) -> None:
         """Write the components of a row."""
         value = self.value(node)
+        if isinstance(value, Chain) and lanes_of(row.type) > 1:  # no kernel waits for the slowest of the lanes
+            late = self.builder.load(self._place(value.late), align=8)
+            value = mathematical(self.builder, "fmuladd", *map(self.vector, (value.weight, late, value.early)))
         if not isinstance(value, Chain):
             self.builder.store(self.vector(value), self._place(row), align=8)
             return
@@ -289,6 +311,8 @@ class RowFormula:
                     return self._sum(terms, rows)
                 *early, (late, weight) = terms
                 return Chain(self._sum(early, rows), weight, rows.row(self.builder, WHOLE(late)))
+            if function is where:
+                return selected(self.builder, *map(self.value, node.args))
         value = self.plain(node)
         if isinstance(kind_of(value), ir.PointerType):
             return self.builder.load(self._place(value), align=8)
@@ -326,7 +350,7 @@ class RowFormula:
 
     def _place(self, row: Any) -> Any:
         b = self.builder
-        return b.bitcast(b.gep(row, [self.offset]), wide(REAL, WIDTH).as_pointer())
+        return b.bitcast(b.gep(row, [self.offset]), wide(REAL, WIDTH).as_pointer())  # of lanes: as it is
 
 
 def _is_product(node: ast.expr) -> bool:

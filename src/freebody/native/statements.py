@@ -12,6 +12,7 @@ from typing import Any
 from llvmlite import ir
 
 from .arithmetic import (
+    REAL,
     TRUTH,
     WHOLE,
     Refusal,
@@ -26,7 +27,7 @@ from .arithmetic import (
     wide,
 )
 from .expressions import Expressions, Join
-from .functions import Compiled, counted, each, unrolled
+from .functions import Compiled, counted, each, is_wide, type_of, unrolled
 from .record_access import length_of
 from .records import WIDTH
 from .row_arithmetic import RowFormula
@@ -61,6 +62,7 @@ class Body(Expressions):
                 "another. Write the function with def in a file; if the file has changed, start Python anew."
             )
         self.tree = tree
+        self.has_width = any(map(is_wide, (*compiled.arguments, compiled.result)))
         self.locals = {*code.co_varnames, *code.co_cellvars}
         self.kinds: dict[str, Any] = {}
         self.values: dict[str, Any] = {}
@@ -125,12 +127,20 @@ class Body(Expressions):
         for target in node.targets:
             self.put(target, value)
 
+    def _AnnAssign(self, node: ast.AnnAssign) -> None:
+        kind = type_of(ast.unparse(node.annotation), self.lanes)
+        if not isinstance(node.target, ast.Name) or node.value is None or element_of(kind) not in (REAL, WHOLE, TRUTH):
+            cure = "Real, Whole and Truth have a number in each lane: x: Real = 0.0."
+            raise self.refused(node, "a type and a first value for a name", cure)
+        self.put(node.target, self.cast(node.value, self.value(node.value), kind))
+
     def assign_row(self, node: ast.Assign, target: ast.Subscript) -> None:
         """Translate an assignment to all components of a row, ``row[:] = formula``."""
         part, row = target.slice, self.value(target.value)
         if len(node.targets) > 1 or part.lower or part.upper or part.step:  # type: ignore[attr-defined]
             raise self.refused(node, "an assignment to all components of one row", "Write row[:] = formula.")
-        with counted(self.builder, length_of(self.builder, row), WIDTH) as offset:
+        step = WIDTH if lanes_of(row.type) == 1 else 1
+        with counted(self.builder, length_of(self.builder, row), step) as offset:
             RowFormula(self.value, self.builder, offset).assign(row, node.value)
 
     def _AugAssign(self, node: ast.AugAssign) -> None:
@@ -164,8 +174,18 @@ class Body(Expressions):
                 )
             self.values[target.id] = self.cast(target, value, kind)
             self.kinds[target.id] = kind
+        elif isinstance(target, ast.Subscript) and self.is_name_of_lanes(target.value):
+            lanes = self.value(target.value)
+            value = self.cast(target, value, element_of(lanes.type))
+            if lanes_of(lanes.type) > 1:
+                value = self.builder.insert_element(lanes, value, self.index(target.slice))
+            self.put(target.value, value)
         else:
             self.store(value, self.place(target))
+
+    def is_name_of_lanes(self, node: ast.expr) -> bool:
+        """Return whether an expression is the name of a number in each lane."""
+        return isinstance(node, ast.Name) and self.is_of_lanes(self.values.get(node.id))
 
     def store(self, value: Any, place: Any) -> None:
         """Store a value, converted to the type of its place."""
