@@ -66,6 +66,7 @@ class Ways:
     builder: Any
     tree: ast.FunctionDef
     file: str
+    has_width: bool
     values: dict[str, Any]
     kinds: dict[str, Any]
 
@@ -120,7 +121,11 @@ class Ways:
 
     def head(self, node: ast.stmt) -> tuple[Any, dict[str, Any]]:
         """Begin a loop: its first block, and the meetings there of the variables that it changes."""
-        names = {x.id for x in ast.walk(node) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)}
+        names = set()
+        for x in ast.walk(node):
+            target = x.value if isinstance(x, ast.Subscript) and self.is_name_of_lanes(x.value) else x
+            if isinstance(target, ast.Name) and isinstance(x.ctx, ast.Store):  # type: ignore[attr-defined]
+                names.add(target.id)
         before, head = self.builder.block, self.builder.append_basic_block()
         self.builder.branch(head)
         self.builder.position_at_end(head)
@@ -140,6 +145,15 @@ class Ways:
             meeting.add_incoming(self.values[name], self.builder.block)
         self.builder.branch(head)
 
+    def is_of_lanes(self, value: Any) -> bool:
+        """Return whether a value is a number in each lane, or the only one in a function that may have lanes."""
+        kind = getattr(value, "type", None)
+        return lanes_of(kind) > 1 if not self.has_width else element_of(kind) in (REAL, WHOLE, TRUTH)
+
+    def is_name_of_lanes(self, node: ast.expr) -> bool:
+        """Return whether an expression is the name of a number in each lane."""
+        return isinstance(node, ast.Name) and self.is_of_lanes(self.values.get(node.id))
+
     def finish(self, after: Join) -> None:
         """Go to a block unless this one has gone elsewhere."""
         if not self.builder.block.is_terminated:
@@ -151,7 +165,6 @@ class Expressions(Ways):
 
     unit: Any
     lanes: int
-    has_width: bool
     locals: set[str]
     space: dict[str, Any]
 
@@ -178,11 +191,6 @@ class Expressions(Ways):
         if not isinstance(kind_of(pointer), ir.PointerType) or is_record(pointer):
             raise self.refused(node, "an array that has components", "Arrays and rows of records have them.")
         return self.builder.gep(pointer, [self.index(index)])
-
-    def is_of_lanes(self, value: Any) -> bool:
-        """Return whether a value is a number in each lane, or the only one in a function that may have lanes."""
-        kind = getattr(value, "type", None)
-        return lanes_of(kind) > 1 if not self.has_width else element_of(kind) in (REAL, WHOLE, TRUTH)
 
     def of_lane(self, node: ast.Subscript) -> Any:
         """Pointer to the number of a component or a field in a lane."""

@@ -14,13 +14,13 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from llvmlite import ir
 
 from .arithmetic import REAL, TRUTH, WHOLE, Refusal, compared, lanes_of, mathematical, size, wide
 from .record_access import RecordPointer
-from .records import Record
+from .records import Alone, Record
 
 TYPES = {
     "None": ir.VoidType(),
@@ -51,12 +51,6 @@ def is_wide(annotation: Any) -> bool:
     if isinstance(annotation, type) and issubclass(annotation, Record):
         return bool(annotation.widths)
     return annotation == "Row" or annotation in WIDE_TYPES
-
-
-class Alone(NamedTuple):
-    """Type of an argument: the record of one run, in a function of any width. ``OneRun = Alone(Run)`` names it."""
-
-    record: type[Record]
 
 
 class Compiled:

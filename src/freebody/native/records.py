@@ -34,6 +34,7 @@ import ctypes
 import struct
 import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache, reduce
 from operator import mul
 from typing import Any, ClassVar, NamedTuple, Self, TypeVar
@@ -68,6 +69,13 @@ def padded(n: int) -> int:
     (8, 8, 16)
     """
     return -(-max(n, 1) // WIDTH) * WIDTH
+
+
+def zeros(count: int) -> Any:
+    """Array of zeros that begins at a cache line: a vector that lies across two would be read in two parts."""
+    memory = np.zeros(count + LINE // WORD)
+    shift = -address(memory) % LINE // WORD
+    return memory[shift : shift + count]
 
 
 def address(array: Any) -> int:
@@ -186,12 +194,10 @@ class Record:
         """Return a record in new memory filled with zeros, and its rows with a shape, in one piece after it.
 
         ``sizes`` are the values of the names in the shapes; counts with such a name have that value. Every row begins
-        at a cache line: one that lies across two would be read and written in two parts.
+        at a cache line.
         """
         layout = _layout(cls, tuple(sizes.items()))  # type: ignore[arg-type]
-        memory = np.zeros(layout.size + LINE // WORD)
-        shift = -address(memory) % LINE // WORD
-        memory = memory[shift : shift + layout.size]
+        memory = zeros(layout.size)
         words = memory[: layout.words.size].view(np.int64)
         words[:] = layout.words
         words[layout.pointers] += address(memory)
@@ -247,6 +253,18 @@ class Record:
                 )
         letters = "".join(ASSIGNED.get(field.kind, "q" * _WORDS[field.kind]) for field in fields)
         return struct.Struct(letters), fields[0].place
+
+
+@dataclass(frozen=True)
+class Alone:
+    """Type of an argument: the record of one run, in a function of any width. ``OneRun = Alone(Run)`` names it."""
+
+    record: type[Record]
+
+    @property
+    def __name__(self) -> str:
+        """Name of the record."""
+        return self.record.__name__
 
 
 class _Layout(NamedTuple):

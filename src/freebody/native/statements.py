@@ -183,10 +183,6 @@ class Body(Expressions):
         else:
             self.store(value, self.place(target))
 
-    def is_name_of_lanes(self, node: ast.expr) -> bool:
-        """Return whether an expression is the name of a number in each lane."""
-        return isinstance(node, ast.Name) and self.is_of_lanes(self.values.get(node.id))
-
     def store(self, value: Any, place: Any) -> None:
         """Store a value, converted to the type of its place."""
         value = cast(self.builder, value, place.type.pointee)
