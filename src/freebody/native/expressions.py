@@ -327,6 +327,8 @@ class Expressions(Ways):
         if isinstance(array, tuple | dict) and not isinstance(array, Table):
             return self.of_constants(node, array)
         if self.is_of_lanes(array):
+            if isinstance(node.value, ast.Subscript | ast.Attribute):  # in memory: only this number is loaded
+                return self.load(self.of_lane(node))
             lane = self.index(node.slice)
             return array if lanes_of(array.type) == 1 else self.builder.extract_element(array, lane)
         if isinstance(node.value, ast.Name) and node.value.id not in self.locals:

@@ -20,6 +20,7 @@ from .arithmetic import (
     constant,
     element_of,
     in_words,
+    intrinsic,
     is_number,
     kind_of,
     lanes_of,
@@ -312,11 +313,20 @@ class Body(Expressions):
             self.body(node, done, done)
             self.enter(done)
             return
-        with self.counter(node, WHOLE(0), WHOLE(lanes), 1) as (lane, again, done):
-            self.fork(self.builder.extract_element(truth, lane), body, again)
-            self.enter(body)
-            self.put(node.target, lane)
-            self.body(node, again, done)
+        builder, mask = self.builder, ir.IntType(lanes)
+        bits = builder.zext(builder.bitcast(truth, mask), WHOLE)  # the lanes that are still to come
+        before, again, done = builder.block, Join(), Join()
+        loop = self.head(node)
+        left = builder.phi(WHOLE)
+        left.add_incoming(bits, before)
+        self.fork(builder.icmp_unsigned("!=", left, WHOLE(0)), body, done, rare=True)
+        self.enter(body)
+        self.put(node.target, intrinsic(builder, "llvm.cttz.i64", WHOLE, left, TRUTH(1)))
+        self.body(node, again, done)
+        if self.enter(again):
+            left.add_incoming(builder.and_(left, builder.sub(left, WHOLE(1))), builder.block)
+            self.back(*loop)
+        self.enter(done)
 
     def _Break(self, node: ast.Break) -> None:
         self.goto(self.loops[-1][1])

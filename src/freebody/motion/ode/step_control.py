@@ -240,15 +240,15 @@ def change_length(run: Run, error: Real, good: Truth) -> Whole:
     if method.length is None:
         longer = method.safety * run.old_error**method.beta / power
         longer = where(error > 0.0, lesser(method.greatest, greater(method.smallest, longer)), method.greatest)
-    finite, fixed = error == error, run.fixed != 0
-    shorter = run.h * where(finite, greater(method.smallest, method.safety / power), 0.25)
-    ends = fixed or not finite and (abs(shorter) <= 16.0 * EPS * abs(run.t) or abs(shorter) < TINY)
+    judged, fixed = error > 1.0, run.fixed != 0
+    shorter = run.h * where(judged, greater(method.smallest, method.safety / power), 0.25)
+    ends = fixed or not judged and (abs(shorter) <= 16.0 * EPS * abs(run.t) or abs(shorter) < TINY)
     longer = run.h * where(run.after_rejection == 0, longer, lesser(1.0, longer))
     run.h = where(good, where(fixed, run.h, longer), shorter)
     run.old_error = where(good, greater(error, 1e-4), run.old_error)
     run.rejected = where(good, run.rejected, run.rejected + 1)
     run.after_rejection = where(good, 0, 1)
-    return where(good or not ends, RUNNING, where(finite, DIVERGED, NOT_FINITE))
+    return where(good or not ends, RUNNING, where(judged, DIVERGED, NOT_FINITE))
 
 
 # -- steps ---------------------------------------------------------------------------------------------

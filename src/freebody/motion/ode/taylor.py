@@ -109,13 +109,19 @@ def blamed(run: Run, own: Series, lane: int) -> int:
     return 0
 
 
-@rowwise
-def slowest(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
-    """Return the largest log₂ (1 / h) over the lengths h that the terms allow; nan if a term is not finite."""
+def last_terms(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
+    """Return the sizes of the last terms in units of the tolerance."""
     scale = 1.0 / (absolute + relative * abs(row.y))
-    sizes = [abs(row.terms[P - j]) * scale for j in range(TERMS)]
-    allowed = [(size.logarithm2() + max(0, j - 1) * rate) * (1.0 / (P - j)) for j, size in enumerate(sizes)]
-    return in_pairs(allowed, Eight.greater) + in_pairs(sizes, Eight.__add__) * 0.0
+    return [abs(row.terms[P - j]) * scale for j in range(TERMS)]
+
+
+def inverse_length(sizes: Any, rate: Any) -> Any:
+    """Return the largest log₂ (1 / h) over the lengths h that terms of these sizes allow."""
+    logarithms = [(x.logarithm2() + max(0, j - 1) * rate) * (1.0 / (P - j)) for j, x in enumerate(sizes)]
+    return in_pairs(logarithms, Eight.greater)
+
+
+slowest = rowwise(last_terms, inverse_length)
 
 
 @rowwise
@@ -282,7 +288,10 @@ def limited(run: Run, h: Real) -> Truth:
             across += a * b
         suspect = suspect and h * across < 0.0 and 4.0 * across * across > above * below
         suspect = suspect and h * h * above > BOUND * BOUND * below and below > 0.0
-        suspect = suspect and root(early) <= GROWN * abs(h) ** (P - EARLY) * root(above)
+        growth = GROWN * root(above)
+        for _ in range(P - EARLY):
+            growth *= abs(h)
+        suspect = suspect and root(early) <= growth
     return suspect
 
 
