@@ -196,7 +196,9 @@ class Expressions(Ways):
         """Pointer to the number of a component or a field in a lane."""
         place = self.place(node.value)
         lane = self.index(node.slice)
-        return self.builder.gep(self.builder.bitcast(place, element_of(place.type.pointee).as_pointer()), [lane])
+        return self.builder.gep(
+            self.builder.bitcast(place, element_of(place.type.pointee).as_pointer()), [lane]
+        )
 
     def index(self, node: ast.expr) -> Any:
         """Place in an array, whose length is not known here: it counts from the first number."""
@@ -528,7 +530,8 @@ class Expressions(Ways):
         if isinstance(function, Inlined):
             return self.unit.inlined(function, arguments, self.builder, lanes)
         if isinstance(function, type):
-            return self.builder.bitcast(arguments[0], RecordPointer(function.of(lanes)))
+            record = function.of(lanes)  # type: ignore[attr-defined]
+            return self.builder.bitcast(arguments[0], RecordPointer(record))
         if not isinstance(function, Compiled):
             return self.builder.call(function, [in_memory(self.builder, arguments[0]), *arguments[1:]])
         return self.builder.call(self.unit.declare(function, lanes), arguments)

@@ -37,12 +37,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, reduce
 from operator import mul
-from typing import Any, ClassVar, NamedTuple, Self, TypeVar
+from typing import Any, ClassVar, NamedTuple, Self, TypeVar, cast
 
 import numpy as np
 
-Real = float
-Whole = int
+Real = Any  # a number, or one for each lane
+Whole = Any
 Count = int
 Row = Any
 Wholes = Any
@@ -111,7 +111,10 @@ class Field:
         if self.kind in _DIMENSIONS:
             array = memory.arrays.get(self.name)
             return memory.row(self.name) if array is None else array
-        view, place = memory.reals if self.kind == "Real" else memory.wholes, (memory.begin + self.place) // WORD
+        view, place = (
+            memory.reals if self.kind == "Real" else memory.wholes,
+            (memory.begin + self.place) // WORD,
+        )
         if self.lanes > 1 and self.kind in ASSIGNED:
             return np.asarray(view)[place : place + self.lanes]
         return view[place]
@@ -158,7 +161,9 @@ class Record:
     size: ClassVar[int]
     dtype: ClassVar[Any]
     lanes: ClassVar[int] = 1
-    widths: ClassVar[dict[int, Any]] = {}  # the same record for other numbers of lanes, if it may have several
+    widths: ClassVar[
+        dict[int, Any]
+    ] = {}  # the same record for other numbers of lanes, if it may have several
 
     @classmethod
     def of(cls, lanes: int) -> Any:
@@ -334,7 +339,10 @@ def record(declaration: type[T]) -> type[T]:
         "keep",
         "fields",
         "size",
-        "dtype", "lanes", "widths", "of",
+        "dtype",
+        "lanes",
+        "widths",
+        "of",
     }
     fields, place = {}, 0
     for name, text in declaration.__dict__.get("__annotations__", {}).items():
@@ -359,11 +367,15 @@ def record_of_lanes(declaration: type[T]) -> type[T]:
                 f"Expected a record of lanes inside '{declaration.__name__}', got '{field.nested.__name__}'. "
                 "Declare it by @record_of_lanes."
             )
-    return result  # type: ignore[no-any-return]
+    return cast(type[T], result)
 
 
 def _declared(
-    declaration: Any, fields: dict[str, Field], size: int, lanes: int = 1, widths: dict[int, Any] | None = None
+    declaration: Any,
+    fields: dict[str, Field],
+    size: int,
+    lanes: int = 1,
+    widths: dict[int, Any] | None = None,
 ) -> Any:
     """Return the class of a record with these fields."""
 

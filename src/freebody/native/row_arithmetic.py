@@ -210,7 +210,8 @@ def rowwise(formula: Callable[..., Any], last: Callable[..., Eight] | None = Non
         start = builder.block
         with counted(builder, w, WIDTH if lanes == 1 else 1) as offset:
             arguments = [
-                _part(builder, x, offset, n, lanes) if isinstance(x.type, ir.PointerType) else eight_of(x) for x in more
+                _part(builder, x, offset, n, lanes) if isinstance(x.type, ir.PointerType) else eight_of(x)
+                for x in more
             ]
             results = formula(FormulaRows(builder, rows, offset), *arguments)
             results = [] if results is None else results if isinstance(results, list) else [results]
@@ -292,9 +293,13 @@ class RowFormula:
     def assign(self, row: Any, node: ast.expr) -> None:
         """Write the components of a row."""
         value = self.value(node)
-        if isinstance(value, Chain) and lanes_of(row.type) > 1:  # no kernel waits for the slowest of the lanes
+        if (
+            isinstance(value, Chain) and lanes_of(row.type) > 1
+        ):  # no kernel waits for the slowest of the lanes
             late = self.builder.load(self._place(value.late), align=8)
-            value = mathematical(self.builder, "fmuladd", *map(self.vector, (value.weight, late, value.early)))
+            value = mathematical(
+                self.builder, "fmuladd", *map(self.vector, (value.weight, late, value.early))
+            )
         if not isinstance(value, Chain):
             self.builder.store(self.vector(value), self._place(row), align=8)
             return

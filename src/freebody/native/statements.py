@@ -130,7 +130,11 @@ class Body(Expressions):
 
     def _AnnAssign(self, node: ast.AnnAssign) -> None:
         kind = type_of(ast.unparse(node.annotation), self.lanes)
-        if not isinstance(node.target, ast.Name) or node.value is None or element_of(kind) not in (REAL, WHOLE, TRUTH):
+        if (
+            not isinstance(node.target, ast.Name)
+            or node.value is None
+            or element_of(kind) not in (REAL, WHOLE, TRUTH)
+        ):
             cure = "Real, Whole and Truth have a number in each lane: x: Real = 0.0."
             raise self.refused(node, "a type and a first value for a name", cure)
         self.put(node.target, self.cast(node.value, self.value(node.value), kind))

@@ -125,7 +125,9 @@ class LaneLoop:
         own = one.copies(lanes)
         constants, tables = np.zeros((lanes, rates.constants.size)), np.zeros((lanes, POINTS, m + 1))
         signs = np.zeros((lanes, m), dtype=np.int64)
-        for k in range(lanes):  # what is carried from step to step is that of a lane; the rows of a step are shared
+        for k in range(
+            lanes
+        ):  # what is carried from step to step is that of a lane; the rows of a step are shared
             run = own[k].run
             run.c = run.search.c = constants[k]
             run.search.table, run.search.signs = tables[k], signs[k]
@@ -133,14 +135,17 @@ class LaneLoop:
         return self._batch(), self._side_by_side(lanes), own
 
     def _side_by_side(self, lanes: int) -> Any:
-        """Return the memory of lanes side by side. They share the rows of single runs for steps that are looked into."""
+        """Return the memory of lanes side by side."""
         n, program, model = self.n, self.program, self.job.kernels.model
         lane = at.Lane.of(lanes).made(**{**sizes(n, program.watched), "width": n})
         run, c = lane.run, zeros(lanes * max(1, program.compiled.hoisted)).reshape(-1, lanes)
         run.rates, run.projection = map(program.wide_address, ("rates", "projection"))
         run.projected = model.n_q + model.n_u if run.projection else 0
         run.c, run.search.c, run.search.functions = c, c, program.wide_address("watched")
-        run.quaternions, run.n_quaternions = np.array(model.quaternions, dtype=np.int64), len(model.quaternions)
+        run.quaternions, run.n_quaternions = (
+            np.array(model.quaternions, dtype=np.int64),
+            len(model.quaternions),
+        )
         if self.method == "taylor":
             own = Series.of(lanes).made(n=n, width=n)
             # behind its coefficients, a series leaves those of what it is computed from

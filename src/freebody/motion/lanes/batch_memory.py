@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from ...native.records import (
     Alone,
@@ -34,7 +34,7 @@ class Batch(Record):
     ``limit``               maximum number of steps
     ``works``, ``stop_if_stiff``    1 if the work is the last component; 1 if a stiff lane stops
     ``budget``              number of steps after which tolerances are tightened, or 0
-    ``near_limits``         1 if nothing is watched but limits, and their values at the ends of the steps of all lanes tell
+    ``near_limits``         1 if nothing is watched but limits: their values at the ends of the steps of all lanes tell
                             where to look closer (`lanes.near_limit`)
     ``t0``, ``t1``          start and end of the runs; ``finest``: smallest relative tolerance after tightening
     ``leg_starts`` ...      intervals in which signals are polynomials: start, end, length of all steps or 0, settings
@@ -117,8 +117,10 @@ class Lane(Record):
     run: Run
 
 
-OneLane = Alone(Lane)
-"""Type of the memory of one lane in a function of eight."""
+if TYPE_CHECKING:
+    OneLane = Lane
+else:
+    OneLane = Alone(Lane)  # the memory of one lane, in a function of eight
 
 # Places of what is stored for each quantity, and of what is stored for each lane.
 GREATEST, SMALLEST, FIRST, LAST = 0, 1, 2, 3

@@ -16,7 +16,7 @@ import math
 from typing import Any
 
 from ...native.functions import each
-from ...native.instructions import Compiled, Parts, Real, Truth, Whole, greater, lesser, where
+from ...native.instructions import Compiled, Parts, Truth, Whole, greater, lesser, where
 from ...native.instructions import lanes as width
 from ...native.loop import module_named
 from ..ode.layout import FINISHED, RUNNING, STIFF
@@ -33,13 +33,13 @@ method: Any = None
 """The method, in the functions below. The others are those of its compiled loop, and of one lane."""
 clear: Any = None
 set_allowed: Any = None
+begin_runs: Any = None
 choose_length: Any = None
 error_of_step: Any = None
 is_stiff: Any = None
 follow_events: Any = None
 pass_step: Any = None
 change_length: Any = None
-blamed: Any = None
 state_in_step: Any = None
 enter: Any = None
 begin_leg: Any = None
@@ -61,40 +61,40 @@ def functions(method: str) -> dict[str, Compiled]:
 
 
 @part.inlined
-def alone(lane: Lane, own: OneLane, l: int) -> OneLane:
+def alone(wide: Lane, own: OneLane, lane: int) -> OneLane:
     """Return a lane in the memory of one run."""
-    return lane if width(lane.energy) == 1 else own[l]
+    return wide if width(wide.energy) == 1 else own[lane]
 
 
 @part
-def settle(batch: Batch, lane: Lane, l: int, one: OneLane) -> None:
+def settle(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
     """Copy a leg that begins, from the memory of one run to its place beside the others."""
-    run, begun = lane.run, one.run
-    run.t[l], run.h[l], run.start[l], run.until[l] = begun.t, begun.h, begun.start, begun.until
-    run.longest[l], run.old_error[l], run.fixed[l] = begun.longest, begun.old_error, begun.fixed
-    run.after_rejection[l] = run.suspect[l] = run.calm[l] = run.blame[l] = 0
-    lane.longest[l] = 0.0
+    run, begun = wide.run, one.run
+    run.t[lane], run.h[lane], run.start[lane], run.until[lane] = begun.t, begun.h, begun.start, begun.until
+    run.longest[lane], run.old_error[lane], run.fixed[lane] = begun.longest, begun.old_error, begun.fixed
+    run.after_rejection[lane] = run.suspect[lane] = run.calm[lane] = run.blame[lane] = 0
+    wide.longest[lane] = 0.0
     for j in range(batch.n_constants):
-        run.c[j][l] = begun.c[j]
+        run.c[j][lane] = begun.c[j]
     for i in range(run.n):
-        run.y[i][l], run.k[0, i][l] = begun.y[i], begun.k[0, i]
-        run.absolute[i][l], run.relative[i][l] = begun.absolute[i], begun.relative[i]
+        run.y[i][lane], run.k[0, i][lane] = begun.y[i], begun.k[0, i]
+        run.absolute[i][lane], run.relative[i][lane] = begun.absolute[i], begun.relative[i]
     if batch.near_limits != 0:
         for e in range(batch.n_watched):
-            run.search.table[0, e][l], run.search.table[1, e][l] = begun.search.table[0, e], math.inf
+            run.search.table[0, e][lane], run.search.table[1, e][lane] = begun.search.table[0, e], math.inf
 
 
 @part
-def lift(batch: Batch, lane: Lane, l: int, one: OneLane) -> None:
+def lift(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
     """Copy the step of a lane into the memory of one run."""
-    run, step = lane.run, one.run
-    step.t, step.h, step.after = run.t[l], run.h[l], run.after[l]
+    run, step = wide.run, one.run
+    step.t, step.h, step.after = run.t[lane], run.h[lane], run.after[lane]
     for i in range(run.n):
-        step.y[i], step.y_new[i], step.end[i] = run.y[i][l], run.y_new[i][l], run.end[i][l]
-    method.lift(run, l, step)
+        step.y[i], step.y_new[i], step.end[i] = run.y[i][lane], run.y_new[i][lane], run.end[i][lane]
+    method.lift(run, lane, step)
     if batch.near_limits != 0:
         for e in range(batch.n_watched):
-            step.search.table[0, e] = run.search.table[0, e][l]
+            step.search.table[0, e] = run.search.table[0, e][lane]
             if step.search.table[0, e] > 0.0:
                 step.search.signs[e] = 1
 
@@ -158,19 +158,19 @@ def output_in_step(batch: Batch, one: OneLane, sampler: OneRun, after: float, re
 
 @part
 def next_output(batch: Batch, one: OneLane) -> float:
-    """Return the next output time of a lane."""
+    """Return the next output time of a wide."""
     direction = 1.0 if batch.t1 >= batch.t0 else -1.0
     return batch.times[one.outputs_done] if one.outputs_done < batch.n_times else direction * math.inf
 
 
 @part
-def look_into(batch: Batch, lane: Lane, own: OneLane, l: int, seeks: int) -> int:
-    """Find events, extremes and outputs in the good step of a lane. Return RUNNING, TERMINAL, UNDEFINED or
+def look_into(batch: Batch, wide: Lane, own: OneLane, lane: int, seeks: int) -> int:
+    """Find events, extremes and outputs in the good step of a wide. Return RUNNING, TERMINAL, UNDEFINED or
     CONTRADICTED.
     """
-    run, one, code = lane.run, alone(lane, own, l), RUNNING
+    run, one, code = wide.run, alone(wide, own, lane), RUNNING
     if width(run.t) > 1:
-        lift(batch, lane, l, one)
+        lift(batch, wide, lane, one)
     step = one.run
     if seeks != 0:
         if batch.n_watched > 0:
@@ -180,14 +180,14 @@ def look_into(batch: Batch, lane: Lane, own: OneLane, l: int, seeks: int) -> int
         if batch.n_reduced > 0:
             widen(batch, one, step.after, step.end)
     if code != RUNNING:
-        run.last[l], run.after[l], run.blame[l] = 0, step.after, step.blame
-    if (lane.next_output[l] - step.after) * (1.0 if batch.t1 >= batch.t0 else -1.0) <= 0.0:
+        run.last[lane], run.after[lane], run.blame[lane] = 0, step.after, step.blame
+    if (wide.next_output[lane] - step.after) * (1.0 if batch.t1 >= batch.t0 else -1.0) <= 0.0:
         if width(run.t) == 1:
             begin_sampling(own.run, step)
-        output_in_step(batch, one, own[l].run, step.after, run.last[l])
-        lane.next_output[l] = next_output(batch, one)
+        output_in_step(batch, one, own[lane].run, step.after, run.last[lane])
+        wide.next_output[lane] = next_output(batch, one)
     if batch.n_dropped > 0 and contradicted(batch, one, step.after, step.end) != 0:
-        code, run.last[l] = CONTRADICTED, 0
+        code, run.last[lane] = CONTRADICTED, 0
     return code
 
 
@@ -195,131 +195,145 @@ def look_into(batch: Batch, lane: Lane, own: OneLane, l: int, seeks: int) -> int
 
 
 @part
-def enter_leg(batch: Batch, lane: Lane, own: OneLane, l: int) -> int:
+def enter_leg(batch: Batch, wide: Lane, own: OneLane, lane: int) -> int:
     """Begin the next leg of a run, with the state in the memory of one run; return its status."""
-    one = alone(lane, own, l)
+    one = alone(wide, own, lane)
     code = begin_leg(batch, one)
-    lane.run.taken[l], lane.run.blame[l] = 0, one.run.blame
+    wide.run.taken[lane], wide.run.blame[lane] = 0, one.run.blame
     if code == RUNNING and batch.n_dropped > 0 and contradicted(batch, one, one.run.t, one.run.y) != 0:
         code = CONTRADICTED
-    if code == RUNNING and width(lane.energy) > 1:
-        settle(batch, lane, l, one)
-    lane.next_output[l] = next_output(batch, one)
+    if code == RUNNING and width(wide.energy) > 1:
+        settle(batch, wide, lane, one)
+    wide.next_output[lane] = next_output(batch, one)
     return code
 
 
 @part
-def enter_lane(batch: Batch, lane: Lane, own: OneLane, l: int, number: int) -> int:
+def enter_lane(batch: Batch, wide: Lane, own: OneLane, lane: int, number: int) -> int:
     """Put a run into a lane; return its status."""
-    one, run = alone(lane, own, l), lane.run
+    one, run = alone(wide, own, lane), wide.run
     enter(batch, one, number)
-    lane.number[l], lane.steps[l], run.rejected[l] = number, 0, 0
-    code = enter_leg(batch, lane, own, l)
+    wide.number[lane], wide.steps[lane], run.rejected[lane] = number, 0, 0
+    code = enter_leg(batch, wide, own, lane)
     if code != RUNNING:
-        run.t[l] = one.run.t
+        run.t[lane] = one.run.t
         for i in range(run.n):
-            run.y[i][l] = one.run.y[i]
-        end_lane(batch, lane, l, code)
+            run.y[i][lane] = one.run.y[i]
+        end_lane(batch, wide, lane, code)
     return code
 
 
 @part
-def follow_leg(batch: Batch, lane: Lane, own: OneLane, l: int) -> int:
+def follow_leg(batch: Batch, wide: Lane, own: OneLane, lane: int) -> int:
     """Return FINISHED at the end of the last leg, else begin the next leg."""
-    run, one, longest = lane.run, alone(lane, own, l), lane.longest[l]
+    run, one, longest = wide.run, alone(wide, own, lane), wide.longest[lane]
     if one.leg + 1 == batch.n_legs:
         return FINISHED
-    one.stride = longest if run.taken[l] > 1 else greater(one.stride, longest)
-    lane.steps[l] += run.taken[l]
+    one.stride = longest if run.taken[lane] > 1 else greater(one.stride, longest)
+    wide.steps[lane] += run.taken[lane]
     one.leg += 1
     for i in range(run.n):
-        one.run.y[i] = run.y[i][l]
-    return enter_leg(batch, lane, own, l)
+        one.run.y[i] = run.y[i][lane]
+    return enter_leg(batch, wide, own, lane)
 
 
 @part
-def end_lane(batch: Batch, lane: Lane, l: int, code: int) -> None:
+def end_lane(batch: Batch, wide: Lane, lane: int, code: int) -> None:
     """Take a run out of its lane and store how it ended. Python looks for the cause of a failure at the last state."""
-    run, number = lane.run, lane.number[l]
+    run, number = wide.run, wide.number[lane]
     for i in range(run.n):
-        batch.initial[number, i] = run.y[i][l]
-    leave(batch, number, code, lane.steps[l] + run.taken[l], run.rejected[l], run.blame[l], run.t[l])
-    lane.number[l] = -1
-    run.h[l], run.until[l] = 0.0, run.t[l]
+        batch.initial[number, i] = run.y[i][lane]
+    leave(
+        batch,
+        number,
+        code,
+        wide.steps[lane] + run.taken[lane],
+        run.rejected[lane],
+        run.blame[lane],
+        run.t[lane],
+    )
+    wide.number[lane] = -1
+    run.h[lane], run.until[lane] = 0.0, run.t[lane]
 
 
 @part
-def tighten(batch: Batch, run: Run, l: int) -> None:
+def tighten(batch: Batch, run: Run, lane: int) -> None:
     """Tighten the tolerances of a run that has used its budget of steps (`integrate`)."""
-    finest, factor = run.relative[0][l], 1.0
+    finest, factor = run.relative[0][lane], 1.0
     for i in range(run.n):
-        finest = lesser(run.relative[i][l], finest)
-    ahead = batch.budget * (run.until[l] - run.t[l]) / (run.t[l] - run.start[l])
+        finest = lesser(run.relative[i][lane], finest)
+    ahead = batch.budget * (run.until[lane] - run.t[lane]) / (run.t[lane] - run.start[lane])
     if ahead > batch.budget:
         factor = (batch.budget / ahead) ** (batch.order / (batch.order - 1.0))
     factor = greater(factor, lesser(1.0, batch.finest / finest))
     for i in range(run.n):
-        run.relative[i][l] *= factor
-        run.absolute[i][l] *= factor
-    run.h[l] *= factor ** (1.0 / batch.order)
+        run.relative[i][lane] *= factor
+        run.absolute[i][lane] *= factor
+    run.h[lane] *= factor ** (1.0 / batch.order)
     set_allowed(run)
 
 
 @part
-def lanes(begin: int, end: int, batch: Batch, lane: Lane, own: OneLane) -> None:
+def take(batch: Batch, wide: Lane, own: OneLane, good: Truth) -> Whole:
+    """Take the good steps; return RUNNING, STIFF, TERMINAL, UNDEFINED or CONTRADICTED for each lane."""
+    run, direction = wide.run, 1.0 if batch.t1 >= batch.t0 else -1.0
+    status: Whole = RUNNING
+    run.taken = where(good, run.taken + 1, run.taken)
+    wide.longest = where(good, greater(wide.longest, abs(run.h)), wide.longest)
+    if method.hold is not None:
+        method.hold(run)
+    if (method.last_stage != 0 or method.limited is not None) and batch.stop_if_stiff != 0:
+        status = where(is_stiff(run, good), STIFF, RUNNING)
+    seeks: Truth = good and batch.n_watched + batch.n_reduced > 0
+    if batch.near_limits != 0:
+        seeks = near_limit(run, good)
+    looks = good and ((wide.next_output - run.after) * direction <= 0.0 or batch.n_dropped > 0)
+    for lane in each(seeks or looks):
+        found = look_into(batch, wide, own, lane, 1 if seeks[lane] else 0)
+        if found != RUNNING:
+            status[lane] = found
+    if batch.near_limits != 0:
+        pass_limits(run, good)
+    pass_step(run, good)
+    return status
+
+
+@part
+def lanes(begin: int, end: int, batch: Batch, wide: Lane, own: OneLane) -> None:
     """Compute the runs ``begin`` to ``end`` - 1."""
-    run, following = lane.run, begin
+    run, following = wide.run, begin
     direction = 1.0 if batch.t1 >= batch.t0 else -1.0
     fresh: Truth = False
-    lane.number = -1
+    wide.number = -1
     run.t = run.until = run.h = 0.0
-    while following < end or any(lane.number >= 0):
-        for l in each(lane.number < 0):
-            while following < end and lane.number[l] < 0:
-                enter_lane(batch, lane, own, l, following)
-                fresh[l] = True
+    while following < end or any(wide.number >= 0):
+        for lane in each(wide.number < 0):
+            while following < end and wide.number[lane] < 0:
+                enter_lane(batch, wide, own, lane, following)
+                fresh[lane] = True
                 following += 1
         if any(fresh):
-            set_allowed(run)
-            if method.prepare is not None:
-                method.prepare(run, fresh)
+            begin_runs(run, fresh)
             fresh = False
         code = choose_length(run, direction)
-        for l in each(lane.number >= 0 and code != RUNNING):
-            end_lane(batch, lane, l, code[l])
-        if any(lane.number >= 0):
+        for lane in each(wide.number >= 0 and code != RUNNING):
+            end_lane(batch, wide, lane, code[lane])
+        if any(wide.number >= 0):
             error = error_of_step(run)
-            good, bad = lane.number >= 0 and error <= 1.0, lane.number >= 0 and not error <= 1.0
+            good: Truth = wide.number >= 0 and error <= 1.0
+            bad: Truth = wide.number >= 0 and not error <= 1.0
             status: Whole = RUNNING
-            run.taken = where(good, run.taken + 1, run.taken)
-            lane.longest = where(good, greater(lane.longest, abs(run.h)), lane.longest)
             if any(good):
-                if method.hold is not None:
-                    method.hold(run)
-                if (method.last_stage != 0 or method.limited is not None) and batch.stop_if_stiff != 0:
-                    status = where(is_stiff(run, good), STIFF, RUNNING)
-                seeks = good and batch.n_watched + batch.n_reduced > 0
-                if batch.near_limits != 0:
-                    seeks = near_limit(run, good)
-                looks = good and ((lane.next_output - run.after) * direction <= 0.0 or batch.n_dropped > 0)
-                for l in each(seeks or looks):
-                    found = look_into(batch, lane, own, l, 1 if seeks[l] else 0)
-                    if found != RUNNING:
-                        status[l] = found
-                if batch.near_limits != 0:
-                    pass_limits(run, good)
-                pass_step(run, good)
+                status = take(batch, wide, own, good)
             if method.length is None or any(bad):
-                if method.length is None:
-                    for l in each(bad and error != error):
-                        run.blame[l] = blamed(run, l)
                 status = where(bad, change_length(run, error, good), status)
-            for l in each(good and run.last != 0):
-                status[l] = follow_leg(batch, lane, own, l)
-                fresh[l] = True
-            status = where(good and status == RUNNING and lane.steps + run.taken >= batch.limit, TOO_MANY, status)
+            for lane in each(good and run.last != 0):
+                status[lane] = follow_leg(batch, wide, own, lane)
+                fresh[lane] = True
+            full = wide.steps + run.taken >= batch.limit
+            status = where(good and status == RUNNING and full, TOO_MANY, status)
             if batch.budget > 0:
-                for l in each(good and status == RUNNING and run.taken == batch.budget):
-                    tighten(batch, run, l)
-            for l in each(lane.number >= 0 and status != RUNNING):
-                end_lane(batch, lane, l, status[l])
+                for lane in each(good and status == RUNNING and run.taken == batch.budget):
+                    tighten(batch, run, lane)
+            for lane in each(wide.number >= 0 and status != RUNNING):
+                end_lane(batch, wide, lane, status[lane])

@@ -1,4 +1,4 @@
-"""The compiled loop of an integration method over many lanes (`lanes`, `lanes_wide`)."""
+"""The compiled loop of an integration method over many lanes (`lanes`)."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from ..ode.loops import place
 def function(method: str, lanes: int) -> Function:
     """Return the compiled loop of a method over lanes, one at a time or so many side by side."""
     name = sibling(__name__, "lanes")
-    # the loop over lanes imports the methods by name
     loop = made(
-        f"{method} lanes {lanes}", (place(method), name), ("lanes",), lambda: module_named(name).functions(method), lanes
+        f"{method} lanes {lanes}", (place(method), name), ("lanes",),  # the loop imports the methods by name
+        lambda: module_named(name).functions(method), lanes,
     )  # fmt: skip
     return loop.functions["lanes"]

@@ -5,7 +5,7 @@ Nothing in this file needs a compiler. A run with compiled code on the disk does
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from ...native.records import (
     Alone,
@@ -141,8 +141,10 @@ class Run(Record):
     states: Rows
 
 
-OneRun = Alone(Run)
-"""Type of the memory of one run in a function of lanes."""
+if TYPE_CHECKING:
+    OneRun = Run
+else:
+    OneRun = Alone(Run)  # the memory of one run, in a function of lanes
 
 
 class Counts(NamedTuple):

@@ -31,6 +31,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from ...native.functions import each
 from ...native.instructions import (
     EPS,
     Compiled,
@@ -77,8 +78,8 @@ class Method(NamedTuple):
     ``length``        (run) -> length of the next step, if lengths follow from the state at their start; nan if there is
                       none. No error has to be judged then, and the rates at the end of a step are not needed
     ``limited``       (run, h) -> whether stability limits the step; for a method with ``length``
-    ``lift``          (run, lane, one): copies the step of a lane, except for its states, into the memory of one run; for
-                      methods that take the steps of eight lanes at once
+    ``lift``          (run, lane, one): copies the step of a lane, except for its states, into the memory of one run;
+                      for methods that take the steps of eight lanes at once
     ``alpha``, ``beta``, ``safety``, ``smallest``, ``greatest``    constants of the control
     ``cost``, ``cost_dense``    evaluations of f in attempt and in densify; 0 for a method that counts its own
     ``last_stage``, ``stable``  last stage, whose time is that of the end, of an explicit method, and the end of its
@@ -235,11 +236,16 @@ def change_length(run: Run, error: Real, good: Truth) -> Whole:
 
     Return RUNNING; DIVERGED if the length is fixed; NOT_FINITE if there is no state at the end of any step.
     """
+    if method.length is None:  # the others have told what is to blame, since they have other rows
+        for lane in each(not good and error != error):
+            run.blame[lane] = blamed(run, lane)
     power = error**method.alpha
     longer: Real = 1.0
     if method.length is None:
         longer = method.safety * run.old_error**method.beta / power
-        longer = where(error > 0.0, lesser(method.greatest, greater(method.smallest, longer)), method.greatest)
+        longer = where(
+            error > 0.0, lesser(method.greatest, greater(method.smallest, longer)), method.greatest
+        )
     judged, fixed = error > 1.0, run.fixed != 0
     shorter = run.h * where(judged, greater(method.smallest, method.safety / power), 0.25)
     ends = fixed or not judged and (abs(shorter) <= 16.0 * EPS * abs(run.t) or abs(shorter) < TINY)
@@ -407,6 +413,14 @@ def set_allowed(run: Run) -> None:
 
 
 @part
+def begin_runs(run: Run, fresh: Truth) -> None:
+    """Prepare the runs, or the legs of them, that begin."""
+    set_allowed(run)
+    if method.prepare is not None:
+        method.prepare(run, fresh)
+
+
+@part
 def advance(run: Run) -> int:
     """Step until the end, a terminal event, a failure, or until the buffers are full.
 
@@ -414,8 +428,8 @@ def advance(run: Run) -> int:
     """
     direction = 1.0 if run.until >= run.t else -1.0
     run.accepted = run.events = 0
-    if method.prepare is not None and run.taken == 0:
-        method.prepare(run, True)
+    if run.taken == 0:
+        begin_runs(run, True)
     set_allowed(run)
     status = RUNNING
     while status == RUNNING and run.accepted < run.room and run.events <= run.room:
@@ -425,8 +439,6 @@ def advance(run: Run) -> int:
             good = error <= 1.0
             if good:
                 status = accept(run)
-            elif method.length is None and error != error:  # the others have told it, since they have other rows
-                run.blame = blamed(run, 0)
             if (method.length is None or not good) and status == RUNNING:
                 status = change_length(run, error, good)
     k = run.accepted

@@ -206,9 +206,10 @@ def length(run: Run) -> Real:
         own.logarithm = math.log2(coarsest) / P
     logarithm = slowest(run, own, run.relative, run.absolute, own.logarithm)
     size = where(math.isfinite(logarithm), power2(-logarithm), math.nan)
-    if own.bends != 0 and any(not size > 8.0 * EPS * abs(run.t)):
+    bent: Truth = not size > 8.0 * EPS * abs(run.t)  # a bend is closer than that
+    if own.bends != 0 and any(bent):
         greatest_rate = fastest(run, own, run.relative, run.absolute)
-        bent = not size > 8.0 * EPS * abs(run.t) and 0.0 < greatest_rate < math.inf
+        bent = bent and 0.0 < greatest_rate < math.inf
         straighten(run, own, where(bent, 1.0, 0.0))
         size = where(bent, BEND / greatest_rate, size)
     for lane in each(size != size):
