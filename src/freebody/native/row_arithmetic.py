@@ -191,7 +191,8 @@ def rowwise(formula: Callable[..., Any], last: Callable[..., Eight] | None = Non
     The formula reads and writes rows of the two records, as long as the first one says (``width``). Its further
     arguments are numbers, or arrays as long as the state (``n``) that are continued by 1. The instruction returns the
     largest result of the formula, or nan if one of the results is nan; of records of lanes, those of each lane. If the
-    formula returns a list, ``last`` computes the result from the largest of each and from the further numbers.
+    formula returns a list, ``last`` computes the result from the largest of each and from the further numbers: the
+    largest of increasing functions of each.
     """
 
     def over_rows(builder: Any, run: Any, own: Any, *more: Any) -> Any:
