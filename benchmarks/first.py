@@ -63,14 +63,18 @@ if sys.argv[1] == "moreau":
     loop.code("motion.timestepping.moreau", "march")
 elif sys.argv[1] == "gauss_newton":
     loop.code("motion.start.gauss_newton", "close")
+elif " lanes " in sys.argv[1]:
+    from freebody.motion.lanes.loops import function
+    method, _, lanes = sys.argv[1].split()
+    function(method, int(lanes))
 else:
     functions(sys.argv[1])
 print(time.perf_counter() - begin)
 """
 LOOPS = {
     "dop853": "dop853", "dop54": "dop54", "radau": "radau", "gauss": "gauss", "taylor": "taylor",
-    "structure": "structure", "dop853 lanes": "lanes of dop853", "radau lanes": "lanes of radau",
-    "dop853 lanes_wide": "lanes of dop853, eight at once", "taylor lanes_wide": "lanes of taylor, eight at once",
+    "structure": "structure", "dop853 lanes 1": "lanes of dop853", "radau lanes 1": "lanes of radau",
+    "dop853 lanes 8": "lanes of dop853, eight at once", "taylor lanes 8": "lanes of taylor, eight at once",
     "gauss_newton": "start of a closed loop", "moreau": "time stepping",
 }  # fmt: skip
 

@@ -335,13 +335,13 @@ class Writer:
 
     def rare(self, budget: int) -> None:
         name = self.changeable("float")
-        if self.mask or not name:
+        if self.mask or not name or not self.wide:
             self.assignment()
             return
         self.fresh += 1
         self.emit(f"for l{self.fresh} in each({self.comparison(0)}):")
-        self.emit(f"    s{self.fresh} = extract({name}, l{self.fresh})")
-        self.emit(f"    {name} = replaced({name}, l{self.fresh}, alone(s{self.fresh}, 3))")
+        self.emit(f"    s{self.fresh} = {name}[l{self.fresh}]")
+        self.emit(f"    {name}[l{self.fresh}] = alone(s{self.fresh}, 3)")
 
     # -- functions --
 
@@ -391,7 +391,7 @@ class Writer:
 
 HEAD = """from __future__ import annotations
 
-from freebody.native.instructions import extract, greater, lesser, replaced, root, where, whole
+from freebody.native.instructions import greater, lesser, root, where, whole
 from freebody.native.functions import Compiled, each, rare
 from math import copysign as signed
 from math import isfinite as finite
@@ -435,6 +435,12 @@ class _Literals(ast.NodeTransformer):
             return node
         return ast.copy_location(ast.Call(ast.Name(kind, ast.Load()), [node], []), node)
 
+    def visit_Subscript(self, node):
+        """A number of one run is that in its only lane."""
+        self.generic_visit(node)
+        of_lane = isinstance(node.slice, ast.Name) and node.slice.id.startswith("l")
+        return ast.copy_location(ast.Name(node.value.id, node.ctx), node) if of_lane else node
+
 
 def _whole(x):
     x = float(x)
@@ -450,7 +456,7 @@ def _whole(x):
 SHARED = {
     "Reals": None, "Integers": None, "Row": None, "Real": None, "Whole": None,
     "where": lambda c, a, b: a if c else b, "any": bool, "all": bool, "rare": bool,
-    "each": lambda c: range(1) if c else (), "extract": lambda x, lane: x, "replaced": lambda x, lane, a: a,
+    "each": lambda c: range(1) if c else (),
     "greater": lambda a, b: a if a > b else b, "lesser": lambda a, b: a if a < b else b,
     "whole": _whole, "finite": math.isfinite,
 }  # fmt: skip

@@ -293,7 +293,7 @@ def test_tables_of_a_module_are_their_numbers() -> None:
 
 def test_loops_are_those_of_their_method() -> None:
     codes = [one.code for name in ("dop853", "dop54") for one in loops.functions(name).functions.values()]
-    codes += [over_lanes.function("dop853", wide).code for wide in (False, True)]
+    codes += [over_lanes.function("dop853", width).code for width in (1, 8)]
     addresses = {ctypes.cast(code, ctypes.c_void_p).value for code in codes}
     assert len(addresses) == len(codes) == 3 + 3 + 1 + 1
 

@@ -59,7 +59,9 @@ def kind_of(value: Any) -> Any:
 
 
 def lanes_of(kind: Any) -> int:
-    """Number of lanes of a type, or of what a pointer points to; 1 for a number."""
+    """Number of lanes of a type, of a record, or of what a pointer points to; 1 for a number."""
+    if hasattr(kind, "record"):
+        return int(kind.lanes)
     kind = kind.pointee if isinstance(kind, ir.PointerType) else kind
     return int(kind.count) if isinstance(kind, ir.VectorType) else 1
 
@@ -140,7 +142,7 @@ def _unlike(value: Any, kind: Any) -> Refusal:
     element, present = element_of(kind), kind_of(value)
     cure = "A name keeps the type of its first value, and an argument has that of its annotation."
     if lanes_of(present) > 1 and lanes_of(kind) == 1 and not isinstance(kind, ir.PointerType):
-        cure = "any(c), all(c) and extract(x, lane) give one value for all lanes."
+        cure = "any(c), all(c) and x[lane] give one value for all lanes."
     elif element == WHOLE and element_of(present) == REAL:
         cure = "whole(x) gives the integer part of a real number; a name that begins with 0.0 may hold it."
     elif element == TRUTH:

@@ -32,13 +32,24 @@ from .arithmetic import (
     opposite,
     wide,
 )
-from .functions import EQUIVALENTS, Compiled, Inlined, Instruction, is_wide, rare, type_of, unrolled
-from .record_access import KERNEL, RecordPointer, Table, assigned_place, field_of, is_record
+from .functions import EQUIVALENTS, Compiled, Inlined, Instruction, is_wide, rare, type_of, unrolled, variable
+from .record_access import RecordPointer, Table, assigned_place, field_of, is_record
 from .record_access import value as field_value
 from .records import Record
 
 _UNLIKELY = (1, 1 << 20)
 """Weights of the ways of a branch on ``rare(c)``."""
+
+
+def is_kernel(value: Any) -> bool:
+    """Return whether a value is the address of a kernel."""
+    kind = kind_of(value)
+    return isinstance(kind, ir.PointerType) and isinstance(kind.pointee, ir.FunctionType)
+
+
+def in_memory(builder: Any, t: Any) -> Any:
+    """The first argument of a kernel: the time of one run, or a pointer to those of several."""
+    return t if lanes_of(t.type) == 1 else variable(builder, t)
 
 
 class Join:
@@ -55,6 +66,7 @@ class Ways:
     builder: Any
     tree: ast.FunctionDef
     file: str
+    has_width: bool
     values: dict[str, Any]
     kinds: dict[str, Any]
 
@@ -109,7 +121,11 @@ class Ways:
 
     def head(self, node: ast.stmt) -> tuple[Any, dict[str, Any]]:
         """Begin a loop: its first block, and the meetings there of the variables that it changes."""
-        names = {x.id for x in ast.walk(node) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)}
+        names = set()
+        for x in ast.walk(node):
+            target = x.value if isinstance(x, ast.Subscript) and self.is_name_of_lanes(x.value) else x
+            if isinstance(target, ast.Name) and isinstance(x.ctx, ast.Store):  # type: ignore[attr-defined]
+                names.add(target.id)
         before, head = self.builder.block, self.builder.append_basic_block()
         self.builder.branch(head)
         self.builder.position_at_end(head)
@@ -129,6 +145,15 @@ class Ways:
             meeting.add_incoming(self.values[name], self.builder.block)
         self.builder.branch(head)
 
+    def is_of_lanes(self, value: Any) -> bool:
+        """Return whether a value is a number in each lane, or the only one in a function that may have lanes."""
+        kind = getattr(value, "type", None)
+        return lanes_of(kind) > 1 if not self.has_width else element_of(kind) in (REAL, WHOLE, TRUTH)
+
+    def is_name_of_lanes(self, node: ast.expr) -> bool:
+        """Return whether an expression is the name of a number in each lane."""
+        return isinstance(node, ast.Name) and self.is_of_lanes(self.values.get(node.id))
+
     def finish(self, after: Join) -> None:
         """Go to a block unless this one has gone elsewhere."""
         if not self.builder.block.is_terminated:
@@ -144,13 +169,14 @@ class Expressions(Ways):
     space: dict[str, Any]
 
     def place(self, node: ast.expr) -> Any:
-        """Pointer to a component."""
+        """Pointer to a component, to a field, or to the number of one of these in a lane."""
         if isinstance(node, ast.Attribute):
             pointer = self.value(node.value)
             if is_record(pointer):
                 return assigned_place(self.builder, pointer, node.attr)
         if isinstance(node, ast.Subscript):
-            return self.component(node, self.value(node.value))
+            array = self.value(node.value)
+            return self.of_lane(node) if self.is_of_lanes(array) else self.component(node, array)
         cure = "Assign to a name, to a component p[i] of an argument, or to a field of a record."
         raise self.refused(node, "a name that has a value, or a component of an array", cure)
 
@@ -165,6 +191,14 @@ class Expressions(Ways):
         if not isinstance(kind_of(pointer), ir.PointerType) or is_record(pointer):
             raise self.refused(node, "an array that has components", "Arrays and rows of records have them.")
         return self.builder.gep(pointer, [self.index(index)])
+
+    def of_lane(self, node: ast.Subscript) -> Any:
+        """Pointer to the number of a component or a field in a lane."""
+        place = self.place(node.value)
+        lane = self.index(node.slice)
+        return self.builder.gep(
+            self.builder.bitcast(place, element_of(place.type.pointee).as_pointer()), [lane]
+        )
 
     def index(self, node: ast.expr) -> Any:
         """Place in an array, whose length is not known here: it counts from the first number."""
@@ -294,6 +328,11 @@ class Expressions(Ways):
             return self.builder.bitcast(self.builder.gep(first, [distance]), array.type)
         if isinstance(array, tuple | dict) and not isinstance(array, Table):
             return self.of_constants(node, array)
+        if self.is_of_lanes(array):
+            if isinstance(node.value, ast.Subscript | ast.Attribute):  # in memory: only this number is loaded
+                return self.load(self.of_lane(node))
+            lane = self.index(node.slice)
+            return array if lanes_of(array.type) == 1 else self.builder.extract_element(array, lane)
         if isinstance(node.value, ast.Name) and node.value.id not in self.locals:
             return self.of_table(node, node.value.id)
         return self.load(self.component(node, array))
@@ -469,10 +508,10 @@ class Expressions(Ways):
             kinds = function.kinds
         elif isinstance(function, Compiled):
             kinds = tuple(function.arguments)
-        elif kind_of(function) == KERNEL:
-            kinds = ("float", "Reals", "Reals", "Reals")
+        elif is_kernel(function):
+            kinds = ("Real", "Row", "Row", "Row")
         elif isinstance(function, type) and issubclass(function, Record):
-            kinds = ("Reals",)
+            kinds = ("Row",) if function.widths else ("Reals",)
         else:
             cure = "Make it one with @compiled, or use an instruction of freebody.native."
             raise self.refused(node, "a function that is compiled", cure)
@@ -491,13 +530,16 @@ class Expressions(Ways):
         if isinstance(function, Inlined):
             return self.unit.inlined(function, arguments, self.builder, lanes)
         if isinstance(function, type):
-            return self.builder.bitcast(arguments[0], RecordPointer(function))
+            record = function.of(lanes)  # type: ignore[attr-defined]
+            return self.builder.bitcast(arguments[0], RecordPointer(record))
         if not isinstance(function, Compiled):
-            return self.builder.call(function, arguments)
+            return self.builder.call(function, [in_memory(self.builder, arguments[0]), *arguments[1:]])
         return self.builder.call(self.unit.declare(function, lanes), arguments)
 
     def width_of_call(self, function: Any, values: Sequence[Any], kinds: Sequence[Any]) -> int:
         """Number of lanes of a call: that of the arguments of wide types; without such arguments, of the caller."""
+        if is_kernel(function):
+            return lanes_of(function.type.pointee.args[1])
         of_lanes = [value for value, kind in zip(values, kinds, strict=True) if kind and is_wide(kind)]
         if not of_lanes:
             return self.lanes

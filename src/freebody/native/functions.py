@@ -20,7 +20,7 @@ from llvmlite import ir
 
 from .arithmetic import REAL, TRUTH, WHOLE, Refusal, compared, lanes_of, mathematical, size, wide
 from .record_access import RecordPointer
-from .records import Record
+from .records import Alone, Record
 
 TYPES = {
     "None": ir.VoidType(),
@@ -36,8 +36,10 @@ WIDE_TYPES = {"Real": REAL, "Whole": WHOLE, "Truth": TRUTH}
 
 def type_of(annotation: Any, lanes: int) -> Any:
     """LLVM type of an annotation in a translation for so many lanes; None if there is none."""
+    if isinstance(annotation, Alone):
+        return RecordPointer(annotation.record)
     if isinstance(annotation, type) and issubclass(annotation, Record):
-        return RecordPointer(annotation)
+        return RecordPointer(annotation.of(lanes))
     name = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
     if name == "Row":
         return wide(REAL, lanes).as_pointer()
@@ -46,6 +48,8 @@ def type_of(annotation: Any, lanes: int) -> Any:
 
 def is_wide(annotation: Any) -> bool:
     """Return whether a type depends on the width."""
+    if isinstance(annotation, type) and issubclass(annotation, Record):
+        return bool(annotation.widths)
     return annotation == "Row" or annotation in WIDE_TYPES
 
 
@@ -55,8 +59,9 @@ class Compiled:
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
         records = {
-            k: v for k, v in function.__globals__.items() if isinstance(v, type) and issubclass(v, Record)
-        }
+            k: v for k, v in function.__globals__.items()
+            if isinstance(v, Alone) or isinstance(v, type) and issubclass(v, Record)
+        }  # fmt: skip
         annotations: list[Any] = [records.get(x, x) for x in function.__annotations__.values()] or [""]
         self.arguments, self.result = annotations[:-1], annotations[-1]
 

@@ -7,7 +7,6 @@
     with_bits(i), bits(a)                  the real number of 64 bits, and the bits of a number
     fma(a, b, c)                           a b + c with one rounding
     where(c, a, b)                         a where c holds, b elsewhere
-    extract(x, l), replaced(x, l, a)       the number in a lane, and x with another one
 
 A kernel has the signature ``void f(double t, const double *y, const double *c, double *out)``. It is called through
 its address, so that one compiled integrator serves every model.
@@ -27,7 +26,6 @@ from .arithmetic import (
     TRUTH,
     WHOLE,
     cast,
-    element_of,
     intrinsic,
     lanes_of,
     mathematical,
@@ -223,19 +221,6 @@ def polynomial(coefficients: Sequence[float]) -> Instruction:
 
 where = Instruction(selected, "", "", "")
 """``where(c, a, b)``: a where c holds, b elsewhere; both are evaluated."""
-
-
-@instruction("", "int")
-def extract(builder: Any, x: Any, lane: Any) -> Any:
-    """Return the number of ``x`` in a lane."""
-    return x if lanes_of(x.type) == 1 else builder.extract_element(x, lane)
-
-
-@instruction("", "int", "")
-def replaced(builder: Any, x: Any, lane: Any, value: Any) -> Any:
-    """Return ``x`` with another number in a lane."""
-    value = cast(builder, value, element_of(x.type))
-    return value if lanes_of(x.type) == 1 else builder.insert_element(x, value, lane)
 
 
 @instruction("")

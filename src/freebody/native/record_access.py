@@ -6,16 +6,29 @@ from typing import Any, NamedTuple
 
 from llvmlite import ir
 
-from .arithmetic import REAL, WHOLE, Refusal
+from .arithmetic import REAL, WHOLE, Refusal, wide
 from .records import ASSIGNED, Field, Record
 
 BYTE = ir.IntType(8)
-KERNEL = ir.FunctionType(ir.VoidType(), [REAL, *[REAL.as_pointer()] * 3]).as_pointer()
-"""``void f(double t, const double *y, const double *c, double *out)``"""
-_IN_MEMORY = {
-    "Real": REAL, "Whole": WHOLE, "Count": WHOLE, "Row": REAL.as_pointer(), "Wholes": WHOLE.as_pointer(),
-    "Rows": REAL.as_pointer(), "Kernel": KERNEL,
-}  # fmt: skip
+
+
+def kernel(lanes: int) -> Any:
+    """LLVM type of a kernel: ``void f(double t, const double *y, const double *c, double *out)``.
+
+    That for several lanes takes a pointer to their times.
+    """
+    row = wide(REAL, lanes).as_pointer()
+    return ir.FunctionType(ir.VoidType(), [REAL if lanes == 1 else row, *[row] * 3]).as_pointer()
+
+
+def _in_memory(field: Field) -> Any:
+    """LLVM type of a field."""
+    if field.kind == "Kernel":
+        return kernel(field.lanes)
+    if field.kind in ("Count", "Wholes"):
+        return WHOLE if field.kind == "Count" else WHOLE.as_pointer()
+    number = wide(WHOLE if field.kind == "Whole" else REAL, field.lanes)
+    return number if field.kind in ASSIGNED else number.as_pointer()
 
 
 class RecordPointer(type(BYTE.as_pointer())):  # type: ignore[misc]
@@ -26,7 +39,7 @@ class RecordPointer(type(BYTE.as_pointer())):  # type: ignore[misc]
 
     def __init__(self, record: type[Record]) -> None:
         super().__init__(BYTE)
-        self.record = record
+        self.record, self.lanes = record, record.lanes
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, RecordPointer) and other.record is self.record
@@ -86,7 +99,7 @@ def _inside(builder: Any, pointer: Any, distance: int) -> Any:
 
 def place(builder: Any, pointer: Any, field: Field, word: int = 0) -> Any:
     """Pointer to a field, or to a later word of it."""
-    kind = _IN_MEMORY[field.kind] if word == 0 else WHOLE
+    kind = _in_memory(field) if word == 0 else WHOLE
     return builder.bitcast(_inside(builder, pointer, field.place + 8 * word), kind.as_pointer())
 
 
@@ -94,7 +107,7 @@ def value(builder: Any, pointer: Any, field: Field) -> Any:
     """Value of a field: a number, a pointer, a record or a table."""
     if field.nested is not None:
         return builder.bitcast(_inside(builder, pointer, field.place), RecordPointer(field.nested))
-    result = builder.load(place(builder, pointer, field))
+    result = builder.load(place(builder, pointer, field), align=8)
     if field.kind in ASSIGNED:
         return result
     _never_changes(builder, result)

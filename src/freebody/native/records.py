@@ -20,6 +20,11 @@ Python makes a record with its rows, ``Run.made(width=8)``, and reads and assign
 
 Every field takes one word of 8 bytes, `Rows` take two. This file needs no compiler: a run with code from the disk loads
 none.
+
+A record that is declared by `record_of_lanes` has a number for each lane in every `Real` and `Whole` and in every place
+of a `Row` or of `Rows`: ``Run.of(8).made(width=5)`` for eight lanes, ``Run.made(width=5)`` for one. A field then takes
+as many words as there are lanes, and a row has one more dimension. Its counts, kernels and `Wholes` are those of all
+lanes.
 """
 
 from __future__ import annotations
@@ -29,14 +34,15 @@ import ctypes
 import struct
 import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache, reduce
 from operator import mul
-from typing import Any, ClassVar, NamedTuple, Self, TypeVar
+from typing import Any, ClassVar, NamedTuple, Self, TypeVar, cast
 
 import numpy as np
 
-Real = float
-Whole = int
+Real = Any  # a number, or one for each lane
+Whole = Any
 Count = int
 Row = Any
 Wholes = Any
@@ -65,6 +71,13 @@ def padded(n: int) -> int:
     return -(-max(n, 1) // WIDTH) * WIDTH
 
 
+def zeros(count: int) -> Any:
+    """Array of zeros that begins at a cache line: a vector that lies across two would be read in two parts."""
+    memory = np.zeros(count + LINE // WORD)
+    shift = -address(memory) % LINE // WORD
+    return memory[shift : shift + count]
+
+
 def address(array: Any) -> int:
     """Address of the first number of an array; 0 for an empty array."""
     if not array.size:
@@ -78,8 +91,17 @@ def address(array: Any) -> int:
 class Field:
     """A field of a record: kind, place in bytes, and the shape of the row that Python makes for it."""
 
-    def __init__(self, name: str, kind: str, place: int, shape: Shape = (), nested: Any = None) -> None:
+    def __init__(
+        self, name: str, kind: str, place: int, shape: Shape = (), nested: Any = None, lanes: int = 1
+    ) -> None:
         self.name, self.kind, self.place, self.shape, self.nested = name, kind, place, shape, nested
+        self.lanes = lanes
+
+    def of(self, lanes: int) -> Field:
+        """The same field for so many lanes."""
+        shape = (*self.shape, lanes) if self.shape and self.kind != "Wholes" else self.shape
+        nested = self.nested and self.nested.of(lanes)
+        return Field(self.name, self.kind, self.place * lanes, shape, nested, lanes)
 
     def __get__(self, memory: Any, owner: Any = None) -> Any:
         if memory is None:
@@ -89,8 +111,13 @@ class Field:
         if self.kind in _DIMENSIONS:
             array = memory.arrays.get(self.name)
             return memory.row(self.name) if array is None else array
-        view = memory.reals if self.kind == "Real" else memory.wholes
-        return view[(memory.begin + self.place) // WORD]
+        view, place = (
+            memory.reals if self.kind == "Real" else memory.wholes,
+            (memory.begin + self.place) // WORD,
+        )
+        if self.lanes > 1 and self.kind in ASSIGNED:
+            return np.asarray(view)[place : place + self.lanes]
+        return view[place]
 
     def __set__(self, memory: Any, value: Any) -> None:
         if self.nested is not None:
@@ -98,7 +125,9 @@ class Field:
                 f"Expected an assignment to a field of '{self.name}', which is a record, got {value!r}."
             )
         place = (memory.begin + self.place) // WORD
-        if self.kind == "Real":
+        if self.lanes > 1 and self.kind in ASSIGNED:
+            self.__get__(memory)[:] = value
+        elif self.kind == "Real":
             memory.reals[place] = value
         elif self.kind in _DIMENSIONS:
             memory.arrays[self.name] = array = self._checked(value)
@@ -111,7 +140,7 @@ class Field:
     def _checked(self, array: Any) -> Any:
         """Return the array, or raise TypeError if it cannot stand in this field."""
         number = np.int64 if self.kind == "Wholes" else np.float64
-        dimensions = _DIMENSIONS[self.kind]
+        dimensions = _DIMENSIONS[self.kind] + (self.lanes > 1 and self.kind != "Wholes")
         if (
             not isinstance(array, np.ndarray) or array.dtype != number or array.ndim < dimensions
             or not array.flags.c_contiguous
@@ -131,6 +160,18 @@ class Record:
     fields: ClassVar[dict[str, Field]]
     size: ClassVar[int]
     dtype: ClassVar[Any]
+    lanes: ClassVar[int] = 1
+    widths: ClassVar[
+        dict[int, Any]
+    ] = {}  # the same record for other numbers of lanes, if it may have several
+
+    @classmethod
+    def of(cls, lanes: int) -> Any:
+        """The record for so many lanes; one that is not declared by `record_of_lanes` is of one run at every width."""
+        if cls.widths and lanes not in cls.widths:
+            fields = {name: field.of(lanes) for name, field in cls.widths[1].fields.items()}
+            cls.widths[lanes] = _declared(cls, fields, cls.widths[1].size * lanes, lanes, cls.widths)
+        return cls.widths.get(lanes, cls)
 
     def __init__(self, memory: Any, begin: int = 0) -> None:
         """Take the record at byte ``begin`` of ``memory``, an array of real numbers, which it keeps alive."""
@@ -158,12 +199,10 @@ class Record:
         """Return a record in new memory filled with zeros, and its rows with a shape, in one piece after it.
 
         ``sizes`` are the values of the names in the shapes; counts with such a name have that value. Every row begins
-        at a cache line: one that lies across two would be read and written in two parts.
+        at a cache line.
         """
         layout = _layout(cls, tuple(sizes.items()))  # type: ignore[arg-type]
-        memory = np.zeros(layout.size + LINE // WORD)
-        shift = -address(memory) % LINE // WORD
-        memory = memory[shift : shift + layout.size]
+        memory = zeros(layout.size)
         words = memory[: layout.words.size].view(np.int64)
         words[:] = layout.words
         words[layout.pointers] += address(memory)
@@ -219,6 +258,18 @@ class Record:
                 )
         letters = "".join(ASSIGNED.get(field.kind, "q" * _WORDS[field.kind]) for field in fields)
         return struct.Struct(letters), fields[0].place
+
+
+@dataclass(frozen=True)
+class Alone:
+    """Type of an argument: the record of one run, in a function of any width. ``OneRun = Alone(Run)`` names it."""
+
+    record: type[Record]
+
+    @property
+    def __name__(self) -> str:
+        """Name of the record."""
+        return self.record.__name__
 
 
 class _Layout(NamedTuple):
@@ -289,6 +340,9 @@ def record(declaration: type[T]) -> type[T]:
         "fields",
         "size",
         "dtype",
+        "lanes",
+        "widths",
+        "of",
     }
     fields, place = {}, 0
     for name, text in declaration.__dict__.get("__annotations__", {}).items():
@@ -300,20 +354,47 @@ def record(declaration: type[T]) -> type[T]:
             )
         fields[name] = Field(name, kind, place, shape, nested)
         place += nested.size if nested is not None else WORD * _WORDS[kind]
-    letters = {"Real": np.dtype("f8"), "Rows": np.dtype((np.int64, 2))}
+    return _declared(declaration, fields, place)
+
+
+def record_of_lanes(declaration: type[T]) -> type[T]:
+    """Return the record that a class declares by its annotations, which may have several lanes (`Record.of`)."""
+    result: Any = record(declaration)
+    result.widths = {1: result}
+    for field in result.fields.values():
+        if field.nested is not None and not field.nested.widths:
+            raise TypeError(
+                f"Expected a record of lanes inside '{declaration.__name__}', got '{field.nested.__name__}'. "
+                "Declare it by @record_of_lanes."
+            )
+    return cast(type[T], result)
+
+
+def _declared(
+    declaration: Any,
+    fields: dict[str, Field],
+    size: int,
+    lanes: int = 1,
+    widths: dict[int, Any] | None = None,
+) -> Any:
+    """Return the class of a record with these fields."""
+
+    def kind(field: Field) -> Any:
+        if field.nested is not None:
+            return field.nested.dtype
+        of_one = np.dtype("f8") if field.kind == "Real" else np.dtype("i8")
+        count = field.lanes if field.kind in ASSIGNED else _WORDS[field.kind]
+        return np.dtype((of_one, count)) if count > 1 else of_one
+
     dtype = np.dtype(
         {
-            "names": list(fields),
-            "formats": [
-                f.nested.dtype if f.nested else letters.get(f.kind, np.dtype("i8")) for f in fields.values()
-            ],
-            "offsets": [f.place for f in fields.values()],
-            "itemsize": place,
+            "names": list(fields), "formats": [*map(kind, fields.values())],
+            "offsets": [f.place for f in fields.values()], "itemsize": size,
         }
-    )
+    )  # fmt: skip
     attributes = {
-        "__doc__": declaration.__doc__, "__module__": declaration.__module__, "fields": fields, "size": place,
-        "dtype": dtype, **fields,
+        "__doc__": declaration.__doc__, "__module__": declaration.__module__, "fields": fields, "size": size,
+        "dtype": dtype, "lanes": lanes, "widths": {} if widths is None else widths, **fields,
     }  # fmt: skip
     return type(declaration.__name__, (Record,), attributes)
 

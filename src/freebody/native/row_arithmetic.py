@@ -20,8 +20,22 @@ from typing import Any, NamedTuple
 
 from llvmlite import ir
 
-from .arithmetic import REAL, WHOLE, Refusal, cast, intrinsic, kind_of, mathematical, operated, splat, wide
+from .arithmetic import (
+    REAL,
+    WHOLE,
+    Refusal,
+    cast,
+    intrinsic,
+    kind_of,
+    lanes_of,
+    mathematical,
+    operated,
+    selected,
+    splat,
+    wide,
+)
 from .functions import Instruction, counted, instruction, variable
+from .instructions import where
 from .record_access import Table, field_of
 from .record_access import value as field_value
 from .records import WIDTH
@@ -171,49 +185,69 @@ class _Several:
         self.rows.store(value, self.table.row(self.rows.builder, WHOLE(k)))
 
 
-def rowwise(formula: Callable[..., Eight | None]) -> Any:
+def rowwise(formula: Callable[..., Any], last: Callable[..., Eight] | None = None) -> Any:
     """Return the instruction ``(run, own, *more)`` that evaluates a formula, eight numbers at a time.
 
     The formula reads and writes rows of the two records, as long as the first one says (``width``). Its further
     arguments are numbers, or arrays as long as the state (``n``) that are continued by 1. The instruction returns the
-    largest result of the formula, or nan if one of the results is nan.
+    largest result of the formula, or nan if one of the results is nan; of records of lanes, those of each lane. If the
+    formula returns a list, ``last`` computes the result from the largest of each and from the further numbers: the
+    largest of increasing functions of each.
     """
 
     def over_rows(builder: Any, run: Any, own: Any, *more: Any) -> Any:
-        largest = variable(builder, all_of(-math.inf))
-        undefined = variable(builder, all_of(0.0))  # becomes nan with the first result that is
-        places = ir.Constant(ir.VectorType(WHOLE, WIDTH), [WHOLE(k) for k in range(WIDTH)])
         n, w = (field_value(builder, run, field_of(run, name)) for name in ("n", "width"))
+        largest, lanes = [], run.type.lanes
+        undefined = variable(builder, all_of(0.0))  # becomes nan with the first result that is
 
         @cache  # each row is loaded once
         def rows(name: str) -> Any:
             record = own if name in own.type.record.fields else run
             return field_value(builder, record, field_of(record, name))
 
-        with counted(builder, w, WIDTH) as offset:
+        def eight_of(value: Any) -> Eight:
+            return Eight(builder, cast(builder, value, undefined.type.pointee))
 
-            def eight_of(value: Any) -> Eight:
-                if value.type == REAL:
-                    return Eight(builder, splat(builder, value, WIDTH))
-                remaining = splat(builder, builder.sub(n, offset), WIDTH)
-                ones = all_of(1.0)
-                pointer = builder.bitcast(builder.gep(value, [offset]), ones.type.as_pointer())
-                inside = builder.icmp_signed("<", places, remaining)
-                name = f"llvm.masked.load.v{WIDTH}f64.p0"
-                return Eight(
-                    builder, intrinsic(builder, name, ones.type, pointer, ir.IntType(32)(8), inside, ones)
-                )
-
-            result = formula(FormulaRows(builder, rows, offset), *map(eight_of, more))
-            if result is not None:
-                builder.store(result.greater(Eight(builder, builder.load(largest))).value, largest)
-                builder.store((result * 0.0 + Eight(builder, builder.load(undefined))).value, undefined)
-        if result is None:
+        start = builder.block
+        with counted(builder, w, WIDTH if lanes == 1 else 1) as offset:
+            arguments = [
+                _part(builder, x, offset, n, lanes) if isinstance(x.type, ir.PointerType) else eight_of(x)
+                for x in more
+            ]
+            results = formula(FormulaRows(builder, rows, offset), *arguments)
+            results = [] if results is None else results if isinstance(results, list) else [results]
+            total = Eight(builder, builder.load(undefined))
+            for result in results:
+                with builder.goto_entry_block():
+                    largest.append(builder.alloca(undefined.type.pointee))
+                with builder.goto_block(start):
+                    builder.store(all_of(-math.inf), largest[-1])
+                before = Eight(builder, builder.load(largest[-1]))
+                builder.store(result.greater(before).value, largest[-1])
+                total = result * 0.0 + total
+            builder.store(total.value, undefined)
+        if not largest:
             return None
-        maximum = Eight(builder, builder.load(largest)).total(Eight.greater)
-        return builder.fadd(maximum, Eight(builder, builder.load(undefined)).total(Eight.__add__))
+        doubt, *maxima = (Eight(builder, builder.load(place)) for place in (undefined, *largest))
+        numbers = [eight_of(x) for x in more if not isinstance(x.type, ir.PointerType)]
+        maximum = maxima[0] if last is None else last(maxima, *numbers)
+        if lanes > 1:
+            return (maximum + doubt).value
+        return builder.fadd(maximum.total(Eight.greater), doubt.total(Eight.__add__))
 
     return Instruction(over_rows, "", "", *arguments_of(formula))
+
+
+def _part(builder: Any, row: Any, offset: Any, n: Any, lanes: int) -> Eight:
+    """Eight numbers of an array as long as the state: those of the lanes, or of one run, continued by 1."""
+    pointer = builder.gep(row, [offset])
+    if lanes > 1:
+        return Eight(builder, builder.load(pointer, align=8))
+    ones, remaining = all_of(1.0), splat(builder, builder.sub(n, offset), WIDTH)
+    places = ir.Constant(ir.VectorType(WHOLE, WIDTH), [WHOLE(k) for k in range(WIDTH)])
+    inside, name = builder.icmp_signed("<", places, remaining), f"llvm.masked.load.v{WIDTH}f64.p0"
+    pointer = builder.bitcast(pointer, ones.type.as_pointer())
+    return Eight(builder, intrinsic(builder, name, ones.type, pointer, ir.IntType(32)(8), inside, ones))
 
 
 def arguments_of(formula: Callable[..., Any]) -> list[str]:
@@ -260,6 +294,13 @@ class RowFormula:
     def assign(self, row: Any, node: ast.expr) -> None:
         """Write the components of a row."""
         value = self.value(node)
+        if (
+            isinstance(value, Chain) and lanes_of(row.type) > 1
+        ):  # no kernel waits for the slowest of the lanes
+            late = self.builder.load(self._place(value.late), align=8)
+            value = mathematical(
+                self.builder, "fmuladd", *map(self.vector, (value.weight, late, value.early))
+            )
         if not isinstance(value, Chain):
             self.builder.store(self.vector(value), self._place(row), align=8)
             return
@@ -289,6 +330,8 @@ class RowFormula:
                     return self._sum(terms, rows)
                 *early, (late, weight) = terms
                 return Chain(self._sum(early, rows), weight, rows.row(self.builder, WHOLE(late)))
+            if function is where:
+                return selected(self.builder, *map(self.value, node.args))
         value = self.plain(node)
         if isinstance(kind_of(value), ir.PointerType):
             return self.builder.load(self._place(value), align=8)
@@ -326,7 +369,7 @@ class RowFormula:
 
     def _place(self, row: Any) -> Any:
         b = self.builder
-        return b.bitcast(b.gep(row, [self.offset]), wide(REAL, WIDTH).as_pointer())
+        return b.bitcast(b.gep(row, [self.offset]), wide(REAL, WIDTH).as_pointer())  # of lanes: as it is
 
 
 def _is_product(node: ast.expr) -> bool:

@@ -12,6 +12,7 @@ from typing import Any
 from llvmlite import ir
 
 from .arithmetic import (
+    REAL,
     TRUTH,
     WHOLE,
     Refusal,
@@ -19,6 +20,7 @@ from .arithmetic import (
     constant,
     element_of,
     in_words,
+    intrinsic,
     is_number,
     kind_of,
     lanes_of,
@@ -26,7 +28,7 @@ from .arithmetic import (
     wide,
 )
 from .expressions import Expressions, Join
-from .functions import Compiled, counted, each, unrolled
+from .functions import Compiled, counted, each, is_wide, type_of, unrolled
 from .record_access import length_of
 from .records import WIDTH
 from .row_arithmetic import RowFormula
@@ -61,6 +63,7 @@ class Body(Expressions):
                 "another. Write the function with def in a file; if the file has changed, start Python anew."
             )
         self.tree = tree
+        self.has_width = any(map(is_wide, (*compiled.arguments, compiled.result)))
         self.locals = {*code.co_varnames, *code.co_cellvars}
         self.kinds: dict[str, Any] = {}
         self.values: dict[str, Any] = {}
@@ -125,12 +128,24 @@ class Body(Expressions):
         for target in node.targets:
             self.put(target, value)
 
+    def _AnnAssign(self, node: ast.AnnAssign) -> None:
+        kind = type_of(ast.unparse(node.annotation), self.lanes)
+        if (
+            not isinstance(node.target, ast.Name)
+            or node.value is None
+            or element_of(kind) not in (REAL, WHOLE, TRUTH)
+        ):
+            cure = "Real, Whole and Truth have a number in each lane: x: Real = 0.0."
+            raise self.refused(node, "a type and a first value for a name", cure)
+        self.put(node.target, self.cast(node.value, self.value(node.value), kind))
+
     def assign_row(self, node: ast.Assign, target: ast.Subscript) -> None:
         """Translate an assignment to all components of a row, ``row[:] = formula``."""
         part, row = target.slice, self.value(target.value)
         if len(node.targets) > 1 or part.lower or part.upper or part.step:  # type: ignore[attr-defined]
             raise self.refused(node, "an assignment to all components of one row", "Write row[:] = formula.")
-        with counted(self.builder, length_of(self.builder, row), WIDTH) as offset:
+        step = WIDTH if lanes_of(row.type) == 1 else 1
+        with counted(self.builder, length_of(self.builder, row), step) as offset:
             RowFormula(self.value, self.builder, offset).assign(row, node.value)
 
     def _AugAssign(self, node: ast.AugAssign) -> None:
@@ -164,6 +179,12 @@ class Body(Expressions):
                 )
             self.values[target.id] = self.cast(target, value, kind)
             self.kinds[target.id] = kind
+        elif isinstance(target, ast.Subscript) and self.is_name_of_lanes(target.value):
+            lanes = self.value(target.value)
+            value = self.cast(target, value, element_of(lanes.type))
+            if lanes_of(lanes.type) > 1:
+                value = self.builder.insert_element(lanes, value, self.index(target.slice))
+            self.put(target.value, value)
         else:
             self.store(value, self.place(target))
 
@@ -296,11 +317,20 @@ class Body(Expressions):
             self.body(node, done, done)
             self.enter(done)
             return
-        with self.counter(node, WHOLE(0), WHOLE(lanes), 1) as (lane, again, done):
-            self.fork(self.builder.extract_element(truth, lane), body, again)
-            self.enter(body)
-            self.put(node.target, lane)
-            self.body(node, again, done)
+        builder, mask = self.builder, ir.IntType(lanes)
+        bits = builder.zext(builder.bitcast(truth, mask), WHOLE)  # the lanes that are still to come
+        before, again, done = builder.block, Join(), Join()
+        loop = self.head(node)
+        left = builder.phi(WHOLE)
+        left.add_incoming(bits, before)
+        self.fork(builder.icmp_unsigned("!=", left, WHOLE(0)), body, done, rare=True)
+        self.enter(body)
+        self.put(node.target, intrinsic(builder, "llvm.cttz.i64", WHOLE, left, TRUTH(1)))
+        self.body(node, again, done)
+        if self.enter(again):
+            left.add_incoming(builder.and_(left, builder.sub(left, WHOLE(1))), builder.block)
+            self.back(*loop)
+        self.enter(done)
 
     def _Break(self, node: ast.Break) -> None:
         self.goto(self.loops[-1][1])

@@ -30,7 +30,7 @@ from ..scalar.trace import NAMES, Tape, Traced
 from .code.emit import Form, Module
 from .code.lower import PROLOGUE, RECIPROCAL, Program, lower
 from .series.jet import jet
-from .series.jet_wide import jet_wide
+from .series.jet_of_lanes import jet_of_lanes
 
 _Scalar = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 _Batch = ctypes.CFUNCTYPE(
@@ -402,7 +402,7 @@ def _compile(
             continue
         if name in series:
             if name in batch:
-                rooms[name] = jet_wide(module, program, name, f"f{k}.lanes")
+                rooms[name] = jet_of_lanes(module, program, name, f"f{k}.lanes")
             else:
                 jet(module, program, name, f"f{k}", series[name])
             continue

@@ -41,6 +41,7 @@ CONSTRUCTS = [
     ("and, or, not", "return 1 if (x > 1 or a > 1) and not a == 3 else 0", 2, 0.5, 1.0),
     ("a if c else b", "return x if a > 0 else 1 / x", -1, 4.0, 0.25),
     ("assignment", "b = c = a; b, c = c + 1, b; p[0], p[1] = p[1], p[0]; return b * 10 + c", 3, 0.0, 43.0),
+    ("a name with a type", "y: Real = a; y = y + x; return y", 3, 0.5, 3.5),
     ("+= -= *= /= and so on", "b = a; b *= 3; b //= 2; b <<= 1; y = x; y /= 2; p[0] += 1; return b + y", 5, 3.0, 15.5),
     ("if, elif, else", "if a > 2: b = 1\nelif a > 1: b = 2\nelse: b = 3\nreturn b", 2, 0.0, 2.0),
     ("while", "n = 0\nwhile n * n < a: n += 1\nreturn n", 17, 0.0, 5.0),
@@ -57,7 +58,7 @@ CONSTRUCTS = [
     ("where(c, a, b)", "return where(a > 1, x, 0.5)", 2, 7.0, 7.0),
     ("any(c), all(c)", "return 1 if any(a > 1) and all(x > 1) else 0", 2, 7.0, 1.0),
     ("rare(c)", "if rare(a > 1): return x\nreturn 0.0", 2, 7.0, 7.0),
-    ("for lane in each(c)", "y = x\nfor lane in each(a > 1): y = replaced(y, lane, extract(x, lane) + 1)\nreturn y", 2, 7.0, 8.0),
+    ("for lane in each(c)", "y = x\nfor lane in each(a > 1): y = y + 1 + lane\nreturn y", 2, 7.0, 8.0),
 ]  # fmt: skip
 
 CONSTANTS = ("math", "limits", "np", "TABLE", "WHOLES", "SCALE", "WEIGHTS", "NAMED", "Pair")

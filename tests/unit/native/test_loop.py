@@ -171,7 +171,7 @@ def test_key_follows_what_compiles_it(monkeypatch):
     monkeypatch.setattr(native, "_loops", {})
     for method in layout.ORDERS:
         loops.functions(method)
-        over_lanes.function(method, wide=False)
+        over_lanes.function(method, 1)
     assert len(set(keys)) == len(keys) == 2 * len(layout.ORDERS)
     monkeypatch.setattr(codegen, "version", lambda: "another processor")
     monkeypatch.setattr(native, "_loops", {})

@@ -23,10 +23,6 @@ WRITERS = [
     ("program.kernels",),
     *((place(method), LOOP) for method in ORDERS),
     *((place(method), "motion.lanes.lanes", LOOP) for method in ORDERS),
-    *(
-        (place(method), "motion.lanes.lanes_wide", f"motion.lanes.{method}_wide", LOOP)
-        for method in ("dop853", "taylor")
-    ),
     ("motion.timestepping.moreau", LOOP),
     ("motion.start.gauss_newton", LOOP),
 ]

@@ -22,7 +22,7 @@ from ..contact.impacts import ORDERS
 from ..ending import End
 from ..kernels.kernels import Kernels
 from ..kernels.methods import FINE, first_method
-from ..lanes import lanes_layout as at
+from ..lanes import batch_memory as at
 from ..legs.blow import blows_of
 from ..legs.sensitivity import check_sensitive
 from ..legs.variation import unknowns_of

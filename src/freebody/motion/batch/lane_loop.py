@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...native.records import WIDTH, padded
+from ...native.records import WIDTH, zeros
 from ..ending import BLAMED, End
 from ..kernels.methods import BUDGET, FINE
-from ..lanes import lanes_layout as at
+from ..lanes import batch_memory as at
 from ..lanes import loops
 from ..legs.driven import intervals
 from ..legs.failure import to_blame
 from ..ode import layout
 from ..ode.dense_output import Array, Rates
-from ..ode.run import POINTS, equip, memory, most_events, own_memory, sizes
+from ..ode.run import COEFFICIENTS, POINTS, Series, equip, most_events, own_memory, sizes
 from .job import Job
 from .kernels import BatchProgram
 from .results import Results
@@ -28,7 +28,6 @@ BEFORE_SWITCHING = 20_000
 """Steps of a lane with a law that switches, after which it runs alone: a single run stops if it sticks on the law."""
 LARGEST_BLOCK = 1 << 26
 """Bytes of results that are held before they are stored."""
-_ROOM = 64  # steps between two looks at the output times
 
 
 class LaneLoop:
@@ -49,8 +48,6 @@ class LaneLoop:
         self.limit = min(job.most_steps, BEFORE_SWITCHING) if program.switches else job.most_steps
         self.n = kernels.size
         m, watched = len(job.expressions), program.watched
-        # values of limits at both ends of the steps of eight lanes
-        self.limit_values = 16 * watched if program.wide_address("watched") else 0
         spans, self.columns, settings = intervals(kernels, job.lanes.values_of(0), job.begin, job.end)
         self.legs = np.array(spans, dtype=float).reshape(-1, 2)
         self.settings = np.array(settings, dtype=float).reshape(len(spans), -1)
@@ -61,7 +58,7 @@ class LaneLoop:
         backwards = job.end < job.begin
         self.order = np.argsort(-job.times if backwards else job.times, kind="stable")
         self.times = job.times[self.order]
-        self.function = loops.function(method, self.wide)
+        self.function = loops.function(method, WIDTH if self.wide else 1)
 
     def _batch(self) -> Any:
         """Return the description of the batch, with room for one thread."""
@@ -69,7 +66,6 @@ class LaneLoop:
         model, times = job.kernels.model, self.times.size if outputs.timed else 0
         batch = at.Batch.made(
             n_parameters=len(model.parameters), spare_size=max(2, self.n, len(outputs.reduced), program.dropped),
-            sampled_size=max(1, times) * max(self.n, 1),
         )  # fmt: skip
         batch.prologue = program.compiled._prologue.address
         for name, kernel in (
@@ -77,17 +73,14 @@ class LaneLoop:
             ("watched", "watched"),
         ):  # fmt: skip
             setattr(batch, name, program.address(kernel))
-        batch.wide = program.wide_address("series" if self.method == "taylor" else "rates")
-        batch.projection_wide, batch.rates_wide = map(program.wide_address, ("projection", "rates"))
-        batch.watched_wide = program.wide_address("watched")
         batch.n_constants, batch.n_watched = program.compiled.hoisted, program.watched
         batch.n_events, batch.n_limits = len(job.expressions), 2 * job.limits
         batch.n_outputs, batch.n_times, batch.n_reduced = len(outputs.timed), times, len(outputs.reduced)
         batch.n_dropped, batch.n_legs, batch.n_settings = program.dropped, len(self.legs), len(self.columns)
-        batch.room, batch.limit = _ROOM, self.limit
+        batch.limit = self.limit
         batch.works, batch.stop_if_stiff = int(job.kernels.works), int(self.until_stiff)
         batch.budget = BUDGET if self.until_stiff else 0  # "auto" has one
-        batch.limit_values = self._size_of_eight() if self.limit_values else 0
+        batch.near_limits = int(program.wide_address("watched") != 0)
         batch.t0, batch.t1, batch.longest = job.begin, job.end, job.request.longest_step
         batch.order, batch.finest = layout.ORDERS[self.method], FINE
         batch.leg_starts, batch.leg_ends = (np.ascontiguousarray(column) for column in self.legs.T)
@@ -109,56 +102,59 @@ class LaneLoop:
             method_kernels={"radau": (program.address("tangent"),), "taylor": (0, 0)}.get(self.method, ()),
         )  # fmt: skip
 
-    def _watch(self, run: Any, c: Array, room: int) -> None:
-        """Write the event functions into the memory of a run, with room for a log."""
-        search, size = run.search, room + most_events(self.program.watched) + 1
+    def _watch(self, run: Any, c: Array) -> None:
+        """Write the event functions into the memory of a run, with room for the log of a step."""
+        search, size = run.search, most_events(self.program.watched) + 1
         search.functions, search.c = self.program.address("watched"), c
         search.directions[:], search.terminal[:] = self.directions, self.terminal
         search.log_times, search.log_states = np.zeros(size), np.zeros((size, self.n))
         search.log_numbers, search.log_signs = np.zeros((2, size), dtype=np.int64)
 
     def memory(self) -> tuple[Any, ...]:
-        """Return the memory of one thread: the batch, the lane, and more."""
-        n, rates = self.n, self._rates()
-        if self.wide:
-            return self._memory_of_eight()
-        lane = at.Lane.made(**sizes(n, self.program.watched))
-        run, (sampler, own) = lane.run, memory(self.method, n)
-        for each, of_method in ((run, own_memory(self.method, run)), (sampler, own)):
-            equip(each, of_method, rates)
-        self._watch(run, rates.constants, _ROOM)
-        run.times, run.lengths, run.states = (
-            np.zeros(_ROOM + 1),
-            np.zeros(_ROOM + 1),
-            np.zeros((_ROOM + 1, n)),
-        )
-        for name in ("times", "lengths", "states", "relative", "absolute"):
-            setattr(sampler, name, getattr(run, name))
-        return self._batch(), lane, sampler
-
-    def _size_of_eight(self) -> int:
-        """Return the size of the rows of eight lanes, without the values of limits."""
-        numbers = (at.ROWS + 24) * 8 * self.n + at.WIDE_PLACES + self.program.room
-        return padded(numbers)
-
-    def _memory_of_eight(self) -> tuple[Any, ...]:
-        """Return the batch, eight lanes, which share the rows of a step, and their memory side by side."""
-        n, m, hoisted = self.n, self.program.watched, self.program.compiled.hoisted
-        first = at.Lane.made(**sizes(n, m))
-        rates = self._rates()
-        equip(first.run, own_memory(self.method, first.run), rates)
-        self._watch(first.run, rates.constants, 0)
-        lanes = first.copies(8)
-        constants, tables = np.zeros((8, max(1, hoisted))), np.zeros((8, POINTS, m + 1))
-        signs = np.zeros((8, m), dtype=np.int64)
-        for k in range(8):
-            run = lanes[k].run
+        """Return the memory of one thread: the batch, its lanes side by side, and memory for single runs."""
+        n, m, rates, lanes = self.n, self.program.watched, self._rates(), WIDTH if self.wide else 1
+        one = at.Lane.made(**sizes(n, m))
+        equip(one.run, own_memory(self.method, one.run), rates)
+        if not self.wide:  # the lane is the memory of one run, and outputs are computed in further memory
+            lane = at.Lane.made(**sizes(n, m))
+            equip(lane.run, own_memory(self.method, lane.run), rates)
+            self._watch(lane.run, rates.constants)
+            one.run.absolute, one.run.relative = lane.run.absolute, lane.run.relative
+            return self._batch(), lane, one
+        self._watch(one.run, rates.constants)
+        own = one.copies(lanes)
+        constants, tables = np.zeros((lanes, rates.constants.size)), np.zeros((lanes, POINTS, m + 1))
+        signs = np.zeros((lanes, m), dtype=np.int64)
+        for k in range(
+            lanes
+        ):  # what is carried from step to step is that of a lane; the rows of a step are shared
+            run = own[k].run
             run.c = run.search.c = constants[k]
             run.search.table, run.search.signs = tables[k], signs[k]
-        lanes.keep = first, constants, tables, signs
-        eight = at.EightLanes.made(constants=8 * max(1, hoisted), tolerances_size=16 * n)
-        eight.w, eight.rows = 8 * n, _aligned(self._size_of_eight() + self.limit_values)
-        return self._batch(), lanes, eight
+        own.keep = one, constants, tables, signs
+        return self._batch(), self._side_by_side(lanes), own
+
+    def _side_by_side(self, lanes: int) -> Any:
+        """Return the memory of lanes side by side."""
+        n, program, model = self.n, self.program, self.job.kernels.model
+        lane = at.Lane.of(lanes).made(**{**sizes(n, program.watched), "width": n})
+        run, c = lane.run, zeros(lanes * max(1, program.compiled.hoisted)).reshape(-1, lanes)
+        run.rates, run.projection = map(program.wide_address, ("rates", "projection"))
+        run.projected = model.n_q + model.n_u if run.projection else 0
+        run.c, run.search.c, run.search.functions = c, c, program.wide_address("watched")
+        run.quaternions, run.n_quaternions = (
+            np.array(model.quaternions, dtype=np.int64),
+            len(model.quaternions),
+        )
+        if self.method == "taylor":
+            own = Series.of(lanes).made(n=n, width=n)
+            # behind its coefficients, a series leaves those of what it is computed from
+            row = lanes * max(n, 1)
+            own.terms = zeros(row * max(COEFFICIENTS, -(-program.room // row))).reshape(-1, max(n, 1), lanes)
+            own.coefficients, own.bends, own.c = program.wide_address("series"), int(run.rates != 0), c
+            run.own = own.memory.reshape(-1, lanes)
+            lane.keep = own
+        return lane
 
     def chunk(self, lanes: NDArray[np.int64], memory: tuple[Any, ...]) -> None:
         """Run some lanes, given by number, and put their results in place."""
@@ -206,10 +202,3 @@ def _equal_steps(span: float, step: float | None, max_step: float) -> float:
     if step is None or span == 0:
         return 0.0
     return abs(span) / math.ceil(abs(span) / min(step, max_step, abs(span)) * (1 - 1e-12))
-
-
-def _aligned(count: int) -> Array:
-    """Return zeros that begin at a multiple of 64 bytes, as whole vector registers are read."""
-    room = np.zeros(count + 8)
-    shift = -(room.ctypes.data // 8) % 8
-    return room[shift : shift + count]

@@ -1,14 +1,13 @@
-"""The loop over lanes: many runs of one machine, one after another, without Python between them.
+"""The loop over lanes: many runs of one machine, one after another or eight side by side, without Python between them.
 
-A lane is a run with its own parameters and initial state. It goes through the loop of `step_control` exactly as a
-single run does: the same first step, the same control, the same states between steps, to the last bit. A lane leaves
-the requested results only: outputs at given times, extremes, first and last times of events, and its status. Its steps
-are not stored.
+Each lane has its own time, step, error and control, which are those of a single run (`step_control`): the same first
+step, the same control, the same states between steps, to the last bit. Eight lanes attempt their steps together. A lane
+whose step is rejected tries again while the others go on. A lane that has ended makes room for the next run.
 
-Outputs at given times are ends of shorter steps (`step_control.sample`), computed in separate memory so that they do
-not disturb the run. If signals have break points, the run goes in legs as a single run does (`driven`): constants, the
-memory of the step-size control and the length of the first step are new in each leg. Extremes are looked for at the
-start and the end of every step, and at the zeros of the rate of the quantity, which are watched as events are.
+What is special is a step that is looked into, for events, extremes or outputs at given times: searches go their own
+ways. It is lifted out of the lanes, into the memory of one run. There the functions of a single run look into it. One
+lane alone is in the memory of one run already. There, outputs are computed in separate memory, since a method may
+remember its last attempts (`states.sample`).
 """
 
 from __future__ import annotations
@@ -16,333 +15,325 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...native.instructions import EPS, Compiled, Parts, Reals, greater, lesser
+from ...native.functions import each
+from ...native.instructions import Compiled, Parts, Truth, Whole, greater, lesser, where
+from ...native.instructions import lanes as width
 from ...native.loop import module_named
-from ..ode.layout import FINISHED, RUNNING, TERMINAL
+from ..ode.layout import FINISHED, RUNNING, STIFF
 from ..ode.loops import place
-from ..ode.run import Run
-from .lanes_layout import (
-    BLAMED,
-    CONTRADICTED,
-    GREATEST,
-    LAST,
-    OUTCOME_SIZE,
-    SMALLEST,
-    STATUS,
-    STEPS_REJECTED,
-    STEPS_TAKEN,
-    TOO_MANY,
-    Batch,
-    Lane,
-)
+from ..ode.run import OneRun, Run
+from . import lane as one_lane
+from .batch_memory import CONTRADICTED, TOO_MANY, Batch, Lane, OneLane
 
 __all__ = ["functions"]
 
 part = Parts()
 
-# Bound by `functions` to the compiled loop of a method.
-normalise: Any = None
+method: Any = None
+"""The method, in the functions below. The others are those of its compiled loop, and of one lane."""
 clear: Any = None
-launch: Any = None
-look: Any = None
-advance: Any = None
-sample: Any = None
+set_allowed: Any = None
+begin_runs: Any = None
+choose_length: Any = None
+error_of_step: Any = None
+is_stiff: Any = None
+follow_events: Any = None
+pass_step: Any = None
+change_length: Any = None
+state_in_step: Any = None
+enter: Any = None
+begin_leg: Any = None
+contradicted: Any = None
+log_step_events: Any = None
+widen: Any = None
+write_outputs: Any = None
+leave: Any = None
 
 
 def functions(method: str) -> dict[str, Compiled]:
     """Return the compiled loop over lanes of a method, with the method's own functions."""
     loop = module_named(place(method)).FUNCTIONS
-    return {**loop, **part.bound({**globals(), **loop, "method": loop.method})}
+    space = {**vars(one_lane), **globals(), **loop, "method": loop.method}
+    return {**loop, **one_lane.part.bound(space), **part.bound(space)}
 
 
-# -- results -------------------------------------------------------------------------------------------
+# -- a lane beside the others, and lifted out ----------------------------------------------------------
 
 
-@part
-def set_constants(batch: Batch, lane: Lane, leg: int) -> None:
-    """Set the constants of a lane in an interval between break points of its signals."""
-    parameters, c = batch.lane_parameters, lane.run.c
-    for k in range(batch.n_parameters):
-        parameters[k] = batch.parameters[lane.number, k]
-    for k in range(batch.n_settings):
-        parameters[batch.columns[k]] = batch.settings[leg, k]
-    batch.prologue(0.0, parameters, c, c)
+@part.inlined
+def alone(wide: Lane, own: OneLane, lane: int) -> OneLane:
+    """Return a lane in the memory of one run."""
+    return wide if width(wide.energy) == 1 else own[lane]
 
 
 @part
-def write_outputs(batch: Batch, lane: Lane, k: int, y: Reals) -> None:
-    """Compute the outputs at the k-th output time and the state ``y``."""
-    place = (lane.number * batch.n_times + k) * batch.n_outputs
-    batch.outputs(batch.times[k], y, lane.run.c, batch.values[place:])
-
-
-@part
-def widen(batch: Batch, lane: Lane, t: float, y: Reals) -> None:
-    """Update the greatest, smallest and last value of each quantity with their values at one more state.
-
-    A quantity without a value at a state keeps the value nan.
-    """
-    batch.reductions(t, y, lane.run.c, batch.spare)
-    for k in range(batch.n_reduced):
-        x, row = batch.spare[k], batch.reduced[lane.number * batch.n_reduced + k]
-        if x > row[GREATEST] or x != x:
-            row[GREATEST] = x
-        if x < row[SMALLEST] or x != x:
-            row[SMALLEST] = x
-        row[LAST] = x
-
-
-@part
-def begin_extremes(batch: Batch, lane: Lane) -> None:
-    """Set all extremes of a lane to the values at its start."""
-    batch.reductions(lane.run.t, lane.run.y, lane.run.c, batch.spare)
-    for k in range(batch.n_reduced):
-        row = batch.reduced[lane.number * batch.n_reduced + k]
-        for i in range(4):
-            row[i] = batch.spare[k]
-
-
-@part
-def log_event(batch: Batch, lane: Lane, e: int, t: float, again_from: float) -> None:
-    """Log event ``e`` of a lane, unless the leg before ended with it; this leg began at ``again_from``."""
-    row = lane.number * batch.n_events + e
-    times = batch.event_times[row]
-    again = batch.n_legs > 1 and batch.event_counts[row] > 0 and abs(times[1] - t) <= 1e-12
-    if again and t - again_from <= 4.0 * EPS * greater(1.0, abs(again_from)):
-        return
-    if batch.event_counts[row] == 0:
-        times[0] = t
-    times[1] = t
-    batch.event_counts[row] += 1
-
-
-@part
-def log_step_events(batch: Batch, lane: Lane) -> None:
-    """Log the events in the log of the run, and update the extremes with their states.
-
-    A terminal event at the start of the run does not end a run and is not logged.
-    """
-    run, search = lane.run, lane.run.search
-    for k in range(run.events):
-        e, t = search.log_numbers[k], search.log_times[k]
-        if e < batch.n_events and not (search.terminal[e] != 0 and t == batch.t0):
-            log_event(batch, lane, e, t, run.start)
-        if batch.n_reduced > 0:
-            widen(batch, lane, t, search.log_states[k])
-
-
-@part
-def contradicted(batch: Batch, lane: Lane, t: float, y: Reals) -> int:
-    """Return 1 if a condition that was redundant at the start does not hold, or if, by the last output, other
-    conditions should replace the active ones.
-    """
-    size, residuals = 0.0, batch.n_dropped
-    for i in range(lane.run.n):
-        size = greater(size, abs(y[i]))
-    batch.dropped(t, y, lane.run.c, batch.spare)
-    for j in range(residuals - 1):
-        if abs(batch.spare[j]) > 1e-6 * (1.0 + size):
-            return 1
-    return 1 if batch.spare[residuals - 1] > 0.0 else 0
-
-
-@part
-def leave(batch: Batch, number: int, code: int, steps: int, rejected: int, blame: int, t: float) -> None:
-    """Store how a run has ended."""
-    outcome = batch.outcomes[OUTCOME_SIZE * number :]
-    outcome[STATUS], outcome[STEPS_TAKEN], outcome[STEPS_REJECTED], outcome[BLAMED] = (
-        code,
-        steps,
-        rejected,
-        blame,
-    )
-    batch.ends[number] = t
-
-
-# -- legs ----------------------------------------------------------------------------------------------
-
-
-@part
-def tightening(batch: Batch, run: Run, steps: int, finest: float) -> float:
-    """Return the factor on the tolerances of a run that has used its budget of steps (`integrate`).
-
-    ``finest`` is the smallest relative tolerance.
-    """
-    steps_ahead = steps * (run.until - run.t) / (run.t - run.start)
-    factor = 1.0
-    if steps_ahead > steps:
-        factor = (steps / steps_ahead) ** (batch.order / (batch.order - 1.0))
-    return greater(factor, lesser(1.0, batch.finest / finest))
-
-
-@part
-def begun_beyond(batch: Batch, lane: Lane) -> None:
-    """Log an event at the start for each limit that a run begins beyond."""
-    for e in range(batch.n_events - batch.n_limits, batch.n_events):
-        if lane.run.search.table[0, e] < 0.0:
-            log_event(batch, lane, e, lane.run.t, lane.run.t)
-
-
-@part
-def jumped(batch: Batch, lane: Lane, t: float) -> int:
-    """Log an event for each function that jumps across zero at the beginning ``t`` of a leg; set the constants of the
-    leg.
-
-    Return 1 if one of these events is terminal.
-    """
-    run, search, result = lane.run, lane.run.search, 0
-    before, after = search.table[0], search.g
-    search.functions(t, run.y, run.c, before)
-    set_constants(batch, lane, lane.leg)
-    search.functions(t, run.y, run.c, after)
-    for e in range(batch.n_events):
-        if (before[e] < 0.0 < after[e]) or (after[e] < 0.0 < before[e]):
-            sign = 1 if after[e] > 0.0 else -1
-            if search.directions[e] == 0 or search.directions[e] == sign:
-                log_event(batch, lane, e, t, t - 1.0)
-                if search.terminal[e] != 0:
-                    result = 1
-    return result
-
-
-@part
-def enter(batch: Batch, lane: Lane, number: int) -> None:
-    """Put a run into a lane."""
-    lane.number, lane.leg, lane.outputs_done, lane.steps = number, 0, 0, 0
-    lane.energy, lane.stride = 1.0, 0.0
-    for i in range(lane.run.n):
-        lane.run.y[i] = batch.initial[number, i]
-
-
-@part
-def begin_leg(batch: Batch, lane: Lane) -> int:
-    """Begin a leg of a lane at y.
-
-    Return RUNNING, FINISHED if it has no length, TERMINAL if an event ends the run between the legs, or the status of a
-    run that cannot begin.
-    """
-    run, leg = lane.run, lane.leg
-    run.t = run.start = batch.leg_starts[leg]
-    run.until, run.longest = batch.leg_ends[leg], batch.longest
-    run.fixed = 1 if batch.leg_steps[leg] != 0.0 else 0
-    run.h = batch.leg_steps[leg] if run.fixed != 0 else lane.stride
-    run.taken = run.rejected = run.suspect = run.calm = run.stiffness = run.after_rejection = run.blame = 0
-    run.evaluated = run.accepted = run.events = 0
-    run.stop_if_stiff, run.required = batch.stop_if_stiff, batch.n_events
-    if leg > 0 and batch.n_events > 0:
-        if jumped(batch, lane, run.t) != 0:
-            set_constants(batch, lane, leg - 1)
-            k, direction = lane.outputs_done, 1.0 if batch.t1 >= batch.t0 else -1.0
-            while k < batch.n_times and (batch.times[k] - run.t) * direction <= 0.0:
-                write_outputs(batch, lane, k, run.y)
-                k += 1
-            lane.outputs_done = k
-            return TERMINAL
-    else:
-        set_constants(batch, lane, leg)
-    clear(run)
-    normalise(run, run.y)
+def settle(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
+    """Copy a leg that begins, from the memory of one run to its place beside the others."""
+    run, begun = wide.run, one.run
+    run.t[lane], run.h[lane], run.start[lane], run.until[lane] = begun.t, begun.h, begun.start, begun.until
+    run.longest[lane], run.old_error[lane], run.fixed[lane] = begun.longest, begun.old_error, begun.fixed
+    run.after_rejection[lane] = run.suspect[lane] = run.calm[lane] = run.blame[lane] = 0
+    wide.longest[lane] = 0.0
+    for j in range(batch.n_constants):
+        run.c[j][lane] = begun.c[j]
     for i in range(run.n):
-        run.absolute[i], run.relative[i] = batch.tolerances[i], batch.tolerances[i]
-    if batch.works != 0:
-        if leg == 0:
-            batch.energy(run.t, run.y, run.c, batch.spare)
-            lane.energy = greater(abs(batch.spare[0]), abs(batch.spare[1]))
-        if 0.0 < lane.energy < math.inf:
-            run.absolute[run.n - 1] *= lane.energy
-    code = launch(run)
-    if run.search.count > 0 and code == RUNNING:
-        code = look(run)
-        if leg == 0 and code == RUNNING:
-            begun_beyond(batch, lane)
-    if batch.n_reduced > 0:
-        if leg == 0:
-            begin_extremes(batch, lane)
-        else:
-            widen(batch, lane, run.t, run.y)
-    if code == FINISHED:
-        for k in range(batch.n_times):
-            write_outputs(batch, lane, k, run.y)
-    return code
+        run.y[i][lane], run.k[0, i][lane] = begun.y[i], begun.k[0, i]
+        run.absolute[i][lane], run.relative[i][lane] = begun.absolute[i], begun.relative[i]
+    if batch.near_limits != 0:
+        for e in range(batch.n_watched):
+            run.search.table[0, e][lane], run.search.table[1, e][lane] = begun.search.table[0, e], math.inf
 
 
 @part
-def sample_outputs(batch: Batch, lane: Lane, sampler: Run, code: int) -> None:
-    """Compute the outputs at the output times in the steps of the last piece of a run."""
-    run, done, n = lane.run, lane.outputs_done, lane.run.n
+def lift(batch: Batch, wide: Lane, lane: int, one: OneLane) -> None:
+    """Copy the step of a lane into the memory of one run."""
+    run, step = wide.run, one.run
+    step.t, step.h, step.after = run.t[lane], run.h[lane], run.after[lane]
+    for i in range(run.n):
+        step.y[i], step.y_new[i], step.end[i] = run.y[i][lane], run.y_new[i][lane], run.end[i][lane]
+    method.lift(run, lane, step)
+    if batch.near_limits != 0:
+        for e in range(batch.n_watched):
+            step.search.table[0, e] = run.search.table[0, e][lane]
+            if step.search.table[0, e] > 0.0:
+                step.search.signs[e] = 1
+
+
+@part
+def near_limit(run: Run, good: Truth) -> Truth:
+    """Return whether a lane may pass a limit in its good step.
+
+    It may if a value at one of its ends is at most twice its change in this step or in the one before.
+    """
+    search = run.search
+    search.functions(run.after, run.end, run.c, search.g)
+    far: Truth = True
+    for e in range(search.count):
+        now, before, last = search.g[e], search.table[0, e], search.table[1, e]
+        change = abs(now - before)
+        far = far and lesser(now, before) > 2.0 * greater(change, last)
+        search.table[1, e] = where(good, change, last)
+    return good and not far
+
+
+@part
+def pass_limits(run: Run, good: Truth) -> None:
+    """Make the values of limits at the end of a good step those at the start of the next."""
+    search = run.search
+    for e in range(search.count):
+        search.table[0, e] = where(good, search.g[e], search.table[0, e])
+
+
+# -- a step that is looked into ------------------------------------------------------------------------
+
+
+@part
+def begin_sampling(sampler: OneRun, run: OneRun) -> None:
+    """Copy the start of a step into the separate memory in which states inside it are computed."""
+    clear(sampler)
+    sampler.t, sampler.h = run.t, run.h
+    sampler.y[:] = run.y
+    sampler.rates(sampler.t, sampler.y, sampler.c, sampler.k[0])
+    if method.prepare is not None:
+        method.prepare(sampler, True)
+
+
+@part
+def output_in_step(batch: Batch, one: OneLane, sampler: OneRun, after: float, reaches: int) -> None:
+    """Compute the outputs at the output times of a step, which ends at ``after``."""
+    run, done = one.run, one.outputs_done
     direction = 1.0 if batch.t1 >= batch.t0 else -1.0
-    reach = done
-    while reach < batch.n_times and (batch.times[reach] - run.t) * direction <= 0.0:
-        if batch.times[reach] == run.until and code == FINISHED and lane.leg + 1 < batch.n_legs:
+    while done < batch.n_times and (batch.times[done] - after) * direction <= 0.0:
+        x = batch.times[done]
+        if x == run.until and reaches != 0 and one.leg + 1 < batch.n_legs:
             break  # the break point belongs to the next leg
-        reach += 1
-    if reach > done:
-        clear(sampler)
-        sampler.sampled = 0
-        sample(sampler, run.accepted, 0, reach - done, batch.times[done:], batch.sampled)
-        for k in range(done, reach):
-            write_outputs(batch, lane, k, batch.sampled[(k - done) * n :])
-        lane.outputs_done = reach
+        y = run.y if x == run.t else run.end
+        if x != run.t and x != after:
+            state_in_step(sampler, (x - run.t) / run.h)
+            y = sampler.point
+        write_outputs(batch, one, done, y)
+        done += 1
+    one.outputs_done = done
 
 
 @part
-def run_leg(batch: Batch, lane: Lane, sampler: Run) -> int:
-    """Compute a leg of a lane that has begun, and return its status."""
-    run, stride, code = lane.run, 0.0, RUNNING
-    remaining_steps, budget = batch.limit - lane.steps, batch.budget
-    while code == RUNNING:
-        run.room = batch.room if remaining_steps > batch.room else remaining_steps
-        if 0 < budget < run.room:
-            run.room = budget
-        code = advance(run)
-        done = run.accepted
-        remaining_steps -= done
-        for k in range(done):
-            stride = greater(stride, abs(run.lengths[k]))
-        if budget > 0 and done > 0:
-            budget -= done
-            if budget == 0:
-                finest = run.relative[0]
-                for i in range(run.n):
-                    finest = lesser(run.relative[i], finest)
-                tighter = tightening(batch, run, batch.budget, finest)
-                for i in range(run.n):
-                    run.relative[i] *= tighter
-                    run.absolute[i] *= tighter
-                run.h *= tighter ** (1.0 / batch.order)
-        log_step_events(batch, lane)
+def next_output(batch: Batch, one: OneLane) -> float:
+    """Return the next output time of a wide."""
+    direction = 1.0 if batch.t1 >= batch.t0 else -1.0
+    return batch.times[one.outputs_done] if one.outputs_done < batch.n_times else direction * math.inf
+
+
+@part
+def look_into(batch: Batch, wide: Lane, own: OneLane, lane: int, seeks: int) -> int:
+    """Find events, extremes and outputs in the good step of a wide. Return RUNNING, TERMINAL, UNDEFINED or
+    CONTRADICTED.
+    """
+    run, one, code = wide.run, alone(wide, own, lane), RUNNING
+    if width(run.t) > 1:
+        lift(batch, wide, lane, one)
+    step = one.run
+    if seeks != 0:
+        if batch.n_watched > 0:
+            step.events = 0
+            code = follow_events(step)
+            log_step_events(batch, one)
         if batch.n_reduced > 0:
-            for k in range(1, done + 1):
-                widen(batch, lane, run.times[k], run.states[k])
-        sample_outputs(batch, lane, sampler, code)
-        if batch.n_dropped > 0:
-            for k in range(done + 1):
-                if contradicted(batch, lane, run.times[k], run.states[k]) != 0:
-                    code = CONTRADICTED
-        if code == RUNNING and remaining_steps <= 0:
-            code = TOO_MANY
-    lane.stride = stride if run.taken > 1 else greater(lane.stride, stride)
+            widen(batch, one, step.after, step.end)
+    if code != RUNNING:
+        run.last[lane], run.after[lane], run.blame[lane] = 0, step.after, step.blame
+    if (wide.next_output[lane] - step.after) * (1.0 if batch.t1 >= batch.t0 else -1.0) <= 0.0:
+        if width(run.t) == 1:
+            begin_sampling(own.run, step)
+        output_in_step(batch, one, own[lane].run, step.after, run.last[lane])
+        wide.next_output[lane] = next_output(batch, one)
+    if batch.n_dropped > 0 and contradicted(batch, one, step.after, step.end) != 0:
+        code, run.last[lane] = CONTRADICTED, 0
+    return code
+
+
+# -- runs, one after the other -------------------------------------------------------------------------
+
+
+@part
+def enter_leg(batch: Batch, wide: Lane, own: OneLane, lane: int) -> int:
+    """Begin the next leg of a run, with the state in the memory of one run; return its status."""
+    one = alone(wide, own, lane)
+    code = begin_leg(batch, one)
+    wide.run.taken[lane], wide.run.blame[lane] = 0, one.run.blame
+    if code == RUNNING and batch.n_dropped > 0 and contradicted(batch, one, one.run.t, one.run.y) != 0:
+        code = CONTRADICTED
+    if code == RUNNING and width(wide.energy) > 1:
+        settle(batch, wide, lane, one)
+    wide.next_output[lane] = next_output(batch, one)
     return code
 
 
 @part
-def lanes(begin: int, end: int, batch: Batch, lane: Lane, sampler: Run) -> None:
+def enter_lane(batch: Batch, wide: Lane, own: OneLane, lane: int, number: int) -> int:
+    """Put a run into a lane; return its status."""
+    one, run = alone(wide, own, lane), wide.run
+    enter(batch, one, number)
+    wide.number[lane], wide.steps[lane], run.rejected[lane] = number, 0, 0
+    code = enter_leg(batch, wide, own, lane)
+    if code != RUNNING:
+        run.t[lane] = one.run.t
+        for i in range(run.n):
+            run.y[i][lane] = one.run.y[i]
+        end_lane(batch, wide, lane, code)
+    return code
+
+
+@part
+def follow_leg(batch: Batch, wide: Lane, own: OneLane, lane: int) -> int:
+    """Return FINISHED at the end of the last leg, else begin the next leg."""
+    run, one, longest = wide.run, alone(wide, own, lane), wide.longest[lane]
+    if one.leg + 1 == batch.n_legs:
+        return FINISHED
+    one.stride = longest if run.taken[lane] > 1 else greater(one.stride, longest)
+    wide.steps[lane] += run.taken[lane]
+    one.leg += 1
+    for i in range(run.n):
+        one.run.y[i] = run.y[i][lane]
+    return enter_leg(batch, wide, own, lane)
+
+
+@part
+def end_lane(batch: Batch, wide: Lane, lane: int, code: int) -> None:
+    """Take a run out of its lane and store how it ended. Python looks for the cause of a failure at the last state."""
+    run, number = wide.run, wide.number[lane]
+    for i in range(run.n):
+        batch.initial[number, i] = run.y[i][lane]
+    leave(
+        batch,
+        number,
+        code,
+        wide.steps[lane] + run.taken[lane],
+        run.rejected[lane],
+        run.blame[lane],
+        run.t[lane],
+    )
+    wide.number[lane] = -1
+    run.h[lane], run.until[lane] = 0.0, run.t[lane]
+
+
+@part
+def tighten(batch: Batch, run: Run, lane: int) -> None:
+    """Tighten the tolerances of a run that has used its budget of steps (`integrate`)."""
+    finest, factor = run.relative[0][lane], 1.0
+    for i in range(run.n):
+        finest = lesser(run.relative[i][lane], finest)
+    ahead = batch.budget * (run.until[lane] - run.t[lane]) / (run.t[lane] - run.start[lane])
+    if ahead > batch.budget:
+        factor = (batch.budget / ahead) ** (batch.order / (batch.order - 1.0))
+    factor = greater(factor, lesser(1.0, batch.finest / finest))
+    for i in range(run.n):
+        run.relative[i][lane] *= factor
+        run.absolute[i][lane] *= factor
+    run.h[lane] *= factor ** (1.0 / batch.order)
+    set_allowed(run)
+
+
+@part
+def take(batch: Batch, wide: Lane, own: OneLane, good: Truth) -> Whole:
+    """Take the good steps; return RUNNING, STIFF, TERMINAL, UNDEFINED or CONTRADICTED for each lane."""
+    run, direction = wide.run, 1.0 if batch.t1 >= batch.t0 else -1.0
+    status: Whole = RUNNING
+    run.taken = where(good, run.taken + 1, run.taken)
+    wide.longest = where(good, greater(wide.longest, abs(run.h)), wide.longest)
+    if method.hold is not None:
+        method.hold(run)
+    if (method.last_stage != 0 or method.limited is not None) and batch.stop_if_stiff != 0:
+        status = where(is_stiff(run, good), STIFF, RUNNING)
+    seeks: Truth = good and batch.n_watched + batch.n_reduced > 0
+    if batch.near_limits != 0:
+        seeks = near_limit(run, good)
+    looks = good and ((wide.next_output - run.after) * direction <= 0.0 or batch.n_dropped > 0)
+    for lane in each(seeks or looks):
+        found = look_into(batch, wide, own, lane, 1 if seeks[lane] else 0)
+        if found != RUNNING:
+            status[lane] = found
+    if batch.near_limits != 0:
+        pass_limits(run, good)
+    pass_step(run, good)
+    return status
+
+
+@part
+def lanes(begin: int, end: int, batch: Batch, wide: Lane, own: OneLane) -> None:
     """Compute the runs ``begin`` to ``end`` - 1."""
-    run = lane.run
-    for number in range(begin, end):
-        rejected, blame, code = 0, 0, FINISHED
-        enter(batch, lane, number)
-        run.t = batch.t0
-        while code == FINISHED and lane.leg < batch.n_legs:
-            code = begin_leg(batch, lane)
-            if code == TERMINAL:
-                break
-            if code == RUNNING:
-                code = run_leg(batch, lane, sampler)
-            lane.steps += run.taken
-            rejected += run.rejected
-            blame = run.blame
-            lane.leg += 1
-        for i in range(run.n):  # Python looks for the cause of a failure at the last state
-            batch.initial[number, i] = run.y[i]
-        leave(batch, number, code, lane.steps, rejected, blame, run.t)
+    run, following = wide.run, begin
+    direction = 1.0 if batch.t1 >= batch.t0 else -1.0
+    fresh: Truth = False
+    wide.number = -1
+    run.t = run.until = run.h = 0.0
+    while following < end or any(wide.number >= 0):
+        for lane in each(wide.number < 0):
+            while following < end and wide.number[lane] < 0:
+                enter_lane(batch, wide, own, lane, following)
+                fresh[lane] = True
+                following += 1
+        if any(fresh):
+            begin_runs(run, fresh)
+            fresh = False
+        code = choose_length(run, direction)
+        for lane in each(wide.number >= 0 and code != RUNNING):
+            end_lane(batch, wide, lane, code[lane])
+        if any(wide.number >= 0):
+            error = error_of_step(run)
+            good: Truth = wide.number >= 0 and error <= 1.0
+            bad: Truth = wide.number >= 0 and not error <= 1.0
+            status: Whole = RUNNING
+            if any(good):
+                status = take(batch, wide, own, good)
+            if method.length is None or any(bad):
+                status = where(bad, change_length(run, error, good), status)
+            for lane in each(good and run.last != 0):
+                status[lane] = follow_leg(batch, wide, own, lane)
+                fresh[lane] = True
+            full = wide.steps + run.taken >= batch.limit
+            status = where(good and status == RUNNING and full, TOO_MANY, status)
+            if batch.budget > 0:
+                for lane in each(good and status == RUNNING and run.taken == batch.budget):
+                    tighten(batch, run, lane)
+            for lane in each(wide.number >= 0 and status != RUNNING):
+                end_lane(batch, wide, lane, status[lane])

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from ...native.instructions import Compiled, Parts, Reals, compiled, greater
+from ...native.instructions import Compiled, Parts, Reals, Truth, compiled, greater
 from .run import Collocation, Run
 from .step_control import Functions, Method
 
@@ -235,7 +235,7 @@ _forget, _step_from, _hold, _pass, _along = (
 
 
 @compiled
-def prepare(run: Run) -> None:
+def prepare(run: Run, fresh: Truth) -> None:
     """Take the rates at the start as a guess for those of the stages, since there is no step before."""
     own = Collocation(run.own)
     for i in range(run.n):
@@ -284,7 +284,7 @@ def hold(run: Run) -> None:
 
 
 @compiled
-def accept(run: Run) -> None:
+def accept(run: Run, good: Truth) -> None:
     """Make the step the previous step."""
     _pass(Collocation(run.own))
 

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from ...native.functions import unrolled
-from ...native.instructions import Reals, compiled, greater, lesser
+from ...native.instructions import Reals, Truth, compiled, greater, lesser
 from .run import Newton, Run
 from .step_control import Functions, Method
 
@@ -57,7 +57,7 @@ KAPPA = 1e-2
 
 
 @compiled
-def prepare(run: Run) -> None:
+def prepare(run: Run, fresh: Truth) -> None:
     """Clear what is carried from step to step: there is no step before."""
     own = Newton(run.own)
     own.length_before = own.length = own.saved_length = own.factored = own.convergence = 0.0
@@ -389,7 +389,7 @@ def hold(run: Run) -> None:
 
 
 @compiled
-def accept(run: Run) -> None:
+def accept(run: Run, good: Truth) -> None:
     """Make the step the previous step. J is out of date unless the iteration converged at once."""
     own = Newton(run.own)
     for s in unrolled(3):

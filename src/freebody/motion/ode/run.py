@@ -5,9 +5,23 @@ Nothing in this file needs a compiler. A run with compiled code on the disk does
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, padded, record
+from ...native.records import (
+    Alone,
+    Count,
+    Kernel,
+    Real,
+    Record,
+    Row,
+    Rows,
+    Whole,
+    Wholes,
+    padded,
+    record,
+    record_of_lanes,
+)
+from .layout import ORDERS
 
 STAGES = 16
 """Number of rows for the rates at the stages of a step; an implicit method uses 0 and 12, at its start and its end."""
@@ -16,9 +30,11 @@ STAGES = 16
 # distance of these two points from the ends, as a fraction of the step: they show the slope there.
 PARTS, MARGIN = 8, 0.001
 POINTS = PARTS + 3
+COEFFICIENTS = ORDERS["taylor"] + 1
+"""Number of coefficients of a series."""
 
 
-@record
+@record_of_lanes
 class Search(Record):
     """Event functions g(t, y, c), and the search for their zeros in a step (`event_search`).
 
@@ -50,7 +66,7 @@ class Search(Record):
     log_states: Rows
 
 
-@record
+@record_of_lanes
 class Run(Record):
     """A run y' = f(t, y, c), at a step of length h from the state y at t.
 
@@ -123,6 +139,12 @@ class Run(Record):
     times: Row
     lengths: Row
     states: Rows
+
+
+if TYPE_CHECKING:
+    OneRun = Run
+else:
+    OneRun = Alone(Run)  # the memory of one run, in a function of lanes
 
 
 class Counts(NamedTuple):
@@ -237,7 +259,7 @@ class Newton(Record):
     im: Annotated[Rows, "n", "width"]
 
 
-@record
+@record_of_lanes
 class Series(Record):
     """Memory of `taylor`.
 
@@ -258,7 +280,7 @@ class Series(Record):
     lost: Annotated[Row, "width"]
     loses: Annotated[Row, "width"]
     saved: Annotated[Row, "width"]
-    terms: Annotated[Rows, 17, "width"]
+    terms: Annotated[Rows, COEFFICIENTS, "width"]
 
 
 _OF_METHOD: dict[Any, Any] = {

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...native.instructions import Parts, Reals, call, greater, root
+from ...native.instructions import Parts, Real, Reals, Row, Truth, call, greater, root, where
 from .run import Run
 
 part = Parts()
@@ -20,7 +20,7 @@ method: Any = None
 
 
 @part
-def normalise(run: Run, row: Reals) -> None:
+def normalise(run: Run, row: Row) -> None:
     """Divide each quaternion of a row by its norm."""
     for k in range(run.n_quaternions):
         i = run.quaternions[k]
@@ -31,34 +31,43 @@ def normalise(run: Run, row: Reals) -> None:
 
 
 @part
-def project(run: Run, t: float, row: Reals) -> float:
-    """Move a row onto the constraints, if there are any.
+def project(run: Run, t: Real, row: Row, moving: Truth) -> Real:
+    """Move a row onto the constraints where ``moving`` holds. There are some.
 
     The kernel takes one Newton step, whose error is the square of the change: after a change below 1e-8 the result has
     reached round-off. Return the change of the first step, relative to 1 + |value|.
     """
-    first = 0.0
-    if run.projection is not None:
-        change, k = 1.0, 0
-        while change > 1e-8 and k < 5:
-            run.projection(t, row, run.c, run.error5)
-            change = 0.0
-            for i in range(run.projected):
-                new = run.error5[i]
-                change = greater(change, abs(new - row[i]) / (1.0 + abs(new)))
-                row[i] = new
-            normalise(run, row)
-            if k == 0:
-                first = change
-            k += 1
+    first: Real = 0.0
+    k = 0
+    while any(moving) and k < 5:
+        change: Real = 0.0
+        run.projection(t, row, run.c, run.error5)
+        for i in range(run.projected):
+            new = run.error5[i]
+            change = greater(change, abs(new - row[i]) / (1.0 + abs(new)))
+        normalise(run, run.error5)
+        for i in range(run.projected):
+            row[i] = where(moving, run.error5[i], row[i])
+        first = change if k == 0 else first
+        moving = moving and change > 1e-8
+        k += 1
     return first
 
 
 @part
-def not_finite(row: Reals, n: int) -> int:
-    """Return the first of n numbers that is not finite, or -1."""
+def are_finite(row: Row, n: int) -> Truth:
+    """Return whether n numbers are finite."""
+    doubt: Real = 0.0
     for i in range(n):
-        if not math.isfinite(row[i]):
+        doubt += 0.0 * row[i]
+    return doubt == 0.0
+
+
+@part
+def not_finite(row: Row, n: int, lane: int) -> int:
+    """Return the first of n numbers of a lane that is not finite, or -1."""
+    for i in range(n):
+        if not math.isfinite(row[i][lane]):
             return i
     return -1
 
@@ -79,7 +88,8 @@ def shorter_step(run: Run, x: float) -> None:
     run.evaluated += method.cost
     run.point[:] = run.y_new
     normalise(run, run.point)
-    project(run, run.t + x * run.h, run.point)
+    if run.projection is not None:
+        project(run, run.t + x * run.h, run.point, True)
 
 
 @part
@@ -139,7 +149,7 @@ def sample(run: Run, steps: int, dense: int, count: int, moments: Reals, result:
                 run.y[i] = run.states[low, i]
             run.rates(run.t, run.y, run.c, run.k[0])
             if method.prepare is not None:
-                method.prepare(run)
+                method.prepare(run, True)
         x = (t - run.t) / run.h
         from_dense = dense != 0 or method.single_step
         if fresh or not from_dense:

@@ -31,7 +31,20 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from ...native.instructions import EPS, Compiled, Parts, compiled, greater, lesser, root
+from ...native.functions import each
+from ...native.instructions import (
+    EPS,
+    Compiled,
+    Parts,
+    Real,
+    Truth,
+    Whole,
+    compiled,
+    greater,
+    lesser,
+    root,
+    where,
+)
 from . import event_search, states
 from .event_search import find_events, log_events
 from .layout import (
@@ -46,7 +59,7 @@ from .layout import (
     UNDEFINED,
 )
 from .run import STAGES, Run
-from .states import normalise, not_finite, project
+from .states import are_finite, normalise, not_finite, project
 
 TINY = 1e-300
 
@@ -59,12 +72,14 @@ class Method(NamedTuple):
     ``judge``         (run, h) -> error ε of the step in units of the tolerance, nan if it is not finite
     ``densify``       (run): prepares `interpolate`; k[12] holds the rates at the end of the step
     ``interpolate``   (run, x): sets the row point at the fraction x of the step
-    ``prepare``       (run): called before the first step from a new start
+    ``prepare``       (run, fresh): called before the first step from a new start, in the lanes in which fresh holds
     ``hold``          (run): saves an accepted step, since shorter steps may be tried before `accept`
-    ``accept``        (run): the step was taken, and y is its end
+    ``accept``        (run, good): where good, the step was taken, and y is its end
     ``length``        (run) -> length of the next step, if lengths follow from the state at their start; nan if there is
                       none. No error has to be judged then, and the rates at the end of a step are not needed
-    ``limited``       (run, h) -> 1 if stability limits the step; for a method with ``length``
+    ``limited``       (run, h) -> whether stability limits the step; for a method with ``length``
+    ``lift``          (run, lane, one): copies the step of a lane, except for its states, into the memory of one run;
+                      for methods that take the steps of eight lanes at once
     ``alpha``, ``beta``, ``safety``, ``smallest``, ``greatest``    constants of the control
     ``cost``, ``cost_dense``    evaluations of f in attempt and in densify; 0 for a method that counts its own
     ``last_stage``, ``stable``  last stage, whose time is that of the end, of an explicit method, and the end of its
@@ -84,6 +99,7 @@ class Method(NamedTuple):
     accept: Compiled | None = None
     length: Compiled | None = None
     limited: Compiled | None = None
+    lift: Compiled | None = None
     alpha: float = 0.125
     beta: float = 0.0
     safety: float = 0.9
@@ -163,56 +179,41 @@ def first_length(run: Run, direction: float, longest: float) -> float:
     return lesser(lesser(100.0 * h0, h1), longest)
 
 
-@part
-def lengthening(error: float, old: float) -> float:
-    """Return the factor from an accepted step to the next."""
-    if error > 0.0:
-        factor = method.safety * old**method.beta / error**method.alpha
-        return lesser(method.greatest, greater(method.smallest, factor))
-    return method.greatest
-
-
-@part
-def shortening(error: float) -> float:
-    """Return the factor from a rejected step to the next attempt."""
-    return greater(method.smallest, method.safety / error**method.alpha)
-
-
 @part.inlined
-def choose_length(run: Run, direction: float) -> int:
+def choose_length(run: Run, direction: float) -> Whole:
     """Set h, the end of the step and whether it ends the run; return RUNNING, NOT_FINITE or COLLAPSED."""
-    t, h, status = run.t, run.h, RUNNING
+    t, h = run.t, run.h
+    status: Whole = RUNNING
     if method.length is not None:
         size = method.length(run)
-        if size != size:
-            status = NOT_FINITE
-        elif run.fixed == 0 and run.after_rejection == 0:
-            h = direction * size
-    if abs(h) > run.longest:
-        h = direction * run.longest
-    run.last, after = 0, t + h
-    if (t + 1.01 * h - run.until) * direction >= 0.0:
-        run.last, h, after = 1, run.until - t, run.until
-    elif abs(h) <= 8.0 * EPS * abs(t) or abs(h) < TINY:
-        status = COLLAPSED if status == RUNNING else status
-    elif run.fixed != 0:
-        after = run.start + (run.taken + 1) * h
-    run.h, run.after = h, after
+        status = where(size == size, RUNNING, NOT_FINITE)
+        h = where(size == size and run.fixed == 0 and run.after_rejection == 0, direction * size, h)
+    h = where(abs(h) > run.longest, direction * run.longest, h)
+    last = (t + 1.01 * h - run.until) * direction >= 0.0
+    short = abs(h) <= 8.0 * EPS * abs(t) or abs(h) < TINY
+    status = where(short and not last and status == RUNNING, COLLAPSED, status)
+    after = where(run.fixed == 0, t + h, run.start + (run.taken + 1) * h)
+    run.last = where(last, 1, 0)
+    run.h = where(last, run.until - t, h)
+    run.after = where(last, run.until, after)
     return status
 
 
 @part
-def is_stiff(run: Run) -> int:
-    """Return 1 if steps were as long as the region of stability allows, h |λ| > stable, for 15 steps.
+def is_stiff(run: Run, good: Truth) -> Truth:
+    """Return whether steps were as long as the region of stability allows, h |λ| > stable, for 15 steps.
 
     |λ| is estimated from the last stage and the end of the step, two states at one time. λ must be that of a decay: a
     vibration too fast for an explicit method is too fast for an implicit one, too. Six steps without suspicion reset
-    the count (Hairer and Wanner, section IV.2).
+    the count (Hairer and Wanner, section IV.2). Steps that are not ``good`` do not count.
     """
-    above, below, across, h = 0.0, 0.0, 0.0, run.h
+    h = run.h
     if method.limited is not None:
-        suspect = method.limited(run, h) != 0
+        suspect = method.limited(run, h) and good
     else:
+        above: Real = 0.0
+        below: Real = 0.0
+        across: Real = 0.0
         for i in range(run.n):
             a = run.k[12, i] - run.k[method.last_stage, i]
             b = run.end[i] - run.argument[i]
@@ -220,15 +221,40 @@ def is_stiff(run: Run) -> int:
             below += b * b
             across += a * b
         decays = h * across < -0.5 * abs(h) * root(above * below)
-        suspect = decays and h * h * above > method.stable * method.stable * below and below > 0.0
-    if suspect:
-        run.suspect += 1
-        run.calm = 0
-    else:
-        run.calm += 1
-        if run.calm == 6:
-            run.suspect = 0
-    return 1 if run.suspect >= 15 else 0
+        limited = h * h * above > method.stable * method.stable * below
+        suspect = good and decays and limited and below > 0.0
+    calm = where(suspect, 0, run.calm + 1)
+    count = where(suspect, run.suspect + 1, where(calm == 6, 0, run.suspect))
+    run.calm = where(good, calm, run.calm)
+    run.suspect = where(good, count, run.suspect)
+    return good and count >= 15 and abs(run.until - run.after) > MANY * abs(h)
+
+
+@part.inlined
+def change_length(run: Run, error: Real, good: Truth) -> Whole:
+    """Lengthen the step for the next one where it is good, and shorten it for the next attempt where it is not.
+
+    Return RUNNING; DIVERGED if the length is fixed; NOT_FINITE if there is no state at the end of any step.
+    """
+    if method.length is None:  # the others have told what is to blame, since they have other rows
+        for lane in each(not good and error != error):
+            run.blame[lane] = blamed(run, lane)
+    power = error**method.alpha
+    longer: Real = 1.0
+    if method.length is None:
+        longer = method.safety * run.old_error**method.beta / power
+        longer = where(
+            error > 0.0, lesser(method.greatest, greater(method.smallest, longer)), method.greatest
+        )
+    judged, fixed = error > 1.0, run.fixed != 0
+    shorter = run.h * where(judged, greater(method.smallest, method.safety / power), 0.25)
+    ends = fixed or not judged and (abs(shorter) <= 16.0 * EPS * abs(run.t) or abs(shorter) < TINY)
+    longer = run.h * where(run.after_rejection == 0, longer, lesser(1.0, longer))
+    run.h = where(good, where(fixed, run.h, longer), shorter)
+    run.old_error = where(good, greater(error, 1e-4), run.old_error)
+    run.rejected = where(good, run.rejected, run.rejected + 1)
+    run.after_rejection = where(good, 0, 1)
+    return where(good or not ends, RUNNING, where(judged, DIVERGED, NOT_FINITE))
 
 
 # -- steps ---------------------------------------------------------------------------------------------
@@ -246,7 +272,7 @@ def launch(run: Run) -> int:
     if method.length is None:
         run.rates(run.t, run.y, run.c, run.k[0])
         run.evaluated += 1
-        run.blame = not_finite(run.k[0], run.n)
+        run.blame = not_finite(run.k[0], run.n, 0)
         if run.blame >= 0:
             return NOT_FINITE
         run.blame = 0
@@ -278,58 +304,42 @@ def look(run: Run) -> int:
 
 
 @part.inlined
-def error_of_step(run: Run) -> float:
+def error_of_step(run: Run) -> Real:
     """Attempt a step, and return its error ε; 1000 if another reason shortens it, nan if the state at its end, or its
     rates, are not finite.
     """
-    error = 1e3
+    error: Real = 1e3
     run.evaluated += method.cost
     if method.attempt(run, run.h) == 0:
         error = method.judge(run, run.h)
         run.end[:] = run.y_new
         normalise(run, run.end)
-        if run.fixed != 0 and error > 1.0 and not method.single_step:
-            error = 1.0
-        if error <= 1.0 and not project(run, run.after, run.end) <= run.allowed:
-            error = 1e3  # not a step error: another branch, or the constraints end or bend too sharply here
-        if method.length is None and error <= 1.0:  # a state without rates is invalid
+        if not method.single_step:
+            error = where(error > 1.0 and run.fixed != 0, 1.0, error)
+        if run.projection is not None and any(error <= 1.0):
+            change = project(run, run.after, run.end, error <= 1.0)
+            # not a step error: another branch, or the constraints end or bend too sharply here
+            error = where(error <= 1.0 and not change <= run.allowed, 1e3, error)
+        if method.length is None and any(error <= 1.0):  # a state without rates is invalid
             run.rates(run.after, run.end, run.c, run.k[12])
             run.evaluated += 1
-            if not_finite(run.k[12], run.n) >= 0:
-                error = math.nan
+            finite = are_finite(run.k[12], run.n)
+            error = where(error <= 1.0 and not finite, math.nan, error)
     return error
 
 
 @part
-def reject(run: Run, error: float) -> int:
-    """Shorten the step; return RUNNING, DIVERGED if its length is fixed, or NOT_FINITE."""
-    run.rejected += 1
-    run.after_rejection = 1
-    if error == error:
-        if run.fixed != 0:
-            return DIVERGED
-        run.h *= shortening(error)
-        return RUNNING
-    if method.length is None:  # the others have told it, since they have other rows
-        run.blame = blamed(run)
-    run.h *= 0.25
-    if run.fixed != 0 or abs(run.h) <= 16.0 * EPS * abs(run.t) or abs(run.h) < TINY:
-        return NOT_FINITE
-    return RUNNING
-
-
-@part
-def blamed(run: Run) -> int:
-    """Return the first component that is not finite, in the first row that has one, or -1."""
+def blamed(run: Run, lane: int) -> int:
+    """Return the first component of a lane that is not finite, in the first row that has one, or -1."""
     for j in range(1, 13):
-        i = not_finite(run.k[j], run.n)
+        i = not_finite(run.k[j], run.n, lane)
         if i >= 0:
             return i
-    i = not_finite(run.y_new, run.n)
+    i = not_finite(run.y_new, run.n, lane)
     if i < 0:
-        i = not_finite(run.error5, run.n)
+        i = not_finite(run.error5, run.n, lane)
     if i < 0:
-        i = not_finite(run.error3, run.n)
+        i = not_finite(run.error3, run.n, lane)
     return i
 
 
@@ -361,18 +371,27 @@ def follow_events(run: Run) -> int:
     return status
 
 
+@part.inlined
+def pass_step(run: Run, good: Truth) -> None:
+    """Make the end of a good step the start of the next."""
+    run.t = where(good, run.after, run.t)
+    run.y[:] = where(good, run.end, run.y)
+    if method.length is None:
+        run.k[0][:] = where(good, run.k[12], run.k[0])
+    else:
+        run.after_rejection = where(good, 0, run.after_rejection)
+    if method.accept is not None:
+        method.accept(run, good)
+
+
 @part
-def accept(run: Run, error: float) -> int:
-    """Take a step, and choose the length of the next; return RUNNING, FINISHED, TERMINAL, STIFF or UNDEFINED."""
+def accept(run: Run) -> int:
+    """Take a step; return RUNNING, FINISHED, TERMINAL, STIFF or UNDEFINED."""
     store(run)
     if method.hold is not None:
         method.hold(run)
     status = RUNNING
-    if (
-        (method.last_stage != 0 or method.limited is not None)
-        and is_stiff(run) != 0
-        and abs(run.until - run.after) > MANY * abs(run.h)
-    ):
+    if (method.last_stage != 0 or method.limited is not None) and is_stiff(run, True):
         run.stiffness += 1
         if run.stop_if_stiff != 0:
             status = STIFF
@@ -380,20 +399,25 @@ def accept(run: Run, error: float) -> int:
         stop = follow_events(run)
         if stop != RUNNING:
             status, run.last = stop, 0
-    run.t = run.after
-    run.y[:] = run.end
-    if method.length is None:
-        run.k[0][:] = run.k[12]
-    if method.accept is not None:
-        method.accept(run)
-    if run.last != 0:
-        status = FINISHED
-    elif status == RUNNING and run.fixed == 0:
-        factor = lengthening(error, run.old_error)
-        run.h *= factor if run.after_rejection == 0 else lesser(1.0, factor)
-        run.after_rejection = 0
-        run.old_error = greater(error, 1e-4)
-    return status
+    pass_step(run, True)
+    return FINISHED if run.last != 0 else status
+
+
+@part
+def set_allowed(run: Run) -> None:
+    """Set the largest change by a projection: steps of fixed length may have any error."""
+    allowed: Real = 0.0
+    for i in range(run.n):
+        allowed = greater(allowed, 1e3 * run.relative[i])
+    run.allowed = where(run.fixed != 0, 0.1, allowed)
+
+
+@part
+def begin_runs(run: Run, fresh: Truth) -> None:
+    """Prepare the runs, or the legs of them, that begin."""
+    set_allowed(run)
+    if method.prepare is not None:
+        method.prepare(run, fresh)
 
 
 @part
@@ -404,19 +428,19 @@ def advance(run: Run) -> int:
     """
     direction = 1.0 if run.until >= run.t else -1.0
     run.accepted = run.events = 0
-    if method.prepare is not None and run.taken == 0:
-        method.prepare(run)
-    run.allowed = 0.0
-    for i in range(run.n):
-        run.allowed = greater(run.allowed, 1e3 * run.relative[i])
-    if run.fixed != 0:
-        run.allowed = 0.1  # steps of fixed length may have any error
+    if run.taken == 0:
+        begin_runs(run, True)
+    set_allowed(run)
     status = RUNNING
     while status == RUNNING and run.accepted < run.room and run.events <= run.room:
         status = choose_length(run, direction)
         if status == RUNNING:
             error = error_of_step(run)
-            status = accept(run, error) if error <= 1.0 else reject(run, error)
+            good = error <= 1.0
+            if good:
+                status = accept(run)
+            if (method.length is None or not good) and status == RUNNING:
+                status = change_length(run, error, good)
     k = run.accepted
     run.times[k] = run.t
     for i in range(run.n):

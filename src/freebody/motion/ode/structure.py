@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import compiled
+from ...native.instructions import Truth, compiled
 from .gauss import bound_to
 from .run import Hamiltonian, Run
 from .step_control import Functions, Method, cubic
@@ -33,7 +33,7 @@ forget, step_from, hold_step, pass_step = (
 
 
 @compiled
-def prepare(run: Run) -> None:
+def prepare(run: Run, fresh: Truth) -> None:
     """Compute z = (q, P) at y."""
     own = Hamiltonian(run.own)
     m, stages = own.coordinates, own.collocation
@@ -92,7 +92,7 @@ def hold(run: Run) -> None:
 
 
 @compiled
-def accept(run: Run) -> None:
+def accept(run: Run, good: Truth) -> None:
     """Make the end of the step the next start."""
     own = Hamiltonian(run.own)
     pass_step(own.collocation)

@@ -34,10 +34,11 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from ...native.instructions import EPS, compiled, greater, root, whole, with_bits
+from ...native.functions import each
+from ...native.instructions import EPS, Real, Truth, compiled, greater, lanes, root, where, whole, with_bits
 from ...native.row_arithmetic import Eight, rowwise
 from .layout import ORDERS
-from .run import Run, Series
+from .run import OneRun, Run, Series
 from .step_control import Functions, Method
 
 P = ORDERS["taylor"]
@@ -63,7 +64,7 @@ def expand(run: Run, own: Series) -> None:
 
 
 @compiled
-def power2(x: float) -> float:
+def power2(x: Real) -> Real:
     """Return 2ˣ for |x| < 1000, within 0.2 %."""
     exponent = whole(x + 1023.0)
     r = x - (exponent - 1023)
@@ -71,12 +72,15 @@ def power2(x: float) -> float:
 
 
 @compiled
-def prepare(run: Run) -> None:
-    """Compute the series of the first step."""
+def prepare(run: Run, fresh: Truth) -> None:
+    """Clear the rounding errors of the sums, and compute the series of the first step of one run.
+
+    Lanes begin at any time: their series are computed together, by `length`.
+    """
     own = Series(run.own)
-    own.lost[:] = 0.0
-    own.coarsest = 0.0
-    expand(run, own)
+    own.lost[:] = where(fresh, 0.0, own.lost)
+    if lanes(run.t) == 1:
+        expand(run, own)
 
 
 def in_pairs(numbers: list[Any], of: Callable[[Any, Any], Any]) -> Any:
@@ -88,30 +92,36 @@ def in_pairs(numbers: list[Any], of: Callable[[Any, Any], Any]) -> Any:
 
 
 @compiled
-def blamed(run: Run, own: Series) -> int:
-    """Return the first component that is not finite: in the lowest order of the series, since others follow from it, in
-    the rates at the end of a step, or in the state there.
+def blamed(run: Run, own: Series, lane: int) -> int:
+    """Return the first component of a lane that is not finite: in the lowest order of the series, since others follow
+    from it, in the rates at the end of a step, or in the state there.
     """
     for j in range(1, P + 1):
         for i in range(run.n):
-            if not math.isfinite(own.terms[j, i]):
+            if not math.isfinite(own.terms[j, i][lane]):
                 return i
     for i in range(run.n):
-        if not math.isfinite(run.k[12, i]):
+        if not math.isfinite(run.k[12, i][lane]):
             return i
     for i in range(run.n):
-        if not math.isfinite(run.y_new[i]):
+        if not math.isfinite(run.y_new[i][lane]):
             return i
     return 0
 
 
-@rowwise
-def slowest(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
-    """Return the largest log₂ (1 / h) over the lengths h that the terms allow; nan if a term is not finite."""
+def last_terms(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
+    """Return the sizes of the last terms in units of the tolerance."""
     scale = 1.0 / (absolute + relative * abs(row.y))
-    sizes = [abs(row.terms[P - j]) * scale for j in range(TERMS)]
-    allowed = [(size.logarithm2() + max(0, j - 1) * rate) * (1.0 / (P - j)) for j, size in enumerate(sizes)]
-    return in_pairs(allowed, Eight.greater) + in_pairs(sizes, Eight.__add__) * 0.0
+    return [abs(row.terms[P - j]) * scale for j in range(TERMS)]
+
+
+def inverse_length(sizes: Any, rate: Any) -> Any:
+    """Return the largest log₂ (1 / h) over the lengths h that terms of these sizes allow."""
+    logarithms = [(x.logarithm2() + max(0, j - 1) * rate) * (1.0 / (P - j)) for j, x in enumerate(sizes)]
+    return in_pairs(logarithms, Eight.greater)
+
+
+slowest = rowwise(last_terms, inverse_length)
 
 
 @rowwise
@@ -121,10 +131,11 @@ def fastest(row: Any, relative: Any, absolute: Any) -> Any:
 
 
 @rowwise
-def straighten(row: Any) -> None:
-    """Replace the series by that of a straight line."""
+def straighten(row: Any, bent: Any) -> None:
+    """Replace the series by that of a straight line where ``bent`` is 1."""
+    curved = bent.compared("==", 0.0)
     for k in range(2, P + 1):
-        row.terms[k] = row.y * 0.0
+        row.terms[k] = row.terms[k].where(curved, 0.0)
 
 
 def polynomial(terms: list[Any], x: Any) -> Any:
@@ -182,31 +193,32 @@ def beyond(row: Any, h: Any) -> Any:
 
 
 @compiled
-def length(run: Run) -> float:
+def length(run: Run) -> Real:
     """Return the length of the next step: very large for a polynomial, nan if the coefficients are not finite."""
     own = Series(run.own)
     expand(run, own)
     run.evaluated += 1
-    coarsest = 1e-16
+    coarsest: Real = 1e-16
     for i in range(run.n):
         coarsest = greater(coarsest, run.relative[i])
-    if own.coarsest != coarsest:  # at the start, and when a long run tightens it
+    if any(own.coarsest != coarsest):  # at the start, and when a long run tightens it
         own.coarsest = coarsest
         own.logarithm = math.log2(coarsest) / P
     logarithm = slowest(run, own, run.relative, run.absolute, own.logarithm)
-    size = power2(-logarithm) if math.isfinite(logarithm) else math.nan
-    if own.bends != 0 and not size > 8.0 * EPS * abs(run.t):
+    size = where(math.isfinite(logarithm), power2(-logarithm), math.nan)
+    bent: Truth = not size > 8.0 * EPS * abs(run.t)  # a bend is closer than that
+    if own.bends != 0 and any(bent):
         greatest_rate = fastest(run, own, run.relative, run.absolute)
-        if 0.0 < greatest_rate < math.inf:
-            straighten(run, own)
-            return BEND / greatest_rate
-    if size != size:
-        run.blame = blamed(run, own)
+        bent = bent and 0.0 < greatest_rate < math.inf
+        straighten(run, own, where(bent, 1.0, 0.0))
+        size = where(bent, BEND / greatest_rate, size)
+    for lane in each(size != size):
+        run.blame[lane] = blamed(run, own, lane)
     return size
 
 
 @compiled
-def attempt(run: Run, h: float) -> int:
+def attempt(run: Run, h: Real) -> int:
     """Compute the state at the time ``h`` of the step."""
     own = Series(run.own)
     own.error = added(run, own, h)
@@ -221,12 +233,22 @@ def attempt(run: Run, h: float) -> int:
 
 
 @compiled
-def judge(run: Run, h: float) -> float:
+def judge(run: Run, h: Real) -> Real:
     """Return 0, or the error of a step that continued past a bend; nan if the state is not finite."""
     own = Series(run.own)
-    if not math.isfinite(own.error):
-        run.blame = blamed(run, own)
+    for lane in each(not math.isfinite(own.error)):
+        run.blame[lane] = blamed(run, own, lane)
     return own.error
+
+
+@compiled
+def lift(run: Run, lane: int, one: OneRun) -> None:
+    """Copy the series of a lane into the memory of one run."""
+    own, alone = Series(run.own), Series(one.own)
+    for i in range(run.n):
+        alone.lost[i] = own.lost[i][lane]
+        for j in range(P + 1):
+            alone.terms[j, i] = own.terms[j, i][lane]
 
 
 @compiled
@@ -243,33 +265,39 @@ def hold(run: Run) -> None:
 
 
 @compiled
-def accept(run: Run) -> None:
+def accept(run: Run, good: Truth) -> None:
     """Pass the rounding error of this sum to the next."""
     own = Series(run.own)
-    own.lost[:] = own.saved
+    own.lost[:] = where(good, own.saved, own.lost)
 
 
 @compiled
-def limited(run: Run, h: float) -> int:
-    """Return 1 if the step is as long as the region of stability allows, with λ of a decay."""
+def limited(run: Run, h: Real) -> Truth:
+    """Return whether the step is as long as the region of stability allows, with λ of a decay."""
     own = Series(run.own)
-    if not beyond(run, own, h) > 0.0:  # no component does, so their sums do not either
-        return 0
-    above, below, across, early = 0.0, 0.0, 0.0, 0.0
-    for i in range(run.n):
-        a, b = P * own.terms[P, i], own.terms[P - 1, i]
-        early += own.terms[EARLY, i] * own.terms[EARLY, i]
-        above += a * a
-        below += b * b
-        across += a * b
-    decays = h * across < 0.0 and 4.0 * across * across > above * below
-    if not decays or not (h * h * above > BOUND * BOUND * below and below > 0.0):
-        return 0
-    return 1 if root(early) <= GROWN * abs(h) ** (P - EARLY) * root(above) else 0
+    suspect = beyond(run, own, h) > 0.0
+    if any(suspect):  # if no component does, their sums do not either
+        above: Real = 0.0
+        below: Real = 0.0
+        across: Real = 0.0
+        early: Real = 0.0
+        for i in range(run.n):
+            a, b = P * own.terms[P, i], own.terms[P - 1, i]
+            early += own.terms[EARLY, i] * own.terms[EARLY, i]
+            above += a * a
+            below += b * b
+            across += a * b
+        suspect = suspect and h * across < 0.0 and 4.0 * across * across > above * below
+        suspect = suspect and h * h * above > BOUND * BOUND * below and below > 0.0
+        growth = GROWN * root(above)
+        for _ in range(P - EARLY):
+            growth *= abs(h)
+        suspect = suspect and root(early) <= growth
+    return suspect
 
 
 METHOD = Method(
     name="taylor", order=P, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, hold=hold,
-    accept=accept, length=length, limited=limited,
+    accept=accept, length=length, limited=limited, lift=lift,
 )  # fmt: skip
 FUNCTIONS = Functions(METHOD)

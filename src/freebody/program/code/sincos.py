@@ -34,7 +34,6 @@ from ...native.instructions import (
     Whole,
     bits,
     compiled,
-    extract,
     fma,
     high,
     inlined,
@@ -87,15 +86,15 @@ def sincos(x: Real, sine: Row, cosine: Row) -> None:
     small = abs(x) <= LIMIT
     if rare(not all(small)):
         for lane in each(not small):
-            huge(extract(x, lane), shifted(numbers(sine), lane), shifted(numbers(cosine), lane))
+            huge(x[lane], shifted(numbers(sine), lane), shifted(numbers(cosine), lane))
 
 
 @compiled
 def sincos_of_library(x: Real, sine: Row, cosine: Row) -> None:
     """Sine and cosine of the C library, for processors without a fused multiply-add."""
     for lane in range(lanes(x)):
-        numbers(sine)[lane] = sin(extract(x, lane))
-        numbers(cosine)[lane] = cos(extract(x, lane))
+        numbers(sine)[lane] = sin(x[lane])
+        numbers(cosine)[lane] = cos(x[lane])
 
 
 @inlined

@@ -30,12 +30,10 @@ from ...native.instructions import (
     Truth,
     bits,
     compiled,
-    extract,
     fma,
     inlined,
     library,
     polynomial,
-    replaced,
     room,
     root,
     shifted,
@@ -277,7 +275,7 @@ def pow(x: Real, y: Real) -> Real:
     plain = (abs(P) < 700.0) & (x > 0.0) & (x < _INFINITE) & (abs(y) > 2.0**-500)
     if rare(not all(plain)):
         for lane in each(not plain):
-            result = replaced(result, lane, _pow_of_library(extract(x, lane), extract(y, lane)))
+            result[lane] = _pow_of_library(x[lane], y[lane])
     return result
 
 
@@ -297,7 +295,7 @@ def tan(x: Real) -> Real:
     small = abs(x) <= LIMIT
     if rare(not all(small)):
         for lane in each(not small):
-            result = replaced(result, lane, huge_tan(extract(x, lane)))
+            result[lane] = huge_tan(x[lane])
     return result
 
 

@@ -1,4 +1,4 @@
 """Taylor series of a motion as machine code.
 
-Bottom up: recurrence, factors, rewriting, combining, writer, then jet (one motion) and jet_wide (eight motions).
+Bottom up: recurrence, factors, rewriting, combining, writer, then jet (one motion) and jet_of_lanes (eight motions).
 """

@@ -1,4 +1,4 @@
-"""The part of a series' text that one motion (`jet`) and eight motions (`jet_wide`) share."""
+"""The part of a series' text that one motion (`jet`) and eight motions (`jet_of_lanes`) share."""
 
 from __future__ import annotations
 

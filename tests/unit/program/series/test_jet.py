@@ -22,7 +22,7 @@ from freebody.motion.ode.layout import ORDERS
 from freebody.native.records import padded
 from freebody.program.code.lower import lower
 from freebody.program.kernels import compile_tape
-from freebody.program.series import jet, jet_wide
+from freebody.program.series import jet, jet_of_lanes
 from freebody.program.series.combining import combined
 from freebody.program.series.recurrence import Node, Recurrence
 from freebody.program.series.rewriting import shortened
@@ -442,11 +442,11 @@ def test_a_recurrence_in_pieces_is_the_same(monkeypatch):
 # --- eight motions at once -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("piece", [jet_wide.PIECE, 1])
+@pytest.mark.parametrize("piece", [jet_of_lanes.PIECE, 1])
 @pytest.mark.parametrize("name", CASES)
 def test_recurrence_of_eight(name, piece, monkeypatch):
     """Each motion has its own time, state and parameter; in one block and cut into pieces."""
-    monkeypatch.setattr(jet_wide.jet_wide, "__defaults__", (piece,))
+    monkeypatch.setattr(jet_of_lanes.jet_of_lanes, "__defaults__", (piece,))
     monkeypatch.setenv("FREEBODY_CACHE", "off")
     tape = Tape()
     t, x, y, p = (tape.input(n) for n in ("t", "x", "y", "p"))

@@ -40,7 +40,7 @@ Factors: TypeAlias = list[tuple[int, tuple[Number, ...]]]
 """Signs and numbers that multiply a product."""
 
 
-def jet_wide(module: Module, program: Program, body: str, name: str, piece: int = PIECE) -> int:
+def jet_of_lanes(module: Module, program: Program, body: str, name: str, piece: int = PIECE) -> int:
     """Add the function ``name`` for eight motions, which writes the rows y_0 ... y_p of eight times the state.
 
     Its signature is that of the kernels for eight lanes: component i of motion l stands at 8 i + l. It stores the
