@@ -27,7 +27,7 @@ import numpy as np
 
 from ...errors import SimulationError
 from .complementarity import SMALL, Array
-from .cone_problem import EXACT, ConeProblem, Touching
+from ..cones.cone_problem import EXACT, ConeProblem, Touching
 
 ALIKE = 1e-8
 """Relative difference up to which two outcomes count as the same."""

@@ -22,11 +22,11 @@ from ...dynamics.mobility import massless_motion
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
-from ..contact.cone_problem import eased, polished
+from ..cones.cone_problem import eased, polished
 from ..contact.motion import check_coefficients
 from ..contact.scene import scene_of_layout
 from ..ending import End
-from ..kernels.kernels import Kernels
+from ..kernels.kernels import Kernels, Program
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..ode.dense_output import Array, Crossing, Rates, observe
@@ -39,6 +39,7 @@ from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Impulses, InSteps, Stepping, Steps
 from .stepped_kernels import Shape, stepping
+from .stepping_record import CONSTRAINTS, CONTACTS, LOADS, MASS, NONE, OVERLAP, Run
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
@@ -47,8 +48,6 @@ ACCEPTED = 1e-9
 SWEEPS = 3_000
 """Sweeps of one problem before Newton's method takes over (`polished`); ten times as many if that fails."""
 MOST_SWEEPS = 100_000
-PAST = 4 + 2 * 12
-"""Number of rows in the array ``past`` of `moreau_problem.solve`."""
 BLOCK = 1000
 """Steps between two checks of events, progress and the keyboard; fewer in proportion with more than ten contacts."""
 
@@ -129,7 +128,7 @@ class _Run:
         self.program, self.shape = stepping(kernels)
         self.constants = self.program.constants(self.parameters)
         self.first, self.tangents, self.rows = scene_of_layout(model)
-        self.memory = _memory(kernels, values, self.program, self.shape, self.tangents, self.rows)
+        self.memory = _memory(kernels, values, self.program, self.shape, self.constants, h)
         self.march = loop.code("motion.timestepping.moreau", "march")
         timed, self.called = scheduled(kernels, values, blows, begin, end)
         self.timed: dict[int, list[Blow]] = {}
@@ -239,101 +238,81 @@ class _Run:
                     f"The blow '{one.name}' at t = {t:.9g} s cannot be applied: {error}"
                 ) from None
         loads = blows_on(self.model, state, [blow for _, blows in told for blow in blows])
-        kick = np.array([float(x) for x in generalized_impulse(self.model, state, loads)])
-        self.memory["kick"][:] = kick[self.shape.order]
+        blow = np.array([float(x) for x in generalized_impulse(self.model, state, loads)])
+        self.memory.blow[:] = blow[self.shape.order]
         self.blows[self.done] = told
 
     def _steps(self, y: Array, size: int) -> list[Any]:
         """Return states, impulses, works and modes of the next steps; ``y`` becomes the last state."""
         E, width = len(self.first), self.rows + len(self.shape.held)
-        states, impulses = np.empty((size, len(y))), np.empty((size, width))
-        works, modes = np.empty((size, 2)), np.empty((size, E), dtype=np.int64)
-        t = self.begin + self.done * self.h
-        report = self.memory["report"]
+        found = [np.empty((size, columns)) for columns in (len(y), width, 2)]
+        found.append(np.empty((size, E), dtype=np.int64))
+        t, run = self.begin + self.done * self.h, self.memory
         got, sweeps, bound = 0, SWEEPS, RESIDUAL
         while got < size:
             room = slice(got, size if bound == RESIDUAL else got + 1)
             here = t + got * self.h
-            done = self._marched(
-                y, states[room], impulses[room], works[room], modes[room], here, sweeps, bound
-            )
+            done = self._marched(y, [part[room] for part in found], here, sweeps, bound)
             got += done
             if done:
                 sweeps, bound = SWEEPS, RESIDUAL
-            if got == size or (done and report[4] == 0):
+            if got == size or (done and run.failure == NONE):
                 continue
-            if report[4] == 1 and sweeps <= MOST_SWEEPS:
+            if run.failure == CONTACTS and sweeps <= MOST_SWEEPS:
                 if not self._by_newton() or not done:
-                    bound = ACCEPTED if sweeps > SWEEPS and report[3] <= ACCEPTED else RESIDUAL
+                    close = sweeps > SWEEPS and run.problem.residual <= ACCEPTED
+                    bound = ACCEPTED if close else RESIDUAL
                     sweeps *= 10
                 continue
-            self._keep([states[:got], impulses[:got], works[:got], modes[:got]])
+            self._keep([part[:got] for part in found])
             raise SimulationError(self._failure(t + got * self.h, y))
-        return [states, impulses, works, modes]
+        return found
 
-    def _marched(
-        self,
-        y: Array,
-        states: Array,
-        impulses: Array,
-        works: Array,
-        modes: Any,
-        t: float,
-        sweeps: int,
-        bound: float,
-    ) -> int:
+    def _marched(self, y: Array, results: Sequence[Any], t: float, most_sweeps: int, tolerance: float) -> int:
         """Run the loop until the arrays are full or a step fails; return the number of steps done."""
-        model, shape, memory = self.model, self.shape, self.memory
-        done = self.march(
-            *(self.program.address(name) for name in ("system", "closing", "moving", "loading")), int(shape.turning),
-            self.constants, model.n_q, model.n_u, len(self.first), self.rows, len(shape.held), shape.holonomic,
-            shape.order, shape.blocks, shape.squares, len(shape.blocks) - 1, shape.pieces, shape.row_first,
-            shape.row_at, memory["tangents"], shape.reach_of, len(shape.reach_of), memory["quaternions"],
-            len(model.quaternions), memory["mu"], memory["restitution"],
-            np.array([t, self.h, bound]), len(states), memory["kick"], y,
-            *(memory[name] for name in (*_REALS, *_WHOLES)), states, impulses, works, modes, memory["report"], sweeps,
-        )  # fmt: skip
-        if done:
-            memory["kick"][:] = 0.0
-        return int(done)
+        run = self.memory
+        run.t, run.tolerance, run.most_sweeps, run.steps = t, tolerance, most_sweeps, len(results[0])
+        run.y, (run.states, run.impulses, run.works, run.modes) = y, results
+        return int(self.march(run))
 
     def _by_newton(self) -> bool:
         """Solve by Newton's method the problem on which the sweeps failed; return True if this succeeds.
 
         The guess of the next attempt is the solution, or else the impulses that the sweeps reached.
         """
-        memory, shape = self.memory, self.shape
-        count = int(memory["report"][5])
-        rows, kinds, mu = memory["rows"][:count], memory["kinds"][:count], memory["coefficient"][:count]
+        problem, shape, guess = self.memory.problem, self.shape, self.memory.contacts.guess
+        count = problem.count
+        rows, kinds, mu, b, x = (
+            array[:count].copy()
+            for array in (problem.rows, problem.kinds, problem.mu, problem.b, problem.x)
+        )
         W, X = np.zeros((count, self.model.n_u)), np.zeros((count, self.model.n_u))
-        at_W = self.program.outputs("system") - int(shape.row_at[-1])
         for a, r in enumerate(rows):
             pieces = shape.pieces[shape.row_first[r] : shape.row_first[r + 1]]
             columns = [i for k in pieces for i in range(shape.blocks[k], shape.blocks[k + 1])]
             values = slice(shape.row_at[r], shape.row_at[r + 1])
-            W[a, columns], X[a, columns] = memory["out"][at_W:][values], memory["X"][values]
-        x = memory["x"][:count].copy()
-        goal = RESIDUAL * memory["report"][6]
-        A, b = W @ X.T, memory["b"][:count].copy()
+            W[a, columns], X[a, columns] = problem.W[values], problem.X[values]
+        goal = RESIDUAL * problem.reference
+        A = W @ X.T
         found = polished(A, b, kinds, mu, x.copy(), goal / 3)
         if found is None:
             found = eased(A, b, kinds, mu, goal / 3)
-        memory["memory"][:] = 0.0
-        memory["memory"][rows] = x if found is None else _within(found, kinds, mu)
+        guess[:] = 0.0
+        guess[rows] = x if found is None else _within(found, kinds, mu)
         return found is not None
 
     def _failure(self, t: float, y: Array) -> str:
-        report, model = self.memory["report"], self.model
+        run, model = self.memory, self.model
         where = f"the step of '{model.name}' at t = {t:.9g} s"
-        if report[4] == 1:
+        if run.failure == CONTACTS:
             return (
                 f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} "
-                f"sweeps and Newton's method a law is still missed by {report[3]:.3g} of the greatest speed (required: "
+                f"sweeps and Newton's method a law is still missed by {run.problem.residual:.3g} of the greatest speed (required: "
                 f"{ACCEPTED:g}). Where friction jams a contact (Painlevé) or restitution works against it, there may "
                 "be no solution: less friction or restitution=0 has one. Otherwise take a shorter step, or masses "
                 "that differ less: they need fewer sweeps."
             )
-        if report[4] == 2:
+        if run.failure == MASS:
             q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
             idle = massless_motion(model, float_state(model, q, u, t, self.values))
             names = f" {' and '.join(map(repr, idle))} together move no mass." if idle else ""
@@ -341,18 +320,18 @@ class _Run:
                 f"Expected a mass matrix that is positive definite in {where}.{names} Give every body that can move by "
                 "itself a mass and moments of inertia, or fix each part that moves no mass by a joint."
             )
-        if report[4] == 3:
+        if run.failure == CONSTRAINTS:
             return (
                 f"The constraints of '{model.name}' depend on each other in {where}: this happens when bars come into "
                 "line. Stop the motion earlier with a terminal event, or change the lengths."
             )
-        if report[4] == 4:
+        if run.failure == OVERLAP:
             return (
-                f"The overlap of bodies could not be removed in {where}: {report[5]:.3g} m remain (required: 1e-10 m). "
+                f"The overlap of bodies could not be removed in {where}: {run.overlap:.3g} m remain (required: 1e-10 m). "
                 "The cause may be bodies wedged in too narrow a space or driven into each other. Otherwise take a "
                 "shorter step."
             )
-        if report[4] == 6:
+        if run.failure == LOADS:
             return (
                 f"No mean speeds agree with the loads that depend on them in {where}. This happens where bodies turn "
                 "several times in a step, or where a load jumps with a speed. Take a shorter step."
@@ -402,10 +381,10 @@ class _Run:
             impulses[:, : self.rows], constraints, works, modes.astype(np.int64),
             {k: told for k, told in self.blows.items() if k in steps},
         )  # fmt: skip
-        report = self.memory["report"]
-        sweeps = float(report[1]) / max(self.done, 1)
+        run = self.memory
+        sweeps = run.sweeps / max(self.done, 1)
         course = InSteps(
-            self.kernels, dict(self.values), path, did, Stepping(h, float(report[0]), float(report[2]), sweeps),
+            self.kernels, dict(self.values), path, did, Stepping(h, run.residual, run.depth, sweeps),
             (self.first, self.tangents),
         )  # fmt: skip
         return Trajectory(*self.problem.outcome(path), course=course)
@@ -424,35 +403,50 @@ def _within(x: Array, kinds: Any, mu: Array) -> Array:
     return x
 
 
-_REALS = (
-    "z", "out", "rate", "u", "v", "dv", "L", "X", "K", "S", "sigma", "spare", "d", "b", "x", "before", "past", "local",
-    "memory", "lam", "mean", "first_rate",
-)  # fmt: skip
-_WHOLES = ("rows", "kinds", "coefficient")
-
-
 def _memory(
-    kernels: Kernels, values: Mapping[str, float], program: Any, shape: Shape, tangents: Sequence[int], m: int
-) -> dict[str, Array]:
-    """Return the arrays of the loop, by the names of its arguments."""
+    kernels: Kernels, values: Mapping[str, float], program: Program, shape: Shape, constants: Array, h: float
+) -> Run:
+    """Return the memory of the loop for a machine."""
     model = kernels.model
-    n, held = model.n_u, len(shape.held)
-    most = max(m, n, 1)
+    _, tangents, m = scene_of_layout(model)
+    n, n_q, held, E = model.n_u, model.n_q, len(shape.held), len(tangents)
+    run = Run.made(
+        n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m, 1), rows=m, squares=int(shape.squares[-1]),
+        constraints=held, holonomic=shape.holonomic, pairs=held * held,
+    )  # fmt: skip
+    run.h = h
+    machine, contacts, problem = run.machine, run.contacts, run.problem
+    machine.c, machine.turning, machine.order = constants, int(shape.turning), shape.order
+    for name in ("system", "closing", "moving", "loading"):
+        setattr(machine, name, program.address(name))
+    machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)
+    for i in model.quaternions:
+        machine.turned[i : i + 4] = 1
+    contacts.count, contacts.reaches, contacts.reach_of = E, len(shape.reach_of), shape.reach_of
+    contacts.tangents = np.array(tangents, dtype=np.int64)
+    contacts.mu, contacts.restitution = (
+        np.array([number(model, values, getattr(c, field), name) for c in model.contacts])
+        for field, name in (("friction", "mu"), ("restitution", "restitution"))
+    )
+    for blocks in (problem.blocks, run.elimination.blocks):
+        blocks.count, blocks.starts, blocks.squares = len(shape.blocks) - 1, shape.blocks, shape.squares
+        blocks.pieces, blocks.first, blocks.at = shape.pieces, shape.row_first, shape.row_at
+    run.elimination.contact_rows = m
     sizes = {
-        "z": model.n_q + n, "out": program.outputs("system"), "rate": model.n_q + 1, "u": n, "v": n, "dv": n,
-        "L": int(shape.squares[-1]), "X": int(shape.row_at[-1]), "K": held * n, "S": held * held, "sigma": m * held,
-        "spare": max(n, held * held, 2 * held), "d": 3 * m + 6, "b": most, "x": most, "before": most,
-        "past": PAST * most + 16, "local": 6,
-        "memory": most, "lam": max(held, 1), "coefficient": most, "kick": n, "report": 8,
-        "mean": 7 * n, "first_rate": model.n_q + 1,
+        "M": int(shape.squares[-1]), "f": n, "gap": E, "reach": len(shape.reach_of), "rates": m,
+        "constraint_rates": held, "phi": shape.holonomic, "W": int(shape.row_at[-1]),
     }  # fmt: skip
-    result = {name: np.zeros(max(size, 1)) for name, size in sizes.items()}
-    result |= {name: np.zeros(most, dtype=np.int64) for name in ("rows", "kinds")}
-    result["tangents"] = np.array(tangents, dtype=np.int64)
-    result["quaternions"] = np.array(model.quaternions, dtype=np.int64)
-    for name, attribute in (("mu", "friction"), ("restitution", "restitution")):
-        result[name] = np.array([number(model, values, getattr(c, attribute), name) for c in model.contacts])
-    return result
+    run.outputs = np.zeros(sum(sizes.values()))
+    parts = dict(zip(sizes, np.split(run.outputs, np.cumsum(list(sizes.values()))[:-1]), strict=True))
+    for name in ("M", "f", "rates", "constraint_rates", "W"):
+        setattr(run, name, parts[name])
+    run.end.outputs = np.zeros(max(E + len(shape.reach_of) + shape.holonomic, 1))
+    ends = np.split(run.end.outputs, [E, E + len(shape.reach_of)])
+    for k, name in enumerate(("gap", "reach", "phi")):
+        setattr(run.now, name, parts[name])
+        setattr(run.end, name, ends[k])
+    problem.W, problem.X = run.W, np.zeros(len(run.W))
+    return run
 
 
 def _crossings(

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import freebody as fb
-from freebody.motion.contact.cone_problem import _conditions, eased
+from freebody.motion.cones.cone_problem import _conditions, eased
 
 
 def face(n, seed):

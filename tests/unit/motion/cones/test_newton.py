@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from freebody.motion.contact.cone_problem import polished, rows_of
+from freebody.motion.cones.cone_problem import polished, rows_of
 
 
 @pytest.mark.parametrize("tangents", [1, 2])

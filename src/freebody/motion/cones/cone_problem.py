@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...native.loop import made, sibling
-from .cone_newton import EQUALITY, FIRST, LINE, NORMAL, SECOND, room
+from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, SECOND
+from .newton import room
 
 Array = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ GOAL = 1e-15
 """Relative residual at which the search ends; without progress it also ends at `cone_newton.ENOUGH`."""
 DEPENDENT = 1e-13
 """Part of a row's diagonal below which the row depends on the others."""
-_MODULE = sibling(__name__, "cone_newton")
+_MODULE = sibling(__name__, "newton")
 
 
 @dataclass(frozen=True)
@@ -259,6 +260,6 @@ def _code() -> Any:
 
 
 def _functions() -> dict[str, Any]:
-    from . import cone_newton
+    from . import newton
 
-    return vars(cone_newton)
+    return vars(newton)
