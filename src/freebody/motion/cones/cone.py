@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater, inlined, lesser, root
-from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, Blocks, ContactProblem
+from ...native.instructions import Reals, compiled, greater, inlined, lesser, room, root
+from .block_rows import add, along
+from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, ContactProblem
 
 
 @inlined
@@ -28,6 +29,24 @@ def nearest(y_1: float, y_2: float, limit: float) -> tuple[float, float]:
     length = root(y_1 * y_1 + y_2 * y_2)
     outside = length > limit
     return y_1 * limit / length if outside else y_1, y_2 * limit / length if outside else y_2
+
+
+@inlined
+def clipped_slope(y: float, limit: float, dy: float, growth: float) -> float:
+    """Return the change of `clipped` with those of y and of the limit."""
+    return dy if abs(y) <= limit else (growth if y > 0.0 else -growth)
+
+
+@compiled
+def nearest_slope(y: Reals, limit: float, dy_1: float, dy_2: float, growth: float, slope: Reals, step: int) -> None:
+    """Write the change of `nearest` to ``slope[0]`` and ``slope[step]``: (1 - e eᵀ) dy limit/|y| + e growth, e = y/|y|."""
+    length = root(y[0] * y[0] + y[1] * y[1])
+    slope[0], slope[step] = dy_1, dy_2
+    if length > limit:
+        e, f, part = y[0] / length, y[1] / length, limit / length
+        along_e = e * dy_1 + f * dy_2
+        slope[0] = part * (dy_1 - e * along_e) + e * growth
+        slope[step] = part * (dy_2 - f * along_e) + f * growth
 
 
 @compiled
@@ -53,53 +72,22 @@ def project_all(problem: ContactProblem, y: Reals, x: Reals) -> None:
 
 @compiled
 def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
-    """Set G to ∂P/∂y H, where each row of H and of G has as many numbers as there are speeds."""
+    """Set G to ∂P/∂y H; each row of H and of G has as many numbers as there are speeds."""
     n = problem.blocks.n
     for a in range(problem.count):
-        kind, mu = problem.kinds[a], problem.mu[a]
+        kind, mu, h, g = problem.kinds[a], problem.mu[a], H[a * n :], G[a * n :]
+        limit = 0.0
+        if kind == LINE or kind == FIRST:
+            limit = mu * greater(greater(problem.low[a - 1], y[a - 1]), 0.0)
         for k in range(n):
-            g, h = G[a * n + k :], H[a * n + k :]
             if kind == EQUALITY:
-                g[0] = h[0]
+                g[k] = h[k]
             elif kind == NORMAL:
-                g[0] = h[0] if y[a] > problem.low[a] else 0.0
+                g[k] = h[k] if y[a] > problem.low[a] else 0.0
             elif kind == LINE:
-                limit = mu * greater(greater(problem.low[a - 1], y[a - 1]), 0.0)
-                g[0] = h[0] if abs(y[a]) <= limit else (mu if y[a] > 0.0 else -mu) * G[(a - 1) * n + k]
+                g[k] = clipped_slope(y[a], limit, h[k], mu * G[(a - 1) * n + k])
             elif kind == FIRST:
-                limit = mu * greater(greater(problem.low[a - 1], y[a - 1]), 0.0)
-                length = root(y[a] * y[a] + y[a + 1] * y[a + 1])
-                g[0], g[n] = h[0], h[n]
-                if length > limit:
-                    e, f = y[a] / length, y[a + 1] / length
-                    along_e = e * h[0] + f * h[n]
-                    grown = mu * G[(a - 1) * n + k]
-                    part = limit / length
-                    g[0] = part * (h[0] - e * along_e) + e * grown
-                    g[n] = part * (h[n] - f * along_e) + f * grown
-
-
-@compiled
-def along(blocks: Blocks, r: int, W: Reals, v: Reals) -> float:
-    """Return W_r v."""
-    total, k = 0.0, blocks.at[r]
-    for p in range(blocks.first[r], blocks.first[r + 1]):
-        b = blocks.pieces[p]
-        for i in range(blocks.starts[b], blocks.starts[b + 1]):
-            total += W[k] * v[i]
-            k += 1
-    return total
-
-
-@compiled
-def add(blocks: Blocks, r: int, X: Reals, x: float, v: Reals) -> None:
-    """Add X_r x to v."""
-    k = blocks.at[r]
-    for p in range(blocks.first[r], blocks.first[r + 1]):
-        b = blocks.pieces[p]
-        for i in range(blocks.starts[b], blocks.starts[b + 1]):
-            v[i] += X[k] * x
-            k += 1
+                nearest_slope(y[a:], limit, h[k], h[n + k], mu * G[(a - 1) * n + k], g[k:], n)
 
 
 @compiled
@@ -129,21 +117,61 @@ def residual(problem: ContactProblem) -> float:
 
 @compiled
 def violation(problem: ContactProblem) -> float:
-    """Return the greatest violation of the laws by x and r, relative to the reference: s |x - P(x - r/s)|."""
-    worst, x, r = 0.0, problem.x, problem.r
+    """Return the greatest violation of the laws by x and r, relative to the reference; set the violations e.
+
+    e = s x - P(s x - r),  P with the limits s μ x_N: the same as s (x - P(x - r/s)), also where s = 0
+    """
+    worst, x, r, e = 0.0, problem.x, problem.r, problem.e
     for a in range(problem.count):
         kind, s = problem.kinds[a], problem.scale[a]
         if kind == EQUALITY:
-            worst = greater(worst, abs(r[a]))
+            e[a] = r[a]
         elif kind == NORMAL:
-            worst = greater(worst, abs(lesser(r[a], s * (x[a] - problem.low[a]))))
+            e[a] = lesser(r[a], s * (x[a] - problem.low[a]))
         elif kind == LINE:
-            limit = s * problem.mu[a] * greater(x[a - 1], 0.0)
-            worst = greater(worst, abs(s * x[a] - clipped(s * x[a] - r[a], limit)))
+            e[a] = s * x[a] - clipped(s * x[a] - r[a], s * problem.mu[a] * greater(x[a - 1], 0.0))
         elif kind == FIRST:
             limit = s * problem.mu[a] * greater(x[a - 1], 0.0)
             p, q = nearest(s * x[a] - r[a], s * x[a + 1] - r[a + 1], limit)
-            worst = greater(worst, greater(abs(s * x[a] - p), abs(s * x[a + 1] - q)))
+            e[a], e[a + 1] = s * x[a] - p, s * x[a + 1] - q
+    for a in range(problem.count):
+        worst = greater(worst, abs(e[a]))
     if not math.isfinite(problem.reference):
         return problem.reference
     return worst / problem.reference if problem.reference > 0.0 else 0.0
+
+
+@compiled
+def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
+    """Set ``slope`` to ∂e/∂x, where ∂r/∂x = A; both have as many columns as rows."""
+    m, x, r, y = problem.count, problem.x, problem.r, room(2)
+    for a in range(m):
+        kind, s, mu = problem.kinds[a], problem.scale[a], problem.mu[a]
+        limit, grown = 0.0, 0.0
+        if kind == LINE or kind == FIRST:
+            limit, grown = s * mu * greater(x[a - 1], 0.0), s * mu if x[a - 1] > 0.0 else 0.0
+        for k in range(m):
+            one, next_one, normal = s if k == a else 0.0, s if k == a + 1 else 0.0, grown if k == a - 1 else 0.0
+            i = a * m + k
+            if kind == EQUALITY:
+                slope[i] = A[i]
+            elif kind == NORMAL:
+                slope[i] = A[i] if s * (x[a] - problem.low[a]) > r[a] else one
+            elif kind == LINE:
+                slope[i] = one - clipped_slope(s * x[a] - r[a], limit, one - A[i], normal)
+            elif kind == FIRST:
+                y[0], y[1] = s * x[a] - r[a], s * x[a + 1] - r[a + 1]
+                nearest_slope(y, limit, one - A[i], next_one - A[i + m], normal, slope[i:], m)
+                slope[i], slope[i + m] = one - slope[i], next_one - slope[i + m]
+
+
+@compiled
+def set_scales(problem: ContactProblem) -> None:
+    """Set the scales: the diagonal of A, and for two tangents a bound on the eigenvalues of A_TT (Gershgorin)."""
+    A, s = problem.matrix, problem.scale
+    for a in range(problem.count):
+        s[a] = A[a, 0]
+    for a in range(problem.count):
+        if problem.kinds[a] == FIRST:
+            s[a] = greater(A[a, 0], A[a + 1, 0]) + abs(A[a, 1])
+            s[a + 1] = s[a]

@@ -17,24 +17,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...native.loop import made, sibling
 from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, SECOND
-from .newton import room
-
-Array = NDArray[np.float64]
+from .dense_problem import GOAL, Array, DenseProblem, rows_of
 
 EXACT = 1e-10
 """Relative residual above which a result is not a solution."""
-GOAL = 1e-15
-"""Relative residual at which the search ends; without progress it also ends at `cone_newton.ENOUGH`."""
-DEPENDENT = 1e-13
-"""Part of a row's diagonal below which the row depends on the others."""
-_MODULE = sibling(__name__, "newton")
 
 
 @dataclass(frozen=True)
@@ -109,157 +99,32 @@ class ConeProblem:
         return rows, np.array(columns).reshape(-1, len(self.c)), kinds, mu, low
 
     @cached_property
-    def scales(self) -> Array:
-        """Rate per unit force of each unknown: A_NN, and the trace of A_TT for friction."""
-        rows, _, kinds, _, _ = self._rows
-        result = np.abs(self.A.diagonal()[rows])
-        for i, kind in enumerate(kinds):
-            if kind == SECOND:
-                result[i - 1 : i + 1] = result[i - 1] + result[i]
-        return result
+    def _dense(self) -> DenseProblem:
+        """The problem of the unknowns x, λ = B x, r = A B x + c."""
+        rows, columns, kinds, mu, low = self._rows
+        return DenseProblem(
+            self.A[rows] @ columns.T, self.c[rows], kinds, mu, low, self.A[np.ix_(rows, rows)]
+        )
 
     def residual(self, forces: Array) -> float:
         """Return the greatest violation of the laws as a rate, relative to the greatest |c_i| or A_ii low_i.
 
         |min(r_N, s (λ_N - low))|,    s |λ_T - P(λ_T - r_T/s)|,    |r| of an equality
         """
-        rows, columns, kinds, mu, low = self._rows
-        x, s = forces[rows], self.scales
-        r = (self.A @ forces + self.c)[rows]
-        size = max(float(np.abs(self.c[rows]).max(initial=0)), float((s * np.abs(low)).max(initial=0)))
-        worst = float(np.abs(s * (forces - x @ columns)[rows]).max(initial=0))  # friction off its ray
-        for i, kind in enumerate(kinds):
-            if kind == EQUALITY:
-                worst = max(worst, abs(r[i]))
-            elif kind == NORMAL:
-                worst = max(worst, abs(min(r[i], s[i] * (x[i] - low[i]))))
-            elif kind in (LINE, FIRST):
-                T = slice(i, i + (1 if kind == LINE else 2))
-                free, limit = s[T] * x[T] - r[T], s[i] * mu[i] * max(x[i - 1], 0.0)
-                length = float(np.linalg.norm(free))
-                near = free * (limit / length) if length > limit else free
-                worst = max(worst, float(np.linalg.norm(s[T] * x[T] - near)))
-        return worst / size if size > 0 else 0.0
+        rows, columns, *_ = self._rows
+        x, dense = forces[rows], self._dense
+        worst = dense.rated(x, (self.A @ forces + self.c)[rows])
+        off = float(np.abs(dense.memory.scale[: len(x)] * (forces - x @ columns)[rows]).max(initial=0))
+        size = dense.memory.reference  # friction off its ray is a violation too
+        return max(worst, off / size) if size > 0 else worst
 
     def solve(self) -> ConeSolution:
         """Return the solution found from zero. It is one only if its residual is below :data:`EXACT`."""
-        rows, columns, kinds, mu, low = self._rows
-        H = rows_of(self.A)
-        x, left, steps = from_zero(H[rows], columns @ H, self.c[rows], (kinds, mu, low), self.scales)
-        forces = x @ columns
+        rows, columns, *_ = self._rows
+        H, dense = rows_of(self.A), self._dense
+        x, left, steps = dense.from_zero(H[rows], columns @ H)
         # Newton's method on the laws themselves: a step to round-off, or a slow problem
-        exact, size = (1e-2 * EXACT, 60) if left > EXACT else (1e-15, 2)
-        goal = exact * float(np.abs(self.c[rows]).max(initial=0))
-        polish = polished(
-            self.A[rows] @ columns.T, self.c[rows], kinds, np.array(mu), x, goal, size, np.array(low)
-        )
-        forces = forces if polish is None else polish @ columns
+        exact, most = (1e-2 * EXACT, 60) if left > EXACT else (GOAL, 2)
+        polish = dense.polished(x, exact * float(np.abs(self.c[rows]).max(initial=0)), most)
+        forces = (x if polish is None else polish) @ columns
         return ConeSolution(forces, self.A @ forces + self.c, self.residual(forces), steps)
-
-
-def rows_of(A: Array) -> Array:
-    """Return H of A = H Hᵀ with as many columns as A has independent directions."""
-    m = len(A)
-    H = np.zeros((m, m))
-    n = _code()["factor"](
-        np.ascontiguousarray(A, dtype=float), m, H, DEPENDENT, np.zeros(m), np.zeros(m, dtype=np.int64)
-    )
-    return H[:, :n]
-
-
-def from_zero(H: Array, C: Array, c: Array, laws: Any, scales: Array) -> tuple[Array, float, int]:
-    """Return x of r = H Cᵀ x + c by `cone_newton`, its residual and the number of Newton steps.
-
-    ``laws`` are the kind, the coefficient of friction and the lower limit of each row.
-    """
-    m, n = H.shape
-    kinds, mu, low = laws
-    problem = np.concatenate((H.ravel(), C.ravel(), c, mu, low, scales, np.zeros(m + room(m, n))))
-    left = np.zeros(2)
-    steps = _code()["solve"](problem, np.array(kinds, dtype=np.int64), m, n, GOAL, left)
-    at = 2 * m * n + 4 * m
-    return problem[at : at + m], float(left[0]), int(steps)
-
-
-def eased(A: Array, b: Array, kinds: Any, mu: Array, goal: float) -> Array | None:
-    """Return impulses that satisfy the conditions of `polished` to ``goal``, from zero; None if none are found."""
-    if not (np.isfinite(A).all() and np.isfinite(b).all()):
-        return None
-    scales, none = np.abs(A.diagonal()), np.zeros(len(b))
-    second = np.flatnonzero(np.asarray(kinds) == SECOND)
-    scales[second] += scales[second - 1]
-    scales[second - 1] = scales[second]
-    H = rows_of(A)
-    x = from_zero(H, H, b, (kinds, mu, none), scales)[0]
-    if float(np.abs(_conditions(A, b, kinds, mu, x, none)[0]).max(initial=0)) <= goal:
-        return x
-    return polished(A, b, kinds, mu, x, goal)
-
-
-def polished(
-    A: Array, b: Array, kinds: Any, mu: Array, x: Array, goal: float, most: int = 60, least: Any = 0.0
-) -> Array | None:
-    """Return impulses near ``x`` that satisfy the conditions to ``goal``; None if none are found.
-
-    ``kinds`` is defined in `cone_newton`. ``least`` gives, for each row, a normal impulse that acts in any
-    case: max(least, x - r/s) then replaces max(0, x - r/s).
-    """
-    least = np.broadcast_to(least, len(x))
-    error, slope = _conditions(A, b, kinds, mu, x, least)
-    for _ in range(most):
-        size = float(np.abs(error).max(initial=0))
-        if size <= goal:
-            return x
-        step = np.linalg.lstsq(slope, -error, rcond=1e-12)[0]
-        part, length = 1.0, float(np.linalg.norm(error))
-        while True:
-            other = x + part * step
-            new, bent = _conditions(A, b, kinds, mu, other, least)
-            if float(np.linalg.norm(new)) < (1 - 1e-4 * part) * length or part < 1e-3:
-                break
-            part /= 2
-        x, error, slope = other, new, bent
-    return x if float(np.abs(error).max(initial=0)) <= goal else None
-
-
-def _conditions(A: Array, b: Array, kinds: Any, mu: Array, x: Array, least: Array) -> tuple[Array, Array]:
-    """Return the residuals of the conditions, as speeds, and their slope."""
-    r = A @ x + b
-    error, slope = r.copy(), A.copy()
-    one = np.eye(len(x))
-    for a, kind in enumerate(kinds):
-        d = A[a, a]
-        if kind == 1:
-            if d * (x[a] - least[a]) - r[a] <= 0:
-                error[a], slope[a] = d * (x[a] - least[a]), d * one[a]
-        elif kind == 2:
-            limit, free = mu[a] * max(x[a - 1], 0.0), x[a] - r[a] / d
-            if abs(free) > limit:
-                sign = np.sign(free)
-                error[a] = d * (x[a] - sign * limit)
-                slope[a] = d * (one[a] - sign * mu[a] * (x[a - 1] > 0) * one[a - 1])
-        elif kind == 3:
-            two = slice(a, a + 2)
-            s = max(d, A[a + 1, a + 1]) + abs(A[a, a + 1])
-            free = x[two] - r[two] / s
-            length, limit = float(np.linalg.norm(free)), mu[a] * max(x[a - 1], 0.0)
-            if length > limit:
-                e = free / length
-                turn = limit / length * (np.eye(2) - np.outer(e, e))  # slope of the projection onto the disk
-                error[two] = s * (x[two] - limit * e)
-                slope[two] = s * (
-                    one[two]
-                    - mu[a] * (x[a - 1] > 0) * np.outer(e, one[a - 1])
-                    - turn @ (one[two] - A[two] / s)
-                )
-    return error, slope
-
-
-def _code() -> Any:
-    return made(_MODULE, (_MODULE,), ("factor", "solve"), _functions).functions
-
-
-def _functions() -> dict[str, Any]:
-    from . import newton
-
-    return vars(newton)

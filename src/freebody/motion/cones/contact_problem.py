@@ -48,7 +48,7 @@ class ContactProblem(Record):
     ``scale``     rate per unit impulse, by which both are compared: A_NN; of two tangents a bound on those of A_TT
     ``reference`` rate to which the residual is relative
     ``matrix``    A_aa, then A_ab for the rows b of the same contact behind a, with A = W Xᵀ
-    ``v``         Σ X x;  ``r``: rates
+    ``v``         Σ X x;  ``r``: rates;  ``e``: violations of the laws, as rates
     ``residual``  greatest violation of a law in the last result, relative to the reference
     """
 
@@ -66,6 +66,7 @@ class ContactProblem(Record):
     b: Annotated[Row, "most"]
     x: Annotated[Row, "most"]
     r: Annotated[Row, "most"]
+    e: Annotated[Row, "most"]
     matrix: Annotated[Rows, "most", 3]
     v: Annotated[Row, "n"]
 

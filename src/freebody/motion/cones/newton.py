@@ -15,8 +15,7 @@ The start is always zero. Of indeterminate forces the result is therefore the li
 the same for the same problem. If there are more than `DENSE` directions, Gauss-Seidel sweeps go before step 2, in place
 of step 1.
 
-A problem is one block of real numbers: H (m n), C (m n), c, μ, low, scale, λ (m each), then `room(m, n)` numbers. The
-kind of a row: 0 equality, 1 normal, 2 the only tangent of the row before it, 3 and 4 two tangents of the normal before.
+The problem is dense, with one block: W is H and X is C, x are the forces λ, and b is c.
 
 Sources: J. Carpentier, Q. Le Lidec, L. Montaut, From compliant to rigid contact simulation, arXiv 2405.17020 (2024);
 P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991); F. Jourdan, P. Alart, M. Jean, ibid. 155 (1998).
@@ -26,10 +25,20 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Integers, Reals, compiled, greater, root, shifted
+from ...native.instructions import Integers, Reals, compiled, greater, root
+from .block_rows import add, along, dot
+from .cone import (
+    add_all,
+    project,
+    project_all,
+    residual,
+    set_scales,
+    slopes,
+    violation,
+    violation_slopes,
+)
+from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
 
-EQUALITY, NORMAL, LINE, FIRST, SECOND = range(5)
-"""Kinds of rows."""
 DENSE = 24
 """Number of directions up to which Newton's method starts from zero without sweeps."""
 SOFTEST, STAGES = 1.0, 4
@@ -49,11 +58,282 @@ DRIFT = 0.02
 """Relative difference of two successive changes of λ below which they are extrapolated on a line."""
 ROUGH = 1e-6
 """Relative residual at which sweeps end and Newton's method begins."""
+FLAT, FALLS = 1e-15, 1e-4
+"""|F| relative to |v| that is zero; least fall of |F| in a step, relative to what the slope promises."""
+KINKED = 1e-9
+"""|F| relative to |v| below which a kink ends Newton's method."""
+INSIDE = 1e-12
+"""Relative distance from the boundary of a cone of a force that is inside."""
 
 
-def room(m: int, n: int) -> int:
-    """Return how many numbers the solution of m rows with n directions needs beside its problem."""
-    return 2 * m * n + n * n + 5 * n + 14 * m
+@compiled
+def solve(problem: ContactProblem, memory: Newton, goal: float) -> int:
+    """Find λ from zero; return the number of Newton steps. ``memory.residual`` becomes the least residual reached.
+
+    The ways are tried in turn until one succeeds: compliances in a few steps, in many steps, sweeps. Large problems
+    begin with the last.
+    """
+    n, unit, count = problem.blocks.n, 0.0, 0
+    press_at_least(problem, problem.x)
+    for a in range(problem.count):
+        memory.best[a] = problem.x[a]
+        unit += problem.scale[a] / problem.count
+    memory.residual = measure(problem)
+    for way in range(3):
+        if not (memory.residual > goal and math.isfinite(memory.residual)):
+            break
+        if way > 0 and memory.residual <= ENOUGH:
+            break
+        swept = way == 0 if n > DENSE else way == 2
+        fine = way == 2 if n > DENSE else way == 1
+        for a in range(problem.count):
+            memory.y[a] = 0.0
+        press_at_least(problem, problem.x)
+        for k in range(n):
+            memory.v[k] = 0.0
+        soft = SOFT * unit if fine else SOFTEST * unit
+        if swept:
+            sweep(problem)
+            for a in range(problem.count):
+                memory.y[a] = problem.x[a]
+            for k in range(n):
+                memory.v[k] = problem.v[k]
+            for _ in range(STAGES - 1):
+                soft /= 10.0
+        else:
+            for stage in range(MANY if fine else STAGES):
+                if stage > 0:
+                    soft /= 2.0 if fine else 10.0
+                count += balance(problem, memory, soft)
+        memory.softest = HARDEST * unit
+        count += multiply(problem, memory, soft, goal)
+        if memory.residual > ENOUGH:
+            # λ that drifts on a line, along forces in balance, is seen at one compliance only
+            for a in range(problem.count):
+                memory.y[a] = 0.0
+            memory.softest = soft
+            count += multiply(problem, memory, soft, goal)
+    for a in range(problem.count):
+        problem.x[a] = memory.best[a]
+    return count
+
+
+@compiled
+def press_at_least(problem: ContactProblem, x: Reals) -> None:
+    """Set x to the forces that act in any case."""
+    for a in range(problem.count):
+        x[a] = greater(problem.low[a], 0.0) if problem.kinds[a] == NORMAL else 0.0
+
+
+@compiled
+def measure(problem: ContactProblem) -> float:
+    """Set v = Cᵀ λ; return the residual of λ."""
+    add_all(problem)
+    return residual(problem)
+
+
+# -- Newton's method at one compliance -------------------------------------------------------------------
+
+
+@compiled
+def balance(problem: ContactProblem, memory: Newton, soft: float) -> int:
+    """Find v with F(v) = 0 by Newton's method with shorter steps where |F| would grow; return the number of steps.
+
+    ``memory.here.x`` becomes λ.
+    """
+    n, v, tried, step, here = problem.blocks.n, memory.v, memory.tried, memory.step, memory.here
+    size = error(problem, memory.y, soft, v, here)
+    kinks = 0
+    for turn in range(STEPS):
+        if size <= FLAT * root(dot(v, v, n)):
+            return turn
+        slopes(problem, here.free, problem.W, memory.G[0])
+        for k in range(n):
+            step[k] = -here.F[k]
+        jacobian(problem, memory.G[0], soft, memory.J[0])
+        if eliminate(memory.J[0], n, step) == 0:
+            return turn
+        part, shorter = 1.0, True
+        while shorter:
+            for k in range(n):
+                tried[k] = v[k] + part * step[k]
+            new = error(problem, memory.y, soft, tried, memory.there)
+            shorter = not new < (1.0 - FALLS * part) * size
+            part /= 2.0
+            if shorter and part < SHORTEST:
+                # a kink: |F| falls in no short step, and the slope beyond it is needed
+                if size <= KINKED * root(dot(v, v, n)) or kinks == KINKS or not math.isfinite(new):
+                    return turn
+                kinks += 1
+                for k in range(n):
+                    tried[k] = v[k] + BEYOND * step[k]
+                shorter = False
+        size = error(problem, memory.y, soft, tried, here)
+        for k in range(n):
+            v[k] = tried[k]
+    return STEPS
+
+
+@compiled
+def error(problem: ContactProblem, y: Reals, soft: float, v: Reals, trial: Trial) -> float:
+    """Set y - r/ε, λ and F(v); return |F|."""
+    n, blocks, F = problem.blocks.n, problem.blocks, trial.F
+    for a in range(problem.count):
+        trial.free[a] = y[a] - (problem.b[a] + along(blocks, a, problem.W, v)) / soft
+    project_all(problem, trial.free, trial.x)
+    for k in range(n):
+        F[k] = v[k]
+    for a in range(problem.count):
+        if trial.x[a] != 0.0:
+            add(blocks, a, problem.X, -trial.x[a], F)
+    return root(dot(F, F, n))
+
+
+@compiled
+def jacobian(problem: ContactProblem, G: Reals, soft: float, J: Reals) -> None:
+    """Set J to 1 + Cᵀ G/ε."""
+    n, C = problem.blocks.n, problem.X
+    for k in range(n):
+        for j in range(n):
+            J[k * n + j] = 1.0 if k == j else 0.0
+    for a in range(problem.count):
+        for k in range(n):
+            if C[a * n + k] != 0.0:
+                for j in range(n):
+                    J[k * n + j] += C[a * n + k] * G[a * n + j] / soft
+
+
+@compiled
+def eliminate(a: Reals, n: int, b: Reals) -> int:
+    """Replace b by a⁻¹ b by elimination with row exchanges; overwrite a. Return 0 if a is singular, else 1."""
+    for k in range(n):
+        p = k
+        for i in range(k + 1, n):
+            if abs(a[i * n + k]) > abs(a[p * n + k]):
+                p = i
+        if a[p * n + k] == 0.0 or not math.isfinite(a[p * n + k]):
+            return 0
+        if p != k:
+            for j in range(k, n):
+                exchanged = a[k * n + j]
+                a[k * n + j] = a[p * n + j]
+                a[p * n + j] = exchanged
+            exchanged = b[k]
+            b[k] = b[p]
+            b[p] = exchanged
+        for i in range(k + 1, n):
+            part = a[i * n + k] / a[k * n + k]
+            if part != 0.0:
+                for j in range(k + 1, n):
+                    a[i * n + j] -= part * a[k * n + j]
+                b[i] -= part * b[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            b[k] -= a[k * n + j] * b[j]
+        b[k] /= a[k * n + k]
+    return 1
+
+
+# -- multipliers -----------------------------------------------------------------------------------------
+
+
+@compiled
+def multiply(problem: ContactProblem, memory: Newton, soft: float, goal: float) -> int:
+    """Improve λ from v and y by rounds of multipliers; return the number of Newton steps."""
+    x, y, past, moved = problem.x, memory.y, memory.past, memory.moved
+    for a in range(problem.count):
+        past[a], moved[a] = 0.0, 0.0
+    count, idle, last = 0, 0, math.inf
+    for _ in range(ROUNDS):
+        count += balance(problem, memory, soft)
+        for a in range(problem.count):
+            x[a] = memory.here.x[a]
+        size = measure(problem)
+        if not math.isfinite(size):
+            return count
+        idle += 1
+        if size < memory.residual:
+            if size < 0.5 * memory.residual:
+                idle = 0
+            memory.residual = size
+            for a in range(problem.count):
+                memory.best[a] = x[a]
+        if memory.residual <= goal or (idle > IDLE and memory.residual <= ENOUGH):
+            return count
+        square, turn = 0.0, 0.0
+        for a in range(problem.count):
+            change = x[a] - past[a]
+            square += change * change
+            turn += (change - moved[a]) * (change - moved[a])
+            moved[a] = change
+        part = reach(problem, moved) if turn < DRIFT * DRIFT * square else 0.0
+        if part == 0.0 and size > SLOW * last and soft > memory.softest:
+            soft /= 10.0
+        for a in range(problem.count):
+            y[a] = x[a] + part * moved[a]
+            past[a] = y[a]
+        last = size
+    return count
+
+
+@compiled
+def reach(problem: ContactProblem, d: Reals) -> float:
+    """Return the greatest factor up to which λ + t d leaves every contact inside its cone; 0 if there is no limit.
+
+    |T + t dT| = μ (N + t dN)   or   N + t dN = low; contacts on the boundary do not count.
+    """
+    nearest, x = 0.0, problem.x
+    for a in range(problem.count):
+        t, kind = 0.0, problem.kinds[a]
+        if kind == NORMAL and d[a] < 0.0 and x[a] > problem.low[a]:
+            t = (problem.low[a] - x[a]) / d[a]
+        elif kind == LINE or kind == FIRST:
+            T2, d2, Td = x[a] * x[a], d[a] * d[a], x[a] * d[a]
+            if kind == FIRST:
+                T2 += x[a + 1] * x[a + 1]
+                d2 += d[a + 1] * d[a + 1]
+                Td += x[a + 1] * d[a + 1]
+            limit, growth = problem.mu[a] * x[a - 1], problem.mu[a] * d[a - 1]
+            a_2, h, k = d2 - growth * growth, Td - limit * growth, T2 - limit * limit
+            if x[a - 1] > 0.0 and k < -INSIDE * limit * limit:  # the least positive root of a t² + 2 h t + k
+                s = root(greater(h * h - a_2 * k, 0.0))
+                if h > 0.0:
+                    t = -k / (h + s)
+                elif a_2 > 0.0:
+                    t = (s - h) / a_2
+        if t > 0.0 and (nearest == 0.0 or t < nearest):
+            nearest = t
+    return nearest
+
+
+# -- sweeps ----------------------------------------------------------------------------------------------
+
+
+@compiled
+def sweep(problem: ContactProblem) -> float:
+    """Improve λ by sweeps, λ ← P(λ - r/s) contact by contact, until it is within `ROUGH`; return the residual."""
+    x, r = problem.x, problem.r
+    left = measure(problem)
+    for turn in range(SWEEPS):
+        if left <= ROUGH or not math.isfinite(left):
+            return left
+        for a in range(problem.count):
+            if problem.kinds[a] != SECOND:
+                last = a + 2 if problem.kinds[a] == FIRST else a + 1
+                for i in range(a, last):
+                    rate = problem.b[i] + along(problem.blocks, i, problem.W, problem.v)
+                    r[i] = x[i] - rate / problem.scale[a]
+                project(problem, a, r, r)
+                for i in range(a, last):
+                    if r[i] != x[i]:
+                        add(problem.blocks, i, problem.X, r[i] - x[i], problem.v)
+                        x[i] = r[i]
+        if turn % 10 == 9:
+            left = measure(problem)
+    return measure(problem)
+
+
+# -- factors of A ----------------------------------------------------------------------------------------
 
 
 @compiled
@@ -85,381 +365,3 @@ def factor(A: Reals, m: int, H: Reals, small: float, left: Reals, order: Integer
             else:
                 H[i * m + n] = pivot if i == p else 0.0
     return m
-
-
-@compiled
-def dot(a: Reals, b: Reals, n: int) -> float:
-    """Return a · b."""
-    s = 0.0
-    for k in range(n):
-        s += a[k] * b[k]
-    return s
-
-
-@compiled
-def pressed(kinds: Integers, free: Reals, mu: Reals, low: Reals, m: int, x: Reals) -> None:
-    """Set x to the forces of compliant contacts at ``free`` = y - r/ε."""
-    for i in range(m):
-        if kinds[i] == EQUALITY:
-            x[i] = free[i]
-        elif kinds[i] == NORMAL:
-            x[i] = greater(low[i], free[i])
-        elif kinds[i] == LINE:
-            limit = mu[i] * greater(x[i - 1], 0.0)
-            x[i] = free[i] if abs(free[i]) <= limit else (limit if free[i] > 0.0 else -limit)
-        elif kinds[i] == FIRST:
-            limit = mu[i] * greater(x[i - 1], 0.0)
-            length = root(free[i] * free[i] + free[i + 1] * free[i + 1])
-            part = 1.0 if length <= limit else limit / length
-            x[i] = part * free[i]
-            x[i + 1] = part * free[i + 1]
-
-
-@compiled
-def slopes(kinds: Integers, free: Reals, mu: Reals, low: Reals, H: Reals, m: int, n: int, G: Reals) -> None:
-    """Set G (m, n) to ∂λ/∂(y - r/ε) H."""
-    for i in range(m):
-        for k in range(n):
-            if kinds[i] == EQUALITY:
-                G[i * n + k] = H[i * n + k]
-            elif kinds[i] == NORMAL:
-                G[i * n + k] = H[i * n + k] if free[i] > low[i] else 0.0
-            elif kinds[i] == LINE:
-                normal = greater(low[i - 1], free[i - 1])
-                limit = mu[i] * greater(normal, 0.0)
-                if abs(free[i]) <= limit:
-                    G[i * n + k] = H[i * n + k]
-                else:
-                    G[i * n + k] = (mu[i] if free[i] > 0.0 else -mu[i]) * G[(i - 1) * n + k]
-            elif kinds[i] == FIRST:
-                normal = greater(low[i - 1], free[i - 1])
-                limit = mu[i] * greater(normal, 0.0)
-                length = root(free[i] * free[i] + free[i + 1] * free[i + 1])
-                a, b = H[i * n + k], H[(i + 1) * n + k]
-                if length <= limit:
-                    G[i * n + k], G[(i + 1) * n + k] = a, b
-                else:
-                    e, f = free[i] / length, free[i + 1] / length
-                    along = e * a + f * b
-                    grown = mu[i] * G[(i - 1) * n + k]
-                    part = limit / length
-                    G[i * n + k] = part * (a - e * along) + e * grown
-                    G[(i + 1) * n + k] = part * (b - f * along) + f * grown
-
-
-@compiled
-def solved(a: Reals, n: int, b: Reals) -> int:
-    """Replace b by a⁻¹ b by elimination with row exchanges; overwrite a. Return 0 if a is singular, else 1."""
-    for k in range(n):
-        p = k
-        for i in range(k + 1, n):
-            if abs(a[i * n + k]) > abs(a[p * n + k]):
-                p = i
-        if a[p * n + k] == 0.0 or not math.isfinite(a[p * n + k]):
-            return 0
-        if p != k:
-            for j in range(k, n):
-                exchanged = a[k * n + j]
-                a[k * n + j] = a[p * n + j]
-                a[p * n + j] = exchanged
-            exchanged = b[k]
-            b[k] = b[p]
-            b[p] = exchanged
-        for i in range(k + 1, n):
-            part = a[i * n + k] / a[k * n + k]
-            if part != 0.0:
-                for j in range(k + 1, n):
-                    a[i * n + j] -= part * a[k * n + j]
-                b[i] -= part * b[k]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            b[k] -= a[k * n + j] * b[j]
-        b[k] /= a[k * n + k]
-    return 1
-
-
-@compiled
-def missed(problem: Reals, kinds: Integers, m: int, n: int, w: Reals, rates: Reals) -> float:
-    """Return the residual of λ, relative to its size: the one of `ConeProblem.residual`.
-
-    ``w`` (n) becomes Cᵀ λ and ``rates`` (m) become r.
-    """
-    H, C, c = problem, shifted(problem, m * n), shifted(problem, 2 * m * n)
-    mu, low, scale, x = shifted(c, m), shifted(c, 2 * m), shifted(c, 3 * m), shifted(c, 4 * m)
-    for k in range(n):
-        w[k] = 0.0
-    worst, size = 0.0, 0.0
-    for i in range(m):
-        size = greater(size, greater(abs(c[i]), scale[i] * abs(low[i])))
-        if not math.isfinite(x[i]):
-            return math.inf
-        for k in range(n):
-            w[k] += C[i * n + k] * x[i]
-    for i in range(m):
-        rates[i] = c[i] + dot(shifted(H, i * n), w, n)
-    for i in range(m):
-        s, r = scale[i], rates[i]
-        if kinds[i] == EQUALITY:
-            worst = greater(worst, abs(r))
-        elif kinds[i] == NORMAL:
-            gap = s * (x[i] - low[i])
-            worst = greater(worst, abs(r if r < gap else gap))
-        elif kinds[i] == LINE:
-            limit, free = s * mu[i] * greater(x[i - 1], 0.0), s * x[i] - r
-            near = free if abs(free) <= limit else (limit if free > 0.0 else -limit)
-            worst = greater(worst, abs(s * x[i] - near))
-        elif kinds[i] == FIRST:
-            p, q = s * x[i] - r, s * x[i + 1] - rates[i + 1]
-            limit, length = s * mu[i] * greater(x[i - 1], 0.0), root(p * p + q * q)
-            part = 1.0 if length <= limit else limit / length
-            worst = greater(worst, greater(abs(s * x[i] - part * p), abs(s * x[i + 1] - part * q)))
-    if not math.isfinite(size):
-        return size
-    return worst / size if size > 0.0 else 0.0
-
-
-@compiled
-def error(
-    problem: Reals, kinds: Integers, m: int, n: int, soft: float, y: Reals, v: Reals, room: Reals
-) -> float:
-    """Write y - r/ε, λ and F(v) to ``room`` (2 m + n numbers); return |F|."""
-    H, C, c = problem, shifted(problem, m * n), shifted(problem, 2 * m * n)
-    mu, low = shifted(c, m), shifted(c, 2 * m)
-    free, x, F = room, shifted(room, m), shifted(room, 2 * m)
-    for i in range(m):
-        free[i] = y[i] - (c[i] + dot(shifted(H, i * n), v, n)) / soft
-    pressed(kinds, free, mu, low, m, x)
-    for k in range(n):
-        F[k] = v[k]
-    for i in range(m):
-        if x[i] != 0.0:
-            for k in range(n):
-                F[k] -= C[i * n + k] * x[i]
-    return root(dot(F, F, n))
-
-
-@compiled
-def jacobian(C: Reals, G: Reals, m: int, n: int, soft: float, J: Reals) -> None:
-    """Set J (n, n) to 1 + Cᵀ G/ε."""
-    for k in range(n):
-        for j in range(n):
-            J[k * n + j] = 1.0 if k == j else 0.0
-    for i in range(m):
-        for k in range(n):
-            if C[i * n + k] != 0.0:
-                for j in range(n):
-                    J[k * n + j] += C[i * n + k] * G[i * n + j] / soft
-
-
-@compiled
-def balanced(
-    problem: Reals, kinds: Integers, m: int, n: int, soft: float, y: Reals, v: Reals, room: Reals
-) -> int:
-    """Find v with F(v) = 0 by Newton's method with shorter steps where |F| would grow; return the number of steps.
-
-    ``room``: 2 (2 m + n) + m n + n n + 2 n numbers; its second m numbers become λ.
-    """
-    H, C, c = problem, shifted(problem, m * n), shifted(problem, 2 * m * n)
-    mu, low = shifted(c, m), shifted(c, 2 * m)
-    other = shifted(room, 2 * m + n)
-    G = shifted(other, 2 * m + n)
-    J = shifted(G, m * n)
-    step, trial = shifted(J, n * n), shifted(J, n * n + n)
-    size = error(problem, kinds, m, n, soft, y, v, room)
-    kinks = 0
-    for turn in range(STEPS):
-        if size <= 1e-15 * root(dot(v, v, n)):
-            return turn
-        slopes(kinds, room, mu, low, H, m, n, G)
-        for k in range(n):
-            step[k] = -room[2 * m + k]
-        jacobian(C, G, m, n, soft, J)
-        if solved(J, n, step) == 0:
-            return turn
-        part, shorter = 1.0, True
-        while shorter:
-            for k in range(n):
-                trial[k] = v[k] + part * step[k]
-            new = error(problem, kinds, m, n, soft, y, trial, other)
-            shorter = not new < (1.0 - 1e-4 * part) * size
-            part /= 2.0
-            if (
-                shorter and part < SHORTEST
-            ):  # a kink: |F| falls in no short step, and the slope beyond it is needed
-                if size <= 1e-9 * root(dot(v, v, n)) or kinks == KINKS or not math.isfinite(new):
-                    return turn
-                kinks += 1
-                for k in range(n):
-                    trial[k] = v[k] + BEYOND * step[k]
-                shorter = False
-        size = error(problem, kinds, m, n, soft, y, trial, room)
-        for k in range(n):
-            v[k] = trial[k]
-    return STEPS
-
-
-@compiled
-def swept(problem: Reals, kinds: Integers, m: int, n: int, w: Reals, rates: Reals) -> float:
-    """Improve λ by Gauss-Seidel sweeps over the contacts until its residual is below `ROUGH`; return the residual."""
-    H, C, c = problem, shifted(problem, m * n), shifted(problem, 2 * m * n)
-    mu, low, scale, x = shifted(c, m), shifted(c, 2 * m), shifted(c, 3 * m), shifted(c, 4 * m)
-    left = missed(problem, kinds, m, n, w, rates)
-    for turn in range(SWEEPS):
-        if left <= ROUGH or not math.isfinite(left):
-            return left
-        for i in range(m):
-            if kinds[i] != SECOND:
-                width = 2 if kinds[i] == FIRST else 1
-                for j in range(i, i + width):
-                    rates[j] = x[j] - (c[j] + dot(shifted(H, j * n), w, n)) / scale[i]
-                if kinds[i] == NORMAL:
-                    rates[i] = greater(low[i], rates[i])
-                elif kinds[i] != EQUALITY:
-                    limit, length = mu[i] * greater(x[i - 1], 0.0), abs(rates[i])
-                    if width == 2:
-                        length = root(rates[i] * rates[i] + rates[i + 1] * rates[i + 1])
-                    if length > limit:
-                        for j in range(i, i + width):
-                            rates[j] *= limit / length
-                for j in range(i, i + width):
-                    change = rates[j] - x[j]
-                    if change != 0.0:
-                        for k in range(n):
-                            w[k] += change * C[j * n + k]
-                        x[j] = rates[j]
-        if turn % 10 == 9:
-            left = missed(problem, kinds, m, n, w, rates)
-    return missed(problem, kinds, m, n, w, rates)
-
-
-@compiled
-def reach(kinds: Integers, mu: Reals, low: Reals, m: int, x: Reals, d: Reals) -> float:
-    """Return the greatest factor up to which x + t d leaves every contact inside its cone; 0 if there is no limit.
-
-    |T + t dT| = μ (N + t dN)   or   N + t dN = low; contacts on the boundary do not count.
-    """
-    nearest = 0.0
-    for i in range(m):
-        t = 0.0
-        if kinds[i] == NORMAL and d[i] < 0.0 and x[i] > low[i]:
-            t = (low[i] - x[i]) / d[i]
-        elif kinds[i] == LINE or kinds[i] == FIRST:
-            T2, d2, Td = x[i] * x[i], d[i] * d[i], x[i] * d[i]
-            if kinds[i] == FIRST:
-                T2 += x[i + 1] * x[i + 1]
-                d2 += d[i + 1] * d[i + 1]
-                Td += x[i + 1] * d[i + 1]
-            limit, growth = mu[i] * x[i - 1], mu[i] * d[i - 1]
-            a, h, k = d2 - growth * growth, Td - limit * growth, T2 - limit * limit
-            if (
-                x[i - 1] > 0.0 and k < -1e-12 * limit * limit
-            ):  # the smallest positive root of a t² + 2 h t + k
-                s = root(greater(h * h - a * k, 0.0))
-                if h > 0.0:
-                    t = -k / (h + s)
-                elif a > 0.0:
-                    t = (s - h) / a
-        if t > 0.0 and (nearest == 0.0 or t < nearest):
-            nearest = t
-    return nearest
-
-
-@compiled
-def multiplied(
-    problem: Reals, kinds: Integers, m: int, n: int, soft: float, goal: float, y: Reals, result: Reals
-) -> int:
-    """Improve λ from v and y by rounds of multipliers; return the number of Newton steps.
-
-    ``result`` holds the least residual so far and the limit of the compliance. ``y`` stands with its room in the block.
-    """
-    c = shifted(problem, 2 * m * n)
-    mu, low, x = shifted(c, m), shifted(c, 2 * m), shifted(c, 4 * m)
-    best, rates, past, moved = shifted(y, m), shifted(y, 2 * m), shifted(y, 3 * m), shifted(y, 4 * m)
-    v, w = shifted(y, 5 * m), shifted(y, 5 * m + n)
-    work = shifted(w, n)
-    for i in range(m):
-        past[i], moved[i] = 0.0, 0.0
-    count, idle, last = 0, 0, math.inf
-    for _ in range(ROUNDS):
-        count += balanced(problem, kinds, m, n, soft, y, v, work)
-        for i in range(m):
-            x[i] = work[m + i]
-        size = missed(problem, kinds, m, n, w, rates)
-        if not math.isfinite(size):
-            return count
-        idle += 1
-        if size < result[0]:
-            if size < 0.5 * result[0]:
-                idle = 0
-            result[0] = size
-            for i in range(m):
-                best[i] = x[i]
-        if result[0] <= goal or (idle > IDLE and result[0] <= ENOUGH):
-            return count
-        square, turn = 0.0, 0.0
-        for i in range(m):
-            change = x[i] - past[i]
-            square += change * change
-            turn += (change - moved[i]) * (change - moved[i])
-            moved[i] = change
-        part = reach(kinds, mu, low, m, x, moved) if turn < DRIFT * DRIFT * square else 0.0
-        if part == 0.0 and size > SLOW * last and soft > result[1]:
-            soft /= 10.0
-        for i in range(m):
-            y[i] = x[i] + part * moved[i]
-            past[i] = y[i]
-        last = size
-    return count
-
-
-@compiled
-def solve(problem: Reals, kinds: Integers, m: int, n: int, goal: float, result: Reals) -> int:
-    """Find λ from zero; return the number of Newton steps. ``result[0]`` becomes the least residual reached.
-
-    The ways are tried in turn until one succeeds: compliances in a few steps, in many steps, sweeps. Large problems
-    begin with the last. ``result`` has two numbers.
-    """
-    c = shifted(problem, 2 * m * n)
-    low, scale, x = shifted(c, 2 * m), shifted(c, 3 * m), shifted(c, 4 * m)
-    y = shifted(x, m)
-    best, rates, v = shifted(y, m), shifted(y, 2 * m), shifted(y, 5 * m)
-    work = shifted(v, 2 * n)
-    unit, count = 0.0, 0
-    for i in range(m):
-        x[i] = greater(low[i], 0.0) if kinds[i] == NORMAL else 0.0
-        best[i] = x[i]
-        unit += scale[i] / m
-    result[0] = missed(problem, kinds, m, n, v, rates)
-    for way in range(3):
-        if not (result[0] > goal and math.isfinite(result[0])) or (way > 0 and result[0] <= ENOUGH):
-            break
-        fine = way == 1 if n <= DENSE else way == 2
-        soft = SOFT * unit if fine else SOFTEST * unit
-        for i in range(m):
-            y[i] = 0.0
-            x[i] = greater(low[i], 0.0) if kinds[i] == NORMAL else 0.0
-        for k in range(n):
-            v[k] = 0.0
-        if (way == 0 and n > DENSE) or (way == 2 and n <= DENSE):
-            swept(problem, kinds, m, n, v, rates)
-            for i in range(m):
-                y[i] = x[i]
-            for _ in range(STAGES - 1):
-                soft /= 10.0
-        else:
-            for stage in range(MANY if fine else STAGES):
-                if stage > 0:
-                    soft /= 2.0 if fine else 10.0
-                count += balanced(problem, kinds, m, n, soft, y, v, work)
-        result[1] = HARDEST * unit
-        count += multiplied(problem, kinds, m, n, soft, goal, y, result)
-        if (
-            result[0] > ENOUGH
-        ):  # λ that drifts on a line, along forces in balance, is seen at one compliance only
-            for i in range(m):
-                y[i] = 0.0
-            result[1] = soft
-            count += multiplied(problem, kinds, m, n, soft, goal, y, result)
-    for i in range(m):
-        x[i] = best[i]
-    return count

@@ -17,8 +17,9 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater, root
-from .cone import add, add_all, clipped, nearest, rate, residual
+from ...native.instructions import compiled, greater, root
+from .block_rows import add, dot
+from .cone import add_all, clipped, nearest, rate, residual
 from .contact_problem import LINE, NORMAL, PAIRS, ContactProblem, Sweeping
 
 TURNS = 8
@@ -76,15 +77,6 @@ def solve(problem: ContactProblem, memory: Sweeping, tolerance: float, most: int
             mixed = 1
             mix(problem, memory, pairs)
     return -1
-
-
-@compiled
-def dot(x: Reals, y: Reals, n: int) -> float:
-    """Return x · y."""
-    total = 0.0
-    for k in range(n):
-        total += x[k] * y[k]
-    return total
 
 
 # -- one sweep -----------------------------------------------------------------------------------------

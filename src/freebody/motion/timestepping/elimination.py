@@ -13,7 +13,7 @@ Source of the elimination: Featherstone, Rigid Body Dynamics Algorithms (2008), 
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, root
-from ..cones.cone import along
+from ..cones.block_rows import along
 from .stepping_record import Elimination
 
 SINGULAR = 1e-14

@@ -30,9 +30,10 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import Reals, compiled, greater, lesser, root
-from ..cones.cone import along
-from ..cones.contact_problem import FIRST, LINE, NORMAL, Blocks
-from ..cones.sweeps import dot, solve
+from ..cones.block_rows import along, dot
+from ..cones.cone import set_scales
+from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
+from ..cones.sweeps import solve
 from .elimination import answer, block_back, factor, hold, meet
 from .stepping_record import (
     BACKWARDS,
@@ -172,20 +173,17 @@ def close(run: Run, friction: int) -> None:
 def answers(run: Run, constraints: int) -> None:
     """Compute X and σ of the rows of the problem, and the part of A = W X of each contact."""
     problem, blocks, W, X = run.problem, run.problem.blocks, run.W, run.problem.X
-    A, s, kinds = problem.matrix, problem.scale, problem.kinds
+    A, kinds = problem.matrix, problem.kinds
     for a in range(problem.count):
         r = problem.rows[a]
         answer(run.elimination, r, W, X, run.elimination.sigma[a], constraints)
-        A[a, 0] = s[a] = joined(blocks, r, r, W, X)
-    for a in range(problem.count):
-        r = problem.rows[a]
-        if kinds[a] == LINE or kinds[a] == FIRST:
+        A[a, 0] = joined(blocks, r, r, W, X)
+        if kinds[a] == LINE or kinds[a] == SECOND:
             A[a - 1, 1] = joined(blocks, r - 1, r, W, X)
-        if kinds[a] == FIRST:
-            A[a - 1, 2] = joined(blocks, r - 1, r + 1, W, X)
-            A[a, 1] = joined(blocks, r, r + 1, W, X)
-            s[a] = greater(A[a, 0], A[a + 1, 0]) + abs(A[a, 1])
-            s[a + 1] = s[a]
+        if kinds[a] == SECOND:
+            A[a - 2, 1] = joined(blocks, r - 2, r - 1, W, X)
+            A[a - 2, 2] = joined(blocks, r - 2, r, W, X)
+    set_scales(problem)
 
 
 @compiled

@@ -22,7 +22,7 @@ from ...dynamics.mobility import massless_motion
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
-from ..cones.cone_problem import eased, polished
+from ..cones.dense_problem import DenseProblem
 from ..contact.motion import check_coefficients
 from ..contact.scene import scene_of_layout
 from ..ending import End
@@ -46,7 +46,7 @@ RESIDUAL = 1e-12
 ACCEPTED = 1e-9
 """The same limit for an almost degenerate problem, such as a pile coming to rest; see the trajectory's residual."""
 SWEEPS = 3_000
-"""Sweeps of one problem before Newton's method takes over (`polished`); ten times as many if that fails."""
+"""Sweeps of one problem before Newton's method takes over (`DenseProblem`); ten times as many if that fails."""
 MOST_SWEEPS = 100_000
 BLOCK = 1000
 """Steps between two checks of events, progress and the keyboard; fewer in proportion with more than ten contacts."""
@@ -292,13 +292,13 @@ class _Run:
             columns = [i for k in pieces for i in range(shape.blocks[k], shape.blocks[k + 1])]
             values = slice(shape.row_at[r], shape.row_at[r + 1])
             W[a, columns], X[a, columns] = problem.W[values], problem.X[values]
-        goal = RESIDUAL * problem.reference
-        A = W @ X.T
-        found = polished(A, b, kinds, mu, x.copy(), goal / 3)
+        goal = RESIDUAL * problem.reference / 3
+        dense = DenseProblem(W @ X.T, b, kinds, mu)
+        found = dense.polished(x, goal)
         if found is None:
-            found = eased(A, b, kinds, mu, goal / 3)
+            found = dense.eased(goal)
         guess[:] = 0.0
-        guess[rows] = x if found is None else _within(found, kinds, mu)
+        guess[rows] = x if found is None else dense.projected(found)
         return found is not None
 
     def _failure(self, t: float, y: Array) -> str:
@@ -388,19 +388,6 @@ class _Run:
             (self.first, self.tangents),
         )  # fmt: skip
         return Trajectory(*self.problem.outcome(path), course=course)
-
-
-def _within(x: Array, kinds: Any, mu: Array) -> Array:
-    """Return the impulses, those that round-off left outside their cones moved onto them."""
-    for a in np.flatnonzero(kinds == 1):
-        x[a] = max(x[a], 0.0)
-        end = a + 1
-        while end < len(kinds) and kinds[end] != 1:
-            end += 1
-        T, limit = float(np.linalg.norm(x[a + 1 : end])), mu[a + 1] * x[a] if end > a + 1 else 0.0
-        if limit < T:
-            x[a + 1 : end] *= limit / T
-    return x
 
 
 def _memory(
