@@ -102,8 +102,10 @@ class ConeProblem:
     def _dense(self) -> DenseProblem:
         """The problem of the unknowns x, λ = B x, r = A B x + c."""
         rows, columns, kinds, mu, low = self._rows
+        part, H = self.A[rows], rows_of(self.A)
+        lower = None if self.low is None else low
         return DenseProblem(
-            self.A[rows] @ columns.T, self.c[rows], kinds, mu, low, self.A[np.ix_(rows, rows)]
+            part @ columns.T, self.c[rows], kinds, mu, lower, part[:, rows], (H[rows], columns @ H)
         )
 
     def residual(self, forces: Array) -> float:
@@ -121,8 +123,8 @@ class ConeProblem:
     def solve(self) -> ConeSolution:
         """Return the solution found from zero. It is one only if its residual is below :data:`EXACT`."""
         rows, columns, *_ = self._rows
-        H, dense = rows_of(self.A), self._dense
-        x, left, steps = dense.from_zero(H[rows], columns @ H)
+        dense = self._dense
+        x, left, steps = dense.from_zero()
         # Newton's method on the laws themselves: a step to round-off, or a slow problem
         exact, most = (1e-2 * EXACT, 60) if left > EXACT else (GOAL, 2)
         polish = dense.polished(x, exact * float(np.abs(self.c[rows]).max(initial=0)), most)

@@ -46,6 +46,8 @@ class DenseProblem:
         Kind, coefficient of friction and lower limit of each row (`contact_problem`).
     symmetric : array (m, m), optional
         Matrix whose diagonal blocks give the scales; A by default, which may have no positive diagonal for slip.
+    factors : two arrays (m, n), optional
+        H and C of A = H Cᵀ; by default H = C.
     """
 
     A: Array
@@ -54,23 +56,25 @@ class DenseProblem:
     mu: Sequence[float]
     low: Sequence[float] | None = None
     symmetric: Array | None = None
+    factors: tuple[Array, Array] | None = None
 
     @cached_property
     def memory(self) -> Any:
-        """The record of the problem."""
-        m = len(self.b)
-        result = ContactProblem.made(most=max(m, 1), n=0)
+        """The record of the problem, with room for as many directions as H has, or as there are rows."""
+        m, n = len(self.b), len(self.b) if self.factors is None else self.factors[0].shape[1]
+        result = ContactProblem.made(most=max(m, 1), n=n)
         result.count = m
         for name, numbers in (("kinds", self.kinds), ("mu", self.mu), ("low", self.low), ("b", self.b)):
             if numbers is not None:
                 getattr(result, name)[:m] = numbers
-        matrix = self.A if self.symmetric is None else self.symmetric
+        matrix, square = result.matrix, self.A if self.symmetric is None else self.symmetric
         for k in range(3):
-            result.matrix[: max(m - k, 0), k] = matrix.diagonal(k)
-        result.matrix[:, 0] = np.abs(result.matrix[:, 0])
+            matrix[: max(m - k, 0), k] = square.diagonal(k)
+        np.abs(matrix[:, 0], out=matrix[:, 0])
         code("set_scales")(result)
-        least = (result.scale * np.abs(result.low)).max()
-        result.reference = max(float(np.abs(self.b).max(initial=0)), float(least))
+        result.reference = float(np.abs(self.b).max(initial=0))
+        if self.low is not None:
+            result.reference = max(result.reference, float((result.scale * np.abs(result.low)).max()))
         return result
 
     def rated(self, x: Array, rates: Array) -> float:
@@ -79,31 +83,39 @@ class DenseProblem:
         memory.x[:m], memory.r[:m] = x, rates
         return float(code("violation")(memory))
 
-    def from_zero(self, H: Array | None = None, C: Array | None = None) -> tuple[Array, float, int]:
-        """Return x by `newton`, its residual, and the number of Newton steps. A = H Cᵀ; by default H = C."""
-        H = rows_of(self.A) if H is None else H
-        C = H if C is None else C
+    def from_zero(self) -> tuple[Array, float, int]:
+        """Return x by `newton`, its residual, and the number of Newton steps."""
+        problem = self.memory
+        H = rows_of(self.A) if self.factors is None else self.factors[0]
         m, n = H.shape
-        problem = _with_rows(self.memory, H, C)
+        problem.W = problem.X = np.ascontiguousarray(H)
+        if self.factors is not None:
+            problem.X = np.ascontiguousarray(self.factors[1])
+        blocks, rows = problem.blocks, np.arange(m + 1)
+        blocks.n, blocks.count, blocks.starts = n, 1, np.array([0, n])
+        blocks.pieces, blocks.first, blocks.at = np.zeros(m + 1, dtype=np.int64), rows, n * rows
+        problem.rows[:m] = rows[:m]
         memory = Newton.made(most=max(m, 1), n=n)
         steps = code("solve")(problem, memory, GOAL)
         return problem.x[:m].copy(), float(memory.residual), int(steps)
 
     def polished(self, x: Array, goal: float, most: int = 60) -> Array | None:
         """Return impulses near ``x`` that violate no law by more than the rate ``goal``; None if none are found."""
-        error, slope = self._laws(x)
+        error = self._violations(x)
         for _ in range(most):
             if float(np.abs(error).max(initial=0)) <= goal:
                 return x
+            slope = np.empty_like(self.A)
+            code("violation_slopes")(self.memory, self.A, slope)
             step = np.linalg.lstsq(slope, -error, rcond=SMALL)[0]
             part, length = 1.0, float(np.linalg.norm(error))
             while True:
                 other = x + part * step
-                new, bent = self._laws(other)
+                new = self._violations(other)
                 if float(np.linalg.norm(new)) < (1 - FALLS * part) * length or part < SHORTEST:
                     break
                 part /= 2
-            x, error, slope = other, new, bent
+            x, error = other, new
         return x if float(np.abs(error).max(initial=0)) <= goal else None
 
     def eased(self, goal: float) -> Array | None:
@@ -111,39 +123,18 @@ class DenseProblem:
         if not (np.isfinite(self.A).all() and np.isfinite(self.b).all()):
             return None
         x = self.from_zero()[0]
-        if float(np.abs(self._laws(x)[0]).max(initial=0)) <= goal:
-            return x
-        return self.polished(x, goal)
+        return x if float(np.abs(self._violations(x)).max(initial=0)) <= goal else self.polished(x, goal)
 
     def projected(self, x: Array) -> Array:
         """Return the impulses in the cones that are nearest to ``x``, each friction to its own normal impulse."""
-        m = len(self.b)
-        result = np.zeros(max(m, 1))
+        result = np.zeros(max(len(x), 1))
         code("project_all")(self.memory, np.ascontiguousarray(x), result)
-        return result[:m]
+        return result[: len(x)]
 
-    def _laws(self, x: Array) -> tuple[Array, Array]:
-        """Return the violations of the laws by x, as rates, and their slope."""
-        m, slope = len(self.b), np.empty_like(self.A)
+    def _violations(self, x: Array) -> Array:
+        """Return the violations of the laws by x, as rates."""
         self.rated(x, self.A @ x + self.b)
-        code("violation_slopes")(self.memory, self.A, slope)
-        return self.memory.e[:m].copy(), slope
-
-
-def _with_rows(problem: Any, H: Array, C: Array) -> Any:
-    """Return a copy of a problem with the rows of H and C in one block."""
-    m, n = H.shape
-    result = ContactProblem.made(most=max(m, 1), n=n)
-    for name in ("kinds", "mu", "low", "scale", "b"):
-        getattr(result, name)[:] = getattr(problem, name)
-    result.count, result.reference = m, problem.reference
-    result.W, result.X = np.ascontiguousarray(H), np.ascontiguousarray(C)
-    result.rows[:m] = np.arange(m)
-    blocks = result.blocks
-    blocks.count, blocks.starts = 1, np.array([0, n], dtype=np.int64)
-    blocks.pieces, blocks.first = np.zeros(max(m, 1), dtype=np.int64), np.arange(m + 1, dtype=np.int64)
-    blocks.at = n * blocks.first
-    return result
+        return np.array(self.memory.e[: len(x)])
 
 
 def rows_of(A: Array) -> Array:
