@@ -38,8 +38,13 @@ def clipped_slope(y: float, limit: float, dy: float, growth: float) -> float:
 
 
 @compiled
-def nearest_slope(y: Reals, limit: float, dy_1: float, dy_2: float, growth: float, slope: Reals, step: int) -> None:
-    """Write the change of `nearest` to ``slope[0]`` and ``slope[step]``: (1 - e eᵀ) dy limit/|y| + e growth, e = y/|y|."""
+def nearest_slope(
+    y: Reals, limit: float, dy_1: float, dy_2: float, growth: float, slope: Reals, step: int
+) -> None:
+    """Write the change of `nearest` to ``slope[0]`` and ``slope[step]``.
+
+    (1 - e eᵀ) dy limit/|y| + e growth,  e = y/|y|
+    """
     length = root(y[0] * y[0] + y[1] * y[1])
     slope[0], slope[step] = dy_1, dy_2
     if length > limit:
@@ -77,7 +82,7 @@ def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
     for a in range(problem.count):
         kind, mu, h, g = problem.kinds[a], problem.mu[a], H[a * n :], G[a * n :]
         limit = 0.0
-        if kind == LINE or kind == FIRST:
+        if problem.kinds[a] == LINE or problem.kinds[a] == FIRST:
             limit = mu * greater(greater(problem.low[a - 1], y[a - 1]), 0.0)
         for k in range(n):
             if kind == EQUALITY:
@@ -148,10 +153,14 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
     for a in range(m):
         kind, s, mu = problem.kinds[a], problem.scale[a], problem.mu[a]
         limit, grown = 0.0, 0.0
-        if kind == LINE or kind == FIRST:
+        if problem.kinds[a] == LINE or problem.kinds[a] == FIRST:
             limit, grown = s * mu * greater(x[a - 1], 0.0), s * mu if x[a - 1] > 0.0 else 0.0
         for k in range(m):
-            one, next_one, normal = s if k == a else 0.0, s if k == a + 1 else 0.0, grown if k == a - 1 else 0.0
+            one, next_one, normal = (
+                s if k == a else 0.0,
+                s if k == a + 1 else 0.0,
+                grown if k == a - 1 else 0.0,
+            )
             i = a * m + k
             if kind == EQUALITY:
                 slope[i] = A[i]

@@ -9,7 +9,7 @@
 
 A solution exists and is found for impacts and for small friction; its motion is unique if there is no friction. Where
 several motions satisfy these laws, the result is the limit of equal compliance at all contacts, from zero (see
-`cone_newton`).
+`newton`).
 """
 
 from __future__ import annotations

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...native.loop import made, sibling
-from ...native.records import Record
 from .contact_problem import ContactProblem, Newton
 
 Array = NDArray[np.float64]
@@ -58,6 +57,21 @@ class DenseProblem:
     symmetric: Array | None = None
     factors: tuple[Array, Array] | None = None
 
+    @classmethod
+    def of(cls, problem: Any) -> DenseProblem:
+        """Return the dense form of a problem that is given by the rows of its record."""
+        blocks, count = problem.blocks, problem.count
+        W, X = np.zeros((2, count, blocks.n))
+        for a, r in enumerate(problem.rows[:count]):
+            pieces = blocks.pieces[blocks.first[r] : blocks.first[r + 1]]
+            columns = [i for b in pieces for i in range(blocks.starts[b], blocks.starts[b + 1])]
+            values = slice(blocks.at[r], blocks.at[r + 1])
+            W[a, columns], X[a, columns] = problem.W[values], problem.X[values]
+        b, kinds, mu, low = (
+            row[:count].copy() for row in (problem.b, problem.kinds, problem.mu, problem.low)
+        )
+        return cls(W @ X.T, b, kinds, mu, low)
+
     @cached_property
     def memory(self) -> Any:
         """The record of the problem, with room for as many directions as H has, or as there are rows."""
@@ -78,7 +92,7 @@ class DenseProblem:
         return result
 
     def rated(self, x: Array, rates: Array) -> float:
-        """Return the greatest violation of the laws by impulses and rates, relative to the greatest |b_i| or s low_i."""
+        """Return the greatest violation of the laws by impulses and rates, relative to the greatest |b| or s low."""
         m, memory = len(self.b), self.memory
         memory.x[:m], memory.r[:m] = x, rates
         return float(code("violation")(memory))
@@ -153,6 +167,6 @@ def code(name: str) -> Any:
 
 
 def _functions() -> dict[str, Any]:
-    from . import newton
+    from . import cone, newton
 
-    return vars(newton)
+    return vars(cone) | vars(newton)

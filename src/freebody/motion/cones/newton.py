@@ -27,16 +27,7 @@ import math
 
 from ...native.instructions import Integers, Reals, compiled, greater, root
 from .block_rows import add, along, dot
-from .cone import (
-    add_all,
-    project,
-    project_all,
-    residual,
-    set_scales,
-    slopes,
-    violation,
-    violation_slopes,
-)
+from .cone import add_all, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
 
 DENSE = 24
@@ -86,11 +77,9 @@ def solve(problem: ContactProblem, memory: Newton, goal: float) -> int:
             break
         swept = way == 0 if n > DENSE else way == 2
         fine = way == 2 if n > DENSE else way == 1
-        for a in range(problem.count):
-            memory.y[a] = 0.0
+        clear(memory.y, problem.count)
+        clear(memory.v, n)
         press_at_least(problem, problem.x)
-        for k in range(n):
-            memory.v[k] = 0.0
         soft = SOFT * unit if fine else SOFTEST * unit
         if swept:
             sweep(problem)
@@ -109,13 +98,19 @@ def solve(problem: ContactProblem, memory: Newton, goal: float) -> int:
         count += multiply(problem, memory, soft, goal)
         if memory.residual > ENOUGH:
             # λ that drifts on a line, along forces in balance, is seen at one compliance only
-            for a in range(problem.count):
-                memory.y[a] = 0.0
+            clear(memory.y, problem.count)
             memory.softest = soft
             count += multiply(problem, memory, soft, goal)
     for a in range(problem.count):
         problem.x[a] = memory.best[a]
     return count
+
+
+@compiled
+def clear(x: Reals, n: int) -> None:
+    """Set n numbers to zero."""
+    for i in range(n):
+        x[i] = 0.0
 
 
 @compiled
@@ -287,7 +282,7 @@ def reach(problem: ContactProblem, d: Reals) -> float:
         t, kind = 0.0, problem.kinds[a]
         if kind == NORMAL and d[a] < 0.0 and x[a] > problem.low[a]:
             t = (problem.low[a] - x[a]) / d[a]
-        elif kind == LINE or kind == FIRST:
+        elif problem.kinds[a] == LINE or problem.kinds[a] == FIRST:
             T2, d2, Td = x[a] * x[a], d[a] * d[a], x[a] * d[a]
             if kind == FIRST:
                 T2 += x[a + 1] * x[a + 1]

@@ -3,22 +3,18 @@
 The loop is in `moreau`; this file prepares its kernels and memory and turns its results into a trajectory. The method
 is of first order in the step, and an impact acts within the step in which it happens. The laws are exact: in every step
 each contact satisfies Signorini's and Coulomb's conditions to the residual that the trajectory states.
-
-The file is longer than others because a run fills the memory of the loop and reads it back, and both depend on its
-layout.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ...dynamics.constraints import rows as conditions
 from ...dynamics.impulse import blows_on, generalized_impulse
-from ...dynamics.mobility import massless_motion
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
@@ -26,7 +22,7 @@ from ..cones.dense_problem import DenseProblem
 from ..contact.motion import check_coefficients
 from ..contact.scene import scene_of_layout
 from ..ending import End
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..ode.dense_output import Array, Crossing, Rates, observe
@@ -38,16 +34,16 @@ from ..trajectory.event import expressions_of
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Impulses, InSteps, Stepping, Steps
-from .stepped_kernels import Shape, stepping
-from .stepping_record import CONSTRAINTS, CONTACTS, LOADS, MASS, NONE, OVERLAP, Run
+from .crossings import crossings
+from .failure import ACCEPTED, MOST_SWEEPS, failure
+from .memory import memory_of
+from .stepped_kernels import stepping
+from .stepping_record import CONTACTS, NONE
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
-ACCEPTED = 1e-9
-"""The same limit for an almost degenerate problem, such as a pile coming to rest; see the trajectory's residual."""
 SWEEPS = 3_000
 """Sweeps of one problem before Newton's method takes over (`DenseProblem`); ten times as many if that fails."""
-MOST_SWEEPS = 100_000
 BLOCK = 1000
 """Steps between two checks of events, progress and the keyboard; fewer in proportion with more than ten contacts."""
 
@@ -128,7 +124,8 @@ class _Run:
         self.program, self.shape = stepping(kernels)
         self.constants = self.program.constants(self.parameters)
         self.first, self.tangents, self.rows = scene_of_layout(model)
-        self.memory = _memory(kernels, values, self.program, self.shape, self.constants, h)
+        self.memory = memory_of(kernels, values, self.program, self.shape, self.tangents)
+        self.memory.h, self.memory.machine.c = h, self.constants
         self.march = loop.code("motion.timestepping.moreau", "march")
         timed, self.called = scheduled(kernels, values, blows, begin, end)
         self.timed: dict[int, list[Blow]] = {}
@@ -198,7 +195,7 @@ class _Run:
             return y, None
         states = np.concatenate([before[None], found[0]])
         moments = self.begin + self.h * np.arange(self.done, self.done + len(states), dtype=np.float64)
-        for c in _crossings(self.kernels, self.values, self.specs, self.expressions, moments, states):
+        for c in crossings(self.kernels, self.values, self.specs, self.expressions, moments, states):
             if c.number < self.asked:
                 if self.specs[c.number].terminal:
                     self._keep(found)
@@ -265,7 +262,7 @@ class _Run:
                     sweeps *= 10
                 continue
             self._keep([part[:got] for part in found])
-            raise SimulationError(self._failure(t + got * self.h, y))
+            raise SimulationError(failure(run, self.model, self.values, t + got * self.h, y))
         return found
 
     def _marched(self, y: Array, results: Sequence[Any], t: float, most_sweeps: int, tolerance: float) -> int:
@@ -280,66 +277,16 @@ class _Run:
 
         The guess of the next attempt is the solution, or else the impulses that the sweeps reached.
         """
-        problem, shape, guess = self.memory.problem, self.shape, self.memory.contacts.guess
-        count = problem.count
-        rows, kinds, mu, b, x = (
-            array[:count].copy()
-            for array in (problem.rows, problem.kinds, problem.mu, problem.b, problem.x)
-        )
-        W, X = np.zeros((count, self.model.n_u)), np.zeros((count, self.model.n_u))
-        for a, r in enumerate(rows):
-            pieces = shape.pieces[shape.row_first[r] : shape.row_first[r + 1]]
-            columns = [i for k in pieces for i in range(shape.blocks[k], shape.blocks[k + 1])]
-            values = slice(shape.row_at[r], shape.row_at[r + 1])
-            W[a, columns], X[a, columns] = problem.W[values], problem.X[values]
+        problem, guess = self.memory.problem, self.memory.contacts.guess
+        rows, x = problem.rows[: problem.count], problem.x[: problem.count].copy()
+        dense = DenseProblem.of(problem)
         goal = RESIDUAL * problem.reference / 3
-        dense = DenseProblem(W @ X.T, b, kinds, mu)
         found = dense.polished(x, goal)
         if found is None:
             found = dense.eased(goal)
         guess[:] = 0.0
         guess[rows] = x if found is None else dense.projected(found)
         return found is not None
-
-    def _failure(self, t: float, y: Array) -> str:
-        run, model = self.memory, self.model
-        where = f"the step of '{model.name}' at t = {t:.9g} s"
-        if run.failure == CONTACTS:
-            return (
-                f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} "
-                f"sweeps and Newton's method a law is still missed by {run.problem.residual:.3g} of the greatest speed (required: "
-                f"{ACCEPTED:g}). Where friction jams a contact (Painlevé) or restitution works against it, there may "
-                "be no solution: less friction or restitution=0 has one. Otherwise take a shorter step, or masses "
-                "that differ less: they need fewer sweeps."
-            )
-        if run.failure == MASS:
-            q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
-            idle = massless_motion(model, float_state(model, q, u, t, self.values))
-            names = f" {' and '.join(map(repr, idle))} together move no mass." if idle else ""
-            return (
-                f"Expected a mass matrix that is positive definite in {where}.{names} Give every body that can move by "
-                "itself a mass and moments of inertia, or fix each part that moves no mass by a joint."
-            )
-        if run.failure == CONSTRAINTS:
-            return (
-                f"The constraints of '{model.name}' depend on each other in {where}: this happens when bars come into "
-                "line. Stop the motion earlier with a terminal event, or change the lengths."
-            )
-        if run.failure == OVERLAP:
-            return (
-                f"The overlap of bodies could not be removed in {where}: {run.overlap:.3g} m remain (required: 1e-10 m). "
-                "The cause may be bodies wedged in too narrow a space or driven into each other. Otherwise take a "
-                "shorter step."
-            )
-        if run.failure == LOADS:
-            return (
-                f"No mean speeds agree with the loads that depend on them in {where}. This happens where bodies turn "
-                "several times in a step, or where a load jumps with a speed. Take a shorter step."
-            )
-        return (
-            f"A rate or a speed is not a finite number in {where}. A division by zero, or a root or logarithm of a "
-            "negative number causes this: check the loads there, or take a shorter step."
-        )
 
     def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
         n, E, held, h = len(self.start), len(self.first), len(self.shape.held), self.h
@@ -365,15 +312,13 @@ class _Run:
         seen = 0, n, self.constants, tuple(self.model.quaternions)
         rates = Rates(*seen, self.program, recipe=(Rates, *seen))
         specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
-        crossings = _crossings(self.kernels, self.values, specs, expressions, moments, states)
+        crossed = crossings(self.kernels, self.values, specs, expressions, moments, states)
         if stop is not None:  # the last state is the event itself
             earlier = (
-                c
-                for c in crossings
-                if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
+                c for c in crossed if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
             )
-            crossings = (*earlier, stop)
-        path = Steps(rates, moments, np.diff(moments), states, crossings, status, 0, 0, len(states))
+            crossed = (*earlier, stop)
+        path = Steps(rates, moments, np.diff(moments), states, crossed, status, 0, 0, len(states))
         constraints = np.zeros((len(impulses), len(conditions(self.model))))
         constraints[:, self.shape.held] = impulses[:, self.rows :]
         steps = range(len(impulses))
@@ -388,113 +333,3 @@ class _Run:
             (self.first, self.tangents),
         )  # fmt: skip
         return Trajectory(*self.problem.outcome(path), course=course)
-
-
-def _memory(
-    kernels: Kernels, values: Mapping[str, float], program: Program, shape: Shape, constants: Array, h: float
-) -> Run:
-    """Return the memory of the loop for a machine."""
-    model = kernels.model
-    _, tangents, m = scene_of_layout(model)
-    n, n_q, held, E = model.n_u, model.n_q, len(shape.held), len(tangents)
-    run = Run.made(
-        n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m, 1), rows=m, squares=int(shape.squares[-1]),
-        constraints=held, holonomic=shape.holonomic, pairs=held * held,
-    )  # fmt: skip
-    run.h = h
-    machine, contacts, problem = run.machine, run.contacts, run.problem
-    machine.c, machine.turning, machine.order = constants, int(shape.turning), shape.order
-    for name in ("system", "closing", "moving", "loading"):
-        setattr(machine, name, program.address(name))
-    machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)
-    for i in model.quaternions:
-        machine.turned[i : i + 4] = 1
-    contacts.count, contacts.reaches, contacts.reach_of = E, len(shape.reach_of), shape.reach_of
-    contacts.tangents = np.array(tangents, dtype=np.int64)
-    contacts.mu, contacts.restitution = (
-        np.array([number(model, values, getattr(c, field), name) for c in model.contacts])
-        for field, name in (("friction", "mu"), ("restitution", "restitution"))
-    )
-    for blocks in (problem.blocks, run.elimination.blocks):
-        blocks.count, blocks.starts, blocks.squares = len(shape.blocks) - 1, shape.blocks, shape.squares
-        blocks.pieces, blocks.first, blocks.at = shape.pieces, shape.row_first, shape.row_at
-    run.elimination.contact_rows = m
-    sizes = {
-        "M": int(shape.squares[-1]), "f": n, "gap": E, "reach": len(shape.reach_of), "rates": m,
-        "constraint_rates": held, "phi": shape.holonomic, "W": int(shape.row_at[-1]),
-    }  # fmt: skip
-    run.outputs = np.zeros(sum(sizes.values()))
-    parts = dict(zip(sizes, np.split(run.outputs, np.cumsum(list(sizes.values()))[:-1]), strict=True))
-    for name in ("M", "f", "rates", "constraint_rates", "W"):
-        setattr(run, name, parts[name])
-    run.end.outputs = np.zeros(max(E + len(shape.reach_of) + shape.holonomic, 1))
-    ends = np.split(run.end.outputs, [E, E + len(shape.reach_of)])
-    for k, name in enumerate(("gap", "reach", "phi")):
-        setattr(run.now, name, parts[name])
-        setattr(run.end, name, ends[k])
-    problem.W, problem.X = run.W, np.zeros(len(run.W))
-    return run
-
-
-def _crossings(
-    kernels: Kernels, values: Any, specs: Any, expressions: Any, times: Array, states: Array
-) -> tuple[Crossing, ...]:
-    """Return the zero crossings of the user's events, located by linear interpolation within each step.
-
-    Raises
-    ------
-    SimulationError          if an event has no value
-    """
-    if not specs:
-        return ()
-    program = kernels.expressions(expressions)
-    constants = program.constants(kernels.parameters(values))
-
-    def at(moments: Array, there: Array) -> Array:
-        return observe(program.address("values"), len(specs), moments, there, constants)
-
-    g = at(times, states)
-    lost = np.argwhere(~np.isfinite(g))
-    if len(lost):
-        k, i = lost[0]
-        raise SimulationError(
-            f"Expected a number for event '{specs[i].name}' at t = {times[k]:.9g} s, got {g[k, i]:g} for "
-            f"{expressions[i]}. A division by zero, or a root or logarithm of a negative number, does this: watch what "
-            "passes through zero itself, or stop before with a terminal event."
-        )
-    result = []
-    for i, spec in enumerate(specs):
-        for k in np.flatnonzero((g[:-1, i] * g[1:, i] < 0) | ((g[1:, i] == 0) & (g[:-1, i] != 0))):
-            sign = 1 if g[k, i] < 0 else -1
-            if spec.direction in (0, sign):
-                x = g[k, i] / (g[k, i] - g[k + 1, i])
-
-                def value(x: float, k: int = int(k), i: int = i) -> float:
-                    between = states[k : k + 1] + x * (states[k + 1] - states[k])
-                    return float(at(times[k : k + 1] + x * (times[k + 1] - times[k]), between)[0, i])
-
-                if _through_infinity(value):
-                    continue
-                result.append(
-                    Crossing(
-                        float(times[k] + x * (times[k + 1] - times[k])),
-                        i,
-                        sign,
-                        states[k] + x * (states[k + 1] - states[k]),
-                    )
-                )
-    return tuple(sorted(result, key=lambda one: one.time))
-
-
-def _through_infinity(value: Callable[[float], float]) -> bool:
-    """Return True if a sign change between 0 and 1 is at a pole: near it, |value| far exceeds both end values."""
-    low, high = 0.0, 1.0
-    before, after = value(low), value(high)
-    largest = max(abs(before), abs(after))
-    for _ in range(40):
-        x = (low + high) / 2
-        found = value(x)
-        if found == 0:
-            return False
-        low, high = (x, high) if (found > 0) == (before > 0) else (low, x)
-    return not min(abs(value(low)), abs(value(high))) <= 1e3 * largest

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freebody.motion.contact.complementarity import distinct, solutions
 from freebody.motion.cones.cone_problem import EXACT, ConeProblem, Touching
+from freebody.motion.contact.complementarity import distinct, solutions
 from freebody.motion.contact.impacts import PARTS, impact
 
 
