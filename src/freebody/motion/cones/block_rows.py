@@ -36,3 +36,15 @@ def add(blocks: Blocks, r: int, X: Reals, x: float, v: Reals) -> None:
         for i in range(blocks.starts[b], blocks.starts[b + 1]):
             v[i] += X[k] * x
             k += 1
+
+
+@compiled
+def magnitude(blocks: Blocks, r: int, W: Reals, u: Reals, v: Reals) -> float:
+    """Return Σ |W_ri (u + v)_i|."""
+    total, k = 0.0, blocks.at[r]
+    for p in range(blocks.first[r], blocks.first[r + 1]):
+        b = blocks.pieces[p]
+        for i in range(blocks.starts[b], blocks.starts[b + 1]):
+            total += abs(W[k] * (u[i] + v[i]))
+            k += 1
+    return total
