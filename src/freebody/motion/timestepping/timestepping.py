@@ -255,9 +255,9 @@ class _Run:
                 sweeps, bound = SWEEPS, RESIDUAL
             if got == size or (done and run.failure == NONE):
                 continue
-            if run.failure == CONTACTS and sweeps <= MOST_SWEEPS:
+            close = sweeps > SWEEPS and run.problem.residual <= ACCEPTED
+            if run.failure == CONTACTS and (sweeps <= MOST_SWEEPS or (close and bound < ACCEPTED)):
                 if not self._by_newton() or not done:
-                    close = sweeps > SWEEPS and run.problem.residual <= ACCEPTED
                     bound = ACCEPTED if close else RESIDUAL
                     sweeps *= 10
                 continue
