@@ -124,6 +124,15 @@ def test_every_body_is_in_balance_in_every_step(seed):
     assert max(balance(s, motion, k) for k in range(count)) < 1e-6
 
 
+def test_quaternions_stay_of_length_one_whatever_the_order_of_their_joints():
+    s, start = machine(4, loop=False)
+    motion = fb.simulate(s, 0.03, initial=start, method="timestepping", step=1e-3)
+    places = motion.kernels.model.quaternions
+    assert list(places) != sorted(places)
+    for i in places:
+        assert np.abs(np.linalg.norm(motion.path.states[:, i : i + 4], axis=1) - 1).max() < 1e-15
+
+
 @pytest.mark.parametrize("seed", [1, 4, 6])
 def test_energy_and_conditions_of_a_run(seed):
     loop = seed % 2 == 0

@@ -74,13 +74,13 @@ def assemble(system: System) -> Model:
             primitives.append(Primitive("weld"))
             last += 1
         for i, primitive in enumerate(primitives):
-            axis, body = primitive.axis, None
+            body = None
             if i == last:
                 rotation = _exact(multiply(rotation, transpose(joint.child_axes)))
-                axis = tuple(map(exact, apply(joint.child_axes, axis)))
-                body = joint.child
+                axis = tuple(map(exact, apply(joint.child_axes, primitive.axis)))
+                primitive, body = replace(primitive, axis=axis), joint.child
             numbers.append(len(links))
-            links.append(_link(joint, primitive, parent, rotation, position, axis, body, index, positions))
+            links.append(_link(joint, primitive, parent, (rotation, position), body, index, positions))
             parent, position, rotation = numbers[-1], ZERO, IDENTITY
         mass = joint.child.mass_properties
         assert mass is not None
@@ -179,10 +179,12 @@ def _outward(system: System) -> list[Joint]:
 
 
 def _link(
-    joint: Joint, primitive: Primitive, parent: int, rotation: Matrix, position: Vector, axis: Vector,
-    body: Any, index: dict[Any, int], positions: dict[Any, int],
+    joint: Joint, primitive: Primitive, parent: int, pose: tuple[Matrix, Vector], body: Any,
+    index: dict[Any, int], positions: dict[Any, int],
 ) -> Link:  # fmt: skip
-    """The link of a primitive; ``index`` and ``positions`` give the speeds and coordinates of SymPy atoms."""
+    """The link of a primitive at a pose in its parent; ``index`` and ``positions`` give the speeds and coordinates of
+    SymPy atoms.
+    """
     y = primitive.coordinate
     partials: tuple[tuple[int, Any], ...] = ()
     drift: Any = 0
@@ -200,7 +202,7 @@ def _link(
         properties = body.mass_properties
         mass, center, inertia = properties.mass, _minus(properties.center, joint.to), properties.inertia
     return Link(
-        joint.name, None if body is None else body.name, primitive.kind, parent, rotation, position, axis,
+        joint.name, None if body is None else body.name, primitive.kind, parent, *pose, primitive.axis,
         primitive.pitch, y if primitive.kind in ("hinge", "slider", "screw") else 0, partials, drift, bias, q, u,
         mass, center, inertia,
     )  # fmt: skip

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from math import lcm
-from typing import Any
+from typing import Any, NamedTuple
 
 from flint import Ordering, fmpz_mpoly_ctx
 
@@ -435,9 +435,10 @@ def _shortest(
     if sum(parity) > 2:
         choices = [c[:1] for c in choices]
     write = _Writer(ring, angles, atoms)
+    under_factors = _Denominator(odd, whole, poles, unit_powers, content, scale)
     best: _Form | None = None
     for extra in product(*choices):
-        form = _written(write, above, odd, whole, poles, extra, unit_powers, content, scale)
+        form = _written(write, above, under_factors, extra)
         if best is None or form.size() < best.size():
             best = form
     assert best is not None
@@ -468,18 +469,24 @@ def _special(f: Any, angles: Sequence[_Angle]) -> tuple[int, str]:
 _ROOTS = {"i": 0, "0": 0, "+": 1, "-": -1}
 
 
-def _written(
-    write: _Writer,
-    above: Any,
-    odd: Any,
-    whole: Sequence[tuple[Any, int]],
-    poles: Sequence[dict[str, int]],
-    extra: Sequence[str],
-    unit_powers: Sequence[Sequence[int]],
-    content: Any,
-    scale: Fraction,
-) -> _Form:
+class _Denominator(NamedTuple):
+    """Factors of a denominator, whose numerator is multiplied by ``scale``.
+
+    ``poles`` and powers of the ``units`` are those of each angle; the factors of ``whole`` are of even degree in all
+    angles, ``odd`` is of odd degree in some; ``content`` has no angle.
+    """
+
+    odd: Any
+    whole: Sequence[tuple[Any, int]]
+    poles: Sequence[dict[str, int]]
+    units: Sequence[Sequence[int]]
+    content: Any
+    scale: Fraction
+
+
+def _written(write: _Writer, above: Any, denominator: _Denominator, extra: Sequence[str]) -> _Form:
     """The form whose denominator has these poles, and one more (``extra``) where their number is odd."""
+    odd, whole, poles, unit_powers, content, scale = denominator
     factors: list[tuple[Any, int]] = []
     k = [0] * len(write.angles)  # powers of 1 ± t² below
 

@@ -17,7 +17,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 import sympy
@@ -45,6 +45,14 @@ _RESERVED = ("times", "samples", "sensitivities", "outputs", "store", "executor"
 
 ROUND_OFF = 1e-12
 """Fraction of the measurement below which a derivative is round-off: some thousand roundings."""
+
+
+class _Computed(NamedTuple):
+    """Weighted residuals (computed minus measured), their Jacobian, and the motions."""
+
+    residuals: Array
+    jacobian: Array
+    motions: list[Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,10 +272,10 @@ def fit(
             )  # fmt: skip
         return result
 
-    memory: dict[bytes, tuple[Array, Array, list[Any]]] = {}
+    memory: dict[bytes, _Computed] = {}
 
-    def computed(p: Array) -> tuple[Array, Array, list[Any]]:
-        """Weighted residuals (computed minus measured), their Jacobian, and the motions."""
+    def computed(p: Array) -> _Computed:
+        """Motions at these unknowns, beside the measurement."""
         key = p.tobytes()
         if key not in memory:
             memory.clear()
@@ -284,7 +292,7 @@ def fit(
                         )
                     residuals.append((motion[name][at] - array[finite]) / scales[name][finite])
                     rows.append(motion.sensitivity.of(name)[at] / scales[name][finite][:, None])
-            memory[key] = (np.concatenate(residuals), np.concatenate(rows), fitted)
+            memory[key] = _Computed(np.concatenate(residuals), np.concatenate(rows), fitted)
         return memory[key]
 
     from scipy.optimize import least_squares
@@ -308,15 +316,15 @@ def fit(
         safe, first, jac=lambda p: computed(p)[1], bounds=(low, high), x_scale=scale, method="trf",
         xtol=1e-13, ftol=1e-13, gtol=1e-13, max_nfev=200,
     )  # fmt: skip
-    residuals, J, fitted = computed(solved.x)
     if solved.status == 0:
         raise SimulationError(
             f"The search did not end in {solved.nfev} steps; it is at "
             f"{', '.join(f'{n} = {x:.6g}' for n, x in zip(names, solved.x, strict=True))}. Begin nearer: pass guesses, "
             "unknown={'m': 1.0}."
         )
-    _check_rank(J, solved.x, names, size)
-    return _result(unknowns, solved.x, residuals, J, fitted, measured, sigma, quantities, calls[0])
+    result = computed(solved.x)
+    _check_rank(result.jacobian, solved.x, names, size)
+    return _result(solved.x, result, names, measured, sigma, quantities, calls[0])
 
 
 def _weighted(measured: Any, weights: Any) -> Iterator[Array]:
@@ -519,11 +527,16 @@ def _check_rank(J: Array, p: Array, names: list[str], size: float) -> None:
 
 
 def _result(
-    unknowns: Sequence[Any], p: Array, residuals: Array, J: Array, motions: list[Any], measured: Any,
-    sigma: Any, quantities: list[str], calls: int,
-) -> Fit:  # fmt: skip
+    p: Array,
+    computed: _Computed,
+    names: list[str],
+    measured: Any,
+    sigma: Any,
+    quantities: list[str],
+    calls: int,
+) -> Fit:
     """The fit with its covariance and residuals."""
-    names = [unknown.name for unknown in unknowns]
+    residuals, J, motions = computed
     lengths = np.linalg.norm(J, axis=0)
     _, singular, V = np.linalg.svd(J / lengths, full_matrices=False)
     covariance = (V.T / singular**2) @ V / np.outer(lengths, lengths)

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .cone_problem import EXACT, ConeProblem, Touching
+from ..cones.cone_problem import EXACT, ConeProblem, Touching
 from .slip_directions import Sought, directions, newton
 
 Array = NDArray[np.float64]

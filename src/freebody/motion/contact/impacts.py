@@ -26,8 +26,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...errors import SimulationError
+from ..cones.cone_problem import EXACT, ConeProblem, Touching
 from .complementarity import SMALL, Array
-from .cone_problem import EXACT, ConeProblem, Touching
 
 ALIKE = 1e-8
 """Relative difference up to which two outcomes count as the same."""

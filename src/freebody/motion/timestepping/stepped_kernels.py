@@ -116,7 +116,7 @@ def _depend(outputs: Sequence[Any], inputs: Sequence[Any]) -> bool:
 
 
 def stepping(kernels: Kernels) -> tuple[Program, Shape]:
-    """Return the functions ``system``, ``closing``, ``moving``, ``loading`` (see `moreau.march`) and their shape."""
+    """Return the functions ``system``, ``closing``, ``moving``, ``loading`` (`stepping_record`) and their shape."""
     model = kernels.model
     kinds = rows(model)
     held = sorted(kernels.active, key=lambda i: (kinds[i].on_speeds, i))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -46,21 +46,18 @@ class Motion:
 
 
 def constrained_symbols(
-    model: Model,
-    ring: Ring,
-    point: OperatingPoint,
-    q: Sequence[Scalar],
-    u: Sequence[Scalar],
-    t: Scalar,
-    values: Mapping[Any, Scalar],
-    inputs: Sequence[str],
-    independent: Sequence[str],
+    point: OperatingPoint, start: State, inputs: Sequence[str], independent: Sequence[str]
 ) -> LinearModel:
-    """Linear equations about an equilibrium or a steady motion with canonical values ``q`` and ``u`` at time zero."""
-    q = _closed(model, ring, point, q, u, values)
-    u = _consistent_speeds(model, ring, point, 0, q, u, values)
-    motion = _motion(model, ring, point, q, u, t, values)
-    choice = _choice(model, ring, motion, point, t, values, independent)
+    """Linear equations about an equilibrium or a steady motion.
+
+    ``start`` has the time as a symbol, and canonical values of the coordinates and speeds at time zero.
+    """
+    model, ring = start.model, _ring(start)
+    q = _closed(point, start)
+    u = _consistent_speeds(point, _at(start, q, start.u, 0))
+    motion = _motion(point, _at(start, q, u))
+    at = _at(start, motion.q, motion.u)
+    choice = _choice(at, motion, point, independent)
     if not choice.speeds:
         raise ModelError(
             f"The constraints and drives of '{model.name}' leave it no freedom: it has no small motions to linearise."
@@ -72,9 +69,7 @@ def constrained_symbols(
     def solve(A: Any, B: Any) -> Any:
         return _solved(ring, A, B)
 
-    derivatives = slopes(
-        model, ring, motion.q, motion.u, motion.udot, t, values, inputs, choice, solve, entry
-    )
+    derivatives = slopes(at, motion.udot, inputs, choice, solve, entry)
     parameters = {p.name for p in model.parameters}
     check_untouched(
         model,
@@ -118,15 +113,19 @@ def constrained_symbols(
 # -- the operating point --------------------------------------------------------------------------
 
 
-def _closed(
-    model: Model,
-    ring: Ring,
-    point: OperatingPoint,
-    q: Sequence[Scalar],
-    u: Sequence[Scalar],
-    values: Mapping[Any, Scalar],
-) -> tuple[Scalar, ...]:
+def _ring(state: State) -> Ring:
+    """Return the ring of a state of canonical polynomials."""
+    return cast(Ring, state.field)
+
+
+def _at(state: State, q: Sequence[Scalar], u: Sequence[Scalar], t: Scalar | None = None) -> State:
+    """Return another state of the same machine with the same parameters, at the same time unless ``t`` is given."""
+    return State(state.model, state.field, state.t if t is None else t, q, u, state.values)
+
+
+def _closed(point: OperatingPoint, start: State) -> tuple[Scalar, ...]:
     """Return coordinates with φ = 0, solved for coordinates not named in which φ is linear."""
+    model, ring, q, u = start.model, _ring(start), list(start.q), start.u
     kinds = rows(model)
     on_coordinates = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
     free = {
@@ -134,10 +133,10 @@ def _closed(
         for i, c in enumerate(model.coordinates)
         if c.kind == "scalar" and c.name not in point.names
     }
-    residual = [linearized(model, State(model, ring, 0, q, u, values)).residual[i] for i in on_coordinates]
+    residual = [linearized(model, _at(start, q, u, 0)).residual[i] for i in on_coordinates]
     while any(x != 0 for x in residual) and free:
         trial = [free.get(i, x) for i, x in enumerate(q)]
-        phi = [linearized(model, State(model, ring, 0, trial, u, values)).residual[i] for i in on_coordinates]
+        phi = [linearized(model, _at(start, trial, u, 0)).residual[i] for i in on_coordinates]
         # an angle occurs in sines and cosines: it keeps its value zero
         inside = 0
         for x in phi:
@@ -159,9 +158,7 @@ def _closed(
             # undetermined coordinates are zero
             result[i] = _whole(ring, terms.get((), Ratio(ring, 0)))
         q = result
-        residual = [
-            linearized(model, State(model, ring, 0, q, u, values)).residual[i] for i in on_coordinates
-        ]
+        residual = [linearized(model, _at(start, q, u, 0)).residual[i] for i in on_coordinates]
         break
     violations = {kinds[i].name: x for i, x in zip(on_coordinates, residual, strict=True) if x != 0}
     if violations and not point.rounded:
@@ -176,18 +173,11 @@ def _closed(
     return tuple(q)
 
 
-def _consistent_speeds(
-    model: Model,
-    ring: Ring,
-    point: OperatingPoint,
-    t: Scalar,
-    q: Sequence[Scalar],
-    u: Sequence[Scalar],
-    values: Mapping[Any, Scalar],
-) -> tuple[Scalar, ...]:
+def _consistent_speeds(point: OperatingPoint, state: State) -> tuple[Scalar, ...]:
     """Return speeds with ψ = 0, solved for the speeds not named."""
-    start = [x if name in point.names else 0 for name, x in zip(model.speed_names, u, strict=True)]
-    conditions = linearized(model, State(model, ring, t, q, start, values))
+    model, ring = state.model, _ring(state)
+    start = [x if name in point.names else 0 for name, x in zip(model.speed_names, state.u, strict=True)]
+    conditions = linearized(model, _at(state, state.q, start))
     if all(x == 0 for x in conditions.rate):
         return tuple(start)
     free = [j for j, name in enumerate(model.speed_names) if name not in point.names]
@@ -228,27 +218,19 @@ def _conditions(
     return result
 
 
-def _motion(
-    model: Model,
-    ring: Ring,
-    point: OperatingPoint,
-    q: Sequence[Scalar],
-    u: Sequence[Scalar],
-    t: Scalar,
-    values: Mapping[Any, Scalar],
-) -> Motion:
+def _motion(point: OperatingPoint, start: State) -> Motion:
     """Return the motion at any time; speeds that follow from the constraints may change."""
-    n = model.n_u
+    model, ring, u, n = start.model, _ring(start), start.u, start.model.n_u
     varying: tuple[int, ...] = ()
     moving = ring.generator(model.names.atoms["t"]).mask
     names = list(model.coordinate_names)
     while True:
-        later = list(along(model, ring, q, u, t, values))
+        later = list(along(model, ring, start.q, u, start.t, start.values))
         for j in varying:
             i = names.index(model.speed_names[j].removesuffix("'"))
             later[i] = ring.generator(model.coordinates[i].symbol, "coordinate")
             moving |= later[i].mask
-        speeds = _consistent_speeds(model, ring, point, t, later, u, values)
+        speeds = _consistent_speeds(point, _at(start, later, u))
         changed = tuple(j for j in range(n) if j in varying or speeds[j] != u[j])
         if changed == varying:
             break
@@ -260,7 +242,7 @@ def _motion(
                     "a free joint); or give numbers and a trajectory: about=fb.simulate(...)."
                 )
         varying = changed
-    conditions = linearized(model, State(model, ring, t, later, speeds, values))
+    conditions = linearized(model, _at(start, later, speeds))
     violations = {
         kind.name: x
         for kind, x in zip(rows(model), conditions.residual, strict=True)
@@ -295,23 +277,15 @@ def _motion(
 # -- independent speeds and deviations ------------------------------------------------------------
 
 
-def _choice(
-    model: Model,
-    ring: Ring,
-    motion: Motion,
-    point: OperatingPoint,
-    t: Scalar,
-    values: Mapping[Any, Scalar],
-    independent: Sequence[str],
-) -> Choice:
+def _choice(at: State, motion: Motion, point: OperatingPoint, independent: Sequence[str]) -> Choice:
     """Choose independent speeds and deviations.
 
     Dependent are, in this order: speeds that change, coordinates that `about` does not name, and short pivots.
     """
+    model, ring, n = at.model, _ring(at), at.model.n_u
     names = tangent_names(model)
-    n = model.n_u
     kinds = rows(model)
-    G = linearized(model, State(model, ring, t, motion.q, motion.u, values)).matrix
+    G = linearized(model, at).matrix
     named = [names.index(name) for name in independent]
     names_given = {name.removesuffix("'") for name in point.names}
     groups: list[list[int]] = [[], [], []]

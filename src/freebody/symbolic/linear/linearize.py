@@ -158,7 +158,8 @@ def _symbolic(
 
     q0, u0 = [element(x) for x in point.q], [element(x) for x in point.u]
     if model.constraints:
-        return constrained_symbols(model, ring, point, q0, u0, t, values, inputs, _names(model, independent))
+        start = State(model, ring, t, q0, u0, values)
+        return constrained_symbols(point, start, inputs, _names(model, independent))
     q = along(model, ring, q0, u0, t, values)
     # the deviations are about a motion without accelerations, so that none need be solved for
     terms = terms_at(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)

@@ -331,19 +331,8 @@ def _slopes(
     """`slopes` with the multipliers of the motion, and `drifts`, as one dictionary."""
     known_multipliers = np.array(multipliers, dtype=object)
     values = {p.symbol: state.values[p.symbol] for p in state.model.parameters}
-    derivatives = slopes(
-        state.model,
-        state.field,
-        state.q,
-        state.u,
-        udot,
-        state.t,
-        values,
-        inputs,
-        choice,
-        lambda A, B: known_multipliers,
-        _unchanged,
-    )
+    at = State(state.model, state.field, state.t, state.q, state.u, values)
+    derivatives = slopes(at, udot, inputs, choice, lambda A, B: known_multipliers, _unchanged)
     first, second = drifts(state.model, state.u, udot, _unchanged)
     return {
         **{f.name: getattr(derivatives, f.name) for f in fields(derivatives)},

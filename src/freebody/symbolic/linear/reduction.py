@@ -14,7 +14,7 @@ Sources: Meijaard, Papadopoulos, Ruina & Schwab (2007), appendix; Neimark & Fufa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,8 +22,9 @@ import numpy as np
 
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.newton_euler import inverse_dynamics
+from ...dynamics.state import State
 from ...model.model import Model
-from ...scalar.algebra import Field, Scalar
+from ...scalar.algebra import Scalar
 from ...scalar.dual import DualField, slope_of, value_of
 from .operating_point import perturbed, tangent_drift, tangent_names
 
@@ -70,25 +71,21 @@ class Slopes:
 
 
 def slopes(
-    model: Model,
-    field: Field,
-    q: Sequence[Scalar],
-    u: Sequence[Scalar],
+    at: State,
     udot: Sequence[Scalar],
-    t: Scalar,
-    values: Mapping[Any, Scalar],
     inputs: Sequence[str],
     choice: Choice,
     solve: Solve,
     entry: Callable[[Scalar], Scalar],
 ) -> Slopes:
     """Return the derivatives of the equations of motion and the active conditions, ``entry`` applied to each scalar."""
-    n = model.n_u
+    model, n = at.model, at.model.n_u
     symbols = {p.name: p.symbol for p in model.parameters}
     place = {name: 3 * n + k for k, name in enumerate(name for name in inputs if name in symbols)}
-    dual = DualField(field)
+    dual = DualField(at.field)
     clock = 3 * n + len(place)
-    state = perturbed(model, field, q, u, dual.dual(t, {clock: 1}), values, [symbols[name] for name in place])
+    later = dual.dual(at.t, {clock: 1})
+    state = perturbed(model, at.field, at.q, at.u, later, at.values, [symbols[name] for name in place])
     accelerations = [dual.dual(x, {2 * n + j: 1}) for j, x in enumerate(udot)]
     balance = inverse_dynamics(model, state, accelerations)
     conditions = linearized(model, state)
@@ -123,7 +120,7 @@ def slopes(
     ]
     rate = [
         [
-            sum((entry(slope_of(x, j)) * entry(w) for j, w in enumerate(u)), entry(slope_of(x, clock)))
+            sum((entry(slope_of(x, j)) * entry(w) for j, w in enumerate(at.u)), entry(slope_of(x, clock)))
             for x in row
         ]
         for row in G

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from freebody.motion.contact.cone_problem import polished, rows_of
+from freebody.motion.cones.dense_problem import DenseProblem, rows_of
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
@@ -17,7 +17,7 @@ def test_the_laws_hold_in_what_it_finds(tangents, seed):
     A, b = W @ W.T, W @ rng.normal(size=n)
     mu = np.full(len(b), 0.4)
     # a start as sweeps leave it: a solution of another problem near by, or nothing
-    x = polished(A, b, kinds, mu, np.zeros(len(b)), 1e-12 * np.abs(b).max(), most=400)
+    x = DenseProblem(A, b, kinds, mu).polished(np.zeros(len(b)), 1e-12 * np.abs(b).max(), most=400)
     assert x is not None
     r = A @ x + b
     small = 1e-11 * np.abs(b).max()

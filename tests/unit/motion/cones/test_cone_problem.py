@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freebody.motion.cones.cone_problem import EXACT, ConeProblem, Touching
 from freebody.motion.contact.complementarity import distinct, solutions
-from freebody.motion.contact.cone_problem import EXACT, ConeProblem, Touching
 from freebody.motion.contact.impacts import PARTS, impact
 
 
@@ -148,7 +148,7 @@ def test_a_contact_that_slides_has_its_ray():
 
 
 def test_a_large_pile_is_swept_first():
-    """More directions than `cone_newton.DENSE`: a row of blocks, each on the ground and beside the next."""
+    """More directions than `newton.DENSE`: a row of blocks, each on the ground and beside the next."""
     n = 20
     W, M = [], np.eye(2 * n)
     for i in range(n):

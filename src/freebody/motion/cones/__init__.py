@@ -1,0 +1,1 @@
+"""Contact problems in Coulomb's cones, and the ways to solve them: sweeps, and Newton's method from compliance."""

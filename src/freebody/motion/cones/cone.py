@@ -1,0 +1,186 @@
+"""Coulomb's cones: the nearest point P, its slope, and the residual of a contact problem.
+
+    x_N = max(low, y_N),    x_T = P(y_T): y_T, or where |y_T| > μ x_N its direction with that length
+
+Signorini's and Coulomb's laws are x = P(x - r/s) with any s > 0: a contact presses where r_N = 0, and friction that
+reaches μ x_N points against the slip r_T. The residual is s |x - P(x - r/s)|, a rate.
+
+Source: P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353-375.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...native.instructions import Reals, compiled, greater, inlined, lesser, room, root
+from .block_rows import add, along
+from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, ContactProblem
+
+
+@inlined
+def clipped(y: float, limit: float) -> float:
+    """Return the nearest number to y of those up to ±limit."""
+    return y if abs(y) <= limit else (limit if y > 0.0 else -limit)
+
+
+@inlined
+def nearest(y_1: float, y_2: float, limit: float) -> tuple[float, float]:
+    """Return the nearest point to y of the disk |T| <= limit."""
+    length = root(y_1 * y_1 + y_2 * y_2)
+    outside = length > limit
+    return y_1 * limit / length if outside else y_1, y_2 * limit / length if outside else y_2
+
+
+@inlined
+def clipped_slope(y: float, limit: float, dy: float, growth: float) -> float:
+    """Return the change of `clipped` with those of y and of the limit."""
+    return dy if abs(y) <= limit else (growth if y > 0.0 else -growth)
+
+
+@compiled
+def nearest_slope(
+    y: Reals, limit: float, dy_1: float, dy_2: float, growth: float, slope: Reals, step: int
+) -> None:
+    """Write the change of `nearest` to ``slope[0]`` and ``slope[step]``.
+
+    (1 - e eᵀ) dy limit/|y| + e growth,  e = y/|y|
+    """
+    length = root(y[0] * y[0] + y[1] * y[1])
+    slope[0], slope[step] = dy_1, dy_2
+    if length > limit:
+        e, f, part = y[0] / length, y[1] / length, limit / length
+        along_e = e * dy_1 + f * dy_2
+        slope[0] = part * (dy_1 - e * along_e) + e * growth
+        slope[step] = part * (dy_2 - f * along_e) + f * growth
+
+
+@compiled
+def project(problem: ContactProblem, a: int, y: Reals, x: Reals) -> None:
+    """Set the impulse x of row ``a``, and of the row behind it if both are tangents, to P(y)."""
+    kind = problem.kinds[a]
+    if kind == EQUALITY:
+        x[a] = y[a]
+    elif kind == NORMAL:
+        x[a] = greater(problem.low[a], y[a])
+    elif kind == LINE:
+        x[a] = clipped(y[a], problem.mu[a] * greater(x[a - 1], 0.0))
+    elif kind == FIRST:
+        x[a], x[a + 1] = nearest(y[a], y[a + 1], problem.mu[a] * greater(x[a - 1], 0.0))
+
+
+@compiled
+def project_all(problem: ContactProblem, y: Reals, x: Reals) -> None:
+    """Set x to P(y)."""
+    for a in range(problem.count):
+        project(problem, a, y, x)
+
+
+@compiled
+def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
+    """Set G to ∂P/∂y H; each row of H and of G has as many numbers as there are speeds."""
+    n = problem.blocks.n
+    for a in range(problem.count):
+        kind, mu, h, g = problem.kinds[a], problem.mu[a], H[a * n :], G[a * n :]
+        limit = 0.0
+        if problem.kinds[a] == LINE or problem.kinds[a] == FIRST:
+            limit = mu * greater(greater(problem.low[a - 1], y[a - 1]), 0.0)
+        for k in range(n):
+            if kind == EQUALITY:
+                g[k] = h[k]
+            elif kind == NORMAL:
+                g[k] = h[k] if y[a] > problem.low[a] else 0.0
+            elif kind == LINE:
+                g[k] = clipped_slope(y[a], limit, h[k], mu * G[(a - 1) * n + k])
+            elif kind == FIRST:
+                nearest_slope(y[a:], limit, h[k], h[n + k], mu * G[(a - 1) * n + k], g[k:], n)
+
+
+@compiled
+def add_all(problem: ContactProblem) -> None:
+    """Set v to Σ X x."""
+    for i in range(problem.blocks.n):
+        problem.v[i] = 0.0
+    for a in range(problem.count):
+        add(problem.blocks, problem.rows[a], problem.X, problem.x[a], problem.v)
+
+
+@compiled
+def rate(problem: ContactProblem, a: int) -> float:
+    """Return r_a = b_a + W_a v."""
+    return problem.b[a] + along(problem.blocks, problem.rows[a], problem.W, problem.v)
+
+
+@compiled
+def residual(problem: ContactProblem) -> float:
+    """Return the greatest violation of the laws at v, relative to the reference; set the rates r."""
+    for a in range(problem.count):
+        if not math.isfinite(problem.x[a]):
+            return math.inf
+        problem.r[a] = rate(problem, a)
+    return violation(problem)
+
+
+@compiled
+def violation(problem: ContactProblem) -> float:
+    """Return the greatest violation of the laws by x and r, relative to the reference; set the violations e.
+
+    e = s x - P(s x - r),  P with the limits s μ x_N: the same as s (x - P(x - r/s)), also where s = 0
+    """
+    worst, x, r, e = 0.0, problem.x, problem.r, problem.e
+    for a in range(problem.count):
+        kind, s = problem.kinds[a], problem.scale[a]
+        if kind == EQUALITY:
+            e[a] = r[a]
+        elif kind == NORMAL:
+            e[a] = lesser(r[a], s * (x[a] - problem.low[a]))
+        elif kind == LINE:
+            e[a] = s * x[a] - clipped(s * x[a] - r[a], s * problem.mu[a] * greater(x[a - 1], 0.0))
+        elif kind == FIRST:
+            limit = s * problem.mu[a] * greater(x[a - 1], 0.0)
+            p, q = nearest(s * x[a] - r[a], s * x[a + 1] - r[a + 1], limit)
+            e[a], e[a + 1] = s * x[a] - p, s * x[a + 1] - q
+    for a in range(problem.count):
+        worst = greater(worst, abs(e[a]))
+    if not math.isfinite(problem.reference):
+        return problem.reference
+    return worst / problem.reference if problem.reference > 0.0 else 0.0
+
+
+@compiled
+def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
+    """Set ``slope`` to ∂e/∂x, where ∂r/∂x = A; both have as many columns as rows."""
+    m, x, r, y = problem.count, problem.x, problem.r, room(2)
+    for a in range(m):
+        kind, s, mu = problem.kinds[a], problem.scale[a], problem.mu[a]
+        limit, grown = 0.0, 0.0
+        if problem.kinds[a] == LINE or problem.kinds[a] == FIRST:
+            limit, grown = s * mu * greater(x[a - 1], 0.0), s * mu if x[a - 1] > 0.0 else 0.0
+        for k in range(m):
+            one, next_one, normal = (
+                s if k == a else 0.0,
+                s if k == a + 1 else 0.0,
+                grown if k == a - 1 else 0.0,
+            )
+            i = a * m + k
+            if kind == EQUALITY:
+                slope[i] = A[i]
+            elif kind == NORMAL:
+                slope[i] = A[i] if s * (x[a] - problem.low[a]) > r[a] else one
+            elif kind == LINE:
+                slope[i] = one - clipped_slope(s * x[a] - r[a], limit, one - A[i], normal)
+            elif kind == FIRST:
+                y[0], y[1] = s * x[a] - r[a], s * x[a + 1] - r[a + 1]
+                nearest_slope(y, limit, one - A[i], next_one - A[i + m], normal, slope[i:], m)
+                slope[i], slope[i + m] = one - slope[i], next_one - slope[i + m]
+
+
+@compiled
+def set_scales(problem: ContactProblem) -> None:
+    """Set the scales: the diagonal of A, and for two tangents a bound on the eigenvalues of A_TT (Gershgorin)."""
+    A, s = problem.matrix, problem.scale
+    for a in range(problem.count):
+        s[a] = A[a, 0]
+    for a in range(problem.count):
+        if problem.kinds[a] == FIRST:
+            s[a] = greater(A[a, 0], A[a + 1, 0]) + abs(A[a, 1])
+            s[a + 1] = s[a]

@@ -1,0 +1,132 @@
+"""The contact problem: forces, or impulses, in exact Coulomb cones, as one value with one residual.
+
+λ are forces and r = A λ + c accelerations of the contacts; in an impact, impulses and speeds just after it.
+
+    normal          min(r_N, λ_N - low) = 0
+    tangent         λ_T = P(λ_T - r_T),  P: the nearest point of |T| <= μ λ_N
+    known slip d    λ_T = -μ d λ_N
+    equality        r = 0
+
+A solution exists and is found for impacts and for small friction; its motion is unique if there is no friction. Where
+several motions satisfy these laws, the result is the limit of equal compliance at all contacts, from zero (see
+`newton`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, SECOND
+from .dense_problem import GOAL, Array, DenseProblem, rows_of
+
+EXACT = 1e-10
+"""Relative residual above which a result is not a solution."""
+
+
+@dataclass(frozen=True)
+class Touching:
+    """One closed contact of the problem.
+
+    ``row``        its first row (normal), followed by its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless)
+    ``friction``   kinetic coefficient; ``static`` is the static coefficient
+    ``sliding``    unit direction of slip, shape (tangents,), if it already slips; None at rest
+    """
+
+    name: str
+    row: int
+    tangents: int
+    friction: float
+    static: float
+    sliding: Array | None = None
+
+
+@dataclass(frozen=True)
+class ConeSolution:
+    """Forces λ and rates r, shape (m,), the residual relative to the greatest rate, and the number of Newton steps."""
+
+    forces: Array
+    rates: Array
+    residual: float
+    steps: int
+
+
+@dataclass(frozen=True, eq=False)
+class ConeProblem:
+    """A contact problem r = A λ + c.
+
+    Attributes
+    ----------
+    A : array (m, m)
+        Rates per unit force, symmetric and positive semidefinite.
+    c : array (m,)
+        Rates without contact forces.
+    contacts : sequence of Touching
+        A contact at rest has the cone of its static friction, a contact that slides the ray of its kinetic friction.
+    low : array (contacts,), optional
+        Normal force of each contact that acts in any case; 0 by default.
+    equalities : sequence of int
+        Rows of conditions r = 0 with forces of any sign, such as the multipliers of a closed loop.
+    """
+
+    A: Array
+    c: Array
+    contacts: Sequence[Touching]
+    low: Array | None = None
+    equalities: Sequence[int] = ()
+
+    @cached_property
+    def _rows(self) -> tuple[list[int], Array, list[int], list[float], list[float]]:
+        """Rows, columns of λ = B x as rows, kinds, coefficients of friction and lower limits of the unknowns x."""
+        rows, kinds = list(self.equalities), [EQUALITY] * len(self.equalities)
+        unit = np.eye(len(self.c))
+        columns, mu = list(unit[rows]), [0.0] * len(rows)
+        low = list(mu)
+        for i, contact in enumerate(self.contacts):
+            at, n, d = contact.row, contact.tangents, contact.sliding
+            column = unit[at].copy()
+            if d is not None:
+                column[at + 1 : at + 1 + n] = -contact.friction * d
+            count = n if d is None and contact.static > 0 else 0
+            rows += range(at, at + 1 + count)
+            columns += [column, *unit[at + 1 : at + 1 + count]]
+            kinds += [NORMAL, *([], [LINE], [FIRST, SECOND])[count]]
+            mu += [0.0] + [contact.static] * count
+            low += [0.0 if self.low is None else float(self.low[i])] + [0.0] * count
+        return rows, np.array(columns).reshape(-1, len(self.c)), kinds, mu, low
+
+    @cached_property
+    def _dense(self) -> DenseProblem:
+        """The problem of the unknowns x, λ = B x, r = A B x + c."""
+        rows, columns, kinds, mu, low = self._rows
+        part, H = self.A[rows], rows_of(self.A)
+        lower = None if self.low is None else low
+        return DenseProblem(
+            part @ columns.T, self.c[rows], kinds, mu, lower, part[:, rows], (H[rows], columns @ H)
+        )
+
+    def residual(self, forces: Array) -> float:
+        """Return the greatest violation of the laws as a rate, relative to the greatest |c_i| or A_ii low_i.
+
+        |min(r_N, s (λ_N - low))|,    s |λ_T - P(λ_T - r_T/s)|,    |r| of an equality
+        """
+        rows, columns, *_ = self._rows
+        x, dense = forces[rows], self._dense
+        worst = dense.rated(x, (self.A @ forces + self.c)[rows])
+        off = float(np.abs(dense.memory.scale[: len(x)] * (forces - x @ columns)[rows]).max(initial=0))
+        size = dense.memory.reference  # friction off its ray is a violation too
+        return max(worst, off / size) if size > 0 else worst
+
+    def solve(self) -> ConeSolution:
+        """Return the solution found from zero. It is one only if its residual is below :data:`EXACT`."""
+        rows, columns, *_ = self._rows
+        dense = self._dense
+        x, left, steps = dense.from_zero()
+        # Newton's method on the laws themselves: a step to round-off, or a slow problem
+        exact, most = (1e-2 * EXACT, 60) if left > EXACT else (GOAL, 2)
+        polish = dense.polished(x, exact * float(np.abs(self.c[rows]).max(initial=0)), most)
+        forces = (x if polish is None else polish) @ columns
+        return ConeSolution(forces, self.A @ forces + self.c, self.residual(forces), steps)

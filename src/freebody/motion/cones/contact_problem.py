@@ -1,0 +1,131 @@
+"""The contact problem, one value for the solvers of this room: rates r and impulses x of rows in Coulomb's cones.
+
+    r = b + W v,    v = Σ_a X_a x_a
+
+    equality    r = 0
+    normal      min(r, x - low) = 0
+    tangent     x_T = P(x_T - r_T),    P: the nearest point of |T| <= μ x_N
+
+r are speeds and x impulses, or accelerations and forces. The tangent rows of a contact follow its normal row. A row is
+stored over whole blocks of the speeds v, so that a problem of n bodies has of the order of n numbers; a dense problem
+has one block.
+
+`cone` has the projection P and the residual; `sweeps` and `newton` solve the problem. This file needs no compiler.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from ...native.records import Count, Real, Record, Row, Rows, Whole, Wholes, record
+
+EQUALITY, NORMAL, LINE, FIRST, SECOND = range(5)
+"""Kinds of rows: LINE is the only tangent of the normal row before it, FIRST and SECOND are two tangents of it."""
+
+
+@record
+class Blocks(Record):
+    """Rows over blocks of speeds.
+
+    ``starts``    first speed of each block, then their number; ``squares``: first entry of each block of a matrix
+    ``pieces``    blocks of the rows; those of row r begin at ``first[r]``, its values at ``at[r]``
+    """
+
+    n: Count
+    count: Count
+    starts: Wholes
+    squares: Wholes
+    pieces: Wholes
+    first: Wholes
+    at: Wholes
+
+
+@record
+class ContactProblem(Record):
+    """A contact problem of ``count`` rows.
+
+    ``rows``      row of W and X that each row of the problem is
+    ``scale``     rate per unit impulse, by which both are compared: A_NN; of two tangents a bound on those of A_TT
+    ``reference`` rate to which the residual is relative
+    ``matrix``    A_aa, then A_ab for the rows b of the same contact behind a, with A = W Xᵀ
+    ``v``         Σ X x;  ``r``: rates;  ``e``: violations of the laws, as rates
+    ``residual``  greatest violation of a law in the last result, relative to the reference
+    """
+
+    blocks: Blocks
+    count: Whole
+    reference: Real
+    residual: Real
+    W: Row
+    X: Row
+    rows: Annotated[Wholes, "most"]
+    kinds: Annotated[Wholes, "most"]
+    mu: Annotated[Row, "most"]
+    low: Annotated[Row, "most"]
+    scale: Annotated[Row, "most"]
+    b: Annotated[Row, "most"]
+    x: Annotated[Row, "most"]
+    r: Annotated[Row, "most"]
+    e: Annotated[Row, "most"]
+    matrix: Annotated[Rows, "most", 3]
+    v: Annotated[Row, "n"]
+
+
+PAIRS = 12
+"""Number of stored differences of sweeps."""
+
+
+@record
+class Sweeping(Record):
+    """Memory of `sweeps`.
+
+    ``speeds``, ``impulses``    of one contact: its rates without its own impulses, and its new impulses
+    ``before``                  x before a sweep
+    ``f``, ``f_old``, ``g_old``    change of x by a sweep, that by the sweep before, and x after that
+    ``df``, ``dg``, ``norms``    last differences of f and of g, and |Δf|²
+    """
+
+    speeds: Annotated[Row, 3]
+    impulses: Annotated[Row, 3]
+    before: Annotated[Row, "most"]
+    f: Annotated[Row, "most"]
+    f_old: Annotated[Row, "most"]
+    g_old: Annotated[Row, "most"]
+    df: Annotated[Rows, PAIRS, "most"]
+    dg: Annotated[Rows, PAIRS, "most"]
+    norms: Annotated[Row, PAIRS]
+
+
+@record
+class Trial(Record):
+    """A try of `newton`: y - r/ε, λ at it, and F(v)."""
+
+    free: Annotated[Row, "most"]
+    x: Annotated[Row, "most"]
+    F: Annotated[Row, "n"]
+
+
+@record
+class Newton(Record):
+    """Memory of `newton`.
+
+    ``residual``, ``softest``    least residual so far; limit of the compliance
+    ``y``, ``v``                 multipliers, and the solution of F(v) = 0
+    ``best``, ``past``, ``moved``    λ of the least residual; λ of the round before; change in a round
+    ``here``, ``there``          at v, and at a trial of the line search
+    ``G``, ``J``, ``step``       -∂λ/∂r H, F', and the step
+    """
+
+    residual: Real
+    softest: Real
+    y: Annotated[Row, "most"]
+    best: Annotated[Row, "most"]
+    past: Annotated[Row, "most"]
+    moved: Annotated[Row, "most"]
+    v: Annotated[Row, "n"]
+    tried: Annotated[Row, "n"]
+    step: Annotated[Row, "n"]
+    here: Trial
+    there: Trial
+    G: Annotated[Rows, "most", "n"]
+    J: Annotated[Rows, "n", "n"]

@@ -1,0 +1,90 @@
+"""The machine in the middle or at the end of a step: M, f, W and G there, and the contacts that are closed."""
+
+from __future__ import annotations
+
+from ...native.instructions import Reals, compiled, root
+from ..cones.block_rows import dot
+from ..cones.cone import set_scales
+from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
+from .elimination import answer, factor, hold
+from .stepping_record import CONSTRAINTS, MASS, NONE, Contacts, Gaps, Machine, Run
+
+CLOSED_GAP = 1e-10
+FAR = 1e300
+
+
+@compiled
+def evaluate(run: Run, t: float, constraints: int) -> int:
+    """Evaluate the machine at z, and factor M and the first ``constraints`` constraints; return a failure or NONE."""
+    run.machine.system(t, run.z, run.machine.c, run.outputs)
+    hide(run.contacts, run.now)
+    if factor(run.elimination, run.M) == 0:
+        return MASS
+    if hold(run.elimination, run.W, constraints) == 0:
+        return CONSTRAINTS
+    return NONE
+
+
+@compiled
+def normalize(machine: Machine, y: Reals) -> None:
+    """Divide each quaternion of a state by its norm."""
+    for k in range(machine.n_quaternions):
+        q = y[machine.quaternions[k] :]
+        length = root(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+        for j in range(4):
+            q[j] /= length
+
+
+@compiled
+def put_speeds(machine: Machine, y: Reals, u: Reals) -> None:
+    """Write speeds in block order into a state."""
+    for i in range(machine.n):
+        y[machine.n_q + machine.order[i]] = u[i]
+
+
+@compiled
+def hide(contacts: Contacts, gaps: Gaps) -> None:
+    """Set the gap of a contact to ``FAR`` if its foot lies beyond the end of its side."""
+    for k in range(contacts.reaches):
+        if gaps.reach[k] < 0.0:
+            gaps.gap[contacts.reach_of[k]] = FAR
+
+
+@compiled
+def close(run: Run, friction: int) -> None:
+    """Set the rows of the problem to those of the closed contacts; tangent rows only if ``friction`` is not 0."""
+    contacts, problem = run.contacts, run.problem
+    count, row = 0, 0
+    for e in range(contacts.count):
+        tangents = contacts.tangents[e]
+        if run.now.gap[e] <= CLOSED_GAP:
+            for k in range(1 + tangents if friction != 0 else 1):
+                problem.rows[count], problem.mu[count] = row + k, contacts.mu[e]
+                problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
+                contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
+                count += 1
+        row += 1 + tangents
+    problem.count = count
+
+
+@compiled
+def answers(run: Run, constraints: int) -> None:
+    """Compute X and σ of the rows of the problem, and the part of A = W X of each contact."""
+    problem, blocks, W, X = run.problem, run.problem.blocks, run.W, run.problem.X
+    A, kinds = problem.matrix, problem.kinds
+    for a in range(problem.count):
+        r = problem.rows[a]
+        answer(run.elimination, r, W, X, run.elimination.sigma[a], constraints)
+        A[a, 0] = joined(blocks, r, r, W, X)
+        if kinds[a] == LINE or kinds[a] == SECOND:
+            A[a - 1, 1] = joined(blocks, r - 1, r, W, X)
+        if kinds[a] == SECOND:
+            A[a - 2, 1] = joined(blocks, r - 2, r - 1, W, X)
+            A[a - 2, 2] = joined(blocks, r - 2, r, W, X)
+    set_scales(problem)
+
+
+@compiled
+def joined(blocks: Blocks, r: int, k: int, W: Reals, X: Reals) -> float:
+    """Return W_r X_k of two rows over the same blocks, as those of a contact."""
+    return dot(W[blocks.at[r] :], X[blocks.at[k] :], blocks.at[r + 1] - blocks.at[r])

@@ -1,0 +1,90 @@
+"""The correction at the end of a step: bodies out of each other, and conditions on coordinates met.
+
+    0 <= x ⟂ gap + W Δ >= 0,   φ + G Δ = 0,   Δ = M⁻¹ (Wᵀ x + Gᵀ λ)          again and again, until gap >= 0 and φ = 0
+
+Δ is the least displacement in the norm of the mass matrix.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...native.instructions import compiled, greater
+from ..cones.block_rows import along
+from ..cones.sweeps import solve
+from .configuration import answers, close, evaluate, hide, normalize, put_speeds
+from .elimination import meet
+from .stepping_record import NONE, NOT_FINITE, OVERLAP, Run
+
+DEEP = 1e-10
+CLOSINGS = 200
+"""Limit on the Newton steps that remove overlap. An almost flat edge, lifted at its lowest point, dips on the other
+side, three fifths as deep, so this case takes many steps."""
+TOLERANCE = 1e-9
+"""Residual of the problem of the displacements, relative to the greatest depth."""
+TINY = 1e-300
+
+
+@compiled
+def correct(run: Run, t: float) -> int:
+    """Move z to gaps >= 0 and φ = 0, the least way in the norm of the mass matrix; return a failure or NONE."""
+    depth, error = 0.0, math.inf
+    for _ in range(CLOSINGS):
+        depth = overlap(run, t)
+        error = depth
+        for i in range(run.holonomic):
+            error = greater(error, abs(run.end.phi[i]))
+        if error <= DEEP or not math.isfinite(error):
+            break
+        failure = separate(run, t, depth)
+        if failure != NONE:
+            return failure
+    run.overlap = error
+    if not error <= DEEP:
+        return OVERLAP if math.isfinite(error) else NOT_FINITE
+    run.depth = greater(run.depth, depth)
+    return NONE
+
+
+@compiled
+def overlap(run: Run, t: float) -> float:
+    """Evaluate gaps and φ at z; return the greatest depth."""
+    depth = 0.0
+    run.machine.closing(t + run.h, run.z, run.machine.c, run.end.outputs)
+    hide(run.contacts, run.end)
+    for e in range(run.contacts.count):
+        depth = greater(depth, -run.end.gap[e])
+    return depth
+
+
+@compiled
+def separate(run: Run, t: float, depth: float) -> int:
+    """Move z by one step: 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ)."""
+    machine, problem, shift, count = run.machine, run.problem, run.free, run.holonomic
+    failure = evaluate(run, t + run.h, count)
+    if failure != NONE:
+        return failure
+    for i in range(machine.n):
+        shift[i] = 0.0
+    meet(run.elimination, run.W, run.now.phi, count, shift, run.lam)
+    close(run, 0)
+    problem.reference = TINY
+    for a in range(problem.count):
+        problem.x[a] = 0.0
+        gap = run.now.gap[run.contacts.owner[a]]
+        problem.b[a] = gap + along(problem.blocks, problem.rows[a], run.W, shift)
+        problem.reference = greater(problem.reference, abs(problem.b[a]))
+    answers(run, count)
+    goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
+    if solve(problem, run.sweeping, goal, run.most_sweeps) < 0:
+        run.overlap = depth
+        return OVERLAP
+    for i in range(machine.n):
+        shift[i] += problem.v[i]
+    put_speeds(machine, run.z, shift)
+    machine.moving(t + run.h, run.z, machine.c, run.rate)
+    for i in range(machine.n_q):
+        run.z[i] += run.rate[i]
+    put_speeds(machine, run.z, run.u_new)
+    normalize(machine, run.z)
+    return NONE

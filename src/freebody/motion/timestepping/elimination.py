@@ -1,0 +1,143 @@
+"""Sparse inertia and constraints of a time step: only contacts couple the blocks of speeds.
+
+    M = diag(M_b),   L_b L_bᵀ = M_b,   K = M⁻¹ Gᵀ,   S Sᵀ = G K
+    X_r = M⁻¹ (W_r - σ_r G)ᵀ,   σ_r = (G K)⁻¹ Kᵀ W_rᵀ         change of u and of -λ per impulse along row r
+
+Each row of G lies in one block, because speeds coupled by a constraint share a block, as those coupled by joints do. A
+row of W is stored over the whole blocks of its two bodies. The cost of a stack of n boxes is therefore of order n, not
+n³. All functions are for `native.instructions.compiled`; speeds are in block order.
+
+Source of the elimination: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8.
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import Reals, compiled, root
+from ..cones.block_rows import along
+from .stepping_record import Elimination
+
+SINGULAR = 1e-14
+"""Part of a diagonal entry below which its remainder is round-off."""
+
+
+@compiled
+def cholesky(M: Reals, L: Reals, n: int) -> int:
+    """Write L of L Lᵀ = M; return 0 if M is not positive definite, else 1."""
+    for i in range(n):
+        for j in range(i + 1):
+            total = M[i * n + j]
+            for k in range(j):
+                total -= L[i * n + k] * L[j * n + k]
+            if i == j:
+                if not total > SINGULAR * M[i * n + i]:
+                    return 0
+                L[i * n + i] = root(total)
+            else:
+                L[i * n + j] = total / L[j * n + j]
+    return 1
+
+
+@compiled
+def back(L: Reals, n: int, b: Reals, x: Reals) -> None:
+    """Set x = (L Lᵀ)⁻¹ b."""
+    for i in range(n):
+        total = b[i]
+        for k in range(i):
+            total -= L[i * n + k] * x[k]
+        x[i] = total / L[i * n + i]
+    for i in range(n - 1, -1, -1):
+        total = x[i]
+        for k in range(i + 1, n):
+            total -= L[k * n + i] * x[k]
+        x[i] = total / L[i * n + i]
+
+
+@compiled
+def factor(of: Elimination, M: Reals) -> int:
+    """Factor all blocks of M; return 0 if a block is not positive definite, else 1."""
+    blocks = of.blocks
+    for b in range(blocks.count):
+        first = blocks.squares[b]
+        if cholesky(M[first:], of.L[first:], blocks.starts[b + 1] - blocks.starts[b]) == 0:
+            return 0
+    return 1
+
+
+@compiled
+def block_back(of: Elimination, b: int, p: Reals, x: Reals) -> None:
+    """Set x = M_b⁻¹ p for the numbers of one block."""
+    blocks = of.blocks
+    back(of.L[blocks.squares[b] :], blocks.starts[b + 1] - blocks.starts[b], p, x)
+
+
+@compiled
+def hold(of: Elimination, W: Reals, count: int) -> int:
+    """Compute K = M⁻¹ Gᵀ and the factor S of G K for the first ``count`` constraints.
+
+    Return 0 if G K is not positive definite, else 1.
+    """
+    blocks, m = of.blocks, of.contact_rows
+    for i in range(count):
+        r, K = m + i, of.K[i]
+        for k in range(blocks.n):
+            K[k] = 0.0
+        if blocks.first[r + 1] > blocks.first[r]:
+            b = blocks.pieces[blocks.first[r]]
+            block_back(of, b, W[blocks.at[r] :], K[blocks.starts[b] :])
+    for i in range(count):
+        for j in range(count):
+            of.GK[i * count + j] = along(blocks, m + i, W, of.K[j])
+    return cholesky(of.GK, of.S, count)
+
+
+@compiled
+def meet(of: Elimination, W: Reals, rates: Reals, count: int, v: Reals, lam: Reals) -> None:
+    """Compute λ and replace v by v + K λ, which satisfies the first ``count`` constraints: G v + rates = 0."""
+    for i in range(count):
+        of.rates[i] = -rates[i] - along(of.blocks, of.contact_rows + i, W, v)
+    back(of.S, count, of.rates, lam)
+    for i in range(count):
+        K = of.K[i]
+        for k in range(of.blocks.n):
+            v[k] += lam[i] * K[k]
+
+
+@compiled
+def answer(of: Elimination, r: int, W: Reals, X: Reals, sigma: Reals, count: int) -> None:
+    """Write X_r = M⁻¹ (W_r - σ_r G)ᵀ and σ_r for the first ``count`` constraints.
+
+    The subtraction is done twice. The second removes the part of G that round-off leaves after the first; without it,
+    rows almost fixed by the constraints would consist of round-off.
+    """
+    blocks, m = of.blocks, of.contact_rows
+    for k in range(blocks.at[r], blocks.at[r + 1]):
+        X[k] = W[k]
+    for i in range(count):
+        sigma[i] = 0.0
+    for _ in range(2 if count > 0 else 0):
+        for i in range(count):
+            of.rates[i] = along(blocks, r, X, of.K[i])
+        back(of.S, count, of.rates, of.share)
+        for i in range(count):
+            sigma[i] += of.share[i]
+            subtract(of, r, m + i, of.share[i], W, X)
+    k = blocks.at[r]
+    for p in range(blocks.first[r], blocks.first[r + 1]):
+        b = blocks.pieces[p]
+        block_back(of, b, X[k:], X[k:])
+        k += blocks.starts[b + 1] - blocks.starts[b]
+
+
+@compiled
+def subtract(of: Elimination, r: int, g: int, part: float, W: Reals, X: Reals) -> None:
+    """Subtract a part of row ``g``, which has one block or none, from X_r."""
+    blocks = of.blocks
+    if blocks.first[g + 1] > blocks.first[g]:
+        k, own = blocks.at[r], blocks.pieces[blocks.first[g]]
+        for p in range(blocks.first[r], blocks.first[r + 1]):
+            b = blocks.pieces[p]
+            width = blocks.starts[b + 1] - blocks.starts[b]
+            if b == own:
+                for j in range(width):
+                    X[k + j] -= part * W[blocks.at[g] + j]
+            k += width

@@ -1,0 +1,58 @@
+"""Why a time step fails, in the user's terms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...dynamics.mobility import massless_motion
+from ...dynamics.state import float_state
+from ...model import Model
+from ..ode.dense_output import Array
+from .stepping_record import CONSTRAINTS, CONTACTS, LOADS, MASS, OVERLAP, Run
+
+MOST_SWEEPS = 100_000
+"""Sweeps after which the search for the impulses of a step ends."""
+ACCEPTED = 1e-9
+"""Speed by which a contact may violate its laws in an almost degenerate problem, such as a pile coming to rest,
+relative to the greatest speed in the problem; see the trajectory's residual."""
+
+
+def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Array) -> str:
+    """Return why the step at t from y fails."""
+    where = f"the step of '{model.name}' at t = {t:.9g} s"
+    if run.failure == CONTACTS:
+        return (
+            f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} sweeps "
+            f"and Newton's method a law is still missed by {run.problem.residual:.3g} of the greatest speed (required: "
+            f"{ACCEPTED:g}). Where friction jams a contact (Painlevé) or restitution works against it, there may be no "
+            "solution: less friction or restitution=0 has one. Otherwise take a shorter step, or masses that differ "
+            "less: they need fewer sweeps."
+        )
+    if run.failure == MASS:
+        q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
+        idle = massless_motion(model, float_state(model, q, u, t, values))
+        names = f" {' and '.join(map(repr, idle))} together move no mass." if idle else ""
+        return (
+            f"Expected a mass matrix that is positive definite in {where}.{names} Give every body that can move by "
+            "itself a mass and moments of inertia, or fix each part that moves no mass by a joint."
+        )
+    if run.failure == CONSTRAINTS:
+        return (
+            f"The constraints of '{model.name}' depend on each other in {where}: this happens when bars come into "
+            "line. Stop the motion earlier with a terminal event, or change the lengths."
+        )
+    if run.failure == OVERLAP:
+        return (
+            f"The overlap of bodies could not be removed in {where}: {run.overlap:.3g} m remain (required: 1e-10 m). "
+            "The cause may be bodies wedged in too narrow a space or driven into each other. Otherwise take a shorter "
+            "step."
+        )
+    if run.failure == LOADS:
+        return (
+            f"No mean speeds agree with the loads that depend on them in {where}. This happens where bodies turn "
+            "several times in a step, or where a load jumps with a speed. Take a shorter step."
+        )
+    return (
+        f"A rate or a speed is not a finite number in {where}. A division by zero, or a root or logarithm of a "
+        "negative number causes this: check the loads there, or take a shorter step."
+    )

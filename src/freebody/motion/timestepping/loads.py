@@ -1,0 +1,57 @@
+"""Loads that depend on the speeds, as those of a turning body: the impulse p = h f(ū) that agrees with its own ū.
+
+    p → p + r e,   e = h f(ū(p)) - p,   r = argmin |e + r Δe/r_last|
+
+ū(p) solves the contacts. r is 1, and less where bodies turn far in a step; Δe is the last change of e. The norms are
+those of the kinetic energy.
+
+Source: J. Barzilai, J. M. Borwein, IMA J. Numer. Anal. 8 (1988) 141-148 (r).
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import compiled, greater, lesser, root
+from ..cones.block_rows import dot
+from .elimination import block_back
+from .stepping_record import Run
+
+SHORTEST = 1e-4
+"""Least r."""
+TINY = 1e-300
+
+
+@compiled
+def imbalance(run: Run) -> float:
+    """Set e = h f - p and M⁻¹ e; return |e| relative to the motion, √(e·M⁻¹e / (u·M u + p·M⁻¹p))."""
+    loads, blocks, whole = run.loads, run.problem.blocks, TINY
+    for i in range(blocks.n):
+        loads.e[i] = run.h * loads.f[i] - loads.p[i]
+    for b in range(blocks.count):
+        first, size = blocks.starts[b], blocks.starts[b + 1] - blocks.starts[b]
+        block_back(run.elimination, b, loads.p[first:], loads.Me[first:])
+        whole += dot(loads.p[first:], loads.Me[first:], size)
+        block_back(run.elimination, b, loads.e[first:], loads.Me[first:])
+        L = run.elimination.L[blocks.squares[b] :]
+        for j in range(size):  # Lᵀ u
+            total = 0.0
+            for i in range(j, size):
+                total += L[i * size + j] * run.u[first + i]
+            whole += total * total
+    return root(dot(loads.e, loads.Me, blocks.n) / whole)
+
+
+@compiled
+def change_loads(run: Run, r: float, changes: int) -> float:
+    """Add r e to p, with the r that minimizes |e + r Δe/r_last| (1 the first time); return r."""
+    loads, n = run.loads, run.machine.n
+    if changes > 0:
+        along_e, whole = 0.0, 0.0
+        for i in range(n):
+            change = loads.e_old[i] - loads.e[i]
+            along_e += change * loads.Me_old[i]
+            whole += change * (loads.Me_old[i] - loads.Me[i])
+        r = 1.0 if whole == 0.0 else lesser(1.0, greater(SHORTEST, r * along_e / whole))
+    for i in range(n):
+        loads.e_old[i], loads.Me_old[i] = loads.e[i], loads.Me[i]
+        loads.p[i] += r * loads.e[i]
+    return r

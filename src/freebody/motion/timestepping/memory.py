@@ -1,0 +1,57 @@
+"""The memory of a run in time steps, filled for a machine: sizes, kernels, laws of contacts, sparsity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..kernels.kernels import Kernels, Program
+from ..start.initial import number
+from .stepped_kernels import Shape
+from .stepping_record import Run
+
+
+def memory_of(
+    kernels: Kernels, values: Mapping[str, float], program: Program, shape: Shape, tangents: Sequence[int]
+) -> Run:
+    """Return the memory of the loop for a machine."""
+    model = kernels.model
+    n, n_q, held, E = model.n_u, model.n_q, len(shape.held), len(tangents)
+    m = E + sum(tangents)
+    run = Run.made(
+        n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m, 1), rows=m, squares=int(shape.squares[-1]),
+        constraints=held, holonomic=shape.holonomic, pairs=held * held,
+    )  # fmt: skip
+    machine, contacts, problem = run.machine, run.contacts, run.problem
+    machine.turning, machine.order = int(shape.turning), shape.order
+    for name in ("system", "closing", "moving", "loading"):
+        setattr(machine, name, program.address(name))
+    machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)
+    for i in model.quaternions:
+        machine.turned[i : i + 4] = 1
+    contacts.count, contacts.reaches, contacts.reach_of = E, len(shape.reach_of), shape.reach_of
+    contacts.tangents = np.array(tangents, dtype=np.int64)
+    contacts.mu, contacts.restitution = (
+        np.array([number(model, values, getattr(c, field), name) for c in model.contacts])
+        for field, name in (("friction", "mu"), ("restitution", "restitution"))
+    )
+    for blocks in (problem.blocks, run.elimination.blocks):
+        blocks.count, blocks.starts, blocks.squares = len(shape.blocks) - 1, shape.blocks, shape.squares
+        blocks.pieces, blocks.first, blocks.at = shape.pieces, shape.row_first, shape.row_at
+    run.elimination.contact_rows = m
+    sizes = {
+        "M": int(shape.squares[-1]), "f": n, "gap": E, "reach": len(shape.reach_of), "rates": m,
+        "constraint_rates": held, "phi": shape.holonomic, "W": int(shape.row_at[-1]),
+    }  # fmt: skip
+    run.outputs = np.zeros(sum(sizes.values()))
+    parts = dict(zip(sizes, np.split(run.outputs, np.cumsum(list(sizes.values()))[:-1]), strict=True))
+    for name in ("M", "f", "rates", "constraint_rates", "W"):
+        setattr(run, name, parts[name])
+    run.end.outputs = np.zeros(max(E + len(shape.reach_of) + shape.holonomic, 1))
+    ends = np.split(run.end.outputs, [E, E + len(shape.reach_of)])
+    for k, name in enumerate(("gap", "reach", "phi")):
+        setattr(run.now, name, parts[name])
+        setattr(run.end, name, ends[k])
+    problem.W, problem.X = run.W, np.zeros(len(run.W))
+    return run

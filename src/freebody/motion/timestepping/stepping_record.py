@@ -1,0 +1,173 @@
+"""Memory of a run in time steps, shared by Python and the compiled loop (`moreau`). It needs no compiler."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
+from ..cones.contact_problem import Blocks, ContactProblem, Sweeping
+
+NONE, CONTACTS, MASS, CONSTRAINTS, OVERLAP, NOT_FINITE, LOADS = range(7)
+"""Reasons why a step fails."""
+OPEN, STICK, SLIP, FORWARDS, BACKWARDS = range(5)
+"""Modes of a contact in a step; the last two are the slips in a plane."""
+
+
+@record
+class Machine(Record):
+    """Kernels of a machine with the constants ``c``, and its state: ``n_q`` coordinates, then ``n`` speeds.
+
+    ``system``    M by blocks, f (n), gaps, reaches, rates of contacts and constraints, φ, then W over G by rows
+    ``closing``   gaps, reaches, φ
+    ``moving``    q' (n_q), power of the loads
+    ``loading``   f (n), which depends on the speeds if ``turning`` is 1
+    ``order``     model speed at each place in block order
+    ``quaternions``    components at which unit quaternions begin; ``turned``: 1 for each component of one
+    """
+
+    c: Row
+    system: Kernel
+    closing: Kernel
+    moving: Kernel
+    loading: Kernel
+    turning: Count
+    n_q: Count
+    n: Count
+    order: Wholes
+    n_quaternions: Count
+    quaternions: Wholes
+    turned: Annotated[Wholes, "n_q"]
+
+
+@record
+class Gaps(Record):
+    """Gaps of the contacts, reaches (negative: the foot is beyond the end of its side), and conditions φ."""
+
+    outputs: Row
+    gap: Row
+    reach: Row
+    phi: Row
+
+
+@record
+class Contacts(Record):
+    """Contacts of a machine, and where they are closed.
+
+    ``tangents``, ``mu``, ``restitution``    of each contact; ``rows``: number of all rows
+    ``reach_of``      contact of each reach
+    ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
+    ``before``        rate of each row of the problem at the beginning of the step
+    ``guess``         impulses of all rows in the last step
+    """
+
+    count: Count
+    rows: Count
+    reaches: Count
+    tangents: Wholes
+    mu: Row
+    restitution: Row
+    reach_of: Wholes
+    owner: Annotated[Wholes, "most"]
+    rebound: Annotated[Row, "most"]
+    before: Annotated[Row, "most"]
+    guess: Annotated[Row, "rows"]
+
+
+@record
+class Elimination(Record):
+    """Factors of the inertia and of the constraints (`elimination`).
+
+    ``contact_rows``    rows of W, before those of G
+    ``L``     L Lᵀ = M by blocks;  ``K`` = M⁻¹ Gᵀ by rows;  ``S``: factor of ``GK`` = G K
+    ``sigma``           change of -λ per impulse of each row of the problem
+    ``rates``, ``share``    numbers of the constraints
+    """
+
+    blocks: Blocks
+    contact_rows: Count
+    L: Annotated[Row, "squares"]
+    K: Annotated[Rows, "constraints", "n"]
+    S: Annotated[Row, "pairs"]
+    GK: Annotated[Row, "pairs"]
+    sigma: Annotated[Rows, "most", "constraints"]
+    rates: Annotated[Row, "constraints"]
+    share: Annotated[Row, "constraints"]
+
+
+@record
+class Loads(Record):
+    """Impulse p of the loads in a step, and its residual e = h f(ū) - p.
+
+    ``rest``             p - h f(u), from which the next step begins
+    ``Mp``, ``Me``       M⁻¹ p and M⁻¹ e;  ``e_old``, ``Me_old``: before the last change of p
+    """
+
+    p: Annotated[Row, "n"]
+    rest: Annotated[Row, "n"]
+    f: Annotated[Row, "n"]
+    e: Annotated[Row, "n"]
+    Me: Annotated[Row, "n"]
+    e_old: Annotated[Row, "n"]
+    Me_old: Annotated[Row, "n"]
+    first_error: Real
+
+
+@record
+class Run(Record):
+    """A run in steps of length h from the state y at t.
+
+    ``steps``, ``done``    steps to do, and done;  ``failure``: why the next one fails, or NONE
+    ``tolerance``, ``most_sweeps``    of the contact problem of a step
+    ``states``, ``impulses``, ``works``, ``modes``    a row for each step: state at its end; impulses of contacts and
+                           constraints; work of contacts and blows, of loads and constraints; mode of each contact
+    ``blow``               generalized impulse J of blows in the next step
+    ``residual``, ``sweeps``, ``depth``    greatest residual, number of sweeps, greatest depth at the end of a step
+    ``overlap``            what a failed correction leaves
+    ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
+    ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
+    ``lam``                impulses of the constraints
+    ``outputs``            of the kernel ``system``: M, f, ``now`` (gaps, φ), ``rates``, ``constraint_rates``, W
+    """
+
+    t: Real
+    h: Real
+    tolerance: Real
+    most_sweeps: Whole
+    steps: Whole
+    done: Whole
+    failure: Whole
+    residual: Real
+    sweeps: Whole
+    depth: Real
+    overlap: Real
+    constraints: Count
+    holonomic: Count
+    machine: Machine
+    contacts: Contacts
+    elimination: Elimination
+    problem: ContactProblem
+    sweeping: Sweeping
+    loads: Loads
+    y: Row
+    states: Rows
+    impulses: Rows
+    works: Rows
+    modes: Wholes
+    blow: Annotated[Row, "n"]
+    u: Annotated[Row, "n"]
+    free: Annotated[Row, "n"]
+    u_new: Annotated[Row, "n"]
+    u_mean: Annotated[Row, "n"]
+    momentum: Annotated[Row, "n"]
+    z: Annotated[Row, "state"]
+    rate: Annotated[Row, "q_and_power"]
+    first_rate: Annotated[Row, "q_and_power"]
+    lam: Annotated[Row, "constraints"]
+    outputs: Row
+    M: Row
+    f: Row
+    now: Gaps
+    rates: Row
+    constraint_rates: Row
+    W: Row
+    end: Gaps

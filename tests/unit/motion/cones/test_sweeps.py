@@ -1,0 +1,56 @@
+"""Sweeps solve the same problem as Newton's method: the laws hold, and where the motion is unique it is the same."""
+
+import numpy as np
+import pytest
+
+from freebody.motion.cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Sweeping
+from freebody.motion.cones.dense_problem import DenseProblem
+from freebody.native import loop
+
+MOST = 20_000
+
+
+def swept(dense, tolerance=1e-12):
+    """Impulses by sweeps from zero, their residual, and the number of sweeps."""
+    dense.from_zero()  # sets the rows
+    problem = dense.memory
+    problem.x[:] = 0.0
+    used = loop.code("motion.cones.sweeps", "solve")(
+        problem, Sweeping.made(most=len(dense.b)), tolerance, MOST
+    )
+    return problem.x.copy(), problem.residual, used
+
+
+@pytest.mark.parametrize("kinds", [[NORMAL], [NORMAL, LINE], [NORMAL, FIRST, SECOND]])
+@pytest.mark.parametrize("seed", range(8))
+def test_sweeps_and_newton_agree(kinds, seed):
+    rng = np.random.default_rng(seed)
+    contacts, m = 4, 4 * len(kinds)
+    W = rng.normal(size=(m, m + 3))
+    A, b = W @ W.T, W @ rng.normal(size=m + 3)
+    mu = 0.05 if len(kinds) > 1 else 0.0  # little friction: the solution is unique
+    dense = DenseProblem(A, b, kinds * contacts, [mu] * m)
+    by_newton, left, _ = dense.from_zero()
+    x, residual, used = swept(dense)
+    assert used >= 0
+    assert residual <= 1e-12 and left <= 1e-11
+    assert dense.rated(x, A @ x + b) <= 2e-12
+    np.testing.assert_allclose(x, by_newton, atol=1e-9 * np.abs(x).max(initial=1e-3))
+
+
+def test_sweeps_find_what_a_wedge_shares():
+    """Two walls that hold a body against a load: more impulses than freedoms, and no laws broken."""
+    W = np.array([[0.6, 0.8], [0.8, -0.6], [-0.6, 0.8], [0.8, 0.6]])  # normal, tangent of each wall
+    dense = DenseProblem(W @ W.T, W @ [0.3, -2.0], [NORMAL, LINE] * 2, [0.5] * 4)
+    x, residual, used = swept(dense)
+    assert used >= 0 and residual <= 1e-12
+    assert np.abs(W.T @ x + [0.3, -2.0]).max() < 1e-12  # it stays
+
+
+def test_a_problem_without_a_solution_is_said_to_have_none():
+    """One freedom, along which friction presses harder than the normal opens: r_N = s - 1, r_T = 100 + 3 s, and slip
+    allows only s = x_N (1 - 3 μ) <= 0."""
+    dense = DenseProblem(np.outer([1.0, 3], [1, 3]), np.array([-1.0, 100]), [NORMAL, LINE], [0, 2.0])
+    _, residual, used = swept(dense)
+    assert used == -1
+    assert not residual <= 1e-12
