@@ -13,7 +13,8 @@ translation, and a branch that they exclude is not translated. A function may ca
 any other call is refused.
 
 One source serves one run and several lanes: the *width* of a translation is the number of lanes of the types `Real`,
-`Whole`, `Truth` and `Row` (`TYPES`). A function without such a type in its signature is of one run at every width.
+`Whole`, `Truth` and `Row` (`WIDE_TYPES`), and of records of lanes (`records`). A function without such a type in its
+signature is of one run at every width.
 
 A module is translated function by function: their types and instructions (`functions`), statements (`statements`),
 expressions (`expressions`), and arithmetic, which is that of the processor (`arithmetic`).

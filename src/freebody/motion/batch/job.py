@@ -176,7 +176,7 @@ class Job:
     def wide(self, method: str) -> bool:
         """True if eight lanes run at once: any number of lanes by series, at least eight by stages."""
         return method == "taylor" or (
-            method == "dop853" and self.kernels.size > 0 and self.begin != self.end and self.count >= WIDTH
+            method in EXPLICIT and self.kernels.size > 0 and self.begin != self.end and self.count >= WIDTH
         )
 
     def program(self, method: str) -> BatchProgram:

@@ -11,10 +11,11 @@ of every step, and at the zeros of the rate of the quantity, which are watched a
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from ...native.instructions import EPS, Parts, Reals, greater
 from ..ode.layout import FINISHED, RUNNING, TERMINAL
+from ..ode.states import normalise
+from ..ode.step_control import clear, launch, look
 from .batch_memory import (
     BLAMED,
     GREATEST,
@@ -30,11 +31,11 @@ from .batch_memory import (
 
 part = Parts()
 
-# Bound to the compiled loop of a method (`lanes.functions`).
-normalise: Any = None
-clear: Any = None
-launch: Any = None
-look: Any = None
+
+@part.inlined
+def direction_of(batch: Batch) -> float:
+    """Return 1, or -1 if the runs go backwards in time."""
+    return 1.0 if batch.t1 >= batch.t0 else -1.0
 
 
 # -- results -------------------------------------------------------------------------------------------
@@ -202,7 +203,7 @@ def begin_leg(batch: Batch, lane: OneLane) -> int:
     if leg > 0 and batch.n_events > 0:
         if jumped(batch, lane, run.t) != 0:
             set_constants(batch, lane, leg - 1)
-            k, direction = lane.outputs_done, 1.0 if batch.t1 >= batch.t0 else -1.0
+            k, direction = lane.outputs_done, direction_of(batch)
             while k < batch.n_times and (batch.times[k] - run.t) * direction <= 0.0:
                 write_outputs(batch, lane, k, run.y)
                 k += 1

@@ -22,32 +22,28 @@ from ...native.loop import module_named
 from ..ode.layout import FINISHED, RUNNING, STIFF
 from ..ode.loops import place
 from ..ode.run import OneRun, Run
+from ..ode.states import state_in_step
+from ..ode.step_control import (
+    begin_runs,
+    change_length,
+    choose_length,
+    clear,
+    error_of_step,
+    follow_events,
+    is_stiff,
+    pass_step,
+    set_allowed,
+)
 from . import lane as one_lane
 from .batch_memory import CONTRADICTED, TOO_MANY, Batch, Lane, OneLane
+from .lane import begin_leg, contradicted, direction_of, enter, leave, log_step_events, widen, write_outputs
 
 __all__ = ["functions"]
 
 part = Parts()
 
 method: Any = None
-"""The method, in the functions below. The others are those of its compiled loop, and of one lane."""
-clear: Any = None
-set_allowed: Any = None
-begin_runs: Any = None
-choose_length: Any = None
-error_of_step: Any = None
-is_stiff: Any = None
-follow_events: Any = None
-pass_step: Any = None
-change_length: Any = None
-state_in_step: Any = None
-enter: Any = None
-begin_leg: Any = None
-contradicted: Any = None
-log_step_events: Any = None
-widen: Any = None
-write_outputs: Any = None
-leave: Any = None
+"""The method, in the functions below."""
 
 
 def functions(method: str) -> dict[str, Compiled]:
@@ -141,8 +137,7 @@ def begin_sampling(sampler: OneRun, run: OneRun) -> None:
 @part
 def output_in_step(batch: Batch, one: OneLane, sampler: OneRun, after: float, reaches: int) -> None:
     """Compute the outputs at the output times of a step, which ends at ``after``."""
-    run, done = one.run, one.outputs_done
-    direction = 1.0 if batch.t1 >= batch.t0 else -1.0
+    run, done, direction = one.run, one.outputs_done, direction_of(batch)
     while done < batch.n_times and (batch.times[done] - after) * direction <= 0.0:
         x = batch.times[done]
         if x == run.until and reaches != 0 and one.leg + 1 < batch.n_legs:
@@ -158,14 +153,15 @@ def output_in_step(batch: Batch, one: OneLane, sampler: OneRun, after: float, re
 
 @part
 def next_output(batch: Batch, one: OneLane) -> float:
-    """Return the next output time of a wide."""
-    direction = 1.0 if batch.t1 >= batch.t0 else -1.0
-    return batch.times[one.outputs_done] if one.outputs_done < batch.n_times else direction * math.inf
+    """Return the next output time of a lane."""
+    return (
+        batch.times[one.outputs_done] if one.outputs_done < batch.n_times else direction_of(batch) * math.inf
+    )
 
 
 @part
 def look_into(batch: Batch, wide: Lane, own: OneLane, lane: int, seeks: int) -> int:
-    """Find events, extremes and outputs in the good step of a wide. Return RUNNING, TERMINAL, UNDEFINED or
+    """Find events, extremes and outputs in the good step of a lane. Return RUNNING, TERMINAL, UNDEFINED or
     CONTRADICTED.
     """
     run, one, code = wide.run, alone(wide, own, lane), RUNNING
@@ -181,7 +177,7 @@ def look_into(batch: Batch, wide: Lane, own: OneLane, lane: int, seeks: int) -> 
             widen(batch, one, step.after, step.end)
     if code != RUNNING:
         run.last[lane], run.after[lane], run.blame[lane] = 0, step.after, step.blame
-    if (wide.next_output[lane] - step.after) * (1.0 if batch.t1 >= batch.t0 else -1.0) <= 0.0:
+    if (wide.next_output[lane] - step.after) * direction_of(batch) <= 0.0:
         if width(run.t) == 1:
             begin_sampling(own.run, step)
         output_in_step(batch, one, own[lane].run, step.after, run.last[lane])
@@ -243,15 +239,8 @@ def end_lane(batch: Batch, wide: Lane, lane: int, code: int) -> None:
     run, number = wide.run, wide.number[lane]
     for i in range(run.n):
         batch.initial[number, i] = run.y[i][lane]
-    leave(
-        batch,
-        number,
-        code,
-        wide.steps[lane] + run.taken[lane],
-        run.rejected[lane],
-        run.blame[lane],
-        run.t[lane],
-    )
+    steps = wide.steps[lane] + run.taken[lane]
+    leave(batch, number, code, steps, run.rejected[lane], run.blame[lane], run.t[lane])
     wide.number[lane] = -1
     run.h[lane], run.until[lane] = 0.0, run.t[lane]
 
@@ -276,7 +265,7 @@ def tighten(batch: Batch, run: Run, lane: int) -> None:
 @part
 def take(batch: Batch, wide: Lane, own: OneLane, good: Truth) -> Whole:
     """Take the good steps; return RUNNING, STIFF, TERMINAL, UNDEFINED or CONTRADICTED for each lane."""
-    run, direction = wide.run, 1.0 if batch.t1 >= batch.t0 else -1.0
+    run, direction = wide.run, direction_of(batch)
     status: Whole = RUNNING
     run.taken = where(good, run.taken + 1, run.taken)
     wide.longest = where(good, greater(wide.longest, abs(run.h)), wide.longest)
@@ -301,8 +290,7 @@ def take(batch: Batch, wide: Lane, own: OneLane, good: Truth) -> Whole:
 @part
 def lanes(begin: int, end: int, batch: Batch, wide: Lane, own: OneLane) -> None:
     """Compute the runs ``begin`` to ``end`` - 1."""
-    run, following = wide.run, begin
-    direction = 1.0 if batch.t1 >= batch.t0 else -1.0
+    run, following, direction = wide.run, begin, direction_of(batch)
     fresh: Truth = False
     wide.number = -1
     run.t = run.until = run.h = 0.0

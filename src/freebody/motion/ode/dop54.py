@@ -12,13 +12,11 @@ and II.6.
 
 from __future__ import annotations
 
-import math
-
 from ...native.functions import unrolled
-from ...native.instructions import compiled
+from ...native.instructions import Real, compiled, greater, where
 from ...native.row_arithmetic import chain, combination
 from .run import Run
-from .step_control import Functions, Method, cubic
+from .step_control import Functions, Method, cubic, lift_stages
 
 C = (0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0)
 A = (
@@ -38,7 +36,7 @@ D = (
 
 
 @compiled
-def attempt(run: Run, h: float) -> int:
+def attempt(run: Run, h: Real) -> int:
     """Take one step of length ``h`` from y, whose rates are k[0], to y_new, with its error."""
     for i in unrolled(1, 6):
         run.argument[:] = run.y + h * chain(A[i], run.k)
@@ -50,18 +48,19 @@ def attempt(run: Run, h: float) -> int:
 
 
 @compiled
-def judge(run: Run, h: float) -> float:
+def judge(run: Run, h: Real) -> Real:
     """Return the error ε of the step in units of the tolerance, nan if it is not finite."""
-    error = 0.0
+    error: Real = 0.0
+    doubt: Real = 0.0
+    blame = run.blame
     for i in range(run.n):
         new, old = abs(run.y_new[i]), abs(run.y[i])
-        ratio = abs(run.error5[i]) / (run.absolute[i] + run.relative[i] * (new if new > old else old))
-        if not (math.isfinite(new) and math.isfinite(ratio)):
-            return math.nan
-        if ratio > error:
-            error = ratio
-            run.blame = i
-    return error
+        ratio = abs(run.error5[i]) / (run.absolute[i] + run.relative[i] * greater(new, old))
+        doubt += 0.0 * new + 0.0 * ratio
+        blame = where(ratio > error, i, blame)
+        error = greater(ratio, error)
+    run.blame = blame
+    return error + doubt
 
 
 @compiled
@@ -82,7 +81,7 @@ def interpolate(run: Run, x: float) -> None:
 
 BETA = 0.04
 METHOD = Method(
-    name="dop54", order=5, attempt=attempt, judge=judge, densify=densify, interpolate=interpolate,
+    name="dop54", order=5, attempt=attempt, judge=judge, densify=densify, interpolate=interpolate, lift=lift_stages,
     alpha=0.2 - 0.75 * BETA, beta=BETA, smallest=0.2, greatest=10.0, cost=6, last_stage=5, stable=3.25,
 )  # fmt: skip
 FUNCTIONS = Functions(METHOD)

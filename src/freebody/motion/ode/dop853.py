@@ -27,8 +27,8 @@ from collections.abc import Mapping
 from ...native.functions import unrolled
 from ...native.instructions import Real, compiled, greater, root, where
 from ...native.row_arithmetic import chain, combination
-from .run import OneRun, Run
-from .step_control import Functions, Method, cubic
+from .run import Run
+from .step_control import Functions, Method, cubic, lift_stages
 
 C = (
     0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274,
@@ -175,14 +175,6 @@ def judge(run: Run, h: Real) -> Real:
 
 
 @compiled
-def lift(run: Run, lane: int, one: OneRun) -> None:
-    """Copy the rates at the stages of a lane into the memory of one run."""
-    for i in range(run.n):
-        for j in range(13):
-            one.k[j, i] = run.k[j, i][lane]
-
-
-@compiled
 def densify(run: Run) -> None:
     """Compute the dense output of the step, whose rates at the end are k[12]."""
     h = run.h
@@ -207,7 +199,7 @@ def interpolate(run: Run, x: float) -> None:
 
 BETA = 0.04
 METHOD = Method(
-    name="dop853", order=8, attempt=attempt, judge=judge, densify=densify, interpolate=interpolate,
-    lift=lift, alpha=0.125 - 0.2 * BETA, beta=BETA, cost=11, cost_dense=3, last_stage=11, stable=6.1,
+    name="dop853", order=8, attempt=attempt, judge=judge, densify=densify, interpolate=interpolate, lift=lift_stages,
+    alpha=0.125 - 0.2 * BETA, beta=BETA, cost=11, cost_dense=3, last_stage=11, stable=6.1,
 )  # fmt: skip
 FUNCTIONS = Functions(METHOD)

@@ -58,7 +58,7 @@ from .layout import (
     TERMINAL,
     UNDEFINED,
 )
-from .run import STAGES, Run
+from .run import STAGES, OneRun, Run
 from .states import are_finite, normalise, not_finite, project
 
 TINY = 1e-300
@@ -138,6 +138,14 @@ def cubic(run: Run, last: int) -> None:
         run.dense[0, i] = difference
         run.dense[1, i] = run.h * run.k[0, i] - difference
         run.dense[2, i] = 2.0 * difference - run.h * (run.k[last, i] + run.k[0, i])
+
+
+@compiled
+def lift_stages(run: Run, lane: int, one: OneRun) -> None:
+    """Copy the rates at the stages of a lane into the memory of one run."""
+    for i in range(run.n):
+        for j in range(13):
+            one.k[j, i] = run.k[j, i][lane]
 
 
 # -- the length of steps -------------------------------------------------------------------------------

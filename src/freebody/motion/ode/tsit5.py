@@ -13,11 +13,11 @@ and Mathematics with Applications 62 (2011), 770-775.
 from __future__ import annotations
 
 from ...native.functions import unrolled
-from ...native.instructions import compiled
+from ...native.instructions import Real, compiled
 from ...native.row_arithmetic import chain, combination
 from .dop54 import judge
 from .run import Run
-from .step_control import Functions, Method
+from .step_control import Functions, Method, lift_stages
 
 C = (0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0)
 A = (
@@ -68,7 +68,7 @@ R = (
 
 
 @compiled
-def attempt(run: Run, h: float) -> int:
+def attempt(run: Run, h: Real) -> int:
     """Take one step of length ``h`` from y, whose rates are k[0], to y_new, with its error."""
     for i in unrolled(1, 6):
         run.argument[:] = run.y + h * chain(A[i], run.k)
@@ -96,7 +96,7 @@ def interpolate(run: Run, x: float) -> None:
 
 BETA = 0.04
 METHOD = Method(
-    name="tsit5", order=5, attempt=attempt, judge=judge, densify=densify, interpolate=interpolate,
+    name="tsit5", order=5, attempt=attempt, judge=judge, densify=densify, interpolate=interpolate, lift=lift_stages,
     alpha=0.2 - 0.75 * BETA, beta=BETA, smallest=0.2, greatest=10.0, cost=6, last_stage=5, stable=3.45,
 )  # fmt: skip
 FUNCTIONS = Functions(METHOD)

@@ -9,6 +9,7 @@ import xarray
 import freebody as fb
 from batch_machines import CLOSED, cart, four_bar
 from batch_machines import pendulum as driven
+from freebody.motion.ode.layout import EXPLICIT
 
 pytestmark = pytest.mark.usefixtures("stages")
 
@@ -147,6 +148,17 @@ def test_events_and_extremes(loops: list[bool]) -> None:
         assert np.isfinite(data["max(theta)"]).all()
         assert ("terminal event" in data.status.values) == terminal
         assert loops[-4:] == [True, False, False, False]
+
+
+@pytest.mark.parametrize("method", EXPLICIT)
+def test_every_explicit_method(method: str, loops: list[bool]) -> None:
+    """A method is written once, and is translated for one run and for eight lanes."""
+    theta = np.linspace(-2, 2, 9)
+    given = {"method": method, "tolerance": 1e-6, "samples": 4, "events": ["theta"]}
+    data = both(pendulum(), 3, {"theta": theta}, {}, 9, **given)
+    assert set(data.status.values) == {"finished"} and loops == [True, False, False]
+    alone = fb.simulate(pendulum(), 3, initial={"theta": theta[4]}, **given)
+    assert np.array_equal(data["theta"][4], alone["theta"]) and int(data.steps[4]) == alone.steps
 
 
 def test_closed_loops(loops: list[bool]) -> None:
