@@ -1,4 +1,4 @@
-"""The contact problem: forces, or impulses, in exact Coulomb cones, as one value with one residual.
+"""The contact problem of a set of contacts, each at rest or sliding: forces, or impulses, in exact Coulomb cones.
 
 λ are forces and r = A λ + c accelerations of the contacts; in an impact, impulses and speeds just after it.
 
@@ -7,9 +7,9 @@
     known slip d    λ_T = -μ d λ_N
     equality        r = 0
 
-A solution exists and is found for impacts and for small friction; its motion is unique if there is no friction. Where
-several motions satisfy these laws, the result is the limit of equal compliance at all contacts, from zero (see
-`newton`).
+Its unknowns x, λ = B x, are those of a `DenseProblem`. A solution exists and is found for impacts and for small
+friction; its motion is unique if there is no friction. Where several motions satisfy these laws, the result is the
+limit of equal compliance at all contacts, from zero (see `newton`).
 """
 
 from __future__ import annotations
@@ -116,8 +116,9 @@ class ConeProblem:
         rows, columns, *_ = self._rows
         x, dense = forces[rows], self._dense
         worst = dense.rated(x, (self.A @ forces + self.c)[rows])
-        off = float(np.abs(dense.memory.scale[: len(x)] * (forces - x @ columns)[rows]).max(initial=0))
-        size = dense.memory.reference  # friction off its ray is a violation too
+        # friction off its ray, or where there is none
+        off = float(np.abs(self.A.diagonal() * (forces - x @ columns)).max(initial=0))
+        size = dense.memory.reference
         return max(worst, off / size) if size > 0 else worst
 
     def solve(self) -> ConeSolution:

@@ -105,8 +105,8 @@ class DenseProblem:
         problem.W = problem.X = np.ascontiguousarray(H)
         if self.factors is not None:
             problem.X = np.ascontiguousarray(self.factors[1])
-        blocks, rows = problem.blocks, np.arange(m + 1)
-        blocks.n, blocks.count, blocks.starts = n, 1, np.array([0, n])
+        blocks, rows = problem.blocks, np.arange(m + 1, dtype=np.int64)
+        blocks.n, blocks.count, blocks.starts = n, 1, np.array([0, n], dtype=np.int64)
         blocks.pieces, blocks.first, blocks.at = np.zeros(m + 1, dtype=np.int64), rows, n * rows
         problem.rows[:m] = rows[:m]
         memory = Newton.made(most=max(m, 1), n=n)
@@ -132,7 +132,7 @@ class DenseProblem:
             x, error = other, new
         return x if float(np.abs(error).max(initial=0)) <= goal else None
 
-    def eased(self, goal: float) -> Array | None:
+    def solved(self, goal: float) -> Array | None:
         """Return impulses that violate no law by more than ``goal``, from zero; None if none are found."""
         if not (np.isfinite(self.A).all() and np.isfinite(self.b).all()):
             return None

@@ -283,7 +283,7 @@ class _Run:
         goal = RESIDUAL * problem.reference / 3
         found = dense.polished(x, goal)
         if found is None:
-            found = dense.eased(goal)
+            found = dense.solved(goal)
         guess[:] = 0.0
         guess[rows] = x if found is None else dense.projected(found)
         return found is not None

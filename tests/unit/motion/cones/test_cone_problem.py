@@ -147,6 +147,15 @@ def test_a_contact_that_slides_has_its_ray():
     np.testing.assert_allclose(found.forces, [2, -0.6, -0.8], rtol=1e-12)
 
 
+def test_friction_off_its_ray_is_a_violation():
+    A, c = np.diag([1.0, 1, 1]), np.array([-2.0, 0, 0])
+    problem = ConeProblem(A, c, [Touching("a", 0, 2, 0.5, 0.5, np.array([0.6, 0.8]))])
+    assert problem.residual(np.array([2, -0.6, -0.8])) < 1e-15
+    assert problem.residual(np.array([2, -0.6, 0.8])) == pytest.approx(1.6 / 2)
+    smooth = ConeProblem(A, c, [Touching("a", 0, 2, 0.0, 0.0)])
+    assert smooth.residual(np.array([2.0, 0.3, 0])) == pytest.approx(0.3 / 2)
+
+
 def test_a_large_pile_is_swept_first():
     """More directions than `newton.DENSE`: a row of blocks, each on the ground and beside the next."""
     n = 20
