@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 OPEN, STICK, SLIP = "open", "stick", "slip"
 WHOLE = 2
 """Largest number of contacts at rest in space for which all combinations with new slip directions are tried."""
-MOST = 1 << 14
+MOST = 1 << 8
 """Largest number of combinations of modes that are tried."""
 SMALL = 1e-10
 """Relative size below which a force or rate is zero and a matrix singular: above the round-off of small systems."""

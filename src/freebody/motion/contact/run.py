@@ -22,15 +22,18 @@ from ...errors import SimulationError
 from ..ending import End
 from ..ode.dense_output import Array, Path, Rates, observe, projected
 from ..ode.integration import integrate
+from ..phase.places import STOPPED
+from ..phase.scene import Ending, Modes, Phase, Snapshot
 from ..trajectory.phases import Phases, Segment
 from .bounces import lifted, limit
 from .bounces import settled as taken_away
-from .complementarity import OPEN
-from .leaps import halt, onset
+from .complementarity import OPEN, SMALL
+from .leaps import halt, held, onset
 from .modes import modes_at
-from .scene import Ending, Modes, Phase, Snapshot
 from .state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 
+SLOW = 10 * STOPPED
+"""Slip speed in space below which a body comes to rest at all its contacts at once, where events crowd [m/s]."""
 LOOKS = 32
 """Steps at which indeterminate forces are checked: the first ones of a phase, and as many spread along it."""
 
@@ -99,14 +102,17 @@ def run(
         seen = work.look(t, y)
         y, hit = work.collide(t, y, seen)
         if crowded in (ENDLESS // 4, ENDLESS // 2):
-            y = _quieted(work, t, y)
+            y = _slowed(work, t, _quieted(work, t, y))
         settled = limit(work, t, y) if hit else None
         if settled is not None:
             settled = (_quieted(work, t, settled[0]), *settled[1:])
             t, y, current, past, reasons, status = _rest(work, t, y, settled, current, past, target, between)
             continue
         y = lifted(work, t, y)
+        if work.approaching(t, y):  # a contact beside the lifted ones, now closed too
+            continue
         modes, one, seen = modes_at(work, t, y, current)
+        modes = held(work, t, y, modes, one, seen)
         phase, rates, _, _ = work.setup(modes, y, seen)
         low = LOW * (1 + work.size(y))
         flights = _flights(work, t, y, modes, phase)
@@ -131,6 +137,8 @@ def run(
             continue
         phase, rates, watch, endings = work.setup(modes, y, seen)
         y = lifted(work, t, projected(rates, t, y))
+        if work.approaching(t, y):  # a contact beside the corrected ones, now closed too
+            continue
         t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
         if change[3] is None:
@@ -173,6 +181,8 @@ def _phase(
     """Integrate one phase to its end. Return time, state, reasons by contact, and the status if the run ends."""
     # half of the shortest flight: a longer step could jump over the return of a contact
     first_step = min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None)
+    if watch is not None:
+        phase.closing_at(watch.keep, watch.constants, work.look(t, y).gap)
     path = integrate(
         rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
         first_step=first_step, max_steps=work.steps_left, **work.options,
@@ -240,20 +250,49 @@ def _quieted(work: ContactRun, t: float, y: Array) -> Array:
     return y
 
 
+def _slowed(work: ContactRun, t: float, y: Array) -> Array:
+    """Return the state without slips in space slower than :data:`SLOW`, where events crowd at one moment.
+
+    A body that turns about one of its contacts as it stops has no direction of slip there, and a straight step that
+    begins one outlasts the slip at the others. The impulses move the masses least: the energy falls.
+    """
+    seen, scene = work.look(t, y), work.scene
+    closed = [k for k in work.closed(t, seen, y) if abs(seen.rate[scene.first[k]]) <= work.still(y)]
+    speeds = {k: float(np.linalg.norm(work.slip(seen, k))) for k in closed}
+    slow = [k for k in closed if scene.tangents[k] == 2 and not work.smooth(seen, k) and speeds[k] <= SLOW]
+    if not any(speeds[k] > work.still(y) for k in slow):
+        return y
+    rows = [scene.first[k] for k in closed] + [scene.first[k] + j for k in slow for j in (1, 2)]
+    impulses = np.zeros(scene.rows)
+    impulses[rows] = np.linalg.lstsq(seen.between(rows), -seen.rate[rows], rcond=SMALL)[0]
+    after = y.copy()
+    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses
+    work.impulses += work.gained(t, y, seen, impulses)
+    names = ", ".join(work.names[k] for k in slow)
+    work.tell(t, "rest", y, after, f"{names}: slips slower than {SLOW:.0e} m/s end here together")
+    return after
+
+
 def _rest(
     work: ContactRun, t: float, y: Array, settled: Any, current: Modes, past: Modes, end: float, between: Any
 ) -> tuple[float, Array, Modes, Modes, dict[int, str], End]:
     """Replace the remaining time of bounces that are too low to follow by motion in contact."""
     y, left, contacts = settled
-    modes, _, seen = modes_at(work, t, y, current)
+    if work.approaching(t, y):  # a contact beside those that come to rest
+        work.bounces.clear()
+        return t, y, current, past, {}, End.RUNNING
+    modes, one, seen = modes_at(work, t, y, current)
+    modes = held(work, t, y, modes, one, seen)
     until = min(t + left, end)
     names = ", ".join(work.names[k] for k in sorted(contacts))
     phase, rates, watch, endings = work.setup(modes, y, seen)
     _note_modes(
         work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
     )
-    y = lifted(work, t, projected(rates, t, y))
     work.bounces.clear()
+    t, y = onset(work, t, y, modes, one, seen, until)
+    phase, rates, watch, endings = work.setup(modes, y, seen)
+    y = lifted(work, t, projected(rates, t, y))
     reasons: dict[int, str] = {}
     if until > t:
         t, y, reasons, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)
@@ -358,7 +397,8 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
         if mode == OPEN and seen.gap[k] < -work.near(y) and seen.reach[k] > 0 and path.start < path.end:
             before = work.look(path.start, path.states[0])
             behind = before.gap[k] < -work.near(y) and math.isfinite(before.reach[k])  # came around its end
-            if before.reach[k] > 0 and not behind:
+            deeper = seen.gap[k] < min(before.gap[k], 0.0) - work.near(y)
+            if before.reach[k] > 0 and deeper and not behind:
                 raise SimulationError(
                     f"Contact '{work.names[k]}' of '{work.model.name}' closed between {path.start:.6g} and "
                     f"{path.end:.6g} s within one step of {h:.3g} s, and was passed over: it is {-seen.gap[k]:.3g} m "

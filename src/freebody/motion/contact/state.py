@@ -18,11 +18,11 @@ from ...errors import SimulationError
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of, strike
 from ..ode.dense_output import Array, Rates, Watch, observe
+from ..phase.scene import LIMIT, SMOOTH, Modes, Phase, Scene, Snapshot, direction_of, scene_of
 from ..trajectory.event import EventSpec, Happening, expressions_of
 from ..trajectory.phases import Segment
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
 from .impacts import impact, undetermined
-from .scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
 
 CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""
@@ -144,6 +144,11 @@ class ContactRun:
         found = [k for k in found if k not in gone]
         return [k for k in found if not any(side in found for side, _ in self.scene.ends.get(k, ()))]
 
+    def approaching(self, t: float, y: Array) -> bool:
+        """Return True if a closed contact approaches."""
+        seen, still = self.look(t, y), self.still(y)
+        return any(seen.rate[self.scene.first[k]] < -still for k in self.closed(t, seen, y))
+
     def _leaves(self, t: float, y: Array, k: int, udot: Array | None = None) -> bool:
         """Return True if the foot of a contact moves off the end of its side or, with ``udot``, begins to."""
         state = float_state(self.model, y[: self.n].tolist(), self.u(y).tolist(), t, self.values)
@@ -194,7 +199,7 @@ class ContactRun:
             one = self.touching(seen, k, self.still(y))
             contacts.append(replace(one, row=len(rows)))
             rows += range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
-        return seen.A[np.ix_(rows, rows)], rows, seen.responses[rows], contacts
+        return seen.between(rows), rows, seen.responses[rows], contacts
 
     # -- impacts ---------------------------------------------------------------------------------
 
@@ -255,7 +260,7 @@ class ContactRun:
         With the contact rates r = W u + w it is ΔT = Λ·(r⁻ + r⁺)/2 - Λ·w + b·Δu. The last two terms are the work of
         drives that impose their motion.
         """
-        whole = float(impulses @ (2 * seen.rate + seen.A @ impulses)) / 2
+        whole = float(impulses @ (2 * seen.rate + seen.matrix @ (impulses @ seen.responses))) / 2
         program = self.scene.kernels.motion()
         states = np.array([y, y, y])
         mine = slice(self.n, self.n + self.model.n_u)
@@ -347,7 +352,7 @@ class ContactRun:
             terminal = (*(spec.terminal for spec in self.specs), *(True for _ in endings))
             watch = (
                 Watch(
-                    watcher.address("values"),
+                    watcher.address("watched"),
                     directions,
                     terminal,
                     watcher.constants(self.parameters),
@@ -360,7 +365,11 @@ class ContactRun:
             self._setups[key] = (phase, rates, watch, endings)
         phase.loose = self.loose_forces(modes, dead, seen)
         phase.shown = tuple(
-            STICK if k in dead and mode in ("slip+", "slip-") else SLIP if mode == SMOOTH else mode
+            STICK
+            if (k in dead and mode in ("slip+", "slip-")) or mode.startswith(LIMIT)
+            else SLIP
+            if mode == SMOOTH
+            else mode
             for k, mode in enumerate(modes)
         )
         return self._setups[key]
@@ -383,8 +392,10 @@ class ContactRun:
                 columns[-1] = (
                     columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
                 )
-            elif mode == SLIP and n == 2 and not self.model.contacts[k].frictionless:
-                v = self.slip(seen, k)
+            elif (mode == SLIP and n == 2 and not self.model.contacts[k].frictionless) or mode.startswith(
+                LIMIT
+            ):
+                v = np.array(direction_of(mode)) if mode.startswith(LIMIT) else self.slip(seen, k)
                 speed = float(np.linalg.norm(v))
                 if speed > 0:
                     rows[-1] = [at, at + 1, at + 2]
