@@ -286,20 +286,28 @@ def shared(c: Reals, T: Integers) -> int:
             G = shifted(c, T[Y_AT] + rows[a] * n)
             Q[j * active + a] = product(G, Y, n)
             S[j * active + a] = product(G, K, n) if T[SLIPPING] != 0 else Q[j * active + a]
+    copy = shifted(nu, active)
     for turn in range(1 if T[SLIPPING] != 0 else 2):
         for k in range(active * active):
             square[k] = 0.0
-        for a in range(active):
-            nu[a] = c[T[RIGHT_AT] + rows[a]]
         for j in range(count):  # sums side by side, not one after another
             for a in range(active):
                 x = S[j * active + a] * weight[j]
                 for b in range(active):
                     square[a * active + b] += x * Q[j * active + b]
-        if solved(square, active, nu) == 0:
-            return turn  # contacts without load have no friction to share: the first shares remain
-        for j in range(count):
-            lam[j] = weight[j] * product(nu, shifted(Q, j * active), active)
+        for refined in range(2):  # S W Qᵀ has the condition of S squared: what is left of r is solved for once more
+            for a in range(active):
+                nu[a] = c[T[RIGHT_AT] + rows[a]]
+                if refined != 0:
+                    for j in range(count):
+                        nu[a] -= S[j * active + a] * lam[j]
+            for k in range(active * active):
+                copy[k] = square[k]
+            if solved(copy, active, nu) == 0:
+                return turn  # contacts without load have no friction to share: the first shares remain
+            for j in range(count):
+                first = lam[j] if refined != 0 else 0.0
+                lam[j] = first + weight[j] * product(nu, shifted(Q, j * active), active)
         if turn == 0:
             for j in range(count):
                 normal = T[T[CONDITION] + CONDITION_SIZE * j + NORMAL_OF]

@@ -53,7 +53,7 @@ from __future__ import annotations
     RIGHT_AT,  # numbers for each condition
     LAMBDA_AT,
     WEIGHT_AT,
-    SQUARE_AT,  # two matrices of active conditions
+    SQUARE_AT,  # a matrix of active conditions, a right-hand side, a copy of the matrix
     G_AT,  # a matrix of active and all conditions
     STEP_AT,  # numbers for each speed
     SPARE_AT,

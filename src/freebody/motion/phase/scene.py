@@ -516,7 +516,7 @@ class _Table:
             (places.MACHINE_AT, model.n_q), (places.FREE_AT, n), (places.SCALE_AT, n), (places.L_AT, L),
             (places.LOAD_AT, 1), (places.OWN_AT, len(own) * (3 + n)), (places.Y_AT, count * n),
             (places.K_AT, slipping * n), (places.RIGHT_AT, count), (places.LAMBDA_AT, count),
-            (places.WEIGHT_AT, count), (places.SQUARE_AT, a * a + a), (places.G_AT, 2 * a * count),
+            (places.WEIGHT_AT, count), (places.SQUARE_AT, 2 * a * a + a), (places.G_AT, 2 * a * count),
             (places.STEP_AT, n), (places.SPARE_AT, n), (places.BAND_AT, len(model.contacts)),
             (places.DIRECTION_AT, 2 * len(model.contacts)), (places.STATE_AT, model.n_q + n), (places.UDOT_AT, n),
             (places.FORCE_AT, m), (places.MULTIPLIER_AT, candidates.own),
