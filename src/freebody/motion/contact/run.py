@@ -109,8 +109,9 @@ def run(
             t, y, current, past, reasons, status = _rest(work, t, y, settled, current, past, target, between)
             continue
         y = lifted(work, t, y)
-        if work.approaching(t, y):  # a contact beside the lifted ones, now closed too
+        if work.joined(t, y):
             continue
+        y = _still(work, t, y)
         modes, one, seen = modes_at(work, t, y, current)
         modes = held(work, t, y, modes, one, seen)
         phase, rates, _, _ = work.setup(modes, y, seen)
@@ -137,7 +138,7 @@ def run(
             continue
         phase, rates, watch, endings = work.setup(modes, y, seen)
         y = lifted(work, t, projected(rates, t, y))
-        if work.approaching(t, y):  # a contact beside the corrected ones, now closed too
+        if work.joined(t, y):
             continue
         t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
@@ -250,6 +251,16 @@ def _quieted(work: ContactRun, t: float, y: Array) -> Array:
     return y
 
 
+def _still(work: ContactRun, t: float, y: Array) -> Array:
+    """Return the state without the approach that corrections left to contacts that have collided at this moment."""
+    if not work.approaching(t, y):
+        return y
+    seen, still, first = work.look(t, y), work.still(y), work.scene.first
+    return taken_away(
+        work, t, y, seen, frozenset(k for k in work.closed(t, seen, y) if seen.rate[first[k]] < -still)
+    )
+
+
 def _slowed(work: ContactRun, t: float, y: Array) -> Array:
     """Return the state without slips in space slower than :data:`SLOW`, where events crowd at one moment.
 
@@ -278,9 +289,10 @@ def _rest(
 ) -> tuple[float, Array, Modes, Modes, dict[int, str], End]:
     """Replace the remaining time of bounces that are too low to follow by motion in contact."""
     y, left, contacts = settled
-    if work.approaching(t, y):  # a contact beside those that come to rest
+    if work.joined(t, y):
         work.bounces.clear()
         return t, y, current, past, {}, End.RUNNING
+    y = _still(work, t, y)
     modes, one, seen = modes_at(work, t, y, current)
     modes = held(work, t, y, modes, one, seen)
     until = min(t + left, end)

@@ -99,6 +99,10 @@ class ContactRun:
         self._constants = self.scene.constants(self.parameters)
         self.rates: Rates | None = None
         self.left: set[int] = set()  # contacts that begin to leave the end of their side at this moment
+        self.met: tuple[float, frozenset[int]] = (
+            -math.inf,
+            frozenset(),
+        )  # contacts closed at a moment so far
 
     # -- numbers ---------------------------------------------------------------------------------
 
@@ -148,6 +152,19 @@ class ContactRun:
         """Return True if a closed contact approaches."""
         seen, still = self.look(t, y), self.still(y)
         return any(seen.rate[self.scene.first[k]] < -still for k in self.closed(t, seen, y))
+
+    def joined(self, t: float, y: Array) -> bool:
+        """Return True if a contact approaches beside those that were closed at this moment before.
+
+        A correction of the state closed it. Each True adds a contact to those of the moment, so their number is the
+        limit of such impacts.
+        """
+        if not self.approaching(t, y):
+            return False
+        closed = frozenset(self.closed(t, self.look(t, y), y))
+        before = self.met[1] if self.met[0] == t else frozenset()
+        self.met = (t, before | closed)
+        return not closed <= before
 
     def _leaves(self, t: float, y: Array, k: int, udot: Array | None = None) -> bool:
         """Return True if the foot of a contact moves off the end of its side or, with ``udot``, begins to."""

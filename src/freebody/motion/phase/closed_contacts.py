@@ -295,7 +295,9 @@ def shared(c: Reals, T: Integers) -> int:
                 x = S[j * active + a] * weight[j]
                 for b in range(active):
                     square[a * active + b] += x * Q[j * active + b]
-        for refined in range(2):  # S W Qᵀ has the condition of S squared: what is left of r is solved for once more
+        for refined in range(
+            2
+        ):  # S W Qᵀ has the condition of S squared: what is left of r is solved for once more
             for a in range(active):
                 nu[a] = c[T[RIGHT_AT] + rows[a]]
                 if refined != 0:

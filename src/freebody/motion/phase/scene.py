@@ -136,7 +136,7 @@ def _addresses() -> dict[str, int]:
 
         return vars(closed_contacts)
 
-    made = loop.made(_MODULE, (_MODULE,), _FUNCTIONS, functions).functions
+    made = loop.made(_MODULE, (_MODULE,), _FUNCTIONS, functions, short=True).functions
     return {name: cast(int, ctypes.cast(made[name].code, ctypes.c_void_p).value) for name in _FUNCTIONS}
 
 
