@@ -76,8 +76,9 @@ def made(
 ) -> Loop:
     """Return the functions ``names`` as a loop, made once in a process from the functions that ``make`` returns.
 
-    ``lanes`` is the width of the translation; ``short`` says that its loops have few rounds. ``label`` tells loops of the same modules apart. The sources of
-    ``modules``, such as ``"motion.ode.dop853"``, shape the code.
+    ``lanes`` is the width of the translation; ``short`` says that its loops have few rounds.
+    ``label`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
+    the code.
     """
     with _LOCK:  # two threads would make two loops, and one would be unloaded while it runs
         if label not in _loops:

@@ -276,7 +276,6 @@ def gamma_of(c: Reals, T: Integers, i: int) -> float:
 def shared(c: Reals, T: Integers) -> int:
     """Set λ of all conditions to forces of equal compliance with ``RIGHT``; return 0 if they do not exist, else 1."""
     n, count, active, rows = T[N_U], T[CONDITIONS], T[ACTIVE], shifted(T, T[INDEPENDENT])
-    square, nu = shifted(c, T[SQUARE_AT]), shifted(c, T[SQUARE_AT] + active * active)
     lam, weight = shifted(c, T[LAMBDA_AT]), shifted(c, T[WEIGHT_AT])
     S, Q = shifted(c, T[G_AT]), shifted(c, T[G_AT] + active * count)
     for j in range(count):
@@ -286,35 +285,46 @@ def shared(c: Reals, T: Integers) -> int:
             G = shifted(c, T[Y_AT] + rows[a] * n)
             Q[j * active + a] = product(G, Y, n)
             S[j * active + a] = product(G, K, n) if T[SLIPPING] != 0 else Q[j * active + a]
-    copy = shifted(nu, active)
-    for turn in range(1 if T[SLIPPING] != 0 else 2):
+    if weighted(c, T) == 0:
+        return 0
+    if T[SLIPPING] == 0:
+        for j in range(count):
+            normal = T[T[CONDITION] + CONDITION_SIZE * j + NORMAL_OF]
+            if normal >= 0:
+                weight[j] = lam[normal]
+        weighted(c, T)  # contacts without load have no friction to share: the first shares remain
+    return 1
+
+
+@compiled
+def weighted(c: Reals, T: Integers) -> int:
+    """Set λ to W Qᵀ ν with S W Qᵀ ν = r and W = ``WEIGHT``; return 0 and leave λ if S W Qᵀ is singular, else 1."""
+    count, active, rows = T[CONDITIONS], T[ACTIVE], shifted(T, T[INDEPENDENT])
+    square, nu = shifted(c, T[SQUARE_AT]), shifted(c, T[SQUARE_AT] + active * active)
+    copy, lam, weight = shifted(nu, active), shifted(c, T[LAMBDA_AT]), shifted(c, T[WEIGHT_AT])
+    S, Q = shifted(c, T[G_AT]), shifted(c, T[G_AT] + active * count)
+    for k in range(active * active):
+        square[k] = 0.0
+    for j in range(count):  # sums side by side, not one after another
+        for a in range(active):
+            x = S[j * active + a] * weight[j]
+            for b in range(active):
+                square[a * active + b] += x * Q[j * active + b]
+    for refined in range(
+        2
+    ):  # S W Qᵀ has the condition of S squared: what is left of r is solved for once more
+        for a in range(active):
+            nu[a] = c[T[RIGHT_AT] + rows[a]]
+            if refined != 0:
+                for j in range(count):
+                    nu[a] -= S[j * active + a] * lam[j]
         for k in range(active * active):
-            square[k] = 0.0
-        for j in range(count):  # sums side by side, not one after another
-            for a in range(active):
-                x = S[j * active + a] * weight[j]
-                for b in range(active):
-                    square[a * active + b] += x * Q[j * active + b]
-        for refined in range(
-            2
-        ):  # S W Qᵀ has the condition of S squared: what is left of r is solved for once more
-            for a in range(active):
-                nu[a] = c[T[RIGHT_AT] + rows[a]]
-                if refined != 0:
-                    for j in range(count):
-                        nu[a] -= S[j * active + a] * lam[j]
-            for k in range(active * active):
-                copy[k] = square[k]
-            if solved(copy, active, nu) == 0:
-                return turn  # contacts without load have no friction to share: the first shares remain
-            for j in range(count):
-                first = lam[j] if refined != 0 else 0.0
-                lam[j] = first + weight[j] * product(nu, shifted(Q, j * active), active)
-        if turn == 0:
-            for j in range(count):
-                normal = T[T[CONDITION] + CONDITION_SIZE * j + NORMAL_OF]
-                if normal >= 0:
-                    weight[j] = lam[normal]
+            copy[k] = square[k]
+        if solved(copy, active, nu) == 0:
+            return 0
+        for j in range(count):
+            first = lam[j] if refined != 0 else 0.0
+            lam[j] = first + weight[j] * product(nu, shifted(Q, j * active), active)
     return 1
 
 
