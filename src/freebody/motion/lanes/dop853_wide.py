@@ -77,7 +77,7 @@ def _judged(builder: Any, wide: Any, w: Any, tolerances: Any) -> None:
         third.become(third.now.greater(ratio3))
     error5, error3 = fifth.now, third.now
     error = error5 * error5 / (error5 * error5 + 0.01 * error3 * error3).root()
-    error = error.where(error5.compared("!=", 0.0), 0.0) + doubt.now
+    error = error.where((error5 * error5).compared("!=", 0.0), 0.0) + doubt.now
     v.store(error, v.plus(WHOLE(ERRORS), WHOLE(0), ROWS, w))
 
 

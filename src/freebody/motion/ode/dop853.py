@@ -171,7 +171,7 @@ def judge(run: Run, h: float) -> float:
             e5 = ratio5
             run.blame = i
         e3 = greater(e3, ratio3)
-    if e5 == 0.0:
+    if e5 * e5 == 0.0:  # below 1e-162 too
         return 0.0
     return e5 * e5 / root(e5 * e5 + 0.01 * e3 * e3)
 
