@@ -18,6 +18,7 @@ from ...errors import SimulationError
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of, strike
 from ..ode.dense_output import Array, Rates, Watch, observe
+from ..phase.places import STOPPED
 from ..phase.scene import LIMIT, SMOOTH, Modes, Phase, Scene, Snapshot, direction_of, scene_of
 from ..trajectory.event import EventSpec, Happening, expressions_of
 from ..trajectory.phases import Segment
@@ -30,8 +31,8 @@ STILL = 1e-10
 """Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
 LOW = 1e-15
 """Height of a flight, relative to 1 m or the greatest coordinate, that is lost in round-off."""
-NUDGE = 1e-9
-"""Initial speed of a slip in space that begins without acceleration [m/s]."""
+NUDGE = 4 * STOPPED
+"""Initial speed of a slip in space that begins without acceleration, above the speed at which slips end [m/s]."""
 CROWD = 1e-7
 """Time between two events below which they count as simultaneous [s]."""
 PHASES = 100_000
