@@ -21,7 +21,8 @@ from .modes import modes_at
 from .state import NUDGE, ContactRun
 
 LONGEST = 1e-6
-"""Greatest length of a straight step [s]; a slip that would take longer to begin is nudged."""
+"""Greatest length of a straight step [s]; a slip that would take longer to begin, or longer than a contact needs to
+return, is nudged."""
 
 
 @dataclass(eq=False)
@@ -40,11 +41,13 @@ class Leap(Path):
 
 
 def onset(
-    work: ContactRun, t: float, y: Array, modes: Modes, one: Solution | None, seen: Snapshot, end: float
-) -> Any:
+    work: ContactRun, t: float, y: Array, modes: Modes, one: Solution | None, seen: Snapshot, end: float,
+    longest: float = LONGEST,
+) -> Any:  # fmt: skip
     """Return time and state after the first moment of a slip in space that begins at rest.
 
-    This moment is a straight step that gives the slip a direction. Without such a slip, both are unchanged.
+    This moment is a straight step of at most ``longest`` that gives the slip a direction. Without such a slip, both are
+    unchanged.
     """
     starting = _starting(work, modes, seen, y)
     if not starting or one is None:
@@ -64,7 +67,7 @@ def onset(
         )
         for k in starting
     )
-    if pull <= SMALL * (float(np.abs(seen.c).max(initial=0)) + 1e-300) or pull * LONGEST < 4 * STOPPED:
+    if pull <= SMALL * (float(np.abs(seen.c).max(initial=0)) + 1e-300) or pull * longest < 4 * STOPPED:
         after, fits = nudged(work, y, modes, starting, chosen, one, seen)
         return t, after if fits else y
     step = min(max(4 * STOPPED / pull, 1e-9), end - t)
@@ -173,6 +176,29 @@ def leap(
     )
     work.segments.append(Segment(path, phase, work.impulses, phase.shown, phase.loose))
     return t_after, y_after
+
+
+def fading(work: ContactRun, phase: Phase, t: float, y: Array, modes: Modes) -> int | None:
+    """Return a contact that slips in space below :data:`STOPPED` from the start and slows, or None.
+
+    Its speed does not pass the end of slips, and the direction turns at rates of 1/speed.
+    """
+    seen, first = work.look(t, y), work.scene.first
+    slow = [
+        k
+        for k, mode in enumerate(modes)
+        if mode == SLIP
+        and work.scene.tangents[k] == 2
+        and not work.smooth(seen, k)
+        and work.still(y) < float(np.linalg.norm(work.slip(seen, k))) <= STOPPED
+    ]
+    if not slow:
+        return None
+    program = phase.contact()
+    a = observe(
+        program.address("acceleration"), work.scene.rows, np.array([t]), y[None], program.constants(work.parameters)
+    )[0]
+    return next((k for k in slow if work.slip(seen, k) @ a[first[k] + 1 : first[k] + 3] < 0), None)
 
 
 def halt(

@@ -28,7 +28,7 @@ from ..trajectory.phases import Phases, Segment
 from .bounces import lifted, limit
 from .bounces import settled as taken_away
 from .complementarity import OPEN, SMALL
-from .leaps import halt, held, onset
+from .leaps import LONGEST, fading, halt, held, onset
 from .modes import modes_at
 from .state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 
@@ -132,7 +132,8 @@ def run(
             tail = Path(rates, np.array([t]), np.empty(0), y[None], (), End.FINISHED, 0, 0, 0)
             work.segments.append(Segment(tail, phase, work.impulses, phase.shown, phase.loose))
             continue
-        t, y = onset(work, t, y, modes, one, seen, target)
+        returns = (v / a for v, a in flights.values())  # a straight step beyond them would lose their impacts
+        t, y = onset(work, t, y, modes, one, seen, target, min(LONGEST, *returns, LONGEST))
         if t >= target:
             status = End.FINISHED
             continue
@@ -140,6 +141,12 @@ def run(
         y = lifted(work, t, projected(rates, t, y))
         if work.joined(t, y):
             continue
+        last_slip = fading(work, phase, t, y, modes)
+        if last_slip is not None:
+            before = t, y
+            t, y = halt(work, phase, rates, last_slip, t, y, modes)
+            if y is not before[1]:
+                continue
         t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
         if change[3] is None:
