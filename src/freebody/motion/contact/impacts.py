@@ -26,14 +26,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...errors import SimulationError
+from ...native.loop import code
+from .collision import EXACT, collision
 from .complementarity import SMALL, Array
-from .cone_problem import EXACT, ConeProblem, Touching
+from .cone_problem import Touching
 
 ALIKE = 1e-8
 """Relative difference up to which two outcomes count as the same."""
 ORDERS = ("simultaneous", "sequential")
-PARTS = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.0)
-"""Parts of the restitution that are tried until the energy does not grow."""
 _PASSES = 100_000
 
 
@@ -51,6 +51,8 @@ class Impact:
         Part of the restitution that acts; below 1 where the whole would raise the energy or has no solution.
     residual : float
         Greatest violation of the laws, relative to the greatest speed.
+    certain : bool
+        True if A is regular, so that the motion determines every impulse.
     """
 
     impulses: Array
@@ -58,6 +60,7 @@ class Impact:
     energy: float
     part: float = 1.0
     residual: float = 0.0
+    certain: bool = False
 
 
 def impact(
@@ -96,21 +99,13 @@ def impact(
             + " collide at once, some by Newton's and some by Poisson's law. Give them the same law: "
             "impact='newton' or 'poisson'."
         )
-    e = np.array(restitution, dtype=float)
-    for part in PARTS:
-        if kinds == {"poisson"}:
-            impulses, residual = _poisson(A, before, contacts, part * e)
-        else:
-            c = before.copy()
-            for one, rebound in zip(contacts, part * e * approaching, strict=True):
-                c[one.row] += rebound * before[one.row]
-            found = ConeProblem(A, c, contacts).solve()
-            impulses, residual = found.forces, found.residual
-        after = A @ impulses + before
-        energy = float(impulses @ (before + after)) / 2  # ΔT = Λ·(v⁻ + v⁺)/2
-        size = float(np.abs(impulses) @ (np.abs(before) + np.abs(after)))
-        if residual <= EXACT and energy <= EXACT * size:
-            break
+    it = collision(len(contacts), len(before))
+    it.contacts, it.rows, it.still, it.poisson = len(contacts), len(before), still, int(kinds == {"poisson"})
+    it.A[:], it.before[:], it.restitution[:] = np.ravel(A), before, restitution
+    it.at[:], it.tangents[:] = [c.row for c in contacts], [c.tangents for c in contacts]
+    it.friction[:] = [c.friction for c in contacts]
+    code("motion.contact.collision", "collided")(it)
+    residual = it.residual
     if not residual <= EXACT:
         names = ", ".join(f"'{c.name}' ({before[c.row]:.6g} m/s)" for c in contacts)
         raise SimulationError(
@@ -118,15 +113,8 @@ def impact(
             f"normal), even without restitution: a law is still violated by {residual:.3g} of the greatest speed. Less "
             f"friction, or impacts='sequential', makes the problem easier."
         )
-    return Impact(impulses, after, energy, part, residual)
-
-
-def _poisson(A: Array, before: Array, contacts: Sequence[Touching], e: Array) -> tuple[Array, float]:
-    """Return the impulses of compression and expansion, and their residual."""
-    compression = ConeProblem(A, before, contacts).solve()
-    low = np.maximum(e * compression.forces[[c.row for c in contacts]], 0.0)
-    expansion = ConeProblem(A, compression.rates, contacts, low).solve()
-    return compression.forces + expansion.forces, max(compression.residual, expansion.residual)
+    certain = it.directions == it.unknowns
+    return Impact(it.impulses.copy(), it.after.copy(), it.energy, it.part, residual, certain)
 
 
 def undetermined(

@@ -178,10 +178,13 @@ def leap(
     return t_after, y_after
 
 
-def fading(work: ContactRun, phase: Phase, t: float, y: Array, modes: Modes) -> int | None:
-    """Return a contact that slips in space below :data:`STOPPED` from the start and slows, or None.
+def fading(
+    work: ContactRun, phase: Phase, rates: Rates, t: float, y: Array, modes: Modes
+) -> tuple[float, Array]:
+    """Return time and state after the end of a slip in space that begins below :data:`STOPPED` and slows.
 
-    Its speed does not pass the end of slips, and the direction turns at rates of 1/speed.
+    Its speed does not pass the end of slips, and the direction turns at rates of 1/speed. Without such a slip, both are
+    unchanged.
     """
     seen, first = work.look(t, y), work.scene.first
     slow = [
@@ -193,12 +196,19 @@ def fading(work: ContactRun, phase: Phase, t: float, y: Array, modes: Modes) -> 
         and work.still(y) < float(np.linalg.norm(work.slip(seen, k))) <= STOPPED
     ]
     if not slow:
-        return None
+        return t, y
     program = phase.contact()
     a = observe(
-        program.address("acceleration"), work.scene.rows, np.array([t]), y[None], program.constants(work.parameters)
+        program.address("acceleration"),
+        work.scene.rows,
+        np.array([t]),
+        y[None],
+        program.constants(work.parameters),
     )[0]
-    return next((k for k in slow if work.slip(seen, k) @ a[first[k] + 1 : first[k] + 3] < 0), None)
+    for k in slow:
+        if work.slip(seen, k) @ a[first[k] + 1 : first[k] + 3] < 0:
+            return halt(work, phase, rates, k, t, y, modes)
+    return t, y
 
 
 def halt(

@@ -91,14 +91,7 @@ def run(
         work.left.clear()
         crowded = crowded + 1 if t - last <= CROWD else 0
         last = t
-        if crowded > ENDLESS or len(work.segments) > PHASES:
-            states = ", ".join(f"{a}: {b}" for a, b in zip(work.names, current, strict=True))
-            raise SimulationError(
-                f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s ({states}), "
-                f"{len(work.segments)} phases so far. Impacts that end in a finite time only together (restitution of "
-                f"several contacts at once; a coin that comes to lie flat on its two edges) do this: "
-                f"method='timestepping' with step= goes through them."
-            )
+        _check_endless(work, t, crowded, current)
         seen = work.look(t, y)
         y, hit = work.collide(t, y, seen)
         if crowded in (ENDLESS // 4, ENDLESS // 2):
@@ -141,17 +134,27 @@ def run(
         y = lifted(work, t, projected(rates, t, y))
         if work.joined(t, y):
             continue
-        last_slip = fading(work, phase, t, y, modes)
-        if last_slip is not None:
-            before = t, y
-            t, y = halt(work, phase, rates, last_slip, t, y, modes)
-            if y is not before[1]:
-                continue
+        t, after = fading(work, phase, rates, t, y, modes)
+        if after is not y:
+            y = after
+            continue
         t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
         if change[3] is None:
             change[3] = t
     return Phases(tuple(work.segments), status)
+
+
+def _check_endless(work: ContactRun, t: float, crowded: int, current: Modes) -> None:
+    """Raise if too many modes changed at one moment, or in the run."""
+    if crowded > ENDLESS or len(work.segments) > PHASES:
+        states = ", ".join(f"{a}: {b}" for a, b in zip(work.names, current, strict=True))
+        raise SimulationError(
+            f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s ({states}), "
+            f"{len(work.segments)} phases so far. Impacts that end in a finite time only together (restitution of "
+            f"several contacts at once; a coin that comes to lie flat on its two edges) do this: "
+            f"method='timestepping' with step= goes through them."
+        )
 
 
 def _decided(work: ContactRun, phase: Phase, modes: Modes, seen: Snapshot, y: Array) -> bool:

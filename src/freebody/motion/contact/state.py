@@ -254,7 +254,7 @@ class ContactRun:
             parts.append(
                 f"restitution reduced to {hit.part:g} e: no impulses satisfy the law with e, or the energy would grow"
             )
-        if undetermined(A, contacts, hit.impulses, hit.after, responses):
+        if not hit.certain and undetermined(A, contacts, hit.impulses, hit.after, responses):
             names = ", ".join(f"'{self.names[k]}'" for k in chosen)
             if not self.shared:
                 raise SimulationError(
@@ -279,6 +279,8 @@ class ContactRun:
         drives that impose their motion.
         """
         whole = float(impulses @ (2 * seen.rate + seen.matrix @ (impulses @ seen.responses))) / 2
+        if not self.scene.candidates.moving:
+            return whole
         program = self.scene.kernels.motion()
         states = np.array([y, y, y])
         mine = slice(self.n, self.n + self.model.n_u)

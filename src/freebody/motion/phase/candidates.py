@@ -21,7 +21,7 @@ from ...dynamics import State, coordinate_rates, traced_state
 from ...dynamics.composite import mass_matrix
 from ...dynamics.constrained import constraint_power
 from ...dynamics.constraints import linearized, rows
-from ...dynamics.contact import contact_layout, rows_of, touch
+from ...dynamics.contact import contact_layout, contact_rows, rows_of, touch
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
 from ...dynamics.linear import Factorization, entries, is_zero
@@ -171,6 +171,16 @@ class Candidates:
         tape = Tape()
         lam = [tape.input(f"multiplier {i}") for i in range(self.own)]
         return not is_zero(constraint_power(self.model, traced_state(self.model, tape), lam) if lam else 0)
+
+    @cached_property
+    def moving(self) -> bool:
+        """True if something moves with all speeds at zero: a drive, or a surface that depends on time."""
+        if any(link.drift != 0 for link in self.model.links):
+            return True
+        tape = Tape()
+        state = traced_state(self.model, tape)
+        still = State(self.model, tape, state.t, state.q, [0] * self.model.n_u, state.values)
+        return not all(is_zero(x) for x in contact_rows(self.model, still).rate)
 
     def power(self) -> Program:
         """Function ``power`` of drives and of moving conditions [W]."""
