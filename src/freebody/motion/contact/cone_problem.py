@@ -22,45 +22,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...native.loop import made, sibling
+from ...native.loop import code, made, sibling
 from .cone_newton import EQUALITY, FIRST, LINE, NORMAL, SECOND, room
+from .cone_record import DEPENDENT, GOAL, Touching, cone
 
 Array = NDArray[np.float64]
 
-EXACT = 1e-10
-"""Relative residual above which a result is not a solution."""
-GOAL = 1e-15
-"""Relative residual at which the search ends; without progress it also ends at `cone_newton.ENOUGH`."""
-DEPENDENT = 1e-13
-"""Part of a row's diagonal below which the row depends on the others."""
 _MODULE = sibling(__name__, "cone_newton")
 
 
 @dataclass(frozen=True)
-class Touching:
-    """One closed contact of the problem.
-
-    ``row``        its first row (normal), followed by its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless)
-    ``friction``   kinetic coefficient; ``static`` is the static coefficient
-    ``sliding``    unit direction of slip, shape (tangents,), if it already slips; None at rest
-    """
-
-    name: str
-    row: int
-    tangents: int
-    friction: float
-    static: float
-    sliding: Array | None = None
-
-
-@dataclass(frozen=True)
 class ConeSolution:
-    """Forces λ and rates r, shape (m,), the residual relative to the greatest rate, and the number of Newton steps."""
+    """Forces λ and rates r, shape (m,), and the residual relative to the greatest rate."""
 
     forces: Array
     rates: Array
     residual: float
-    steps: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,19 +118,10 @@ class ConeProblem:
         return worst / size if size > 0 else 0.0
 
     def solve(self) -> ConeSolution:
-        """Return the solution found from zero. It is one only if its residual is below :data:`EXACT`."""
-        rows, columns, kinds, mu, low = self._rows
-        H = rows_of(self.A)
-        x, left, steps = from_zero(H[rows], columns @ H, self.c[rows], (kinds, mu, low), self.scales)
-        forces = x @ columns
-        # Newton's method on the laws themselves: a step to round-off, or a slow problem
-        exact, size = (1e-2 * EXACT, 60) if left > EXACT else (1e-15, 2)
-        goal = exact * float(np.abs(self.c[rows]).max(initial=0))
-        polish = polished(
-            self.A[rows] @ columns.T, self.c[rows], kinds, np.array(mu), x, goal, size, np.array(low)
-        )
-        forces = forces if polish is None else polish @ columns
-        return ConeSolution(forces, self.A @ forces + self.c, self.residual(forces), steps)
+        """Return the solution found from zero. It is one only if its residual is below :data:`cone_record.EXACT`."""
+        it = cone(self.A, self.c, self.contacts, 0.0 if self.low is None else self.low, self.equalities)
+        code("motion.contact.cone_record", "found")(it)
+        return ConeSolution(it.forces.copy(), it.after.copy(), it.residual)
 
 
 def rows_of(A: Array) -> Array:

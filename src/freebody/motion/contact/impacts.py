@@ -27,9 +27,8 @@ import numpy as np
 
 from ...errors import SimulationError
 from ...native.loop import code
-from .collision import EXACT, collision
 from .complementarity import SMALL, Array
-from .cone_problem import Touching
+from .cone_record import EXACT, Touching, cone
 
 ALIKE = 1e-8
 """Relative difference up to which two outcomes count as the same."""
@@ -99,11 +98,8 @@ def impact(
             + " collide at once, some by Newton's and some by Poisson's law. Give them the same law: "
             "impact='newton' or 'poisson'."
         )
-    it = collision(len(contacts), len(before))
-    it.contacts, it.rows, it.still, it.poisson = len(contacts), len(before), still, int(kinds == {"poisson"})
-    it.A[:], it.before[:], it.restitution[:] = np.ravel(A), before, restitution
-    it.at[:], it.tangents[:] = [c.row for c in contacts], [c.tangents for c in contacts]
-    it.friction[:] = [c.friction for c in contacts]
+    it = cone(A, before, contacts)
+    it.still, it.poisson, it.restitution[:] = still, int(kinds == {"poisson"}), restitution
     code("motion.contact.collision", "collided")(it)
     residual = it.residual
     if not residual <= EXACT:
@@ -113,8 +109,8 @@ def impact(
             f"normal), even without restitution: a law is still violated by {residual:.3g} of the greatest speed. Less "
             f"friction, or impacts='sequential', makes the problem easier."
         )
-    certain = it.directions == it.unknowns
-    return Impact(it.impulses.copy(), it.after.copy(), it.energy, it.part, residual, certain)
+    certain = it.directions == it.rows
+    return Impact(it.forces.copy(), it.after.copy(), it.energy, it.part, residual, certain)
 
 
 def undetermined(
