@@ -125,7 +125,7 @@ def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: froz
         F @ np.linalg.lstsq(seen.matrix[rows] @ (seen.responses.T @ F), -seen.rate[rows], rcond=SMALL)[0]
     )
     after = y.copy()
-    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses
+    after[work.n : work.n + work.n_u] += impulses @ seen.responses
     work.impulses += work.gained(t, y, seen, impulses)
     return after
 

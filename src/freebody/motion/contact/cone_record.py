@@ -110,9 +110,13 @@ class Cone(Record):
 
 
 def cone(
-    A: Any, c: Any, contacts: Sequence[Touching], low: Any = 0.0, equalities: Sequence[int] = ()
-) -> Cone:
-    """Return a contact problem in memory of its own."""
+    A: Any, c: Any, contacts: Sequence[Touching], low: Any = 0.0, equalities: Sequence[int] = (), impact: bool = False
+) -> Cone:  # fmt: skip
+    """Return a contact problem in memory of its own.
+
+    In an ``impact``, which does not depend on earlier sticking or sliding, every contact has the cone of its kinetic
+    friction.
+    """
     k, m = len(contacts), len(c)
     it = Cone.made(k=k, k2=2 * k, m=m, square=m * m, block=2 * m * m + 5 * m + room(m, m))
     it.contacts, it.rows, it.equalities = k, m, len(equalities)
@@ -120,10 +124,11 @@ def cone(
         it.A[:], it.given[:], it.equal[: len(equalities)] = np.ravel(A), c, equalities
     if k:
         it.at[:], it.tangents[:] = [one.row for one in contacts], [one.tangents for one in contacts]
-        it.friction[:], it.static[:] = [one.friction for one in contacts], [one.static for one in contacts]
+        it.friction[:] = [one.friction for one in contacts]
+        it.static[:] = it.friction if impact else [one.static for one in contacts]
         it.least[:] = low
     for i, one in enumerate(contacts):
-        if one.sliding is not None:
+        if one.sliding is not None and not impact:
             it.slides[i] = 1
             it.way[2 * i : 2 * i + one.tangents] = one.sliding
     return it

@@ -21,7 +21,7 @@ Newsletter (1984); C. Glocker, Energetic consistency conditions for standard imp
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -85,8 +85,6 @@ def impact(
     SimulationError
         If contacts of both laws collide at once, or if no impulses are found.
     """
-    # an impact does not depend on earlier sticking: the kinetic coefficient of friction applies throughout
-    contacts = [replace(c, sliding=None, static=c.friction) for c in contacts]
     if order == "sequential":
         return _one_by_one(A, before, contacts, restitution, laws, still)
     approaching = np.array([before[c.row] < -still for c in contacts])
@@ -98,7 +96,7 @@ def impact(
             + " collide at once, some by Newton's and some by Poisson's law. Give them the same law: "
             "impact='newton' or 'poisson'."
         )
-    it = cone(A, before, contacts)
+    it = cone(A, before, contacts, impact=True)
     it.still, it.poisson, it.restitution[:] = still, int(kinds == {"poisson"}), restitution
     code("motion.contact.collision", "collided")(it)
     residual = it.residual

@@ -12,7 +12,7 @@ from ...dynamics import coordinate_rates
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ..ending import End
-from ..ode.dense_output import Array, Path, Rates, observe, projected
+from ..ode.dense_output import Array, Path, Rates, outputs_at, projected
 from ..phase.places import STOPPED
 from ..phase.scene import Modes, Phase, Snapshot, at_limit
 from ..trajectory.phases import Segment
@@ -72,7 +72,7 @@ def onset(
         return t, after if fits else y
     step = min(max(4 * STOPPED / pull, 1e-9), end - t)
     y_after = y.copy()
-    y_after[work.n : work.n + work.model.n_u] += step * udot
+    y_after[work.n : work.n + work.n_u] += step * udot
 
     middle = (work.u(y) + work.u(y_after)) / 2
     state = float_state(work.model, y[: work.n].tolist(), middle.tolist(), t, work.values)
@@ -102,7 +102,7 @@ def nudged(
     loose = not work.shared and len(starting) > 1 and work.loose_forces(modes, frozenset(), seen)[rows].any()
     fits = not loose and np.abs(A @ impulses - goal).max(initial=0) <= 1e-3 * NUDGE
     after = y.copy()
-    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
+    after[work.n : work.n + work.n_u] += impulses @ seen.responses[rows]
     return after, bool(fits)
 
 
@@ -147,7 +147,7 @@ def _starting(work: ContactRun, modes: Modes, seen: Snapshot, y: Array) -> list[
         if mode == SLIP
         and work.scene.tangents[k] == 2
         and not work.model.contacts[k].frictionless
-        and float(np.linalg.norm(work.slip(seen, k))) <= work.still(y)
+        and work.speed(seen, k) <= work.still(y)
     ]
 
 
@@ -193,18 +193,11 @@ def fading(
         if mode == SLIP
         and work.scene.tangents[k] == 2
         and not work.smooth(seen, k)
-        and work.still(y) < float(np.linalg.norm(work.slip(seen, k))) <= STOPPED
+        and work.still(y) < work.speed(seen, k) <= STOPPED
     ]
     if not slow:
         return t, y
-    program = phase.contact()
-    a = observe(
-        program.address("acceleration"),
-        work.scene.rows,
-        np.array([t]),
-        y[None],
-        program.constants(work.parameters),
-    )[0]
+    a = work.along(phase, "acceleration", t, y)
     for k in slow:
         if work.slip(seen, k) @ a[first[k] + 1 : first[k] + 3] < 0:
             return halt(work, phase, rates, k, t, y, modes)
@@ -218,11 +211,9 @@ def halt(
 
     A straight step leads to this end.
     """
-    program = phase.contact()
-    constants = program.constants(work.parameters)
     m, at = work.scene.rows, work.scene.first[k]
-    rate = observe(program.address("rate"), m, np.array([t]), y[None], constants)[0][at + 1 : at + 3]
-    a = observe(program.address("acceleration"), m, np.array([t]), y[None], constants)[0][at + 1 : at + 3]
+    rate = work.along(phase, "rate", t, y)[at + 1 : at + 3]
+    a = work.along(phase, "acceleration", t, y)[at + 1 : at + 3]
     speed = float(np.linalg.norm(rate))
     if not speed > 0:
         return t, y
@@ -237,7 +228,7 @@ def halt(
         impulses = np.zeros(m)
         impulses[rows] = np.linalg.lstsq(seen.between(rows), -seen.rate[rows], rcond=SMALL)[0]
         result = y.copy()
-        result[work.n : work.n + work.model.n_u] += impulses @ seen.responses
+        result[work.n : work.n + work.n_u] += impulses @ seen.responses
         return result, work.gained(t, y, seen, impulses)
 
     if not slowing > 0:  # it turns as it slows: a new slip begins, or it sticks
@@ -252,7 +243,7 @@ def halt(
             return t, y
         work.impulses += gained
         return t, after
-    f = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+    f = outputs_at(rates.address, rates.size, t, y, rates.constants)
     after = y + step * f
     before, then = work.look(t, y), work.look(t + step, after)
     together = [k]  # a body that turns as it stops comes to rest at all its contacts at once
@@ -263,7 +254,7 @@ def halt(
             and work.scene.tangents[j] == 2
             and not work.model.contacts[j].frictionless
         ):
-            was, left = (float(np.linalg.norm(work.slip(one, j))) for one in (before, then))
+            was, left = (work.speed(one, j) for one in (before, then))
             if was <= 100 * STOPPED and left <= was / 10:
                 together.append(j)
     # the slip that remains after a straight step is of second order in its length

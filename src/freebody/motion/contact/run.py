@@ -20,7 +20,7 @@ import numpy as np
 
 from ...errors import SimulationError
 from ..ending import End
-from ..ode.dense_output import Array, Path, Rates, observe, projected
+from ..ode.dense_output import Array, Path, Rates, projected
 from ..ode.integration import integrate
 from ..phase.places import STOPPED
 from ..phase.scene import Ending, Modes, Phase, Snapshot
@@ -71,7 +71,7 @@ def run(
     work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None] | None
 ) -> Phases:
     """Return the path from ``state`` (q, u) at ``begin`` to ``end``; ``work`` records happenings and mode changes."""
-    n = work.n + work.model.n_u
+    n = work.n + work.n_u
     y = np.concatenate([state[:n], [0.0, 0.0]])
     t = begin
     work.rates = None
@@ -107,7 +107,7 @@ def run(
         y = _still(work, t, y)
         modes, one, seen = modes_at(work, t, y, current)
         modes = held(work, t, y, modes, one, seen)
-        phase, rates, _, _ = work.setup(modes, y, seen)
+        phase, rates, watch, endings = work.setup(modes, y, seen)
         low = LOW * (1 + work.size(y))
         flights = _flights(work, t, y, modes, phase)
         unseen = frozenset(k for k, (v, a) in flights.items() if v * v / (2 * a) < low)
@@ -121,16 +121,16 @@ def run(
         _note_modes(work, t, y, past, shown_now, reasons, hit, _decided(work, phase, modes, seen, y))
         current, past = modes, shown_now
         if t >= target:
-            status = End.FINISHED
-            tail = Path(rates, np.array([t]), np.empty(0), y[None], (), End.FINISHED, 0, 0, 0)
-            work.segments.append(Segment(tail, phase, work.impulses, phase.shown, phase.loose))
+            status = _ended(work, phase, rates, t, y)
             continue
         returns = (v / a for v, a in flights.values())  # a straight step beyond them would lose their impacts
+        before = y
         t, y = onset(work, t, y, modes, one, seen, target, min(LONGEST, *returns, LONGEST))
         if t >= target:
             status = End.FINISHED
             continue
-        phase, rates, watch, endings = work.setup(modes, y, seen)
+        if y is not before:
+            phase, rates, watch, endings = work.setup(modes, y, seen)
         y = lifted(work, t, projected(rates, t, y))
         if work.joined(t, y):
             continue
@@ -140,9 +140,15 @@ def run(
             continue
         t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
-        if change[3] is None:
-            change[3] = t
+        change[3] = t if change[3] is None else change[3]
     return Phases(tuple(work.segments), status)
+
+
+def _ended(work: ContactRun, phase: Phase, rates: Rates, t: float, y: Array) -> End:
+    """Record a phase without length, the last one, and return the status."""
+    tail = Path(rates, np.array([t]), np.empty(0), y[None], (), End.FINISHED, 0, 0, 0)
+    work.segments.append(Segment(tail, phase, work.impulses, phase.shown, phase.loose))
+    return End.FINISHED
 
 
 def _check_endless(work: ContactRun, t: float, crowded: int, current: Modes) -> None:
@@ -279,7 +285,7 @@ def _slowed(work: ContactRun, t: float, y: Array) -> Array:
     """
     seen, scene = work.look(t, y), work.scene
     closed = [k for k in work.closed(t, seen, y) if abs(seen.rate[scene.first[k]]) <= work.still(y)]
-    speeds = {k: float(np.linalg.norm(work.slip(seen, k))) for k in closed}
+    speeds = {k: work.speed(seen, k) for k in closed}
     slow = [k for k in closed if scene.tangents[k] == 2 and not work.smooth(seen, k) and speeds[k] <= SLOW]
     if not any(speeds[k] > work.still(y) for k in slow):
         return y
@@ -287,7 +293,7 @@ def _slowed(work: ContactRun, t: float, y: Array) -> Array:
     impulses = np.zeros(scene.rows)
     impulses[rows] = np.linalg.lstsq(seen.between(rows), -seen.rate[rows], rcond=SMALL)[0]
     after = y.copy()
-    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses
+    after[work.n : work.n + work.n_u] += impulses @ seen.responses
     work.impulses += work.gained(t, y, seen, impulses)
     names = ", ".join(work.names[k] for k in slow)
     work.tell(t, "rest", y, after, f"{names}: slips slower than {SLOW:.0e} m/s end here together")
@@ -337,10 +343,7 @@ def _why(work: ContactRun, phase: Phase, ending: Ending, t: float, y: Array) -> 
         return "the foot came onto the side"
     if ending.law == "slip":
         return "the slip stopped"
-    program = phase.contact()
-    force = observe(
-        program.address("force"), work.scene.rows, np.array([t]), y[None], program.constants(work.parameters)
-    )[0]
+    force = work.along(phase, "force", t, y)
     at, n = work.scene.first[ending.contact], work.scene.tangents[ending.contact]
     return f"|T| reached {float(np.linalg.norm(force[at + 1 : at + 1 + n])):.6g} N"
 
@@ -385,14 +388,7 @@ def _flights(
     ]
     if not leaving:
         return {}
-    program = phase.contact()
-    a = observe(
-        program.address("acceleration"),
-        work.scene.rows,
-        np.array([t]),
-        y[None],
-        program.constants(work.parameters),
-    )[0]
+    a = work.along(phase, "acceleration", t, y)
     return {
         k: (float(seen.rate[work.scene.first[k]]), -float(a[work.scene.first[k]]))
         for k in leaving
@@ -406,7 +402,7 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
     if not np.isfinite(y).all():
         return
     seen, h = work.look(path.end, y), float(np.diff(path.times).max(initial=0))
-    slow = 1e3 * work.still(y)
+    slow, near = 1e3 * work.still(y), work.near(y)
     for k, mode in enumerate(modes):
         v = float(seen.rate[work.scene.first[k] + 1]) if mode in ("slip+", "slip-") else 0.0
         if (v < -slow and mode == "slip+") or (v > slow and mode == "slip-"):
@@ -415,11 +411,11 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
                 f"and {path.end:.9g} s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than "
                 f"that, or take method='timestepping' with step=."
             )
-    for k, mode in enumerate(modes):
-        if mode == OPEN and seen.gap[k] < -work.near(y) and seen.reach[k] > 0 and path.start < path.end:
+    for k in np.flatnonzero((seen.gap < -near) & (seen.reach > 0)).tolist():
+        if modes[k] == OPEN and path.start < path.end:
             before = work.look(path.start, path.states[0])
-            behind = before.gap[k] < -work.near(y) and math.isfinite(before.reach[k])  # came around its end
-            deeper = seen.gap[k] < min(before.gap[k], 0.0) - work.near(y)
+            behind = before.gap[k] < -near and math.isfinite(before.reach[k])  # came around its end
+            deeper = seen.gap[k] < min(before.gap[k], 0.0) - near
             if before.reach[k] > 0 and deeper and not behind:
                 raise SimulationError(
                     f"Contact '{work.names[k]}' of '{work.model.name}' closed between {path.start:.6g} and "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from ...dynamics.unilateral import MotionWarning, limits, passed_by_impulse
 from ...errors import SimulationError
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of, strike
-from ..ode.dense_output import Array, Rates, Watch, observe
+from ..ode.dense_output import Array, Rates, Watch, observe, outputs_at
 from ..phase.places import STOPPED
 from ..phase.scene import LIMIT, SMOOTH, Modes, Phase, Scene, Snapshot, direction_of, scene_of
 from ..trajectory.event import EventSpec, Happening, expressions_of
@@ -88,7 +88,7 @@ class ContactRun:
         self.order, self.options, self.shared = order, options, shared
         self.steps_left = max_steps
         self.names = [c.name for c in self.model.contacts]
-        self.n = self.model.n_q
+        self.n, self.n_u = self.model.n_q, self.model.n_u
         self.segments: list[Segment] = []
         self.happenings: list[Happening] = []
         self.changes: list[list[Any]] = []  # [contact, mode, start, end, why]
@@ -96,6 +96,7 @@ class ContactRun:
         self.bounces: list[Bounce] = []
         self.indeterminate: dict[str, float] = {}
         self._setups: dict[Any, Any] = {}
+        self._programs: dict[Phase, Any] = {}
         self._seen: dict[tuple[float, bytes], Snapshot] = {}
         self._constants = self.scene.constants(self.parameters)
         self.rates: Rates | None = None
@@ -118,20 +119,24 @@ class ContactRun:
 
     def u(self, y: Array) -> Array:
         """Return the generalized speeds of a state."""
-        return y[self.n : self.n + self.model.n_u]
+        return y[self.n : self.n + self.n_u]
 
     def still(self, y: Array) -> float:
         """Return the speed below which a contact counts as at rest [m/s]."""
-        return STILL * (1 + float(np.abs(self.u(y)).max(initial=0)))
+        return STILL * (1 + largest(y[self.n : self.n + self.n_u]))
 
     def near(self, y: Array) -> float:
         """Return the gap below which a contact counts as closed [m]."""
-        return CLOSED * (1 + float(np.abs(y[: self.n]).max(initial=0)))
+        return CLOSED * (1 + largest(y[: self.n]))
 
     def slip(self, seen: Snapshot, k: int) -> Array:
         """Return the slip velocity of a contact along its tangents [m/s]."""
         at = self.scene.first[k]
         return seen.rate[at + 1 : at + 1 + self.scene.tangents[k]]
+
+    def speed(self, seen: Snapshot, k: int) -> float:
+        """Return the slip speed of a contact [m/s]."""
+        return math.hypot(*self.slip(seen, k).tolist())
 
     def closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
         """Return the contacts with zero gap and the foot on their side, or at its end and not leaving it.
@@ -139,11 +144,16 @@ class ContactRun:
         At the end of a side, a round feature touches the side or the corner, never both. A feature that came around
         that end is behind the side and does not touch it.
         """
+        left = frozenset(self.left)
+        if left not in seen.closed:
+            seen.closed[left] = self._closed(t, seen, y)
+        return seen.closed[left]
+
+    def _closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
         near = self.near(y)
-        deep = near * (
-            1 + float(np.abs(self.u(y)).max(initial=0))
-        )  # event times are located to round-off, gaps are not
-        found = [k for k in range(len(self.names)) if -deep <= seen.gap[k] <= near and seen.reach[k] >= -near]
+        deep = near * (1 + largest(self.u(y)))  # event times are located to round-off, gaps are not
+        gaps, reaches = seen.gap.tolist(), seen.reach.tolist()
+        found = [k for k, gap in enumerate(gaps) if -deep <= gap <= near and reaches[k] >= -near]
         at_end = [k for k in found if seen.reach[k] <= near]
         gone = {k for k in at_end if k in self.left or self._leaves(t, y, k)}
         found = [k for k in found if k not in gone]
@@ -190,19 +200,19 @@ class ContactRun:
         """Return True if the coefficients of friction are zero in this run."""
         return bool(seen.friction[k] == seen.static[k] == 0)
 
-    def touching(self, seen: Snapshot, k: int, still: float) -> Touching:
-        """Return a contact as data of the complementarity problem."""
-        v = self.slip(seen, k)
-        speed = float(np.linalg.norm(v))
+    def touching(self, seen: Snapshot, k: int, still: float, row: int | None = None) -> Touching:
+        """Return a contact as data of the complementarity problem, at its own row or at another."""
+        speed = self.speed(seen, k)
         return Touching(
-            self.names[k], self.scene.first[k], self.scene.tangents[k], seen.friction[k], seen.static[k],
-            v / speed if speed > still else None,
+            self.names[k], self.scene.first[k] if row is None else row, self.scene.tangents[k],
+            float(seen.friction[k]), float(seen.static[k]),
+            self.slip(seen, k) / speed if speed > still else None,
         )  # fmt: skip
 
     def alike(self, contacts: Sequence[Touching], seen: Snapshot, chosen: Sequence[int], y: Array) -> float:
         """Return the relative difference of two motions that round-off in the slip directions can cause."""
         slips = [
-            float(np.linalg.norm(self.slip(seen, k)))
+            self.speed(seen, k)
             for k, c in zip(chosen, contacts, strict=True)
             if c.sliding is not None and c.tangents == 2
         ]
@@ -212,10 +222,9 @@ class ContactRun:
     def part(self, seen: Snapshot, chosen: Sequence[int], y: Array) -> tuple[Any, ...]:
         """Return the problem of the chosen contacts: A, their rows, responses, and contacts with renumbered rows."""
         rows: list[int] = []
-        contacts = []
+        contacts, still = [], self.still(y)
         for k in chosen:
-            one = self.touching(seen, k, self.still(y))
-            contacts.append(replace(one, row=len(rows)))
+            contacts.append(self.touching(seen, k, still, len(rows)))
             rows += range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
         return seen.between(rows), rows, seen.responses[rows], contacts
 
@@ -238,7 +247,7 @@ class ContactRun:
         except SimulationError as error:
             raise SimulationError(f"Impact at t = {t:.9g} s of '{self.model.name}': {error}") from None
         after = y.copy()
-        after[self.n : self.n + self.model.n_u] += hit.impulses @ responses
+        after[self.n : self.n + self.n_u] += hit.impulses @ responses
         whole = np.zeros(self.scene.rows)
         whole[rows] = hit.impulses
         self.impulses += self.gained(t, y, seen, whole)
@@ -268,7 +277,7 @@ class ContactRun:
         parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
         self.tell(t, "impact", y, after, "; ".join(parts), warnings)
         moving = frozenset(k for k in chosen if speeds[k] < -still)
-        stuck = all(float(np.linalg.norm(self.slip(new, k))) <= still for k in moving)
+        stuck = all(self.speed(new, k) <= still for k in moving)
         self.bounces.append(Bounce(t, moving, max(-speeds[k] for k in moving), stuck))
         return after, True
 
@@ -357,6 +366,14 @@ class ContactRun:
         self.happenings.append(told)
         self.bounces.clear()
         return np.asarray(after)
+
+    def along(self, phase: Phase, name: str, t: float, y: Array) -> Array:
+        """Return the rates, accelerations or forces of all contacts in a phase."""
+        if phase not in self._programs:
+            program = phase.contact()
+            self._programs[phase] = program, program.constants(self.parameters)
+        program, constants = self._programs[phase]
+        return outputs_at(program.address(name), program.outputs(name), t, y, constants)
 
     # -- phases ----------------------------------------------------------------------------------
 
@@ -491,7 +508,12 @@ class ContactRun:
 
     def size(self, y: Array) -> float:
         """Return the greatest coordinate in magnitude."""
-        return float(np.abs(y[: self.n]).max(initial=0))
+        return largest(y[: self.n])
+
+
+def largest(x: Array) -> float:
+    """Return the greatest of a few numbers in magnitude."""
+    return max(map(abs, x.tolist()), default=0.0)
 
 
 def _zero(x: float, small: float) -> float:

@@ -27,7 +27,7 @@ from ...native import loop
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels, Program
-from ..ode.dense_output import Array, Rates, observe
+from ..ode.dense_output import Array, Rates, observe, outputs_at
 from . import places
 from .candidates import Candidates
 
@@ -66,6 +66,8 @@ class Snapshot:
     friction: Array
     static: Array
     restitution: Array
+    closed: dict[frozenset[int], list[int]] = field(default_factory=dict)
+    """Cache: closed contacts, by those that begin to leave the end of their side."""
 
     @cached_property
     def A(self) -> Array:
@@ -198,9 +200,7 @@ class Scene:
         """Return the contacts at a state."""
         program = self.program
         return self.snapshot(
-            observe(program.address("looked"), program.outputs("looked"), np.array([t]), y[None], constants)[
-                0
-            ]
+            outputs_at(program.address("looked"), program.outputs("looked"), t, y, constants)
         )
 
     def evaluated(self, t: float, y: Array, values: Mapping[str, float]) -> Snapshot:
