@@ -120,5 +120,5 @@ def test_steps_are_counted_over_a_whole_run(pendulum):
 def test_steps_of_all_phases_of_contacts_count(disk):
     hop = {"y": 0.3, "x'": 1, "turn'": -5}
     steps = fb.simulate(disk, 2, initial=hop).steps  # of the fall, of the slip and of the roll
-    with pytest.raises(SimulationError, match=f"max_steps = {steps - 1} steps reached only t = 1.0"):
+    with pytest.raises(SimulationError, match=f"max_steps = {steps - 1} steps reached only t = "):
         fb.simulate(disk, 2, initial=hop, max_steps=steps - 1)

@@ -24,12 +24,12 @@ from freebody.describe.names import rate
 from freebody.gallery.textbook.examples.ex_6_3_pulled_disk import build as pulled_disk
 from freebody.model.assemble import assemble
 from freebody.motion.batch.kernels import batch_program
-from freebody.motion.contact.scene import scene_of
 from freebody.motion.kernels.kernels import Kernels, kernels_of
 from freebody.motion.kernels.reading import expression_of
 from freebody.motion.lanes import loops as over_lanes
 from freebody.motion.ode import loops
 from freebody.motion.ode.run import Run, sizes
+from freebody.motion.phase.scene import scene_of
 from freebody.motion.start.arguments import _equal
 from freebody.native.ir_text import literal
 from freebody.native.records import _layout

@@ -23,11 +23,15 @@ from typing import Any
 
 from ..model.contact import Touching, in_modes
 from ..model.model import Model
-from ..scalar.algebra import Scalar
+from ..scalar.algebra import ZERO, Scalar, add, negate, scale
 from .composite import mass_matrix
+from .constrained import constrained_loading, with_wrenches
 from .constraints import linearized, rows, slip_direction
-from .contact import contact_rows, rows_of
+from .contact import contact_rows, rows_of, touch
+from .kinematics import Spot
 from .linear import Factorization, applied, combined, products, scalar_product
+from .loading import Loading
+from .motion import Motion
 from .newton_euler import bias
 from .state import State
 
@@ -36,6 +40,7 @@ __all__ = [
     "contact_accelerations",
     "contact_forces",
     "contact_problem",
+    "forced_motion",
     "friction_power",
     "in_modes",
 ]
@@ -151,3 +156,28 @@ def friction_power(model: Model, state: State, forces: Mapping[str, Sequence[Sca
         slip = rows_of(model, state, (contact,)).rate[1:]
         total = total + scalar_product(forces[contact.name][1:], slip)
     return total
+
+
+def forced_motion(
+    model: Model,
+    state: State,
+    udot: Sequence[Any],
+    forces: Sequence[Any],
+    multipliers: Sequence[Any],
+    blows: Any = (),
+) -> Motion:
+    """Return a motion with known accelerations, forces of all contacts and multipliers: loads, constraints, blows."""
+    loads: Loading = constrained_loading(model, state, multipliers)
+    acting = [*blows]
+    at = 0
+    for contact in model.contacts:
+        it = touch(model, state, contact)
+        total: Any = ZERO
+        for k, e in enumerate((it.normal, *it.tangents)):
+            total = add(total, scale(forces[at + k], e))
+        at += 1 + len(it.tangents)
+        acting += [
+            (Spot(contact.feature.body, it.on_feature), total, ZERO),
+            (Spot(contact.surface.body, it.on_surface), negate(total), ZERO),
+        ]
+    return Motion(tuple(udot), tuple(multipliers), with_wrenches(model, state, loads, acting))

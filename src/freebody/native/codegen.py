@@ -90,17 +90,21 @@ def object_code(text: str, optimisation: int | None = None, name: str = THIS) ->
     return machine.emit_object(module)
 
 
-def optimised_code(text: str, name: str = THIS) -> tuple[bytes, list[str]]:
+def optimised_code(text: str, name: str = THIS, *, short: bool = False) -> tuple[bytes, list[str]]:
     """Object code of a module in the compiled language for a target, after LLVM's passes, and the C functions that it
     calls.
 
     The passes are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code that
-    is no faster.
+    is no faster. In code whose loops are ``short``, of a few rounds, vectorisation doubles the time of compilation for
+    nothing.
     """
     _initialize()
     machine, module = _machine(name=name), llvm.parse_assembly(text, context=llvm.create_context())
     module.triple, module.data_layout = target.named(name).triple, layout(name)
-    passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
+    options = llvm.create_pipeline_tuning_options(speed_level=1)
+    if short:
+        options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
+    passes = llvm.create_pass_builder(machine, options)
     passes.getModulePassManager().run(module, passes)
     called = (f.name.removeprefix("llvm.").split(".")[0] for f in module.functions if f.is_declaration)
     # all other declarations of LLVM become instructions

@@ -20,38 +20,19 @@ from functools import cached_property
 
 import numpy as np
 
+from ...native.loop import code
 from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, SECOND
-from .dense_problem import GOAL, Array, DenseProblem, rows_of
-
-EXACT = 1e-10
-"""Relative residual above which a result is not a solution."""
-
-
-@dataclass(frozen=True)
-class Touching:
-    """One closed contact of the problem.
-
-    ``row``        its first row (normal), followed by its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless)
-    ``friction``   kinetic coefficient; ``static`` is the static coefficient
-    ``sliding``    unit direction of slip, shape (tangents,), if it already slips; None at rest
-    """
-
-    name: str
-    row: int
-    tangents: int
-    friction: float
-    static: float
-    sliding: Array | None = None
+from .contacts import Touching, contacts_of
+from .dense_problem import Array, DenseProblem, rows_of
 
 
 @dataclass(frozen=True)
 class ConeSolution:
-    """Forces λ and rates r, shape (m,), the residual relative to the greatest rate, and the number of Newton steps."""
+    """Forces λ and rates r, shape (m,), and the residual relative to the greatest rate."""
 
     forces: Array
     rates: Array
     residual: float
-    steps: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,12 +103,8 @@ class ConeProblem:
         return max(worst, off / size) if size > 0 else worst
 
     def solve(self) -> ConeSolution:
-        """Return the solution found from zero. It is one only if its residual is below :data:`EXACT`."""
-        rows, columns, *_ = self._rows
-        dense = self._dense
-        x, left, steps = dense.from_zero()
-        # Newton's method on the laws themselves: a step to round-off, or a slow problem
-        exact, most = (1e-2 * EXACT, 60) if left > EXACT else (GOAL, 2)
-        polish = dense.polished(x, exact * float(np.abs(self.c[rows]).max(initial=0)), most)
-        forces = (x if polish is None else polish) @ columns
-        return ConeSolution(forces, self.A @ forces + self.c, self.residual(forces), steps)
+        """Return the solution found from zero. It is one only if its residual is below :data:`contacts.EXACT`."""
+        low = 0.0 if self.low is None else self.low
+        it, m = contacts_of(self.A, self.c, self.contacts, low, self.equalities), len(self.c)
+        code("motion.cones.contacts", "find")(it)
+        return ConeSolution(it.forces[:m].copy(), it.after[:m].copy(), it.residual)

@@ -23,6 +23,12 @@ EQUALITY, NORMAL, LINE, FIRST, SECOND = range(5)
 """Kinds of rows: LINE is the only tangent of the normal row before it, FIRST and SECOND are two tangents of it."""
 
 
+GOAL = 1e-15
+"""Relative residual at which the search ends; without progress it also ends at `newton.ENOUGH`."""
+DEPENDENT = 1e-13
+"""Part of a row's diagonal below which the row depends on the others."""
+
+
 @record
 class Blocks(Record):
     """Rows over blocks of speeds.
@@ -31,7 +37,7 @@ class Blocks(Record):
     ``pieces``    blocks of the rows; those of row r begin at ``first[r]``, its values at ``at[r]``
     """
 
-    n: Count
+    n: Whole
     count: Count
     starts: Wholes
     squares: Wholes

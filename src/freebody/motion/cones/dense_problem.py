@@ -15,14 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...native.loop import made, sibling
-from .contact_problem import ContactProblem, Newton
+from .contact_problem import DEPENDENT, GOAL, ContactProblem, Newton
 
 Array = NDArray[np.float64]
 
-GOAL = 1e-15
-"""Relative residual at which the search ends; without progress it also ends at `newton.ENOUGH`."""
-DEPENDENT = 1e-13
-"""Part of a row's diagonal below which the row depends on the others."""
 SMALL = 1e-12
 """Relative singular value of a Newton step that counts as zero."""
 FALLS, SHORTEST = 1e-4, 1e-3

@@ -29,6 +29,7 @@ from ...native.instructions import Integers, Reals, compiled, greater, root
 from .block_rows import add, along, dot
 from .cone import add_all, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
+from .elimination import solved
 
 DENSE = 24
 """Number of directions up to which Newton's method starts from zero without sweeps."""
@@ -146,7 +147,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float) -> int:
         for k in range(n):
             step[k] = -here.F[k]
         jacobian(problem, memory.G[0], soft, memory.J[0])
-        if eliminate(memory.J[0], n, step) == 0:
+        if solved(memory.J[0], n, step) == 0:
             return turn
         part, shorter = 1.0, True
         while shorter:
@@ -196,37 +197,6 @@ def jacobian(problem: ContactProblem, G: Reals, soft: float, J: Reals) -> None:
             if C[a * n + k] != 0.0:
                 for j in range(n):
                     J[k * n + j] += C[a * n + k] * G[a * n + j] / soft
-
-
-@compiled
-def eliminate(a: Reals, n: int, b: Reals) -> int:
-    """Replace b by a⁻¹ b by elimination with row exchanges; overwrite a. Return 0 if a is singular, else 1."""
-    for k in range(n):
-        p = k
-        for i in range(k + 1, n):
-            if abs(a[i * n + k]) > abs(a[p * n + k]):
-                p = i
-        if a[p * n + k] == 0.0 or not math.isfinite(a[p * n + k]):
-            return 0
-        if p != k:
-            for j in range(k, n):
-                exchanged = a[k * n + j]
-                a[k * n + j] = a[p * n + j]
-                a[p * n + j] = exchanged
-            exchanged = b[k]
-            b[k] = b[p]
-            b[p] = exchanged
-        for i in range(k + 1, n):
-            part = a[i * n + k] / a[k * n + k]
-            if part != 0.0:
-                for j in range(k + 1, n):
-                    a[i * n + j] -= part * a[k * n + j]
-                b[i] -= part * b[k]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            b[k] -= a[k * n + j] * b[j]
-        b[k] /= a[k * n + k]
-    return 1
 
 
 # -- multipliers -----------------------------------------------------------------------------------------

@@ -17,8 +17,8 @@ import numpy as np
 from ...dynamics import coordinate_rates
 from ...dynamics.state import float_state
 from ..ode.dense_output import Array
+from ..phase.scene import Snapshot
 from .complementarity import SMALL
-from .scene import Snapshot
 from .state import LOW, ContactRun
 
 
@@ -121,9 +121,11 @@ def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: froz
         if k not in contacts and abs(seen.rate[at]) <= work.still(y):
             take(at, identity[at])
     F = np.array(columns).T
-    impulses = F @ np.linalg.lstsq(seen.A[rows] @ F, -seen.rate[rows], rcond=SMALL)[0]
+    impulses = (
+        F @ np.linalg.lstsq(seen.matrix[rows] @ (seen.responses.T @ F), -seen.rate[rows], rcond=SMALL)[0]
+    )
     after = y.copy()
-    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses
+    after[work.n : work.n + work.n_u] += impulses @ seen.responses
     work.impulses += work.gained(t, y, seen, impulses)
     return after
 
@@ -143,7 +145,7 @@ def lifted(work: ContactRun, t: float, y: Array) -> Array:
     closed = [k for k in closed if seen.gap[k] <= low or seen.rate[first[k]] <= work.still(y)]
     rows = [first[k] for k in closed]
     gaps = np.array([min(seen.gap[k], 0.0) for k in closed])
-    step = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -gaps, rcond=SMALL)[0] @ seen.responses[rows]
+    step = np.linalg.lstsq(seen.between(rows), -gaps, rcond=SMALL)[0] @ seen.responses[rows]
     state = float_state(work.model, y[: work.n].tolist(), step.tolist(), t, work.values)
     still = float_state(work.model, y[: work.n].tolist(), None, t, work.values)
     moved = [float(x) for x in coordinate_rates(work.model, state)]

@@ -25,7 +25,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cones.cone_problem import EXACT, ConeProblem, Touching
+from ..cones.cone_problem import ConeProblem
+from ..cones.contacts import EXACT, Touching
 from .slip_directions import Sought, directions, newton
 
 Array = NDArray[np.float64]
@@ -33,7 +34,7 @@ Array = NDArray[np.float64]
 OPEN, STICK, SLIP = "open", "stick", "slip"
 WHOLE = 2
 """Largest number of contacts at rest in space for which all combinations with new slip directions are tried."""
-MOST = 1 << 14
+MOST = 1 << 8
 """Largest number of combinations of modes that are tried."""
 SMALL = 1e-10
 """Relative size below which a force or rate is zero and a matrix singular: above the round-off of small systems."""
@@ -63,6 +64,8 @@ class Solution:
 def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = None) -> list[Solution]:
     """Return all consistent sets of modes; beyond :data:`WHOLE` and :data:`MOST`, those of :func:`of_equal_compliance`.
 
+    So too where the motion is :func:`unique` and no inequality holds with equality: there is one set only.
+
     Parameters
     ----------
     A : array (m, m)
@@ -75,14 +78,46 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = Non
     """
     choices = [_choices(contact) for contact in contacts]
     count = math.prod(map(len, choices))
-    if among is None and (count > MOST or sum(map(_may_begin, choices)) > WHOLE):
-        return of_equal_compliance(A, c, contacts)
+    if among is None:
+        many = count > MOST or sum(map(_may_begin, choices)) > WHOLE
+        if many or unique(A, contacts):
+            found = of_equal_compliance(A, c, contacts)
+            if many or (found and not found[0].ties):
+                return found
     return [
         one
         for modes in (itertools.product(*choices) if among is None else among)
         for one in _solved(A, c, contacts, modes)
         if one.residual <= SMALL
     ]
+
+
+def unique(A: Array, contacts: Sequence[Touching]) -> bool:
+    """Return True if it is proven that no two motions satisfy the laws, whatever c is.
+
+    For the differences δ of the forces of two solutions, A = H Hᵀ and w = Hᵀ δ, the laws of normal and friction give
+
+        w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + H_TᵀH_T/α) w μ/2     for every α > 0
+
+    with δN = P w, if no forces in balance have normal parts. So w = 0 where μ/2 times the greatest eigenvalue is below
+    1; α = |H_T|/|P|. The static coefficient must be the kinetic one.
+    """
+    if any(one.sliding is None and one.static != one.friction for one in contacts):
+        return False
+    mu = max(one.friction for one in contacts)
+    if mu == 0:
+        return False
+    sizes, U = np.linalg.eigh(A)
+    kept = sizes > SMALL * sizes[-1]
+    normal = U[[one.row for one in contacts]]
+    tangent = U[[one.row + 1 + j for one in contacts for j in range(one.tangents)]][:, kept]
+    if np.abs(normal[:, ~kept]).max(initial=0) > SMALL:
+        return False
+    square = np.sqrt(sizes[kept])
+    P, T = normal[:, kept] / square, tangent * square
+    across, along = P.T @ P, T.T @ T
+    part = math.sqrt(np.linalg.norm(along) / np.linalg.norm(across))
+    return bool(mu * np.linalg.eigvalsh(part * across + along / part)[-1] < 2)
 
 
 def of_equal_compliance(A: Array, c: Array, contacts: Sequence[Touching]) -> list[Solution]:

@@ -21,19 +21,18 @@ Newsletter (1984); C. Glocker, Energetic consistency conditions for standard imp
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...errors import SimulationError
-from ..cones.cone_problem import EXACT, ConeProblem, Touching
+from ...native.loop import code
+from ..cones.contacts import EXACT, Touching, contacts_of
 from .complementarity import SMALL, Array
 
 ALIKE = 1e-8
 """Relative difference up to which two outcomes count as the same."""
 ORDERS = ("simultaneous", "sequential")
-PARTS = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.0)
-"""Parts of the restitution that are tried until the energy does not grow."""
 _PASSES = 100_000
 
 
@@ -51,6 +50,8 @@ class Impact:
         Part of the restitution that acts; below 1 where the whole would raise the energy or has no solution.
     residual : float
         Greatest violation of the laws, relative to the greatest speed.
+    certain : bool
+        True if A is regular, so that the motion determines every impulse.
     """
 
     impulses: Array
@@ -58,6 +59,7 @@ class Impact:
     energy: float
     part: float = 1.0
     residual: float = 0.0
+    certain: bool = False
 
 
 def impact(
@@ -83,8 +85,6 @@ def impact(
     SimulationError
         If contacts of both laws collide at once, or if no impulses are found.
     """
-    # an impact does not depend on earlier sticking: the kinetic coefficient of friction applies throughout
-    contacts = [replace(c, sliding=None, static=c.friction) for c in contacts]
     if order == "sequential":
         return _one_by_one(A, before, contacts, restitution, laws, still)
     approaching = np.array([before[c.row] < -still for c in contacts])
@@ -96,21 +96,10 @@ def impact(
             + " collide at once, some by Newton's and some by Poisson's law. Give them the same law: "
             "impact='newton' or 'poisson'."
         )
-    e = np.array(restitution, dtype=float)
-    for part in PARTS:
-        if kinds == {"poisson"}:
-            impulses, residual = _poisson(A, before, contacts, part * e)
-        else:
-            c = before.copy()
-            for one, rebound in zip(contacts, part * e * approaching, strict=True):
-                c[one.row] += rebound * before[one.row]
-            found = ConeProblem(A, c, contacts).solve()
-            impulses, residual = found.forces, found.residual
-        after = A @ impulses + before
-        energy = float(impulses @ (before + after)) / 2  # ΔT = Λ·(v⁻ + v⁺)/2
-        size = float(np.abs(impulses) @ (np.abs(before) + np.abs(after)))
-        if residual <= EXACT and energy <= EXACT * size:
-            break
+    it = contacts_of(A, before, contacts, impact=True)
+    it.still, it.poisson, it.restitution[:] = still, int(kinds == {"poisson"}), restitution
+    code("motion.contact.collision", "collided")(it)
+    residual = it.residual
     if not residual <= EXACT:
         names = ", ".join(f"'{c.name}' ({before[c.row]:.6g} m/s)" for c in contacts)
         raise SimulationError(
@@ -118,15 +107,10 @@ def impact(
             f"normal), even without restitution: a law is still violated by {residual:.3g} of the greatest speed. Less "
             f"friction, or impacts='sequential', makes the problem easier."
         )
-    return Impact(impulses, after, energy, part, residual)
-
-
-def _poisson(A: Array, before: Array, contacts: Sequence[Touching], e: Array) -> tuple[Array, float]:
-    """Return the impulses of compression and expansion, and their residual."""
-    compression = ConeProblem(A, before, contacts).solve()
-    low = np.maximum(e * compression.forces[[c.row for c in contacts]], 0.0)
-    expansion = ConeProblem(A, compression.rates, contacts, low).solve()
-    return compression.forces + expansion.forces, max(compression.residual, expansion.residual)
+    certain = it.directions == it.rows
+    return Impact(
+        it.forces[: it.rows].copy(), it.after[: it.rows].copy(), it.energy, it.part, residual, certain
+    )
 
 
 def undetermined(

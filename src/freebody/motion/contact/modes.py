@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import SimulationError
+from ..phase.places import ROUNDED
+from ..phase.scene import SMOOTH, Modes, Snapshot
 from .complementarity import (
     OPEN,
     SLIP,
@@ -26,7 +28,6 @@ from .complementarity import (
     painleve,
     solutions,
 )
-from .scene import ROUNDED, SMOOTH, Modes, Snapshot
 from .slopes import slopes
 from .state import ContactRun
 

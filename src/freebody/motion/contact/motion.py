@@ -68,8 +68,7 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
         called, request.indeterminate == "compliance",
     )  # fmt: skip
     y = np.concatenate([p.state[:n], [0.0, 0.0]])
-    phase = work.scene.phase(("open",) * len(model.contacts))
-    program = phase.motion()
+    program = kernels.motion()
     energies = observe(
         program.address("energy"), 2, np.array([p.begin]), y[None], program.constants(work.parameters)
     )[0]

@@ -20,17 +20,20 @@ import numpy as np
 
 from ...errors import SimulationError
 from ..ending import End
-from ..ode.dense_output import Array, Path, Rates, observe, projected
+from ..ode.dense_output import Array, Path, Rates, projected
 from ..ode.integration import integrate
+from ..phase.places import STOPPED
+from ..phase.scene import Ending, Modes, Phase, Snapshot
 from ..trajectory.phases import Phases, Segment
 from .bounces import lifted, limit
 from .bounces import settled as taken_away
-from .complementarity import OPEN
-from .leaps import halt, onset
+from .complementarity import OPEN, SMALL
+from .leaps import LONGEST, fading, halt, held, onset
 from .modes import modes_at
-from .scene import Ending, Modes, Phase, Snapshot
 from .state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 
+SLOW = 10 * STOPPED
+"""Slip speed in space below which a body comes to rest at all its contacts at once, where events crowd [m/s]."""
 LOOKS = 32
 """Steps at which indeterminate forces are checked: the first ones of a phase, and as many spread along it."""
 
@@ -68,7 +71,7 @@ def run(
     work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None] | None
 ) -> Phases:
     """Return the path from ``state`` (q, u) at ``begin`` to ``end``; ``work`` records happenings and mode changes."""
-    n = work.n + work.model.n_u
+    n = work.n + work.n_u
     y = np.concatenate([state[:n], [0.0, 0.0]])
     t = begin
     work.rates = None
@@ -88,26 +91,23 @@ def run(
         work.left.clear()
         crowded = crowded + 1 if t - last <= CROWD else 0
         last = t
-        if crowded > ENDLESS or len(work.segments) > PHASES:
-            states = ", ".join(f"{a}: {b}" for a, b in zip(work.names, current, strict=True))
-            raise SimulationError(
-                f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s ({states}), "
-                f"{len(work.segments)} phases so far. Impacts that end in a finite time only together (restitution of "
-                f"several contacts at once; a coin that comes to lie flat on its two edges) do this: "
-                f"method='timestepping' with step= goes through them."
-            )
+        _check_endless(work, t, crowded, current)
         seen = work.look(t, y)
         y, hit = work.collide(t, y, seen)
         if crowded in (ENDLESS // 4, ENDLESS // 2):
-            y = _quieted(work, t, y)
+            y = _slowed(work, t, _quieted(work, t, y))
         settled = limit(work, t, y) if hit else None
         if settled is not None:
             settled = (_quieted(work, t, settled[0]), *settled[1:])
             t, y, current, past, reasons, status = _rest(work, t, y, settled, current, past, target, between)
             continue
         y = lifted(work, t, y)
+        if work.joined(t, y):
+            continue
+        y = _still(work, t, y)
         modes, one, seen = modes_at(work, t, y, current)
-        phase, rates, _, _ = work.setup(modes, y, seen)
+        modes = held(work, t, y, modes, one, seen)
+        phase, rates, watch, endings = work.setup(modes, y, seen)
         low = LOW * (1 + work.size(y))
         flights = _flights(work, t, y, modes, phase)
         unseen = frozenset(k for k, (v, a) in flights.items() if v * v / (2 * a) < low)
@@ -121,21 +121,46 @@ def run(
         _note_modes(work, t, y, past, shown_now, reasons, hit, _decided(work, phase, modes, seen, y))
         current, past = modes, shown_now
         if t >= target:
-            status = End.FINISHED
-            tail = Path(rates, np.array([t]), np.empty(0), y[None], (), End.FINISHED, 0, 0, 0)
-            work.segments.append(Segment(tail, phase, work.impulses, phase.shown, phase.loose))
+            status = _ended(work, phase, rates, t, y)
             continue
-        t, y = onset(work, t, y, modes, one, seen, target)
+        returns = (v / a for v, a in flights.values())  # a straight step beyond them would lose their impacts
+        before = y
+        t, y = onset(work, t, y, modes, one, seen, target, min(LONGEST, *returns, LONGEST))
         if t >= target:
             status = End.FINISHED
             continue
-        phase, rates, watch, endings = work.setup(modes, y, seen)
+        if y is not before:
+            phase, rates, watch, endings = work.setup(modes, y, seen)
         y = lifted(work, t, projected(rates, t, y))
+        if work.joined(t, y):
+            continue
+        t, after = fading(work, phase, rates, t, y, modes)
+        if after is not y:
+            y = after
+            continue
         t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
-        if change[3] is None:
-            change[3] = t
+        change[3] = t if change[3] is None else change[3]
     return Phases(tuple(work.segments), status)
+
+
+def _ended(work: ContactRun, phase: Phase, rates: Rates, t: float, y: Array) -> End:
+    """Record a phase without length, the last one, and return the status."""
+    tail = Path(rates, np.array([t]), np.empty(0), y[None], (), End.FINISHED, 0, 0, 0)
+    work.segments.append(Segment(tail, phase, work.impulses, phase.shown, phase.loose))
+    return End.FINISHED
+
+
+def _check_endless(work: ContactRun, t: float, crowded: int, current: Modes) -> None:
+    """Raise if too many modes changed at one moment, or in the run."""
+    if crowded > ENDLESS or len(work.segments) > PHASES:
+        states = ", ".join(f"{a}: {b}" for a, b in zip(work.names, current, strict=True))
+        raise SimulationError(
+            f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s ({states}), "
+            f"{len(work.segments)} phases so far. Impacts that end in a finite time only together (restitution of "
+            f"several contacts at once; a coin that comes to lie flat on its two edges) do this: "
+            f"method='timestepping' with step= goes through them."
+        )
 
 
 def _decided(work: ContactRun, phase: Phase, modes: Modes, seen: Snapshot, y: Array) -> bool:
@@ -173,6 +198,8 @@ def _phase(
     """Integrate one phase to its end. Return time, state, reasons by contact, and the status if the run ends."""
     # half of the shortest flight: a longer step could jump over the return of a contact
     first_step = min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None)
+    if watch is not None:
+        phase.closing_at(watch.keep, watch.constants, work.look(t, y).gap)
     path = integrate(
         rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
         first_step=first_step, max_steps=work.steps_left, **work.options,
@@ -240,20 +267,60 @@ def _quieted(work: ContactRun, t: float, y: Array) -> Array:
     return y
 
 
+def _still(work: ContactRun, t: float, y: Array) -> Array:
+    """Return the state without the approach that corrections left to contacts that have collided at this moment."""
+    if not work.approaching(t, y):
+        return y
+    seen, still, first = work.look(t, y), work.still(y), work.scene.first
+    return taken_away(
+        work, t, y, seen, frozenset(k for k in work.closed(t, seen, y) if seen.rate[first[k]] < -still)
+    )
+
+
+def _slowed(work: ContactRun, t: float, y: Array) -> Array:
+    """Return the state without slips in space slower than :data:`SLOW`, where events crowd at one moment.
+
+    A body that turns about one of its contacts as it stops has no direction of slip there, and a straight step that
+    begins one outlasts the slip at the others. The impulses move the masses least: the energy falls.
+    """
+    seen, scene = work.look(t, y), work.scene
+    closed = [k for k in work.closed(t, seen, y) if abs(seen.rate[scene.first[k]]) <= work.still(y)]
+    speeds = {k: work.speed(seen, k) for k in closed}
+    slow = [k for k in closed if scene.tangents[k] == 2 and not work.smooth(seen, k) and speeds[k] <= SLOW]
+    if not any(speeds[k] > work.still(y) for k in slow):
+        return y
+    rows = [scene.first[k] for k in closed] + [scene.first[k] + j for k in slow for j in (1, 2)]
+    impulses = np.zeros(scene.rows)
+    impulses[rows] = np.linalg.lstsq(seen.between(rows), -seen.rate[rows], rcond=SMALL)[0]
+    after = y.copy()
+    after[work.n : work.n + work.n_u] += impulses @ seen.responses
+    work.impulses += work.gained(t, y, seen, impulses)
+    names = ", ".join(work.names[k] for k in slow)
+    work.tell(t, "rest", y, after, f"{names}: slips slower than {SLOW:.0e} m/s end here together")
+    return after
+
+
 def _rest(
     work: ContactRun, t: float, y: Array, settled: Any, current: Modes, past: Modes, end: float, between: Any
 ) -> tuple[float, Array, Modes, Modes, dict[int, str], End]:
     """Replace the remaining time of bounces that are too low to follow by motion in contact."""
     y, left, contacts = settled
-    modes, _, seen = modes_at(work, t, y, current)
+    if work.joined(t, y):
+        work.bounces.clear()
+        return t, y, current, past, {}, End.RUNNING
+    y = _still(work, t, y)
+    modes, one, seen = modes_at(work, t, y, current)
+    modes = held(work, t, y, modes, one, seen)
     until = min(t + left, end)
     names = ", ".join(work.names[k] for k in sorted(contacts))
     phase, rates, watch, endings = work.setup(modes, y, seen)
     _note_modes(
         work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
     )
-    y = lifted(work, t, projected(rates, t, y))
     work.bounces.clear()
+    t, y = onset(work, t, y, modes, one, seen, until)
+    phase, rates, watch, endings = work.setup(modes, y, seen)
+    y = lifted(work, t, projected(rates, t, y))
     reasons: dict[int, str] = {}
     if until > t:
         t, y, reasons, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)
@@ -276,10 +343,7 @@ def _why(work: ContactRun, phase: Phase, ending: Ending, t: float, y: Array) -> 
         return "the foot came onto the side"
     if ending.law == "slip":
         return "the slip stopped"
-    program = phase.contact()
-    force = observe(
-        program.address("force"), work.scene.rows, np.array([t]), y[None], program.constants(work.parameters)
-    )[0]
+    force = work.along(phase, "force", t, y)
     at, n = work.scene.first[ending.contact], work.scene.tangents[ending.contact]
     return f"|T| reached {float(np.linalg.norm(force[at + 1 : at + 1 + n])):.6g} N"
 
@@ -324,14 +388,7 @@ def _flights(
     ]
     if not leaving:
         return {}
-    program = phase.contact()
-    a = observe(
-        program.address("acceleration"),
-        work.scene.rows,
-        np.array([t]),
-        y[None],
-        program.constants(work.parameters),
-    )[0]
+    a = work.along(phase, "acceleration", t, y)
     return {
         k: (float(seen.rate[work.scene.first[k]]), -float(a[work.scene.first[k]]))
         for k in leaving
@@ -345,7 +402,7 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
     if not np.isfinite(y).all():
         return
     seen, h = work.look(path.end, y), float(np.diff(path.times).max(initial=0))
-    slow = 1e3 * work.still(y)
+    slow, near = 1e3 * work.still(y), work.near(y)
     for k, mode in enumerate(modes):
         v = float(seen.rate[work.scene.first[k] + 1]) if mode in ("slip+", "slip-") else 0.0
         if (v < -slow and mode == "slip+") or (v > slow and mode == "slip-"):
@@ -354,11 +411,12 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
                 f"and {path.end:.9g} s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than "
                 f"that, or take method='timestepping' with step=."
             )
-    for k, mode in enumerate(modes):
-        if mode == OPEN and seen.gap[k] < -work.near(y) and seen.reach[k] > 0 and path.start < path.end:
+    for k in np.flatnonzero((seen.gap < -near) & (seen.reach > 0)).tolist():
+        if modes[k] == OPEN and path.start < path.end:
             before = work.look(path.start, path.states[0])
-            behind = before.gap[k] < -work.near(y) and math.isfinite(before.reach[k])  # came around its end
-            if before.reach[k] > 0 and not behind:
+            behind = before.gap[k] < -near and math.isfinite(before.reach[k])  # came around its end
+            deeper = seen.gap[k] < min(before.gap[k], 0.0) - near
+            if before.reach[k] > 0 and deeper and not behind:
                 raise SimulationError(
                     f"Contact '{work.names[k]}' of '{work.model.name}' closed between {path.start:.6g} and "
                     f"{path.end:.6g} s within one step of {h:.3g} s, and was passed over: it is {-seen.gap[k]:.3g} m "

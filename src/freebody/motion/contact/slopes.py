@@ -19,8 +19,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..phase.scene import Snapshot
 from .complementarity import SLIP, SMALL, Array, Solution, Touching, unknowns
-from .scene import Snapshot
 from .state import ContactRun
 
 

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from ...describe.system import System
-from ...dynamics.state import float_state
 from ...dynamics.unilateral import MotionWarning
 from ...errors import SimulationError
 from ...model.model import Model
 from ..kernels.kernels import Kernels, kernels_of
 from ..ode.dense_output import Array
+from ..phase.scene import SMOOTH, Scene, Snapshot
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
 from ..start.signals import at_time
@@ -26,7 +26,6 @@ from .complementarity import SLIP, STICK
 from .modes import modes_at
 from .motion import check_coefficients
 from .run import check_apart
-from .scene import SMOOTH, Scene, Snapshot
 from .state import ContactRun
 
 
@@ -107,6 +106,4 @@ class _Evaluated(Scene):
     def at(self, t: float, y: Array, constants: Array) -> Snapshot:
         """Return the contacts at a state."""
         del constants
-        n = self.model.n_q
-        state = float_state(self.model, y[:n].tolist(), y[n : n + self.model.n_u].tolist(), t, self._given)
-        return self.snapshot(np.array([float(x) for x in self._functions(state)["scene"]]))
+        return self.evaluated(t, y, self._given)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,12 +17,13 @@ from ...dynamics.unilateral import MotionWarning, limits, passed_by_impulse
 from ...errors import SimulationError
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of, strike
-from ..ode.dense_output import Array, Rates, Watch, observe
+from ..ode.dense_output import Array, Rates, Watch, observe, outputs_at
+from ..phase.places import STOPPED
+from ..phase.scene import LIMIT, SMOOTH, Modes, Phase, Scene, Snapshot, direction_of, scene_of
 from ..trajectory.event import EventSpec, Happening, expressions_of
 from ..trajectory.phases import Segment
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
 from .impacts import impact, undetermined
-from .scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
 
 CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""
@@ -30,8 +31,8 @@ STILL = 1e-10
 """Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
 LOW = 1e-15
 """Height of a flight, relative to 1 m or the greatest coordinate, that is lost in round-off."""
-NUDGE = 1e-9
-"""Initial speed of a slip in space that begins without acceleration [m/s]."""
+NUDGE = 4 * STOPPED
+"""Initial speed of a slip in space that begins without acceleration, above the speed at which slips end [m/s]."""
 CROWD = 1e-7
 """Time between two events below which they count as simultaneous [s]."""
 PHASES = 100_000
@@ -87,7 +88,7 @@ class ContactRun:
         self.order, self.options, self.shared = order, options, shared
         self.steps_left = max_steps
         self.names = [c.name for c in self.model.contacts]
-        self.n = self.model.n_q
+        self.n, self.n_u = self.model.n_q, self.model.n_u
         self.segments: list[Segment] = []
         self.happenings: list[Happening] = []
         self.changes: list[list[Any]] = []  # [contact, mode, start, end, why]
@@ -95,10 +96,15 @@ class ContactRun:
         self.bounces: list[Bounce] = []
         self.indeterminate: dict[str, float] = {}
         self._setups: dict[Any, Any] = {}
+        self._programs: dict[Phase, Any] = {}
         self._seen: dict[tuple[float, bytes], Snapshot] = {}
         self._constants = self.scene.constants(self.parameters)
         self.rates: Rates | None = None
         self.left: set[int] = set()  # contacts that begin to leave the end of their side at this moment
+        self.met: tuple[float, frozenset[int]] = (
+            -math.inf,
+            frozenset(),
+        )  # contacts closed at a moment so far
 
     # -- numbers ---------------------------------------------------------------------------------
 
@@ -113,20 +119,24 @@ class ContactRun:
 
     def u(self, y: Array) -> Array:
         """Return the generalized speeds of a state."""
-        return y[self.n : self.n + self.model.n_u]
+        return y[self.n : self.n + self.n_u]
 
     def still(self, y: Array) -> float:
         """Return the speed below which a contact counts as at rest [m/s]."""
-        return STILL * (1 + float(np.abs(self.u(y)).max(initial=0)))
+        return STILL * (1 + largest(y[self.n : self.n + self.n_u]))
 
     def near(self, y: Array) -> float:
         """Return the gap below which a contact counts as closed [m]."""
-        return CLOSED * (1 + float(np.abs(y[: self.n]).max(initial=0)))
+        return CLOSED * (1 + largest(y[: self.n]))
 
     def slip(self, seen: Snapshot, k: int) -> Array:
         """Return the slip velocity of a contact along its tangents [m/s]."""
         at = self.scene.first[k]
         return seen.rate[at + 1 : at + 1 + self.scene.tangents[k]]
+
+    def speed(self, seen: Snapshot, k: int) -> float:
+        """Return the slip speed of a contact [m/s]."""
+        return math.hypot(*self.slip(seen, k).tolist())
 
     def closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
         """Return the contacts with zero gap and the foot on their side, or at its end and not leaving it.
@@ -134,15 +144,38 @@ class ContactRun:
         At the end of a side, a round feature touches the side or the corner, never both. A feature that came around
         that end is behind the side and does not touch it.
         """
+        left = frozenset(self.left)
+        if left not in seen.closed:
+            seen.closed[left] = self._closed(t, seen, y)
+        return seen.closed[left]
+
+    def _closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
         near = self.near(y)
-        deep = near * (
-            1 + float(np.abs(self.u(y)).max(initial=0))
-        )  # event times are located to round-off, gaps are not
-        found = [k for k in range(len(self.names)) if -deep <= seen.gap[k] <= near and seen.reach[k] >= -near]
+        deep = near * (1 + largest(self.u(y)))  # event times are located to round-off, gaps are not
+        gaps, reaches = seen.gap.tolist(), seen.reach.tolist()
+        found = [k for k, gap in enumerate(gaps) if -deep <= gap <= near and reaches[k] >= -near]
         at_end = [k for k in found if seen.reach[k] <= near]
         gone = {k for k in at_end if k in self.left or self._leaves(t, y, k)}
         found = [k for k in found if k not in gone]
         return [k for k in found if not any(side in found for side, _ in self.scene.ends.get(k, ()))]
+
+    def approaching(self, t: float, y: Array) -> bool:
+        """Return True if a closed contact approaches."""
+        seen, still = self.look(t, y), self.still(y)
+        return any(seen.rate[self.scene.first[k]] < -still for k in self.closed(t, seen, y))
+
+    def joined(self, t: float, y: Array) -> bool:
+        """Return True if a contact approaches beside those that were closed at this moment before.
+
+        A correction of the state closed it. Each True adds a contact to those of the moment, so their number is the
+        limit of such impacts.
+        """
+        if not self.approaching(t, y):
+            return False
+        closed = frozenset(self.closed(t, self.look(t, y), y))
+        before = self.met[1] if self.met[0] == t else frozenset()
+        self.met = (t, before | closed)
+        return not closed <= before
 
     def _leaves(self, t: float, y: Array, k: int, udot: Array | None = None) -> bool:
         """Return True if the foot of a contact moves off the end of its side or, with ``udot``, begins to."""
@@ -167,19 +200,19 @@ class ContactRun:
         """Return True if the coefficients of friction are zero in this run."""
         return bool(seen.friction[k] == seen.static[k] == 0)
 
-    def touching(self, seen: Snapshot, k: int, still: float) -> Touching:
-        """Return a contact as data of the complementarity problem."""
-        v = self.slip(seen, k)
-        speed = float(np.linalg.norm(v))
+    def touching(self, seen: Snapshot, k: int, still: float, row: int | None = None) -> Touching:
+        """Return a contact as data of the complementarity problem, at its own row or at another."""
+        speed = self.speed(seen, k)
         return Touching(
-            self.names[k], self.scene.first[k], self.scene.tangents[k], seen.friction[k], seen.static[k],
-            v / speed if speed > still else None,
+            self.names[k], self.scene.first[k] if row is None else row, self.scene.tangents[k],
+            float(seen.friction[k]), float(seen.static[k]),
+            self.slip(seen, k) / speed if speed > still else None,
         )  # fmt: skip
 
     def alike(self, contacts: Sequence[Touching], seen: Snapshot, chosen: Sequence[int], y: Array) -> float:
         """Return the relative difference of two motions that round-off in the slip directions can cause."""
         slips = [
-            float(np.linalg.norm(self.slip(seen, k)))
+            self.speed(seen, k)
             for k, c in zip(chosen, contacts, strict=True)
             if c.sliding is not None and c.tangents == 2
         ]
@@ -189,12 +222,11 @@ class ContactRun:
     def part(self, seen: Snapshot, chosen: Sequence[int], y: Array) -> tuple[Any, ...]:
         """Return the problem of the chosen contacts: A, their rows, responses, and contacts with renumbered rows."""
         rows: list[int] = []
-        contacts = []
+        contacts, still = [], self.still(y)
         for k in chosen:
-            one = self.touching(seen, k, self.still(y))
-            contacts.append(replace(one, row=len(rows)))
+            contacts.append(self.touching(seen, k, still, len(rows)))
             rows += range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
-        return seen.A[np.ix_(rows, rows)], rows, seen.responses[rows], contacts
+        return seen.between(rows), rows, seen.responses[rows], contacts
 
     # -- impacts ---------------------------------------------------------------------------------
 
@@ -215,7 +247,7 @@ class ContactRun:
         except SimulationError as error:
             raise SimulationError(f"Impact at t = {t:.9g} s of '{self.model.name}': {error}") from None
         after = y.copy()
-        after[self.n : self.n + self.model.n_u] += hit.impulses @ responses
+        after[self.n : self.n + self.n_u] += hit.impulses @ responses
         whole = np.zeros(self.scene.rows)
         whole[rows] = hit.impulses
         self.impulses += self.gained(t, y, seen, whole)
@@ -231,7 +263,7 @@ class ContactRun:
             parts.append(
                 f"restitution reduced to {hit.part:g} e: no impulses satisfy the law with e, or the energy would grow"
             )
-        if undetermined(A, contacts, hit.impulses, hit.after, responses):
+        if not hit.certain and undetermined(A, contacts, hit.impulses, hit.after, responses):
             names = ", ".join(f"'{self.names[k]}'" for k in chosen)
             if not self.shared:
                 raise SimulationError(
@@ -245,7 +277,7 @@ class ContactRun:
         parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
         self.tell(t, "impact", y, after, "; ".join(parts), warnings)
         moving = frozenset(k for k in chosen if speeds[k] < -still)
-        stuck = all(float(np.linalg.norm(self.slip(new, k))) <= still for k in moving)
+        stuck = all(self.speed(new, k) <= still for k in moving)
         self.bounces.append(Bounce(t, moving, max(-speeds[k] for k in moving), stuck))
         return after, True
 
@@ -255,7 +287,9 @@ class ContactRun:
         With the contact rates r = W u + w it is ΔT = Λ·(r⁻ + r⁺)/2 - Λ·w + b·Δu. The last two terms are the work of
         drives that impose their motion.
         """
-        whole = float(impulses @ (2 * seen.rate + seen.A @ impulses)) / 2
+        whole = float(impulses @ (2 * seen.rate + seen.matrix @ (impulses @ seen.responses))) / 2
+        if not self.scene.candidates.moving:
+            return whole
         program = self.scene.kernels.motion()
         states = np.array([y, y, y])
         mine = slice(self.n, self.n + self.model.n_u)
@@ -333,6 +367,14 @@ class ContactRun:
         self.bounces.clear()
         return np.asarray(after)
 
+    def along(self, phase: Phase, name: str, t: float, y: Array) -> Array:
+        """Return the rates, accelerations or forces of all contacts in a phase."""
+        if phase not in self._programs:
+            program = phase.contact()
+            self._programs[phase] = program, program.constants(self.parameters)
+        program, constants = self._programs[phase]
+        return outputs_at(program.address(name), program.outputs(name), t, y, constants)
+
     # -- phases ----------------------------------------------------------------------------------
 
     def setup(self, modes: Modes, y: Array, seen: Snapshot) -> tuple[Phase, Rates, Watch | None, Any]:
@@ -347,7 +389,7 @@ class ContactRun:
             terminal = (*(spec.terminal for spec in self.specs), *(True for _ in endings))
             watch = (
                 Watch(
-                    watcher.address("values"),
+                    watcher.address("watched"),
                     directions,
                     terminal,
                     watcher.constants(self.parameters),
@@ -360,7 +402,11 @@ class ContactRun:
             self._setups[key] = (phase, rates, watch, endings)
         phase.loose = self.loose_forces(modes, dead, seen)
         phase.shown = tuple(
-            STICK if k in dead and mode in ("slip+", "slip-") else SLIP if mode == SMOOTH else mode
+            STICK
+            if (k in dead and mode in ("slip+", "slip-")) or mode.startswith(LIMIT)
+            else SLIP
+            if mode == SMOOTH
+            else mode
             for k, mode in enumerate(modes)
         )
         return self._setups[key]
@@ -383,8 +429,10 @@ class ContactRun:
                 columns[-1] = (
                     columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
                 )
-            elif mode == SLIP and n == 2 and not self.model.contacts[k].frictionless:
-                v = self.slip(seen, k)
+            elif (mode == SLIP and n == 2 and not self.model.contacts[k].frictionless) or mode.startswith(
+                LIMIT
+            ):
+                v = np.array(direction_of(mode)) if mode.startswith(LIMIT) else self.slip(seen, k)
                 speed = float(np.linalg.norm(v))
                 if speed > 0:
                     rows[-1] = [at, at + 1, at + 2]
@@ -460,7 +508,12 @@ class ContactRun:
 
     def size(self, y: Array) -> float:
         """Return the greatest coordinate in magnitude."""
-        return float(np.abs(y[: self.n]).max(initial=0))
+        return largest(y[: self.n])
+
+
+def largest(x: Array) -> float:
+    """Return the greatest of a few numbers in magnitude."""
+    return max(map(abs, x.tolist()), default=0.0)
 
 
 def _zero(x: float, small: float) -> float:

@@ -22,7 +22,6 @@ from ...formats.toml.read import case_from_text
 from ...model import Model
 from ..contact.course import Timeline, Touching
 from ..contact.run import Change
-from ..contact.scene import phase_of, scene_of_layout
 from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
@@ -30,6 +29,8 @@ from ..legs.sensitivity import Derivatives
 from ..legs.variation import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
+from ..phase.candidates import layout_of
+from ..phase.scene import Phase, phase_of
 from ..timestepping.course import Impulses, InSteps, Stepping
 from ..trajectory.course import Course
 from ..trajectory.event import EventSpec, Happening
@@ -164,7 +165,7 @@ def _course(
             raise ValueError("its derivatives of times do not fit its unknowns")
         return InLegs(derivatives=Derivatives(variation, shifts))
     if kind == "steps":
-        first, tangents, m = scene_of_layout(model)
+        first, tangents, m = layout_of(model)
         steps, E = path.steps, len(first)
         modes = read.integers("modes", (steps, E), 5)
         impulses = Impulses(
@@ -282,7 +283,7 @@ def _segments(
         )  # fmt: skip
         loose = None if entry["loose"] is None else np.array(entry["loose"], dtype=bool)
         if about["kind"] == "contacts":
-            places, _, m = scene_of_layout(kernels.model)
+            places, _, m = layout_of(kernels.model)
             if (
                 entry["modes"] is None
                 or len(entry["shown"]) != len(places)
@@ -297,15 +298,13 @@ def _segments(
     return result
 
 
-def _kernels(kernels: Kernels, entry: Mapping[str, Any]) -> Kernels:
+def _kernels(kernels: Kernels, entry: Mapping[str, Any]) -> Kernels | Phase:
     """Return the programs of a segment."""
     if entry["modes"] is not None:
         modes = tuple(map(str, entry["modes"]))
         if len(modes) != len(kernels.model.contacts):
             raise ValueError("its modes are not those of the machine's contacts")
-        phase = phase_of(kernels, modes, tuple(map(int, entry["active"])))
-        _active(phase.model, phase.active)
-        return phase
+        return phase_of(kernels, modes, tuple(map(int, entry["active"])))
     if entry["active"] is None or tuple(entry["active"]) == kernels.active:
         return kernels
     return kernels.holding(_active(kernels.model, entry["active"]))

@@ -26,8 +26,8 @@ from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
 from ..contact.course import Touching
 from ..contact.leaps import Leap
-from ..contact.scene import Phase
 from ..ode.dense_output import Path
+from ..phase.scene import Phase
 from ..timestepping.course import InSteps, Steps
 from ..trajectory.phases import Phases, Segment, segments_of
 from ..trajectory.trajectory import Trajectory

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -17,6 +18,8 @@ from . import loops
 from .run import equip, memory
 
 Array = NDArray[np.float64]
+_POINTER = ctypes.c_void_p
+_KERNEL = ctypes.CFUNCTYPE(None, ctypes.c_double, _POINTER, _POINTER, _POINTER)
 
 
 @dataclass(frozen=True)
@@ -227,12 +230,19 @@ def projected(rates: Rates, t: float, y: Array) -> Array:
     result = y.copy()
     if rates.projection:
         for _ in range(3):
-            corrected = observe(
-                rates.projection, rates.projected, np.array([t]), result[None], rates.constants
-            )[0]
-            result[: rates.projected] = corrected
+            result[: rates.projected] = outputs_at(
+                rates.projection, rates.projected, t, result, rates.constants
+            )
             for i in rates.quaternions:
                 result[i : i + 4] /= np.linalg.norm(result[i : i + 4])
+    return result
+
+
+def outputs_at(kernel: int, outputs: int, t: float, y: Array, constants: Array) -> Array:
+    """Return the outputs of the kernel at an address at one state, a contiguous array."""
+    result = np.zeros(outputs)
+    if outputs:
+        _KERNEL(kernel)(t, address(y), address(constants), address(result))
     return result
 
 

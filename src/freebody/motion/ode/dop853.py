@@ -171,7 +171,7 @@ def judge(run: Run, h: Real) -> Real:
         blame = where(ratio5 > e5, i, blame)
         e5, e3 = greater(ratio5, e5), greater(e3, ratio3)
     run.blame = blame
-    return where(e5 == 0.0, 0.0, e5 * e5 / root(e5 * e5 + 0.01 * e3 * e3)) + doubt
+    return where(e5 * e5 == 0.0, 0.0, e5 * e5 / root(e5 * e5 + 0.01 * e3 * e3)) + doubt
 
 
 @compiled

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import kinetic_energy, potential_energy
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
@@ -29,7 +30,7 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.quantities import ByName, Energy
-from .stepped_kernels import gaps, mean_reactions, step_motion, stepping
+from .stepped_kernels import gaps, mean_reactions, stepping
 
 MODES = ("open", "stick", "slip", "slip+", "slip-")
 """Names of the contact modes, by the numbers that the loop gives them (`moreau.march`)."""
@@ -207,7 +208,7 @@ class InSteps:
             for point, P, n in acting
         ]
         udot, forces, multipliers = (x.tolist() for x in known)
-        moving = step_motion(model, state, udot, forces, multipliers, blows)
+        moving = forced_motion(model, state, udot, forces, multipliers, blows)
         found = all_reactions(model, state, moving)
         return (
             [float(x) for name in found for vector in found[name] for x in vector],

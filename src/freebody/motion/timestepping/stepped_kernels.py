@@ -12,19 +12,16 @@ from typing import Any
 import numpy as np
 
 from ...dynamics import State, coordinate_rates, mass_matrix
-from ...dynamics.constrained import constrained_loading, with_wrenches
 from ...dynamics.constraints import linearized, rows
-from ...dynamics.contact import contact_rows, touch, touches
+from ...dynamics.contact import contact_rows, touches
+from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
-from ...dynamics.kinematics import Spot
-from ...dynamics.loading import Loading
-from ...dynamics.motion import Motion, all_reactions
+from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
-from ...scalar.algebra import ZERO, add, negate, scale
 from ...scalar.trace import Traced
-from ..contact.scene import scene_of_layout
 from ..kernels.kernels import Kernels, Program
+from ..phase.candidates import layout_of
 
 Whole = Any  # array of int64
 
@@ -81,7 +78,7 @@ def _shape(
         members.setdefault(find(i), []).append(i)
     groups = list(members.values())
     block_of = {i: k for k, group in enumerate(groups) for i in group}
-    first, tangents, m = scene_of_layout(model)
+    first, tangents, m = layout_of(model)
     over = [sorted({block_of[j] for j in range(n) if _nonzero(row[j])}) for row in (*W, *G)]
     for at, count in zip(first, tangents, strict=True):  # all rows of a contact cover the same blocks
         whole = sorted({k for r in range(at, at + 1 + count) for k in over[r]})
@@ -175,11 +172,11 @@ def mean_reactions(kernels: Kernels) -> Program:
     of all conditions.
     """
     model = kernels.model
-    _, _, m = scene_of_layout(model)
+    _, _, m = layout_of(model)
     n, count = model.n_u, len(rows(model))
 
     def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
-        moving = step_motion(model, state, given[:n], given[n : n + m], given[n + m :])
+        moving = forced_motion(model, state, given[:n], given[n : n + m], given[n + m :])
         found = all_reactions(model, state, moving)
         return {
             "reactions": [x for name in found for vector in found[name] for x in vector],
@@ -187,28 +184,3 @@ def mean_reactions(kernels: Kernels) -> Program:
         }
 
     return kernels.program("mean reactions", functions, n + m + count)
-
-
-def step_motion(
-    model: Model,
-    state: State,
-    udot: Sequence[Any],
-    forces: Sequence[Any],
-    multipliers: Sequence[Any],
-    blows: Any = (),
-) -> Motion:
-    """Return the mean accelerations of a step with all that acts in it: loads, contact forces, constraints, blows."""
-    loads: Loading = constrained_loading(model, state, multipliers)
-    acting = [*blows]
-    at = 0
-    for contact in model.contacts:
-        it = touch(model, state, contact)
-        total: Any = ZERO
-        for k, e in enumerate((it.normal, *it.tangents)):
-            total = add(total, scale(forces[at + k], e))
-        at += 1 + len(it.tangents)
-        acting += [
-            (Spot(contact.feature.body, it.on_feature), total, ZERO),
-            (Spot(contact.surface.body, it.on_surface), negate(total), ZERO),
-        ]
-    return Motion(tuple(udot), tuple(multipliers), with_wrenches(model, state, loads, acting))

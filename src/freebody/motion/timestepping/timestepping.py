@@ -20,12 +20,12 @@ from ...errors import ModelError, SimulationError
 from ...native import loop
 from ..cones.dense_problem import DenseProblem
 from ..contact.motion import check_coefficients
-from ..contact.scene import scene_of_layout
 from ..ending import End
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
 from ..ode.dense_output import Array, Crossing, Rates, observe
+from ..phase.candidates import layout_of
 from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.initial import number
@@ -123,7 +123,7 @@ class _Run:
         self.parameters = kernels.parameters(values)
         self.program, self.shape = stepping(kernels)
         self.constants = self.program.constants(self.parameters)
-        self.first, self.tangents, self.rows = scene_of_layout(model)
+        self.first, self.tangents, self.rows = layout_of(model)
         self.memory = memory_of(kernels, values, self.program, self.shape, self.tangents)
         self.memory.h, self.memory.machine.c = h, self.constants
         self.march = loop.code("motion.timestepping.moreau", "march")

@@ -314,6 +314,17 @@ def test_interrupted(method):
     assert np.isfinite(run.states).all()
 
 
+@pytest.mark.parametrize("method", ["dop853", "tsit5", "radau"])
+def test_states_whose_squares_vanish_are_no_failure(method):
+    """An error of 1e-163 has the square 0, and 0/0 was no number."""
+    s = fb.System("spring")
+    s.spring(
+        "k", s.slider("rail", s.ground, s.body("mass", fb.particle(1)), axis="x", coordinate="x"), stiffness=1
+    )
+    motion = fb.simulate(s, 1, initial={"x": 1e-163}, method=method)
+    assert motion["x"][-1] == pytest.approx(1e-163 * np.cos(1), rel=0.5, abs=0)
+
+
 @pytest.mark.parametrize("method", CONTROLLED)
 def test_a_rate_that_is_no_number_is_reported(method):
     s = fb.System("block")

@@ -1,0 +1,54 @@
+"""The impulses of one impact in compiled code: Newton's and Poisson's laws over a contact problem."""
+
+from __future__ import annotations
+
+from ...native.instructions import compiled, greater
+from ..cones.contacts import EXACT, Contacts, answer, lay_out, take
+
+HALVINGS = 5
+"""The restitution is halved up to four times, until the energy does not grow, and is zero at last."""
+
+
+@compiled
+def rebounded(it: Contacts, part: float) -> float:
+    """Set impulses and speeds for a part of the restitution; return the residual."""
+    for i in range(it.rows):
+        it.forces[i], it.after[i] = 0.0, it.given[i]
+    problem = it.problem
+    for i in range(problem.count):
+        problem.b[i], problem.low[i] = it.given[it.place[i]], 0.0
+    if it.poisson == 0:
+        at = 0
+        for k in range(it.contacts):
+            while it.place[at] != it.at[k]:
+                at += 1
+            if it.given[it.at[k]] < -it.still:
+                problem.b[at] += part * it.restitution[k] * it.given[it.at[k]]
+    residual = answer(it)
+    take(it)
+    if it.poisson != 0:
+        at = 0
+        for k in range(it.contacts):
+            while it.place[at] != it.at[k]:
+                at += 1
+            problem.low[at] = greater(part * it.restitution[k] * problem.x[at], 0.0)
+        for i in range(problem.count):
+            problem.b[i] = it.after[it.place[i]]
+        residual = greater(residual, answer(it))
+        take(it)
+    return residual
+
+
+@compiled
+def collided(it: Contacts) -> None:
+    """Find the impulses, with the greatest of the parts of the restitution for which the energy does not grow."""
+    lay_out(it)
+    for turn in range(1 + HALVINGS):
+        it.part = 0.0 if turn == HALVINGS else 1.0 / (1 << turn)
+        it.residual = rebounded(it, it.part)
+        it.energy, size = 0.0, 0.0
+        for i in range(it.rows):
+            it.energy += it.forces[i] * (it.given[i] + it.after[i]) / 2.0  # ΔT = Λ·(v⁻ + v⁺)/2
+            size += abs(it.forces[i]) * (abs(it.given[i]) + abs(it.after[i]))
+        if it.residual <= EXACT and it.energy <= EXACT * size:
+            return

@@ -1,0 +1,214 @@
+"""Compiled kernels of all candidate contacts of a machine, whatever their modes, and the pattern of their outputs.
+
+    machine    q', D^-½ L⁻¹ f, D^-½, L of M = L D Lᵀ, power of loads, and of its own conditions residual, rate, γ and
+               D^-½ L⁻¹ Gᵀ
+    group k    gap, reaches, μ, μ_s, e, rates, biases, entries of W of each contact between two bodies
+
+f are the generalized forces with u' = 0. A group is called only if one of its contacts is closed or watched. Solving
+with L is left to compiled code (`closed_contacts`), for the rows of the closed contacts alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...dynamics import State, coordinate_rates, traced_state
+from ...dynamics.composite import mass_matrix
+from ...dynamics.constrained import constraint_power
+from ...dynamics.constraints import linearized, rows
+from ...dynamics.contact import contact_layout, contact_rows, rows_of, touch
+from ...dynamics.contact_motion import forced_motion
+from ...dynamics.energy import load_power
+from ...dynamics.linear import Factorization, entries, is_zero
+from ...dynamics.motion import Motion, all_reactions
+from ...dynamics.newton_euler import bias, drive_power
+from ...dynamics.unilateral import NEGLIGIBLE, margins, sizes
+from ...model import Model
+from ...scalar.algebra import divide
+from ...scalar.trace import Tape
+from ..kernels.kernels import Kernels, Program
+
+Integers = Any  # array of int64
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Places in the outputs of the kernels, the same at every state.
+
+    ``order``      speed at each place of the order of elimination
+    ``starts``     first entry of each column of L, and the end; ``below`` has the row of each entry
+    ``groups``     contacts of each group
+    ``contacts``   for each contact: group, place in its outputs, tangents, reaches, first row
+    ``rows``       for each row: first entry in ``columns``, number of entries, place of the first in the outputs
+    ``columns``    place in the order of elimination of each entry of W
+    ``sizes``      number of outputs of each group
+    """
+
+    order: tuple[int, ...]
+    starts: tuple[int, ...]
+    below: tuple[int, ...]
+    groups: tuple[tuple[int, ...], ...]
+    contacts: tuple[tuple[int, ...], ...]
+    rows: tuple[tuple[int, ...], ...]
+    columns: tuple[int, ...]
+    sizes: tuple[int, ...]
+
+
+def groups_of(model: Model) -> list[tuple[int, ...]]:
+    """Return the contacts between each pair of bodies."""
+    result: dict[Any, list[int]] = {}
+    for k, contact in enumerate(model.contacts):
+        result.setdefault((contact.feature.body.name, contact.surface.body.name), []).append(k)
+    return list(map(tuple, result.values()))
+
+
+def layout_of(model: Model) -> tuple[list[int], list[int], int]:
+    """Return the first row and the number of tangents of every contact, and the number of rows."""
+    layout = contact_layout(model.contacts)
+    kinds = [(row.contact, row.kind) for row in layout]
+    count = range(len(model.contacts))
+    return [kinds.index((k, "N")) for k in count], [kinds.count((k, "T")) for k in count], len(layout)
+
+
+class Candidates:
+    """The kernels of a machine with contacts, compiled when they are first used."""
+
+    def __init__(self, kernels: Kernels) -> None:
+        self.kernels = kernels
+        self.model: Model = kernels.model
+        self.first, self.tangents, self.rows = layout_of(self.model)
+        self.own = len(rows(self.model))
+
+    # -- kernels ---------------------------------------------------------------------------------
+
+    def _functions(self, state: State) -> Mapping[str, Sequence[Any]]:
+        model = self.model
+        M = Factorization(mass_matrix(model, state))
+        scale = [divide(1, state.field.sqrt(d)) for d in M.D]
+        own: list[Any] = []
+
+        def row(v: Sequence[Any]) -> list[Any]:
+            return [a * b for a, b in zip(scale, M.forward(v), strict=True)]
+
+        if self.kernels.active:
+            conditions, kinds = linearized(model, state), rows(model)
+            for i in self.kernels.active:
+                residual = 0 if kinds[i].on_speeds else conditions.residual[i]
+                own += [residual, conditions.rate[i], conditions.bias[i], *row(conditions.matrix[i])]
+        place = {j: k for k, j in enumerate(M.order)}
+        below = [sorted(column) for column in M.L]
+        machine = [
+            *coordinate_rates(model, state),
+            *row([-x for x in bias(model, state)]),
+            *scale,
+            *(column[i] for column, order in zip(M.L, below, strict=True) for i in order),
+            load_power(model, state),
+            *own,
+        ]
+        groups = groups_of(model)
+        contacts: dict[int, tuple[int, ...]] = {}
+        of_rows: dict[int, tuple[int, ...]] = {}
+        columns: list[int] = []
+        outputs: list[list[Any]] = []
+        for g, group in enumerate(groups):
+            values: list[Any] = []
+            for k in group:
+                contact = model.contacts[k]
+                it, given = touch(model, state, contact), rows_of(model, state, (contact,))
+                contacts[k] = (g, len(values), self.tangents[k], len(it.reach), self.first[k])
+                coefficients = (
+                    state(x) for x in (contact.friction, contact.static_friction, contact.restitution)
+                )
+                values += [it.gap, *it.reach, *coefficients, *given.rate, *given.bias]
+                for j, along in enumerate(given.matrix):
+                    W = entries(along)
+                    of_rows[self.first[k] + j] = (len(columns), len(W), len(values))
+                    columns += [place[i] for i, _ in W]
+                    values += [x for _, x in W]
+            outputs.append(values)
+        self.kernels.cache[Pattern] = Pattern(
+            tuple(M.order),
+            tuple(np.cumsum([0, *map(len, below)]).tolist()),
+            tuple(i for column in below for i in column),
+            tuple(groups),
+            tuple(contacts[k] for k in range(len(contacts))),
+            tuple(of_rows[r] for r in range(len(of_rows))),
+            tuple(columns),
+            tuple(map(len, outputs)),
+        )  # fmt: skip
+        return {"machine": machine, **{f"group {g}": values for g, values in enumerate(outputs)}}
+
+    def program(self) -> Program:
+        """Functions ``machine`` and ``group 0``, ``group 1``, ..."""
+        return self.kernels.program("candidates", self._functions)
+
+    @property
+    def pattern(self) -> Pattern:
+        """The pattern of the outputs of :meth:`program`."""
+        self.program()
+        return self.kernels.cache[Pattern]
+
+    def _motion(self, state: State, given: Sequence[Any]) -> Motion:
+        """Return the motion with accelerations, contact forces and multipliers that are inputs."""
+        n, m = self.model.n_u, self.rows
+        return forced_motion(self.model, state, given[:n], given[n : n + m], given[n + m :])
+
+    @property
+    def inputs(self) -> int:
+        """Number of accelerations, contact forces and multipliers, which follow the state."""
+        return self.model.n_u + self.rows + self.own
+
+    @cached_property
+    def driven(self) -> bool:
+        """True if drives or moving conditions do work."""
+        if any(link.one_dof and link.drift != 0 for link in self.model.links):
+            return True
+        tape = Tape()
+        lam = [tape.input(f"multiplier {i}") for i in range(self.own)]
+        return not is_zero(constraint_power(self.model, traced_state(self.model, tape), lam) if lam else 0)
+
+    @cached_property
+    def moving(self) -> bool:
+        """True if something moves with all speeds at zero: a drive, or a surface that depends on time."""
+        if any(link.drift != 0 for link in self.model.links):
+            return True
+        tape = Tape()
+        state = traced_state(self.model, tape)
+        still = State(self.model, tape, state.t, state.q, [0] * self.model.n_u, state.values)
+        return not all(is_zero(x) for x in contact_rows(self.model, still).rate)
+
+    def power(self) -> Program:
+        """Function ``power`` of drives and of moving conditions [W]."""
+
+        def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+            it = self._motion(state, given)
+            power = drive_power(self.model, state, it.udot, it.loads)
+            return {
+                "power": [power + constraint_power(self.model, state, it.multipliers) if self.own else power]
+            }
+
+        return self.kernels.program("power in modes", functions, self.inputs)
+
+    def reactions(self) -> Program:
+        """Function ``reactions`` of every joint, of the state, accelerations, contact forces and multipliers."""
+
+        def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+            result = all_reactions(self.model, state, self._motion(state, given))
+            return {"reactions": [x for name in result for vector in result[name] for x in vector]}
+
+        return self.kernels.program("reactions in modes", functions, self.inputs)
+
+    def limits(self) -> Program:
+        """Function ``limits``, as :meth:`Kernels.limits` has it."""
+
+        def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+            slack = margins(self.model, state, self._motion(state, given).multipliers)
+            size = sizes(self.model, state, self.kernels.active)
+            return {"limits": [*slack, *(a + NEGLIGIBLE * b for a, b in zip(slack, size, strict=True))]}
+
+        return self.kernels.program("limits in modes", functions, self.inputs)

@@ -1,0 +1,628 @@
+"""The contacts of a machine as numbers at one moment, and the motion between two events as data of compiled code.
+
+scene    gap, speeds and accelerations of all contacts, their rows W and the change of u' per unit of force
+phase    a set of modes: right-hand side, contact forces, and the functions that end the phase
+
+A phase needs no code of its own: it is a table of integers (`places`) for the functions of `closed_contacts`.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+
+from ...dynamics import State, coordinate_rates
+from ...dynamics.constraints import rows
+from ...dynamics.contact import contact_layout, contact_rows, touches
+from ...dynamics.contact_motion import contact_accelerations, contact_problem
+from ...dynamics.state import float_state
+from ...errors import SimulationError
+from ...model import Model
+from ...native import loop
+from ...scalar.derivative import forward
+from ...scalar.trace import Tape
+from ..kernels.kernels import Kernels, Program
+from ..ode.dense_output import Array, Rates, observe, outputs_at
+from . import places
+from .candidates import Candidates
+
+DEPENDENT = 1e-10
+"""Part of a row of A above which it counts as independent of the earlier rows."""
+Modes = tuple[str, ...]
+"""Mode of every contact: open, stick, slip+, slip-, slip, smooth, or limit and a direction (:func:`at_limit`)."""
+
+SMOOTH = "smooth"
+"""Mode of a closed contact whose friction is zero in this run: the sense of its slip is not watched."""
+LIMIT = "limit"
+"""Mode of a contact in space at its limit of friction that the others hold at rest: -T/|T| is a fixed direction."""
+KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH)
+_SLIPS = {LIMIT: places.FIXED, "slip+": places.PLUS, "slip-": places.MINUS, "slip": places.ALONG}
+_FUNCTIONS = (
+    "rates", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force", "watched", "looked",
+)  # fmt: skip
+_MODULE = loop.sibling(__name__, "closed_contacts")
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The contacts at one moment: E elements, m rows in the order of :func:`contact_layout`.
+
+    ``c`` are the derivatives of the rates without contact forces, ``free`` the accelerations u' so, ``matrix`` is W,
+    and ``responses`` the change of u' per unit of each contact force.
+    """
+
+    gap: Array
+    reach: Array
+    rate: Array
+    c: Array
+    free: Array
+    matrix: Array
+    responses: Array
+    friction: Array
+    static: Array
+    restitution: Array
+    closed: dict[frozenset[int], list[int]] = field(default_factory=dict)
+    """Cache: closed contacts, by those that begin to leave the end of their side."""
+
+    @cached_property
+    def A(self) -> Array:
+        """A = W M⁻¹ Wᵀ, rates per unit of each force; symmetric."""
+        return self.between(range(len(self.rate)))
+
+    def between(self, rows: Sequence[int]) -> Array:
+        """Return the rows and columns of A."""
+        chosen = list(rows)
+        return self.matrix[chosen] @ self.responses[chosen].T
+
+
+@dataclass(frozen=True, eq=False)
+class DataProgram:
+    """Functions of (t, y, c) whose constants c are the data of a phase (`places`).
+
+    ``functions``  address and number of outputs of each
+    ``table``      integers of the phase
+    ``size``       length of c
+    ``parts``      a place in c and the program whose constants stand there; ``numbers``: a place and a number
+    """
+
+    functions: Mapping[str, tuple[int, int]]
+    table: Any
+    size: int
+    parts: Sequence[tuple[int, Any]]
+    numbers: Sequence[tuple[int, float]]
+    _last: list[Any] = field(default_factory=list)
+
+    def address(self, name: str) -> int:
+        """Address of a function."""
+        return self.functions[name][0]
+
+    def outputs(self, name: str) -> int:
+        """Number of outputs of a function."""
+        return self.functions[name][1]
+
+    def constants(self, parameters: Array) -> Array:
+        """Return c for these parameters; it is memory of the functions too, so no two threads may share it."""
+        key = parameters.tobytes()
+        if not self._last or self._last[0] != key:
+            c = np.zeros(self.size)
+            c.view(np.int64)[0] = loop.address(self.table)
+            for at, program in self.parts:
+                own = program.constants(parameters)
+                c[at : at + own.size] = own
+            for at, number in self.numbers:
+                c[at] = number
+            self._last[:] = [key, c]
+        return cast(Array, self._last[1].copy())
+
+
+def at_limit(direction: Sequence[float]) -> str:
+    """Return the mode of a contact at rest at its limit of friction, T = -μ_s N d."""
+    return " ".join((LIMIT, *(repr(float(x)) for x in direction)))
+
+
+def direction_of(mode: str) -> tuple[float, ...]:
+    """Return the fixed direction of a mode, empty if it has none."""
+    return tuple(map(float, mode.split()[1:]))
+
+
+def _addresses() -> dict[str, int]:
+    """Return the addresses of the compiled functions."""
+
+    def functions() -> dict[str, Any]:
+        from . import closed_contacts
+
+        return vars(closed_contacts)
+
+    made = loop.made(_MODULE, (_MODULE,), _FUNCTIONS, functions, short=True).functions
+    return {name: cast(int, ctypes.cast(made[name].code, ctypes.c_void_p).value) for name in _FUNCTIONS}
+
+
+def _ends(model: Model) -> dict[int, list[tuple[int, int]]]:
+    """For each corner that ends a side: the side's element, and the index of its reach that is zero there."""
+    names = {c.name: k for k, c in enumerate(model.contacts)}
+    result: dict[int, list[tuple[int, int]]] = {}
+    for k, c in enumerate(model.contacts):
+        side = names.get(c.owner, k)
+        if side != k:
+            result[k] = [(side, k - side - 1)]
+    return result
+
+
+class Scene:
+    """The contacts of a model as numbers, computed by one compiled kernel."""
+
+    def __init__(self, kernels: Kernels) -> None:
+        self.kernels = kernels
+        self.model: Model = kernels.model
+        self.candidates = Candidates(kernels)
+        self.first, self.tangents, self.rows = (
+            self.candidates.first,
+            self.candidates.tangents,
+            self.candidates.rows,
+        )
+        self.names = tuple(row.name for row in contact_layout(self.model.contacts))
+        self._phases: dict[Any, Phase] = {}
+        self.ends = _ends(self.model)
+
+    @cached_property
+    def program(self) -> DataProgram:
+        """The function ``looked`` of all contacts."""
+        n, E, m = self.model.n_u, len(self.first), self.rows
+        none = self.holding(("open",) * E, self.kernels.active)
+        return none.data({"looked": 5 * E + 2 * m + n + 2 * m * n})
+
+    def constants(self, parameters: Array) -> Array:
+        """Return the constants of the kernel for these parameters."""
+        return self.program.constants(parameters)
+
+    def slopes(self, t: float, y: Array, parameters: Array, udot: Array, forces: Array) -> Array:
+        """Return d(A λ + c)/dt along the motion with the accelerations ``udot``, for constant λ."""
+
+        def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+            along, lam = given[: self.model.n_u], given[self.model.n_u :]
+            rates = contact_accelerations(self.model, state, lam, self.kernels.active)
+            seeds = [1, *coordinate_rates(self.model, state), *along]
+            place = [state.t, *state.q, *state.u]
+            return {"slopes": forward(cast(Tape, state.field), rates, place, seeds)}
+
+        program = self.kernels.program("slopes", functions, self.model.n_u + self.rows)
+        given = np.concatenate([y[: self.model.n_q + self.model.n_u], udot, forces])
+        return observe(
+            program.address("slopes"), self.rows, np.array([t]), given[None], program.constants(parameters)
+        )[0]
+
+    def at(self, t: float, y: Array, constants: Array) -> Snapshot:
+        """Return the contacts at a state."""
+        program = self.program
+        return self.snapshot(
+            outputs_at(program.address("looked"), program.outputs("looked"), t, y, constants)
+        )
+
+    def evaluated(self, t: float, y: Array, values: Mapping[str, float]) -> Snapshot:
+        """Return the contacts at a state without compiled code: for one state this is cheaper."""
+        model, n = self.model, self.model.n_q
+        state = float_state(model, y[:n].tolist(), y[n : n + model.n_u].tolist(), t, values)
+        seen, problem = contact_rows(model, state), contact_problem(model, state, self.kernels.active)
+        return self.snapshot(
+            np.array(
+                [
+                    *map(float, seen.gap),
+                    *(min(map(float, one.reach), default=np.inf) for one in touches(model, state)),
+                    *map(float, seen.rate),
+                    *map(float, problem.c),
+                    *map(float, problem.free),
+                    *(float(x) for row in seen.matrix for x in row),
+                    *(float(x) for row in problem.responses for x in row),
+                    *(
+                        float(state(x))
+                        for c in model.contacts
+                        for x in (c.friction, c.static_friction, c.restitution)
+                    ),
+                ]
+            )
+        )
+
+    def snapshot(self, values: Array) -> Snapshot:
+        """Return the outputs of ``looked`` by their names."""
+        n_u, E, m = self.model.n_u, len(self.first), self.rows
+        parts, at = [], 0
+        for size in (E, E, m, m, n_u, m * n_u, m * n_u, 3 * E):
+            parts.append(values[at : at + size])
+            at += size
+        gap, reach, rate, c, free, matrix, responses, coefficients = parts
+        return Snapshot(
+            gap, reach, rate, c, free, matrix.reshape(m, n_u), responses.reshape(m, n_u),
+            *coefficients.reshape(E, 3).T.copy(),
+        )  # fmt: skip
+
+    def phase(self, modes: Modes, seen: Snapshot | None = None) -> Phase:
+        """Return a set of modes; ``seen`` decides which contact conditions are independent."""
+        active = self.kernels.active
+        if seen is not None:
+            active = (*active, *self._independent(modes, seen))
+        return self.holding(modes, active)
+
+    def holding(self, modes: Modes, active: tuple[int, ...]) -> Phase:
+        """Return a set of modes with these independent conditions: the machine's own, then those of contacts."""
+        key = (modes, active)
+        if key not in self._phases:
+            self._phases[key] = Phase(self, modes, active)
+        return self._phases[key]
+
+    def conditions(self, modes: Modes) -> list[tuple[int, int]]:
+        """Return (contact, row of the contact) of each condition of closed contacts."""
+        return [
+            (k, j)
+            for k, mode in enumerate(modes)
+            if mode != "open"
+            for j in range(1 + (self.tangents[k] if mode == "stick" else 0))
+        ]
+
+    def _independent(self, modes: Modes, seen: Snapshot) -> list[int]:
+        """Return independent conditions of closed contacts by Cholesky pivots of A; earlier ones take precedence."""
+        held = [self.first[k] + j for k, j in self.conditions(modes)]
+        A = seen.between(held)
+        kept: list[int] = []
+        L = np.zeros(A.shape)
+        for i in range(len(held)):
+            count = len(kept)
+            row = A[i, kept]
+            for j in range(count):
+                row[j] = (row[j] - L[j, :j] @ row[:j]) / L[j, j]
+            left = A[i, i] - row @ row
+            if left > DEPENDENT * A[i, i]:
+                L[count, :count] = row
+                L[count, count] = np.sqrt(left)
+                kept.append(i)
+        return [self.candidates.own + i for i in kept]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """A function that ends a phase when it falls through zero: its contact and its meaning."""
+
+    contact: int
+    law: str  # gap, normal, cone, slip, reach, side
+    sign: int = 0
+    place: int = 0  # index of the end of a side among its reaches
+
+
+class Phase:
+    """The motion in one set of modes; the state is (q, u, W, heat)."""
+
+    def __init__(self, scene: Scene, modes: Modes, active: tuple[int, ...]) -> None:
+        self.scene, self.modes, self.active = scene, modes, active
+        self.model = scene.model
+        self.loose: Any = None
+        self.shown: Modes = modes
+        self.own = scene.kernels.active
+        self.conditions = scene.conditions(modes)
+        self._programs: dict[Any, Any] = {}
+
+    def __reduce__(self) -> Any:
+        return phase_of, (self.scene.kernels, self.modes, self.active)
+
+    @property
+    def size(self) -> int:
+        """Number of components of y."""
+        return self.model.n_q + self.model.n_u + 2
+
+    def parameters(self, values: Mapping[str, float]) -> Array:
+        """Return the values in the order of the model's parameters."""
+        return self.scene.kernels.parameters(values)
+
+    @cached_property
+    def spare(self) -> list[int]:
+        """Redundant contact conditions: they follow from the others."""
+        own = self.scene.candidates.own
+        return [i for i in range(own, own + len(self.conditions)) if i not in self.active]
+
+    # -- programs --------------------------------------------------------------------------------
+
+    def _program(self, key: Any, make: Any) -> Any:
+        if key not in self._programs:
+            self._programs[key] = make()
+        return self._programs[key]
+
+    def motion(self) -> DataProgram:
+        """Functions ``rates``, of q, u, work and heat of friction, and ``projection``."""
+        moved = self.model.n_q + self.model.n_u
+        return cast(
+            DataProgram,
+            self._program("motion", lambda: self.data({"rates": self.size, "projection": moved})),
+        )
+
+    def contact(self) -> DataProgram:
+        """Functions ``gap`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""
+        sizes = {"gap": len(self.modes), **dict.fromkeys(("rate", "acceleration", "force"), self.scene.rows)}
+        return cast(DataProgram, self._program("contact", lambda: self.data(sizes)))
+
+    def reactions(self) -> DataProgram:
+        """Functions ``reactions`` of every joint, and ``multipliers`` of the machine's own conditions."""
+
+        def make() -> DataProgram:
+            program = self.scene.candidates.reactions()
+            return self.data({"multipliers": self.scene.candidates.own}, derived=("reactions", program))
+
+        return cast(DataProgram, self._program("reactions", make))
+
+    def limits(self) -> DataProgram:
+        """Function ``limits``, as :meth:`Kernels.limits` has it."""
+        return cast(
+            DataProgram,
+            self._program(
+                "limits", lambda: self.data({}, derived=("limits", self.scene.candidates.limits()))
+            ),
+        )
+
+    def rates(self, parameters: Array) -> Rates:
+        """Return the right-hand side with the constants of these parameters."""
+        program = self.motion()
+        result = Rates(
+            program.address("rates"), self.size, program.constants(parameters), self.model.quaternions, program,
+            recipe=(self.rates, parameters),
+        )  # fmt: skip
+        if not self.active:
+            return result
+        return replace(
+            result, projection=program.address("projection"), projected=program.outputs("projection")
+        )
+
+    def watching(
+        self, expressions: Sequence[Any], dead: frozenset[int] = frozenset()
+    ) -> tuple[DataProgram, tuple[Ending, ...]]:
+        """Function ``watched``: the user's expressions, then the functions that end the phase.
+
+        ``dead`` are contacts that the others hold: open contacts with constant zero gap, slipping contacts with
+        constant zero slip.
+        """
+
+        def make() -> tuple[DataProgram, tuple[Ending, ...]]:
+            endings, numbers = self._endings(dead)
+            values = self.scene.kernels.expressions(expressions) if expressions else None
+            count = len(expressions) + len(endings)
+            return self.data(
+                {"watched": count}, endings=numbers, values=values, count=len(expressions)
+            ), tuple(endings)
+
+        return cast("tuple[DataProgram, tuple[Ending, ...]]", self._program((tuple(expressions), dead), make))
+
+    def closing_at(self, watcher: DataProgram, constants: Array, gaps: Array) -> None:
+        """Let open contacts that start at a negative gap close at this gap, in the constants of :meth:`watching`."""
+        at = watcher.table[places.BAND_AT]
+        constants[at : at + gaps.size] = np.minimum(gaps, 0.0)
+
+    def _elsewhere(self, k: int) -> bool:
+        """Return True if the foot is on the side that this corner ends, or on a corner of this side."""
+        ends = self.scene.ends
+        return any(self.modes[side] != "open" for side, _ in ends.get(k, ())) or any(
+            self.modes[j] != "open" and (k, place) in ends[j] for j in ends for place in (0, 1)
+        )
+
+    def _endings(self, dead: frozenset[int]) -> tuple[list[Ending], list[int]]:
+        """Return the endings, and the numbers of each for the table."""
+        endings: list[Ending] = []
+        numbers: list[int] = []
+        pattern = self.scene.candidates.pattern
+
+        def end(code: int, contact: int, law: str, sign: int = 0, place: int = 0) -> None:
+            endings.append(Ending(contact, law, sign, place))
+            numbers.extend((code, contact, sign, place))
+
+        for k, (contact, mode) in enumerate(zip(self.model.contacts, self.modes, strict=True)):
+            n = self.scene.tangents[k]
+            if mode == "open":
+                if k not in dead and not self._elsewhere(k):
+                    end(places.GAP, k, "gap")
+                continue
+            end(places.NORMAL, k, "normal")
+            for place in range(pattern.contacts[k][places.REACHES]):
+                end(places.REACH, k, "reach", place=place)
+            for side, place in self.scene.ends.get(k, ()):
+                end(places.SIDE, side, "side", place=place)
+            if mode == "stick" and n == 1:
+                end(places.LINE_CONE, k, "cone", 1)
+                end(places.LINE_CONE, k, "cone", -1)
+            elif mode == "stick":
+                end(places.CONE, k, "cone")
+            elif mode in ("slip+", "slip-") and k not in dead:
+                end(places.LINE_STOP, k, "slip", 1 if mode == "slip+" else -1)
+            elif mode == "slip" and n == 2 and not contact.frictionless:
+                end(places.STOP, k, "slip")
+        return endings, numbers
+
+    # -- data ------------------------------------------------------------------------------------
+
+    def data(
+        self,
+        outputs: Mapping[str, int],
+        derived: tuple[str, Program] | None = None,
+        endings: Sequence[int] | None = None,
+        values: Program | None = None,
+        count: int = 0,
+    ) -> DataProgram:
+        """Return compiled functions for these modes.
+
+        Parameters
+        ----------
+        outputs     function of `closed_contacts` -> number of its outputs
+        derived     name and program of a function of the state, accelerations, forces and multipliers
+        endings     numbers of the functions that end the phase; without them, all contacts are looked at
+        values      program of the ``count`` functions of the user
+        """
+        candidates, addresses = self.scene.candidates, _addresses()
+        program, power = candidates.program(), candidates.power() if candidates.driven else None
+        table = _Table(self, endings)
+        parts: list[tuple[int, Any]] = []
+        table.kernel(places.MACHINE, program.address("machine"))
+        table.constants(places.CONSTANTS, program, parts)
+        table.list(
+            places.GROUPS, [program.address(f"group {g}") for g in range(len(candidates.pattern.groups))]
+        )
+        if power is not None:
+            table.kernel(places.POWER, power.address("power"))
+            table.constants(places.POWER_CONSTANTS, power, parts)
+        functions = {name: (addresses[name], size) for name, size in outputs.items()}
+        if values is not None:
+            table.kernel(places.VALUES, values.address("values"))
+            table.constants(places.VALUES_CONSTANTS, values, parts)
+            table.head[places.EXPRESSIONS] = count
+        if derived is not None:
+            name, of_forces = derived
+            table.kernel(places.DERIVED, of_forces.address(name))
+            table.constants(places.DERIVED_CONSTANTS, of_forces, parts)
+            functions[name] = addresses["derived"], of_forces.outputs(name)
+        at = table.head[places.DIRECTION_AT]
+        numbers = [
+            (at + 2 * k + j, x) for k, mode in enumerate(self.modes) for j, x in enumerate(direction_of(mode))
+        ]
+        return DataProgram(functions, table.finished(), table.size, parts, numbers)
+
+
+class _Table:
+    """The table of integers of a phase while it is written."""
+
+    def __init__(self, phase: Phase, endings: Sequence[int] | None) -> None:
+        self.head = [0] * places.HEAD
+        self.tail: list[int] = []
+        self.size = 1
+        scene, candidates, model = phase.scene, phase.scene.candidates, phase.model
+        pattern, own = candidates.pattern, phase.own
+        n, m = model.n_u, scene.rows
+        kinds, first = rows(model), len(own)
+        active = [*range(first), *(first + i - candidates.own for i in phase.active[first:])]
+        holonomic = [i for i, number in enumerate(own) if not kinds[number].on_speeds]
+        holonomic += [i for i in active[first:] if phase.conditions[i - first][1] == 0]
+        slips = [
+            places.NO_SLIP
+            if model.contacts[k].frictionless
+            else _SLIPS.get(phase.modes[k].partition(" ")[0], places.NO_SLIP)
+            for k, _ in phase.conditions
+        ]
+        a, count, slipping = len(active), first + len(slips), sum(slip != places.NO_SLIP for slip in slips)
+        for place, value in {
+            places.N_Q: model.n_q, places.N_U: n, places.CONTACTS: len(model.contacts), places.ROWS: m,
+            places.OWN: first, places.ALL_OWN: candidates.own, places.CONDITIONS: count, places.ACTIVE: a,
+            places.SLIPPING: int(slipping > 0), places.ENDINGS: len(endings or ()) // places.ENDING_SIZE,
+        }.items():  # fmt: skip
+            self.head[place] = value
+        L = len(pattern.below)
+        for place, size in (
+            (places.MACHINE_AT, model.n_q), (places.FREE_AT, n), (places.SCALE_AT, n), (places.L_AT, L),
+            (places.LOAD_AT, 1), (places.OWN_AT, len(own) * (3 + n)), (places.Y_AT, count * n),
+            (places.K_AT, slipping * n), (places.RIGHT_AT, count), (places.LAMBDA_AT, count),
+            (places.WEIGHT_AT, count), (places.SQUARE_AT, 2 * a * a + a), (places.G_AT, 2 * a * count),
+            (places.STEP_AT, n), (places.SPARE_AT, n), (places.BAND_AT, len(model.contacts)),
+            (places.DIRECTION_AT, 2 * len(model.contacts)), (places.STATE_AT, model.n_q + n), (places.UDOT_AT, n),
+            (places.FORCE_AT, m), (places.MULTIPLIER_AT, candidates.own),
+        ):  # fmt: skip
+            self.room(place, size)
+        groups = [self._more(size) for size in pattern.sizes]
+        self.list(places.GROUP_AT, groups)
+        self.list(
+            places.CONTACT,
+            [x for g, at, *rest in pattern.contacts for x in (g, groups[g] + at, *rest)],
+        )
+        group_of_row = [
+            one[0] for k, one in enumerate(pattern.contacts) for _ in range(1 + scene.tangents[k])
+        ]
+        self.list(
+            places.ROW,
+            [x for g, (start, size, at) in zip(group_of_row, pattern.rows, strict=True)
+             for x in (start, size, groups[g] + at)],
+        )  # fmt: skip
+        self.list(places.COLUMNS, pattern.columns)
+        self.list(places.ORDER, pattern.order)
+        self.list(places.STARTS, pattern.starts)
+        self.list(places.PLACES, pattern.below)
+        self.list(places.INDEPENDENT, active)
+        self.list(places.HOLONOMIC, [len(holonomic), *holonomic])
+        self.list(places.OWN_NUMBER, own)
+        self.list(places.CONDITION, self._conditions(phase, slips, n))
+        self.list(places.ENDING, endings or ())
+        called = sorted({pattern.contacts[k][0] for k, _ in phase.conditions})
+        watched = (
+            range(len(groups))
+            if endings is None
+            else sorted({pattern.contacts[k][0] for k in endings[places.CONTACT_OF :: places.ENDING_SIZE]})
+        )
+        others = [g for g in watched if g not in called]
+        self.list(places.CALLED, [len(called), *called])
+        self.list(places.WATCHED, [len(others), *others])
+
+    def _conditions(self, phase: Phase, slips: Sequence[int], n: int) -> list[int]:
+        """Return the numbers of all conditions."""
+        Y, K = self.head[places.Y_AT], self.head[places.K_AT]
+        result = [(-1 - i, 0, places.NO_SLIP, -1, Y + i * n) for i in range(len(phase.own))]
+        normal, sliding = -1, 0
+        for (k, j), slip in zip(phase.conditions, slips, strict=True):
+            place = Y + len(result) * n
+            if slip != places.NO_SLIP:
+                place = K + sliding * n
+                sliding += 1
+            if j == 0:
+                normal = len(result)
+            result.append((k, j, slip, -1 if j == 0 else normal, place))
+        return [x for one in result for x in one]
+
+    def _more(self, size: int) -> int:
+        self.size += size
+        return self.size - size
+
+    def room(self, place: int, size: int) -> None:
+        """Reserve numbers in c."""
+        self.head[place] = self._more(size)
+
+    def list(self, place: int, numbers: Sequence[int]) -> None:
+        """Append a list to the table."""
+        self.head[place] = places.HEAD + len(self.tail)
+        self.tail += numbers
+
+    def kernel(self, place: int, address: int) -> None:
+        """Write the address of a kernel."""
+        self.head[place] = address
+
+    def constants(self, place: int, program: Any, parts: Any) -> None:
+        """Reserve the constants of a kernel."""
+        parts.append((self._more(program.compiled.hoisted), program))
+        self.head[place] = parts[-1][0]
+
+    def finished(self) -> Any:
+        """Return the table."""
+        return np.array([*self.head, *self.tail], dtype=np.int64)
+
+
+def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:
+    """Return a set of modes of a machine.
+
+    Raises
+    ------
+    SimulationError
+        If the machine has no such modes or conditions: a motion of another machine.
+    """
+    scene = scene_of(kernels)
+    known = all(
+        mode in KINDS or (mode.startswith(LIMIT) and len(direction_of(mode)) == n == 2)
+        for mode, n in zip(modes, scene.tangents, strict=True)
+    )
+    last = scene.candidates.own + len(scene.conditions(modes)) if known else 0
+    if not known or len(set(active)) != len(active) or not all(0 <= i < last for i in active):
+        raise SimulationError(
+            f"Expected modes and conditions of the contacts of '{kernels.model.name}', got {modes} and {active}: the "
+            "motion is not of this machine."
+        )
+    return scene.holding(modes, active)
+
+
+def scene_of(kernels: Kernels) -> Scene:
+    """Return the compiled contacts of a machine, kept for its next run."""
+    scene = getattr(kernels, "_scene", None)
+    if scene is None:
+        scene = Scene(kernels)
+        kernels._scene = scene  # type: ignore[attr-defined]
+    return scene
