@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Any, ParamSpec
+from typing import Any, NamedTuple, ParamSpec
 
 import sympy
 
@@ -33,6 +33,17 @@ from ..names import is_identifier
 from .joint import Joint, Primitive
 
 Arguments = ParamSpec("Arguments")
+
+
+class Ends(NamedTuple):
+    """The two bodies of a joint, its point on each, and its axes on each."""
+
+    parent: Any
+    child: Any
+    at: Any
+    to: Any
+    parent_axes: Any
+    child_axes: Any
 
 
 def _whole(make: Callable[Arguments, Joint]) -> Callable[Arguments, Joint]:
@@ -82,8 +93,8 @@ def hinge(
     """
     n = direction(system, axis, f"the axis of hinge '{name}'")
     (angle,) = _coordinates(system, child, name, coordinate, [name])
-    return _add(system, "hinge", name, parent, child, at, to, parent_axes, child_axes, [Primitive("hinge", n, angle)],
-                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+    return _add(system, "hinge", name, Ends(parent, child, at, to, parent_axes, child_axes),
+                [Primitive("hinge", n, angle)], {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
 
 @_whole
@@ -94,7 +105,7 @@ def slider(
     """Add a slider: one displacement ``coordinate`` [m] along ``axis``, without turning. Arguments as :meth:`hinge`."""
     n = direction(system, axis, f"the axis of slider '{name}'")
     (slide,) = _coordinates(system, child, name, coordinate, [name])
-    return _add(system, "slider", name, parent, child, at, to, parent_axes, child_axes,
+    return _add(system, "slider", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("slider", n, slide)], {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
 
@@ -106,7 +117,7 @@ def cylindrical(
     """Add a displacement along ``axis`` and a turn about it; ``coordinate`` is (displacement, angle)."""
     n = direction(system, axis, f"the axis of cylindrical joint '{name}'")
     slide, turn = _coordinates(system, child, name, coordinate, [f"{name}_slide", f"{name}_turn"])
-    return _add(system, "cylindrical", name, parent, child, at, to, parent_axes, child_axes,
+    return _add(system, "cylindrical", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("slider", n, slide), Primitive("hinge", n, turn)],
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
@@ -125,7 +136,7 @@ def screw(
         raise ModelError(
             f"The pitch of screw '{name}' must be constant, but it depends on {', '.join(moving)}."
         )
-    return _add(system, "screw", name, parent, child, at, to, parent_axes, child_axes,
+    return _add(system, "screw", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("screw", n, turn, advance)],
                 {"axis": axis, "coordinate": coordinate, "pitch": pitch})  # fmt: skip
 
@@ -147,7 +158,7 @@ def universal(
             "hinge."
         )
     angles = _coordinates(system, child, name, coordinate, [f"{name}_1", f"{name}_2"])
-    return _add(system, "universal", name, parent, child, at, to, parent_axes, child_axes,
+    return _add(system, "universal", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("hinge", n, angle) for n, angle in zip(axes, angles, strict=True)],
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
@@ -172,7 +183,7 @@ def gimbal(
             f"Gimbal '{name}': '{axis}' is not an Euler sequence; use three of X, Y, Z with neighbours different."
         )
     angles = _coordinates(system, child, name, coordinate, [f"{name}_1", f"{name}_2", f"{name}_3"])
-    return _add(system, "gimbal", name, parent, child, at, to, parent_axes, child_axes,
+    return _add(system, "gimbal", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("hinge", UNIT[letter.lower()], angle) for letter, angle in zip(axis, angles, strict=True)],
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
@@ -197,7 +208,7 @@ def planar(
     a, b, turn = _coordinates(
         system, child, name, coordinate, [f"{name}_{first}", f"{name}_{second}", f"{name}_turn"]
     )
-    return _add(system, "planar", name, parent, child, at, to, parent_axes, child_axes,
+    return _add(system, "planar", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("slider", UNIT[first], a), Primitive("slider", UNIT[second], b),
                  Primitive("hinge", UNIT[axis], turn)],
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
@@ -220,7 +231,7 @@ def ball(
             system, name if coordinate is None else coordinate, ["e0", "e1", "e2", "e3"], "coordinate"
         )
         _components(system, name if coordinate is None else coordinate, ["wx", "wy", "wz"], "speed")
-    return _add(system, "ball", name, parent, child, at, to, parent_axes, child_axes,
+    return _add(system, "ball", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("ball", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
 
 
@@ -244,7 +255,7 @@ def free(
     prefix = name if coordinate is None else coordinate
     q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
     _components(system, prefix, ["wx", "wy", "wz", "vx", "vy", "vz"], "speed")
-    return _add(system, "free", name, parent, child, at, to, parent_axes, child_axes,
+    return _add(system, "free", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("free", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
 
 
@@ -254,7 +265,9 @@ def weld(
     parent_axes: Any = None, child_axes: Any = None,
 ) -> Joint:  # fmt: skip
     """Fix the child to the parent; the joint's reaction has all six components."""
-    return _add(system, "weld", name, parent, child, at, to, parent_axes, child_axes, [Primitive("weld")], {})
+    return _add(
+        system, "weld", name, Ends(parent, child, at, to, parent_axes, child_axes), [Primitive("weld")], {}
+    )
 
 
 def _coordinates(
@@ -355,22 +368,26 @@ def _components(system: Description, prefix: Any, endings: list[str], kind: str)
 
 
 def _add(
-    system: Description, kind: str, name: str, parent: Any, child: Any, at: Any, to: Any, parent_axes: Any,
-    child_axes: Any, primitives: list[Primitive], arguments: dict[str, Any],
-) -> Joint:  # fmt: skip
+    system: Description,
+    kind: str,
+    name: str,
+    ends: Ends,
+    primitives: list[Primitive],
+    arguments: dict[str, Any],
+) -> Joint:
     claim(system, name, "joint")
     what = f"{kind} '{name}'"
-    parent, child = own_body(system, parent, what), own_body(system, child, what)
+    parent, child = own_body(system, ends.parent, what), own_body(system, ends.child, what)
     if parent is child:
         raise ModelError(
             f"{what[0].upper()}{what[1:]} joins body '{parent.name}' to itself. Name two different bodies."
         )
     joint = Joint(
         name, kind, parent, child,
-        _place(system, at, parent, f"at= of {what}"), _place(system, to, child, f"to= of {what}"),
-        orientation(system, parent_axes, f"parent_axes= of {what}"),
-        orientation(system, child_axes, f"child_axes= of {what}"),
-        tuple(primitives), {**arguments, "parent_axes": parent_axes, "child_axes": child_axes},
+        _place(system, ends.at, parent, f"at= of {what}"), _place(system, ends.to, child, f"to= of {what}"),
+        orientation(system, ends.parent_axes, f"parent_axes= of {what}"),
+        orientation(system, ends.child_axes, f"child_axes= of {what}"),
+        tuple(primitives), {**arguments, "parent_axes": ends.parent_axes, "child_axes": ends.child_axes},
         closes_loop(system, child),
     )  # fmt: skip
     system.joints[name] = joint
