@@ -259,7 +259,7 @@ class Kernels:
                 "energy": energy,
             }
             if self.active:
-                outputs["projection"] = self._projected(state)
+                outputs["projection"] = self.projected(state)
                 outputs["hold"] = [independence(self.model, state, self.active)]
             dropped = self._dropped(state)
             self._names_dropped = tuple(dropped)
@@ -359,7 +359,7 @@ class Kernels:
             state.field.apply("sign", largest_square - LOOSE * LOOSE),
         ]
 
-    def _projected(self, state: State) -> list[Scalar]:
+    def projected(self, state: State) -> list[Scalar]:
         """Return (q, u) moved onto the constraints by one Newton step for q, then one for u.
 
         The state after a step is off by the local error. The error of a Newton step is the square of that, so one step

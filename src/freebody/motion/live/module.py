@@ -1,0 +1,117 @@
+"""A live motion as a WebAssembly module: `live.simulate`, the functions of the machine, and their memory.
+
+The module has one exported function, ``simulate(address)``, over one record (`memory.Live`) at a fixed address of the
+exported memory. Addresses in the memory are written here, so that a caller computes none.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from ...native import cache, sources
+from ...native.records import WORD
+from ...program.export.wasm_linking import base_of_image, linked
+from ...program.export.wasm_object import TARGET, version, wasm_object
+from ...program.kernels import machine_text, program_key
+from ..ode.layout import INTEGERS_AT, OF_PARAMETERS
+from .machine import LiveMachine
+from .memory import READ
+
+MODULE = "motion.live.live"
+EXPORT = "simulate"
+KIND = {"Real": "real", "Row": "real", "Rows": "real", "Whole": "whole", "Wholes": "whole"}
+
+
+@dataclass(frozen=True)
+class WasmModule:
+    """A machine as a WebAssembly module. Made by :meth:`freebody.program.program.Program.to_wasm`.
+
+    Attributes
+    ----------
+    code : bytes
+        The module. It exports ``memory`` and ``simulate(address)``.
+    address : int
+        Address of the record, the argument of ``simulate``.
+    fields : dict
+        Name of a field -> (address in the memory [bytes], "real" or "whole", shape). Numbers take 8 bytes, low byte
+        first: doubles, and integers of 64 bits with a sign. The shape of a number is ().
+    imports : tuple of str
+        Functions of real numbers that the module imports from ``env``: ``sin``, ``cos``, ``pow`` and so on, as in the
+        C library.
+    parameters, state, outputs, events, answers : tuple of str
+        Names of the numbers in the fields of these names; ``state`` are the components of ``start`` and ``states``.
+    conditions : tuple of str
+        Names of the conditions of the machine, by the numbers in the field ``worst``.
+    assumed : tuple of str
+        Expressions that must be positive, by the numbers in the field ``fault``.
+    """
+
+    code: bytes
+    address: int
+    fields: Mapping[str, tuple[int, str, tuple[int, ...]]]
+    imports: tuple[str, ...]
+    parameters: tuple[str, ...]
+    state: tuple[str, ...]
+    outputs: tuple[str, ...]
+    events: tuple[str, ...]
+    answers: tuple[str, ...]
+    conditions: tuple[str, ...]
+    assumed: tuple[str, ...]
+
+
+def module_of(
+    machine: LiveMachine, outputs: tuple[str, ...] = (), answers: tuple[str, ...] = ()
+) -> WasmModule:
+    """Return the module of a machine; ``outputs`` and ``answers`` are the names of these numbers."""
+    setting, model = machine.setting, machine.model
+    header, code = _object(machine)
+    names = list(machine.functions)
+    table = ["prologue", *(f"f{k}" for k in range(len(names)))]
+    addresses = {name: k for k, name in enumerate(["prologue", *names], 1)}
+    live = machine.memory(addresses, header["hoisted"])
+    base = base_of_image(code)
+    told = live.placed["closing"][0] * WORD
+    outside = [told + WORD * k for k in range(INTEGERS_AT, OF_PARAMETERS + 1)] if setting.kernels.active else []
+    image = live.image_at(base, outside)
+    module = linked(code, [EXPORT], table, image, len(image))
+    places = live.places_of(*READ)
+    return WasmModule(
+        code=module.code,
+        address=base,
+        fields={name: (base + place, KIND[kind], shape) for name, (place, kind, shape) in places.items()},
+        imports=module.imports,
+        parameters=tuple(parameter.name for parameter in model.parameters),
+        state=setting.kernels.names,
+        outputs=outputs,
+        events=tuple(spec.name for spec in setting.specs),
+        answers=answers,
+        conditions=tuple(row.name for row in machine.kinds),
+        assumed=tuple(str(expression).replace("**", "^") for expression in model.assumed),
+    )
+
+
+def _object(machine: LiveMachine) -> tuple[dict[str, Any], bytes]:
+    """Header of the functions, and the object of the loop and the functions, from the disk or compiled now."""
+    tape = machine.tape, machine.functions, machine.state.t, machine.inputs, machine.parameters
+    loop = sources.identity(MODULE, __name__.partition(".")[2])
+    key = hashlib.sha256(f"wasm {program_key(*tape, TARGET)} {loop} {version()}".encode()).hexdigest()
+    stored = cache.load(key)
+    if stored is not None:
+        return stored
+    header, text = machine_text(*tape, TARGET)
+    code = wasm_object(_loop_text(), text)
+    cache.store(key, header, code)
+    return header, code
+
+
+@lru_cache(maxsize=1)
+def _loop_text() -> str:
+    """LLVM's text of the loop, the same for every machine."""
+    from ...native.translation import translated  # imported late: not needed if the code is on the disk
+    from .live import simulate
+
+    return translated({EXPORT: simulate})
