@@ -72,6 +72,8 @@ class ComputedMotion:
         tolerances: Array,
         times: Array | None = None,
         samples: int | None = None,
+        initial: Mapping[Any, Any] | None = None,
+        near: Mapping[Any, Any] | None = None,
         *,
         course: Course,
     ) -> None:
@@ -81,6 +83,7 @@ class ComputedMotion:
         self.specs = tuple(specs)
         self.tolerances = tolerances
         self._times_and_samples = times, samples
+        self.initial, self.near = dict(initial or {}), dict(near or {})
         self.course = course
 
     def __getstate__(self) -> dict[str, Any]:

@@ -29,7 +29,7 @@ def answers_table(answers: Mapping[str, Any]) -> str:
     rows = []
     for name, answer in answers.items():
         question, value, unit, formula = _parts(answer)
-        number = f'<td class="number">{escape(significant(value, 8))}</td>'
+        number = f'<td class="number" data-answer="{escape(str(name))}">{escape(significant(value, 8))}</td>'
         middle = f"<td>{escape(question)}</td>" if questions else ""
         rows.append(f"<tr><td>{escape(str(name))}</td>{middle}{number}<td>{escape(unit)}</td></tr>")
         if formula:

@@ -84,26 +84,33 @@ function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
   };
 }
 
-// Draws each chart of a page when it is opened, with its cursor at the time of the player.
+// Draws each chart of a page when it is opened, with its cursor at the time of the player. Returns a function that draws
+// the open ones again for another motion.
 function plots(root, scene, shown) {
   const units = Object.fromEntries(Object.entries(scene.channels).map(([key, { unit }]) => [key, unit]));
   const seek = (time) => {
     shown.pause();
     shown.seek(time);
   };
-  for (const place of root.querySelectorAll("[data-chart]")) {
-    const spec = scene.charts[Number(place.dataset.chart)];
-    const fold = place.closest("details");
-    let update = null;
-    const open = () => {
-      if (update || !fold.open) return;
-      update = chart(place, shown.motion, spec, units, scene, seek);
-      shown.listen(() => fold.open && update());
-      update();
-    };
-    fold.addEventListener("toggle", () => (open(), update && update()));
-    open();
+  const charts = [...root.querySelectorAll("[data-chart]")].map((place) => ({ place, fold: place.closest("details"), update: null }));
+  const open = (one) => {
+    if (one.update || !one.fold.open) return;
+    one.place.replaceChildren();
+    one.update = chart(one.place, shown.motion, scene.charts[Number(one.place.dataset.chart)], units, scene, seek);
+    one.update();
+  };
+  for (const one of charts) {
+    shown.listen(() => one.fold.open && one.update && one.update());
+    one.fold.addEventListener("toggle", () => (open(one), one.update && one.update()));
+    open(one);
   }
+  return (next) => {
+    scene = next;
+    for (const one of charts) {
+      one.update = null;
+      open(one);
+    }
+  };
 }
 
 function drawing(tag, attributes, parent, text = "") {

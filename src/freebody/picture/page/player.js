@@ -11,7 +11,8 @@ const SWITCHES = {
 };
 
 function player(root, scene, options = {}) {
-  const motion = new Motion(scene), listeners = [];
+  const listeners = [];
+  let motion = new Motion(scene);
   const on = { trails: true, frames: false, names: false, forces: false, reactions: false, contacts: true, cones: false, follow: false, repeat: true };
   let playing = false, speed = 1, arrowSize = 1, last = null, drawn = 0;
 
@@ -27,7 +28,8 @@ function player(root, scene, options = {}) {
   const clock = element("output", { class: "clock" }, bar);
   const rate = element("select", { class: "speed", "aria-label": "Speed" }, bar);
   for (const x of SPEEDS) element("option", { value: x }, rate, `× ${x}`);
-  const strip = timeline(root, slider, scene, motion, (time) => (pause(), seek(time)));
+  const rail = element("div", {}, root);
+  let strip = null;
   const panel = element("div", { class: "bar switches" }, root);
   const boxes = {};
   const present = {
@@ -70,26 +72,42 @@ function player(root, scene, options = {}) {
       return { color: JSON.parse(key), corners: all, surface: renderer.surface(all) };
     });
   };
-  const bodies = scene.bodies.map((body) => surfaces(body.parts, body.color));
-  const ground = surfaces(scene.ground.parts, DARK);
   const shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
   const head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
-  const bounds = extent(motion, bodies.map((groups) => groups.map((group) => group.corners)), ground.map((group) => group.corners));
-  const trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
-  on.trails = bodies.length <= 12; // more trails would hide the machine
-  const cones = scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
-  const planes = scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
   const ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
-  const touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
-  const struck = impacts(motion, scene, touching);
   const loose = {}; // polylines that change with time, by name
   const dynamic = (name, points) => (loose[name] = renderer.path(new Float32Array(points.flat()), loose[name]));
-  const paths = scene.arrows.map((arrow) => arrow.path && floats(arrow.path));
-  const greatest = { force: 0, moment: 0 };
-  for (const { channel, kind } of scene.arrows) {
-    const v = motion.channels[channel].values;
-    for (let i = 0; i < v.length; i += 3) greatest[kind] = Math.max(greatest[kind], Math.hypot(v[i], v[i + 1], v[i + 2]));
+  let bodies = [], ground = [], bounds, trails = [], cones = [], planes = [], touching, struck, paths, greatest, span, places;
+  // Makes the surfaces of the bodies and of the ground.
+  function shape() {
+    for (const { surface } of [...bodies.flat(), ...ground]) renderer.forget(surface);
+    bodies = scene.bodies.map((body) => surfaces(body.parts, body.color));
+    ground = surfaces(scene.ground.parts, DARK);
   }
+  // Makes what depends on the motion as a whole.
+  function trace() {
+    for (const item of [...trails.map(({ path }) => path), ...cones.flatMap(({ space, inBody }) => [space, inBody]), ...planes])
+      if (item) renderer.forget(item);
+    bounds = extent(motion, bodies.map((groups) => groups.map((group) => group.corners)), ground.map((group) => group.corners));
+    trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
+    cones = scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
+    planes = scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
+    touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
+    struck = impacts(motion, scene, touching);
+    paths = scene.arrows.map((arrow) => arrow.path && floats(arrow.path));
+    greatest = { force: 0, moment: 0 };
+    for (const { channel, kind } of scene.arrows) {
+      const v = motion.channels[channel].values;
+      for (let i = 0; i < v.length; i += 3) greatest[kind] = Math.max(greatest[kind], Math.hypot(v[i], v[i + 1], v[i + 2]));
+    }
+    span = motion.last - motion.first;
+    places = Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(span || 1))));
+    rail.replaceChildren();
+    strip = timeline(rail, slider, scene, motion, (time) => (pause(), seek(time)));
+  }
+  shape();
+  trace();
+  on.trails = bodies.length <= 12; // more trails would hide the machine
 
   // -- the eye
   const eye = { target: [0, 0, 0], toward: unit(scene.toward), up, distance: 1 };
@@ -280,8 +298,6 @@ function player(root, scene, options = {}) {
     draw();
     for (const listener of listeners) listener(motion.now);
   }
-  const span = motion.last - motion.first;
-  const places = Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(span || 1))));
   function tick(stamp) {
     if (!playing) return;
     if (last !== null) {
@@ -388,6 +404,20 @@ function player(root, scene, options = {}) {
     seek(old.time);
     if (old.playing) play();
   }
+  // Shows another motion of the machine, at the same time and, if it does not leave the picture, from the same place;
+  // with ``shaped``, bodies have other shapes.
+  function take(next, shaped) {
+    const time = motion.now;
+    scene = next;
+    motion = new Motion(scene);
+    if (shaped) shape();
+    trace();
+    followed = middle();
+    const { target, distance } = eye;
+    fit();
+    if (eye.distance < 1.1 * distance && eye.distance > 0.4 * distance) [eye.target, eye.distance] = [target, distance];
+    seek(time);
+  }
   function dispose() {
     playing = false;
     watch.disconnect();
@@ -396,7 +426,10 @@ function player(root, scene, options = {}) {
     return canvases;
   }
   return {
-    motion, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
+    get motion() {
+      return motion;
+    },
+    take, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
     listen: (listener) => listeners.push(listener),
     get state() {
       return { time: motion.now, playing, speed, drawn, kind: renderer.kind, on: { ...on }, toward: [...eye.toward], target: [...eye.target], up: [...eye.up], distance: eye.distance };

@@ -1,0 +1,88 @@
+"""From a motion to a live one: which motions can be, and what they begin with; `program.to_wasm`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ...errors import SimulationError
+from ...model import Model
+from ..kernels.kernels import Kernels
+from .machine import Setting
+
+if TYPE_CHECKING:
+    from ..trajectory.trajectory import Trajectory
+
+METHOD = "dop853"
+
+
+def check_live(trajectory: Trajectory) -> None:
+    """Raise SimulationError for a motion that cannot be computed live, with the reason and a cure.
+
+    Raises
+    ------
+    SimulationError
+        Contacts, signals or controllers that switch, blows, dependent conditions, a stiff motion, a large machine.
+    """
+    model = trajectory.kernels.model
+    check_machine(trajectory.kernels)
+    if hasattr(trajectory.path, "segments"):
+        raise _refusal(
+            model, "a motion in one leg", "one that blows, or conditions that depend on each other, interrupt",
+            "Leave out the blows, or write the page without live=True",
+        )  # fmt: skip
+    if trajectory.path.method == "radau":
+        raise _refusal(
+            model, "a motion for explicit steps", "a stiff one, for which method 'radau' was needed",
+            "Lower the stiffness or the damping that decays fastest, or write the page without live=True",
+        )  # fmt: skip
+
+
+def check_machine(kernels: Kernels) -> None:
+    """Raise SimulationError for a machine whose motions cannot be computed live."""
+    model = kernels.model
+    without = "Write the page without live=True: it shows the motion that was computed here"
+    if model.contacts:
+        names = ", ".join(f"'{contact.name}'" for contact in model.contacts[:3])
+        raise _refusal(model, "a machine without contacts", f"contact {names}", without)
+    if model.controllers:
+        names = ", ".join(f"'{controller.name}'" for controller in model.controllers[:3])
+        raise _refusal(
+            model, "a machine without controllers", f"controller {names}, whose Python does not run in a page", without
+        )
+    if model.switched:
+        raise _refusal(model, "a machine whose forces are smooth in time", "signals that switch", without)
+    if kernels.operations is None:
+        raise _refusal(model, "a machine whose equations are straight code", "one so large that they are loops", without)
+    if kernels.dropped:
+        raise _refusal(
+            model, "conditions that are independent", f"{', '.join(map(repr, kernels.dropped[:3]))}, which others imply",
+            "Leave such constraints out",
+        )  # fmt: skip
+
+
+def _refusal(model: Model, expected: str, got: str, cure: str) -> SimulationError:
+    return SimulationError(f"Expected {expected} for a live motion of '{model.name}', got {got}. {cure}.")
+
+
+def setting_of(trajectory: Trajectory, most_steps: int, most_frames: int) -> Setting:
+    """Return what a live motion begins with that is this one at first."""
+    kernels, path = trajectory.kernels, trajectory.path
+    model = kernels.model
+    return Setting(
+        kernels=kernels,
+        values=trajectory.values,
+        initial=trajectory.initial,
+        near=trajectory.near,
+        state=path.states[0][: model.n_q + model.n_u].tolist(),
+        begin=path.start,
+        until=path.end,
+        specs=trajectory.specs,
+        relative=trajectory.tolerances,
+        most_steps=most_steps,
+        most_frames=most_frames,
+    )
+
+
+def export(model: Model, **arguments: Any) -> Any:
+    """Placeholder."""
+    raise NotImplementedError
