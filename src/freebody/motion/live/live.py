@@ -29,9 +29,9 @@ from .memory import OTHERS, Live
 
 piece, sample = (dop853.FUNCTIONS[name] for name in ("piece", "sample"))
 
-FRAMES_OF_STEP = 6
-"""Frames in a step: between them a cubic differs from its chords by less than a hundredth of its sagitta in the step."""
-FEWEST = 240
+FRAMES_OF_STEP = 4
+"""Frames in a step. A vibration takes some ten steps: its chords miss it by a few thousandths of its amplitude."""
+FEWEST = 200
 """Frames of a motion of few steps."""
 TOO_MANY_STEPS = 7
 

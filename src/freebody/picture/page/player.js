@@ -77,20 +77,22 @@ function player(root, scene, options = {}) {
   const ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
   const loose = {}; // polylines that change with time, by name
   const dynamic = (name, points) => (loose[name] = renderer.path(new Float32Array(points.flat()), loose[name]));
-  let bodies = [], ground = [], bounds, trails = [], cones = [], planes = [], touching, struck, paths, greatest, span, places;
+  let bodies = [], ground = [], far, fixed, bounds, trails = [], cones = null, planes = [], touching, struck, paths, greatest, span, places;
   // Makes the surfaces of the bodies and of the ground.
   function shape() {
     for (const { surface } of [...bodies.flat(), ...ground]) renderer.forget(surface);
     bodies = scene.bodies.map((body) => surfaces(body.parts, body.color));
     ground = surfaces(scene.ground.parts, DARK);
+    far = bodies.map((groups) => outermost(groups.map(({ corners }) => corners)));
+    fixed = outermost(ground.map(({ corners }) => corners));
   }
   // Makes what depends on the motion as a whole.
   function trace() {
-    for (const item of [...trails.map(({ path }) => path), ...cones.flatMap(({ space, inBody }) => [space, inBody]), ...planes])
+    for (const item of [...trails.map(({ path }) => path), ...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes])
       if (item) renderer.forget(item);
-    bounds = extent(motion, bodies.map((groups) => groups.map((group) => group.corners)), ground.map((group) => group.corners));
+    cones = null; // made when they are first shown
+    bounds = extent(motion, far, fixed);
     trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
-    cones = scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
     planes = scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
     touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
     struck = impacts(motion, scene, touching);
@@ -253,6 +255,7 @@ function player(root, scene, options = {}) {
     for (const [time, p] of struck) if (time <= motion.now) renderer.solid(ball, along([0, 0, 1], p, r, r), [0.84, 0.37, 0], 1, true);
   }
   function drawCones(poses) {
+    cones = cones || scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
     for (const { body, apex, space, inBody } of cones) {
       const m = poses[body], o = point(m, apex);
       if (space) renderer.solid(space, placed([1, 0, 0, 0], o), [0.85, 0.55, 0.1], 0.35);

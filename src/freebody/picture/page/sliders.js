@@ -79,11 +79,11 @@ async function control(scene, shown, redraw) {
   function update() {
     const begun = performance.now();
     waiting = false;
-    const { problem, steps, start, answers, scene: next, shaped } = machine.run(panel.state);
+    const { problem, steps, start, answers, scene: next, shaped } = machine.run(panel.state); const T1 = performance.now();
     say(problem + (problem && !next ? " The picture is that of the setting before." : ""));
     if (next) {
       shown.take(next, shaped);
-      redraw(next);
+      const T2 = performance.now(); redraw(next); const T3 = performance.now(); data.parts = [T1-begun, T2-T1, T3-T2].map(x=>x.toFixed(1)).join();
       panel.follow(start);
       for (const [cell, place] of cells) {
         if (place >= 0) cell.textContent = String(Number(answers[place].toPrecision(8)));
