@@ -112,16 +112,11 @@ function player(root, scene, options = {}) {
   on.trails = bodies.length <= 12; // more trails would hide the machine
 
   // -- the eye
-  const eye = { target: [0, 0, 0], toward: unit(scene.toward), up, distance: 1 };
+  const eye = { target: [0, 0, 0], toward: unit(scene.toward), up, distance: 1, chosen: false }; // by the user
   const aspect = () => Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
-  // Puts everything that is visible at any time (when following: at one time) in the middle, as large as possible.
-  function fit() {
+  // Distance from which everything that is visible at any time is in the picture around a target, and its middle.
+  function framing(target) {
     const { right, top } = view(eye.toward, [0, 0, 0], eye.up, ANGLE, 1, 1, 2), room = 1.3 / Math.tan(ANGLE / 2);
-    if (on.follow) {
-      eye.target = middle();
-      eye.distance = 0.5 * bounds.reach * room * Math.max(1, 1 / aspect()) + 0.5 * bounds.reach;
-      return;
-    }
     const span = (n) => {
       let low = Infinity, high = -Infinity;
       for (const p of bounds.points) {
@@ -129,11 +124,23 @@ function player(root, scene, options = {}) {
         low = Math.min(low, h);
         high = Math.max(high, h);
       }
-      return [(high + low) / 2, (high - low) / 2];
+      const at = target ? dot(n, target) : (high + low) / 2;
+      return [at, Math.max(high - at, at - low)];
     };
     const [[x, wide], [y, tall], [z, deep]] = [right, top, eye.toward].map(span);
-    eye.target = add(add(scale(x, right), scale(y, top)), scale(z, eye.toward));
-    eye.distance = Math.max(tall * room, (wide * room) / aspect(), 0.1 * size * room) + deep;
+    return {
+      target: add(add(scale(x, right), scale(y, top)), scale(z, eye.toward)),
+      distance: Math.max(tall * room, (wide * room) / aspect(), 0.1 * size * room) + deep,
+    };
+  }
+  // Puts everything that is visible at any time (when following: at one time) in the middle, as large as possible.
+  function fit() {
+    eye.chosen = false;
+    if (on.follow) {
+      const room = 1.3 / Math.tan(ANGLE / 2);
+      eye.target = middle();
+      eye.distance = 0.5 * bounds.reach * room * Math.max(1, 1 / aspect()) + 0.5 * bounds.reach;
+    } else Object.assign(eye, framing());
   }
   const middle = () =>
     scale(1 / bodies.length, scene.bodies.reduce((sum, body, i) => add(sum, point(motion.pose(i), body.center)), [0, 0, 0]));
@@ -158,10 +165,12 @@ function player(root, scene, options = {}) {
   }
   function pan(dx, dy) {
     const { right, top } = view(add(eye.target, eye.toward), eye.target, eye.up, ANGLE, 1, 1, 2);
+    eye.chosen = true;
     eye.target = add(eye.target, add(scale(-dx * eye.distance, right), scale(dy * eye.distance, top)));
     draw();
   }
   function zoom(factor) {
+    eye.chosen = true;
     eye.distance = Math.min(1e4 * size, Math.max(0.05 * size, eye.distance * factor));
     draw();
   }
@@ -416,9 +425,8 @@ function player(root, scene, options = {}) {
     if (shaped) shape();
     trace();
     followed = middle();
-    const { target, distance } = eye;
-    fit();
-    if (eye.distance < 1.1 * distance && eye.distance > 0.4 * distance) [eye.target, eye.distance] = [target, distance];
+    const needed = framing(eye.target).distance / eye.distance;
+    if (!eye.chosen && !on.follow && !(needed > 0.4 && needed < 1.15)) fit();
     seek(time);
   }
   function dispose() {

@@ -9,7 +9,8 @@ function sliders(root, list, length, moved) {
   for (const { group, name, value, low, high, unit, about, follows } of [...list, run]) {
     const row = element("label", { class: "slider", title: about }, root);
     element("span", {}, row, name);
-    const range = element("input", { type: "range", min: low, max: high, step: (high - low) / 1000, name }, row);
+    const [step] = ticks(0, high - low, 250).slice(1), least = low > 0 ? Math.max(1, Math.round(low / step)) * step : low;
+    const range = element("input", { type: "range", min: least, max: high, step, name }, row);
     const box = element("input", { type: "number", step: "any", "aria-label": `${name}, number` }, row);
     element("span", { class: "unit" }, row, unit);
     const show = (x) => {
@@ -79,15 +80,15 @@ async function control(scene, shown, redraw) {
   function update() {
     const begun = performance.now();
     waiting = false;
-    const { problem, steps, start, answers, scene: next, shaped } = machine.run(panel.state); const T1 = performance.now();
+    const { problem, steps, start, answers, scene: next, shaped } = machine.run(panel.state);
     say(problem + (problem && !next ? " The picture is that of the setting before." : ""));
     if (next) {
       shown.take(next, shaped);
-      const T2 = performance.now(); redraw(next); const T3 = performance.now(); data.parts = [T1-begun, T2-T1, T3-T2].map(x=>x.toFixed(1)).join();
+      redraw(next);
       panel.follow(start);
       for (const [cell, place] of cells) {
         if (place >= 0) cell.textContent = String(Number(answers[place].toPrecision(8)));
-        else cell.classList.add("fixed");
+        else cell.classList.add("fixed"), (cell.title = "of the recorded motion");
       }
     }
     const time = performance.now() - begun;
