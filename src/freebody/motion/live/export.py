@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...errors import SimulationError
 from ...model import Model
-from ..kernels.kernels import Kernels
-from .machine import Setting
+from ...program.export.wasm import WasmModule
+from ...scalar.algebra import Expression
+from ..kernels.kernels import Kernels, kernels_of
+from ..request import Request, problem_of
+from .machine import LiveMachine, Setting
+from .module import module_of
 
 if TYPE_CHECKING:
     from ..trajectory.trajectory import Trajectory
 
 METHOD = "dop853"
+"""Method of all live motions: it needs the rates alone."""
+
+LARGEST = 1_000_000
+"""Greatest number of steps or frames that a module has room for."""
 
 
 def check_live(trajectory: Trajectory) -> None:
@@ -83,6 +92,30 @@ def setting_of(trajectory: Trajectory, most_steps: int, most_frames: int) -> Set
     )
 
 
-def export(model: Model, **arguments: Any) -> Any:
-    """Placeholder."""
-    raise NotImplementedError
+def wasm_module(
+    model: Model, until: Expression, outputs: Sequence[Expression], most_steps: int, most_frames: int, **asked: Any
+) -> WasmModule:
+    """Return a machine and its motion as a WebAssembly module (`Program.to_wasm`)."""
+    for name, count in (("most_steps", most_steps), ("most_frames", most_frames)):
+        if not isinstance(count, int) or isinstance(count, bool) or not 0 < count <= LARGEST:
+            raise SimulationError(f"Expected {name}= between 1 and {LARGEST}, got {count!r}.")
+    names = model.names
+    expressions = [names.expression(x, "outputs=") for x in outputs]
+    check_machine(kernels_of(model))
+    problem = problem_of(Request(model, until, method=METHOD, **asked))
+    check_machine(problem.kernels)
+    setting = Setting(
+        kernels=problem.kernels,
+        values=problem.numbers,
+        initial=problem.request.initial or {},
+        near=problem.request.near or {},
+        state=problem.state.tolist(),
+        begin=problem.begin,
+        until=problem.end,
+        specs=problem.specs,
+        relative=problem.tolerances,
+        most_steps=most_steps,
+        most_frames=most_frames,
+    )
+    machine = LiveMachine(setting, lambda state, moving: [state(x) for x in expressions], lambda state: ())
+    return module_of(machine, outputs=tuple(map(str, outputs)))

@@ -24,6 +24,7 @@ from ...dynamics.constrained import (
     STEPS,
     articulated_diagonal,
     least_speed_change,
+    moved_onto,
 )
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.linear import Selection, entries
@@ -140,7 +141,7 @@ class LiveMachine:
         if works:
             result["energies"] = [kinetic_energy(model, state), potential_energy(model, state)]
         if setting.kernels.active:
-            result["projection"] = setting.kernels.projected(state)
+            result["projection"] = moved_onto(model, state, setting.kernels.active)
         return {name: outputs for name, outputs in result.items() if outputs or name == "rates"}
 
     def _closing(self, selection: Sequence[Scalar]) -> dict[str, list[Scalar]]:

@@ -7,13 +7,12 @@ exported memory. Addresses in the memory are written here, so that a caller comp
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 from ...native import cache, sources
 from ...native.records import WORD
+from ...program.export.wasm import WasmModule
 from ...program.export.wasm_linking import base_of_image, linked
 from ...program.export.wasm_object import TARGET, version, wasm_object
 from ...program.kernels import machine_text, program_key
@@ -24,43 +23,6 @@ from .memory import READ
 MODULE = "motion.live.live"
 EXPORT = "simulate"
 KIND = {"Real": "real", "Row": "real", "Rows": "real", "Whole": "whole", "Wholes": "whole"}
-
-
-@dataclass(frozen=True)
-class WasmModule:
-    """A machine as a WebAssembly module. Made by :meth:`freebody.program.program.Program.to_wasm`.
-
-    Attributes
-    ----------
-    code : bytes
-        The module. It exports ``memory`` and ``simulate(address)``.
-    address : int
-        Address of the record, the argument of ``simulate``.
-    fields : dict
-        Name of a field -> (address in the memory [bytes], "real" or "whole", shape). Numbers take 8 bytes, low byte
-        first: doubles, and integers of 64 bits with a sign. The shape of a number is ().
-    imports : tuple of str
-        Functions of real numbers that the module imports from ``env``: ``sin``, ``cos``, ``pow`` and so on, as in the
-        C library.
-    parameters, state, outputs, events, answers : tuple of str
-        Names of the numbers in the fields of these names; ``state`` are the components of ``start`` and ``states``.
-    conditions : tuple of str
-        Names of the conditions of the machine, by the numbers in the field ``worst``.
-    assumed : tuple of str
-        Expressions that must be positive, by the numbers in the field ``fault``.
-    """
-
-    code: bytes
-    address: int
-    fields: Mapping[str, tuple[int, str, tuple[int, ...]]]
-    imports: tuple[str, ...]
-    parameters: tuple[str, ...]
-    state: tuple[str, ...]
-    outputs: tuple[str, ...]
-    events: tuple[str, ...]
-    answers: tuple[str, ...]
-    conditions: tuple[str, ...]
-    assumed: tuple[str, ...]
 
 
 def module_of(
