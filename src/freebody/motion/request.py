@@ -214,8 +214,7 @@ class Problem:
     def outcome(self, path: Any) -> tuple[Any, ...]:
         """Return the arguments of the trajectory with a path."""
         return (
-            self.kernels, self.numbers, path, self.specs, self.tolerances, self.times, self.request.samples,
-            self.request.initial, self.request.near,
+            self.kernels, self.numbers, path, self.specs, self.tolerances, self.times, self.request.samples
         )  # fmt: skip
 
 

@@ -230,7 +230,7 @@ class Record:
             rebased(place // WORD)
         return memory.tobytes()
 
-    def places_of(self, *names: str) -> dict[str, tuple[int, str, Shape]]:
+    def places_of(self, *names: str) -> dict[str, tuple[int, str, tuple[int, ...]]]:
         """Return for each field its place in the memory [bytes], its kind, and the shape of its row.
 
         The place of a row that was made with the record is that of its first number.

@@ -589,24 +589,23 @@ class Program:
         return casadi_functions(self.model, products, self._active)
 
     def to_wasm(
-        self, until: Any = 10.0, *, initial: Values = None, near: Values = None, values: Values = None, start: Any = 0,
-        outputs: Sequence[Any] = (), events: Any = (), tolerance: Any = 1e-9, most_steps: int = 20_000,
-        most_frames: int = 2_001,
+        self, until: Any = 10.0, *, initial: Values = None, near: Values = None, values: Values = None,
+        outputs: Sequence[Any] = (), events: Any = (), most_steps: int = 20_000,
     ) -> WasmModule:  # fmt: skip
         """Write the machine, and the loop that computes its motion, as one WebAssembly module.
 
         The module closes the machine's loops, integrates (method "dop853"), projects, finds events, and gives frames at
-        the times that are asked for, as :func:`freebody.simulate` does, without Python. Parameters, start and length
-        are read at each call; those given here are the values at first.
+        the times that are asked for, as :func:`freebody.simulate` does, without Python. Parameters, start, length and
+        tolerances are read at each call; those given here are the values at first.
 
         Parameters
         ----------
-        until, initial, near, values, start, events, tolerance
+        until, initial, near, values, events
             As for :func:`freebody.simulate`. Initial values that are expressions of parameters follow these.
         outputs : sequence of expressions
             Expressions of coordinates, speeds and parameters, whose values each frame has.
-        most_steps, most_frames : int
-            Numbers of steps and of frames that the module has room for. A run that needs more steps ends.
+        most_steps : int
+            Number of steps that the module has room for. A run that needs more ends.
 
         Returns
         -------
@@ -631,9 +630,8 @@ class Program:
         (b'\\x00asm', ('theta', "theta'"), ('sin(theta)',))
         """
         return module_for("wasm").wasm_module(
-            self.model, until, outputs, most_steps, most_frames, initial=initial, near=near, values=values, start=start,
-            events=events, tolerance=tolerance,
-        )  # fmt: skip
+            self.model, until, outputs, most_steps, initial=initial, near=near, values=values, events=events
+        )
 
     # --- kernels -------------------------------------------------------------------------------
 

@@ -21,7 +21,10 @@ METHOD = "dop853"
 """Method of all live motions: it needs the rates alone."""
 
 LARGEST = 1_000_000
-"""Greatest number of steps or frames that a module has room for."""
+"""Greatest number of steps that a module has room for."""
+
+FRAMES = 2001
+"""Number of frames that a module has room for."""
 
 
 def check_live(trajectory: Trajectory) -> None:
@@ -56,17 +59,25 @@ def check_machine(kernels: Kernels) -> None:
     if model.controllers:
         names = ", ".join(f"'{controller.name}'" for controller in model.controllers[:3])
         raise _refusal(
-            model, "a machine without controllers", f"controller {names}, whose Python does not run in a page", without
+            model,
+            "a machine without controllers",
+            f"controller {names}, whose Python does not run in a page",
+            without,
         )
     if model.switched:
         raise _refusal(model, "a machine whose forces are smooth in time", "signals that switch", without)
     if kernels.operations is None:
-        raise _refusal(model, "a machine whose equations are straight code", "one so large that they are loops", without)
-    if kernels.dropped:
         raise _refusal(
-            model, "conditions that are independent", f"{', '.join(map(repr, kernels.dropped[:3]))}, which others imply",
+            model, "a machine whose equations are straight code", "one so large that they are loops", without
+        )
+    if kernels.dropped:
+        names = ", ".join(map(repr, kernels.dropped[:3]))
+        raise _refusal(
+            model,
+            "conditions that are independent",
+            f"{names}, which others imply",
             "Leave such constraints out",
-        )  # fmt: skip
+        )
 
 
 def _refusal(model: Model, expected: str, got: str, cure: str) -> SimulationError:
@@ -93,12 +104,11 @@ def setting_of(trajectory: Trajectory, most_steps: int, most_frames: int) -> Set
 
 
 def wasm_module(
-    model: Model, until: Expression, outputs: Sequence[Expression], most_steps: int, most_frames: int, **asked: Any
+    model: Model, until: Expression, outputs: Sequence[Expression], most_steps: int, **asked: Any
 ) -> WasmModule:
     """Return a machine and its motion as a WebAssembly module (`Program.to_wasm`)."""
-    for name, count in (("most_steps", most_steps), ("most_frames", most_frames)):
-        if not isinstance(count, int) or isinstance(count, bool) or not 0 < count <= LARGEST:
-            raise SimulationError(f"Expected {name}= between 1 and {LARGEST}, got {count!r}.")
+    if not isinstance(most_steps, int) or isinstance(most_steps, bool) or not 0 < most_steps <= LARGEST:
+        raise SimulationError(f"Expected most_steps= between 1 and {LARGEST}, got {most_steps!r}.")
     names = model.names
     expressions = [names.expression(x, "outputs=") for x in outputs]
     check_machine(kernels_of(model))
@@ -115,7 +125,7 @@ def wasm_module(
         specs=problem.specs,
         relative=problem.tolerances,
         most_steps=most_steps,
-        most_frames=most_frames,
+        most_frames=FRAMES,
     )
     machine = LiveMachine(setting, lambda state, moving: [state(x) for x in expressions], lambda state: ())
     return module_of(machine, outputs=tuple(map(str, outputs)))

@@ -8,7 +8,7 @@ It is `step_control` with `dop853`, and `gauss_newton.close`, between what a cal
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, shifted
+from ...native.instructions import compiled, greater
 from ..ode import dop853
 from ..ode.layout import (
     BY_CONDITION,
@@ -80,6 +80,8 @@ def reset(live: Live) -> None:
     run.h = run.old_error = 0.0
     run.accepted = run.rejected = run.evaluated = run.events = run.blame = run.after_rejection = 0
     run.taken = run.suspect = run.calm = run.stiffness = run.sampled = 0
+    for i in range(run.n):
+        run.relative[i] = run.absolute[i] = live.tolerances[i]
     run.room = live.room_of_steps if live.most_steps > live.room_of_steps else live.most_steps
 
 

@@ -5,7 +5,8 @@
     projection   onto the conditions            answering    numbers of p and of y(start)
     events       event functions of (t, y)      energies     T and V, which scale the tolerance of the work
 
-and, of a machine with constraints, the four functions of `gauss_newton.close`. One prologue computes the constants of all.
+and, of a machine with constraints, the four functions of `gauss_newton.close`. One prologue computes the constants of
+all.
 """
 
 from __future__ import annotations
@@ -86,7 +87,9 @@ class LiveMachine:
         Place of each component of the state whose start the setting names -> expression or number.
     """
 
-    def __init__(self, setting: Setting, observed: Observed, answers: Callable[[State], Sequence[Scalar]]) -> None:
+    def __init__(
+        self, setting: Setting, observed: Observed, answers: Callable[[State], Sequence[Scalar]]
+    ) -> None:
         self.setting = setting
         kernels = setting.kernels
         self.model = model = kernels.model
@@ -206,7 +209,7 @@ class LiveMachine:
         run.rates, run.projection = addresses["rates"], addresses.get("projection", 0)
         run.c, run.quaternions = live.constants, live.quaternions
         run.longest = np.inf
-        run.relative[:] = run.absolute[:] = setting.relative
+        live.tolerances[:] = setting.relative
         run.times, run.lengths, run.states = live.step_times, live.step_lengths, live.step_states
         search, specs = run.search, setting.specs
         search.functions, search.c = addresses.get("events", 0), live.constants
@@ -219,7 +222,16 @@ class LiveMachine:
     def _sizes_of_closing(self) -> dict[str, int]:
         """Sizes of the memory of `gauss_newton.close`; none for a machine without constraints."""
         model, m = self.model, len(self.kinds)
-        names = ("n_closing", "n_conditions", "n_integers", "n_numbers", "n_pattern", "n_room", "n_factors", "n_factors_real")
+        names = (
+            "n_closing",
+            "n_conditions",
+            "n_integers",
+            "n_numbers",
+            "n_pattern",
+            "n_room",
+            "n_factors",
+            "n_factors_real",
+        )
         if not self.setting.kernels.active:
             return dict.fromkeys(names, 0)
         n_q, n, nq = model.n_q, model.n_u, len(model.quaternions)

@@ -21,9 +21,10 @@ class Live(Record):
     Written by the caller:
 
     ``parameters``    p, in the order of the machine
-    ``given``, ``initial``    1 for each component of the state whose start the caller gives, and these values; all others
-                      are those of the machine, which may be expressions of p
+    ``given``, ``initial``    1 for each component of the state whose start the caller gives, and these values; all
+                      others are those of the machine, which may be expressions of p
     ``start``, ``until``    times of the start and of the end [s]
+    ``tolerances``    relative tolerance of each component of the state
     ``most_steps``, ``most_frames``    greatest numbers of steps and of frames, at most those that there is room for
     ``evenly``        1 for frames at equal distances of time, 0 for a fixed number of frames in each step
     ``dense``         1 for frames from the dense output, which is faster; 0 for frames as accurate as the steps
@@ -63,6 +64,7 @@ class Live(Record):
     parameters: Annotated[Row, "n_parameters"]
     initial: Annotated[Row, "n"]
     given: Annotated[Wholes, "n"]
+    tolerances: Annotated[Row, "n"]
     times: Annotated[Row, "room_of_frames"]
     states: Annotated[Rows, "room_of_frames", "n"]
     outputs: Annotated[Rows, "room_of_frames", "n_outputs"]
@@ -102,8 +104,8 @@ class Live(Record):
 
 
 READ = (
-    "start", "until", "most_steps", "most_frames", "evenly", "dense", "status", "fault", "closed", "worst", "blame", "reached",
-    "steps", "rejected", "evaluated", "frames", "events", "parameters", "initial", "given", "times", "states", "outputs",
-    "answers", "event_times", "event_numbers", "event_signs", "event_states",
+    "start", "until", "most_steps", "most_frames", "evenly", "dense", "status", "fault", "closed", "worst", "blame",
+    "reached", "steps", "rejected", "evaluated", "frames", "events", "parameters", "initial", "given", "tolerances",
+    "times", "states", "outputs", "answers", "event_times", "event_numbers", "event_signs", "event_states",
 )  # fmt: skip
 """Fields of `Live` that a caller writes or reads."""

@@ -37,7 +37,9 @@ def module_of(
     live = machine.memory(addresses, header["hoisted"])
     base = base_of_image(code)
     told = live.placed["closing"][0] * WORD
-    outside = [told + WORD * k for k in range(INTEGERS_AT, OF_PARAMETERS + 1)] if setting.kernels.active else []
+    outside = (
+        [told + WORD * k for k in range(INTEGERS_AT, OF_PARAMETERS + 1)] if setting.kernels.active else []
+    )
     image = live.image_at(base, outside)
     module = linked(code, [EXPORT], table, image, len(image))
     places = live.places_of(*READ)

@@ -41,7 +41,8 @@ class Trajectory(ComputedMotion):
     course : Course
         How the quantities follow from the path.
     initial, near : dict
-        Initial values and guesses as they were given, by name: numbers, or expressions of the parameters.
+        Initial values and guesses as they were given, by name: numbers, or expressions of the parameters. Empty for
+        motions that contacts, blows, signals or controllers interrupt.
     """
 
     def __getitem__(self, name: Any) -> Any:

@@ -151,8 +151,7 @@ def _role(load: Any) -> str:
 def wheel_points(model: Model, state: State) -> dict[str, Vector]:
     """Point at which each rolling wheel touches its plane, in ground axes [m].
 
-    c - r (n - (n·a) a) / |n - (n·a) a|, with the centre c, the radius r and the axis a of the wheel, and the normal n of
-    the plane
+    c - r (n - (n·a) a) / |n - (n·a) a|, with centre c, radius r and axis a of the wheel, and the normal n of the plane
     """
     postures, result = poses(model, state), {}
     for name, wheel in model.constraints.items():

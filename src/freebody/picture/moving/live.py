@@ -61,7 +61,9 @@ class Outputs:
             result += [*posture.position, *(x for row in posture.rotation for x in row)]
             result += angular_velocity(model, state, Named(name))
         result += [x for _, vector in applied(model, state) for x in vector]
-        result += [x for pair in all_reactions(model, state, moving).values() for vector in pair for x in vector]
+        result += [
+            x for pair in all_reactions(model, state, moving).values() for vector in pair for x in vector
+        ]
         kinetic, potential = kinetic_energy(model, state), potential_energy(model, state)
         result += [kinetic, potential, kinetic + potential]
         result += [x for point in wheel_points(model, state).values() for x in point]

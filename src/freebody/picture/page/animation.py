@@ -174,9 +174,7 @@ def _apex(model: Model, state: State, body: str) -> list[float]:
 # -- bodies ------------------------------------------------------------------------------------------------
 
 
-def _bodies(
-    model: Model, state: State, values: Mapping[str, float], size: float
-) -> list[dict[str, Any]]:
+def _bodies(model: Model, state: State, values: Mapping[str, float], size: float) -> list[dict[str, Any]]:
     """Bodies with their parts."""
     pieces_of = shapes(model, values, size)
     pins, unseen = _pins(model, state, size), hidden(model)

@@ -14,5 +14,6 @@
     else if (name !== "play" && name !== "flat") shown.show(name, value === "1");
   if (options.get("play") === "1") shown.play();
   window.freebody = shown;
-  if (scene.live) control(scene, shown, redraw);
+  if (scene.live)
+    control(scene, shown, redraw).then((may) => may || say("WebAssembly is not allowed here, so that this page has no sliders. It shows the recorded motion."));
 })();

@@ -16,12 +16,11 @@ import numpy as np
 import sympy
 
 from ...describe.system import System
-from ...dynamics import State
+from ...dynamics.state import float_state
 from ...errors import FreebodyError, ModelError
 from ...motion.live.export import check_live, setting_of
 from ...motion.live.machine import LiveMachine
 from ...motion.live.module import module_of
-
 from ..moving.keyframes import Keyframes
 from ..moving.live import Outputs
 from .animation import figure
@@ -35,6 +34,10 @@ FEWEST, MOST = 400, 2400
 
 MOST_STEPS = 20_000
 """Most steps of such a motion: some 50 ms of computation for a small machine."""
+
+Path = tuple[Any, ...]
+Tree = Mapping[Path, Any]
+"""Numbers and texts of a drawing, by their paths in its data."""
 
 PARTS = (-0.5, -0.2, 0.3, 0.5)
 """Changes of a parameter, as parts of its value, at which the drawing is compared with its linear extrapolation."""
@@ -119,7 +122,7 @@ class Follow:
         model, values, size = trajectory.kernels.model, trajectory.values, scene["size"]
         up = np.array(scene["up"])
 
-        def drawn(changed: Mapping[str, float]) -> dict[tuple[Any, ...], Any]:
+        def drawn(changed: Mapping[str, float]) -> dict[Path, Any]:
             picture = figure(model, {**values, **changed}, keys, size, up)
             picture["arrows"] = [a for a in picture["arrows"] if a["channel"] in scene["channels"]]
             bodies = {cone["body"] for cone in scene["cones"]}
@@ -127,7 +130,7 @@ class Follow:
             return dict(_leaves(picture))
 
         base = drawn({})
-        slopes: dict[str, dict[tuple[Any, ...], float]] = {}
+        slopes: dict[str, dict[Path, float]] = {}
         beyond: set[str] = set()
         for name, value in values.items():
             steps = [part * (value or 1.0) for part in PARTS]
@@ -142,7 +145,7 @@ class Follow:
             beyond.add(name)
             del slopes[name]
         places = {parameter.name: i for i, parameter in enumerate(model.parameters)}
-        numbers: dict[tuple[Any, ...], list[Any]] = {}
+        numbers: dict[Path, list[Any]] = {}
         for name, found in slopes.items():
             for path, slope in found.items():
                 numbers.setdefault(path, [list(path), base[path], []])[2].append([places[name], slope])
@@ -157,16 +160,16 @@ def _parts() -> Iterator[float]:
         k += 1
 
 
-def _or_none(drawn: Any, changed: Mapping[str, float]) -> Mapping[tuple[Any, ...], Any] | None:
+def _or_none(drawn: Any, changed: Mapping[str, float]) -> Tree | None:
     """The drawing at values that it may not exist for."""
     try:
-        result: Mapping[tuple[Any, ...], Any] = drawn(changed)
+        result: Tree = drawn(changed)
     except (ModelError, ValueError, ZeroDivisionError):
         return None
     return result
 
 
-def _leaves(tree: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, ...], Any]]:
+def _leaves(tree: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
     """Numbers and texts of a scene with their paths."""
     if isinstance(tree, Mapping):
         for key, value in tree.items():
@@ -178,9 +181,7 @@ def _leaves(tree: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, 
         yield path, tree
 
 
-def _slopes(
-    base: Mapping[tuple[Any, ...], Any], others: list[tuple[float, Any]], size: float
-) -> dict[tuple[Any, ...], float] | None:
+def _slopes(base: Tree, others: list[tuple[float, Any]], size: float) -> dict[Path, float] | None:
     """Slopes of the numbers that change with one parameter; None if the drawing does not follow it linearly."""
     at = [(step, other) for step, other in others if other is not None]
     if len(at) < 2 or any(other.keys() != base.keys() for _, other in at):
@@ -203,16 +204,18 @@ def _slopes(
 
 
 def _wrong(
-    base: Mapping[tuple[Any, ...], Any], slopes: Mapping[str, Mapping[tuple[Any, ...], float]], values: Mapping[str, float],
-    changed: Mapping[str, float], drawn: Mapping[tuple[Any, ...], Any] | None, size: float,
-) -> set[tuple[Any, ...]] | None:  # fmt: skip
+    base: Tree, slopes: Mapping[str, Mapping[Path, float]], values: Mapping[str, float], changed: Mapping[str, float],
+    drawn: Tree | None, size: float,
+) -> set[Path] | None:  # fmt: skip
     """Paths of the numbers that do not follow several parameters together; None if the drawing is another one."""
     if drawn is None or drawn.keys() != base.keys():
         return None
     result = set()
     for path, value in base.items():
         if isinstance(value, float):
-            change = sum(found.get(path, 0.0) * (changed[name] - values[name]) for name, found in slopes.items())
+            change = sum(
+                found.get(path, 0.0) * (changed[name] - values[name]) for name, found in slopes.items()
+            )
             if not abs(drawn[path] - value - change) <= ROUND * (abs(value) + abs(change) + size):
                 result.add(path)
         elif drawn[path] != value:
@@ -226,17 +229,16 @@ def _wrong(
 def followed_answers(trajectory: Trajectory, answers: Mapping[str, Any]) -> dict[str, Any]:
     """Return the formulas of answers that depend on parameters alone and give the answers' values, by name."""
     model, result = trajectory.kernels.model, {}
-    parameters = {parameter.symbol for parameter in model.parameters}
-    state = _numbers(trajectory)
+    parameters = {parameter.name: parameter.symbol for parameter in model.parameters}
+    state = float_state(model, values=trajectory.values)
     for name, answer in answers.items():
         formula, value = getattr(answer, "formula", None), getattr(answer, "value", None)
         if not isinstance(formula, sympy.Expr) or not isinstance(value, int | float):
             continue
-        where = {sympy.Symbol(key): x for key, x in getattr(answer, "where", {}).items()}
-        by_name = {symbol.name: symbol for symbol in parameters}
-        formula = formula.subs({x: where[sympy.Symbol(x.name)] for x in formula.free_symbols if sympy.Symbol(x.name) in where})
-        formula = formula.subs({x: by_name[x.name] for x in formula.free_symbols if x.name in by_name})
-        if not formula.free_symbols or not formula.free_symbols <= parameters:
+        where = getattr(answer, "where", {})
+        formula = formula.subs({x: where[x.name] for x in formula.free_symbols if x.name in where})
+        formula = formula.subs({x: parameters[x.name] for x in formula.free_symbols if x.name in parameters})
+        if not formula.free_symbols or not formula.free_symbols <= {*parameters.values()}:
             continue
         try:
             number = float(state(formula))
@@ -245,11 +247,3 @@ def followed_answers(trajectory: Trajectory, answers: Mapping[str, Any]) -> dict
         if abs(number - value) <= ROUND * max(abs(value), abs(number)):
             result[name] = formula
     return result
-
-
-def _numbers(trajectory: Trajectory) -> State:
-    from ...dynamics.state import float_state
-
-    return float_state(trajectory.kernels.model, values=trajectory.values)
-
-

@@ -9,8 +9,8 @@ function sliders(root, list, length, moved) {
   for (const { group, name, value, low, high, unit, about, follows } of [...list, run]) {
     const row = element("label", { class: "slider", title: about }, root);
     element("span", {}, row, name);
-    const [step] = ticks(0, high - low, 250).slice(1), least = low > 0 ? Math.max(1, Math.round(low / step)) * step : low;
-    const range = element("input", { type: "range", min: least, max: high, step, name }, row);
+    const step = ticks(0, high - low, 250)[1], least = low > 0 ? Math.max(1, Math.round(low / step)) : Math.floor(low / step);
+    const range = element("input", { type: "range", min: least * step, max: Math.ceil(high / step) * step, step, name }, row);
     const box = element("input", { type: "number", step: "any", "aria-label": `${name}, number` }, row);
     element("span", { class: "unit" }, row, unit);
     const show = (x) => {
@@ -55,20 +55,22 @@ function sliders(root, list, length, moved) {
   };
 }
 
-// Lets the sliders of a page change its motion. Until one moves, and where WebAssembly is not allowed, the page shows the
-// motion that was recorded.
+// Shows a text beside the sliders, or none.
+function say(text) {
+  const place = document.getElementById("problem");
+  place.hidden = !text;
+  place.textContent = text;
+}
+
+// Lets the sliders of a page change its motion. Until one moves, the page shows the motion that was recorded. Returns
+// whether the page may compute (WebAssembly may be forbidden).
 async function control(scene, shown, redraw) {
   const at = (id) => document.getElementById(id), live = scene.live, data = document.documentElement.dataset;
-  const say = (text) => {
-    at("problem").hidden = !text;
-    at("problem").textContent = text;
-  };
-  let machine = null, waiting = false, last = Promise.resolve();
+  let machine = null, waiting = false;
   try {
     machine = await simulator(live, scene);
   } catch (error) {
-    say("This page may not compute here (WebAssembly is not allowed), so that it has no sliders. It shows the recorded motion.");
-    return;
+    return false;
   }
   const cells = [...document.querySelectorAll("[data-answer]")].map((cell) => [cell, live.answers.indexOf(cell.dataset.answer)]);
   const panel = sliders(at("sliders"), live.sliders, live.length, () => {
@@ -76,7 +78,7 @@ async function control(scene, shown, redraw) {
     waiting = true;
   });
   at("reset").hidden = false;
-  at("reset").addEventListener("click", () => panel.reset());
+  at("reset").onclick = () => panel.reset();
   function update() {
     const begun = performance.now();
     waiting = false;
@@ -96,4 +98,5 @@ async function control(scene, shown, redraw) {
     data.motions = Number(data.motions || 0) + 1;
     data.milliseconds = time;
   }
+  return true;
 }

@@ -119,4 +119,6 @@ def start_of(
 def named(model: Model, initial: Mapping[Any, Any]) -> dict[str, Any]:
     """Return initial values by the names of coordinates, speeds and joints."""
     texts = model.names.texts
-    return {key if isinstance(key, str) else texts.get(key, str(key)): value for key, value in initial.items()}
+    return {
+        key if isinstance(key, str) else texts.get(key, str(key)): value for key, value in initial.items()
+    }

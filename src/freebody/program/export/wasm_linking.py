@@ -121,9 +121,7 @@ def base_of_image(code: bytes) -> int:
     return STACK + -(-end // LINE) * LINE
 
 
-def linked(
-    code: bytes, exports: Sequence[str], table: Sequence[str], image: bytes, size: int
-) -> Linked:
+def linked(code: bytes, exports: Sequence[str], table: Sequence[str], image: bytes, size: int) -> Linked:
     """Return a module of one object.
 
     Parameters
@@ -148,7 +146,9 @@ def linked(
         if kind in _ADDRESS:
             place = o.data[symbol]
             if place is None:
-                raise ValueError(f"Expected the address of a datum for symbol {symbol} of an object, got a function.")
+                raise ValueError(
+                    f"Expected the address of a datum for symbol {symbol} of an object, got a function."
+                )
             return starts[place[0]] + place[1] + addend
         number = o.function_of[symbol]
         return numbers.setdefault(number, len(numbers) + 1)
@@ -162,8 +162,10 @@ def linked(
     imported = b"".join(
         unsigned(3) + b"env" + _text(name) + b"\0" + unsigned(kind) for name, kind in o.imports
     )
-    exported = _text("memory") + b"\2\0" + b"".join(
-        _text(name) + b"\0" + unsigned(o.functions[name]) for name in exports
+    exported = (
+        _text("memory")
+        + b"\2\0"
+        + b"".join(_text(name) + b"\0" + unsigned(o.functions[name]) for name in exports)
     )
     elements = sorted(numbers, key=numbers.__getitem__)
     count = unsigned(len(elements) + 1)
@@ -307,10 +309,14 @@ def _patched(o: _Object, section: int, value: Callable[[int, int, int], int]) ->
             continue
         width = {**_ADDRESS, **_INDEX_OF_TABLE}.get(kind)
         if width is None:
-            raise ValueError(f"Expected relocations of functions and data in an object, got one of kind {kind}.")
+            raise ValueError(
+                f"Expected relocations of functions and data in an object, got one of kind {kind}."
+            )
         number = value(kind, symbol, addend)
         # addresses are below 2^31, so that filled up to five bytes their signed and unsigned forms are the same
-        content[place : place + width] = number.to_bytes(4, "little") if width == 4 else unsigned(number, width)
+        content[place : place + width] = (
+            number.to_bytes(4, "little") if width == 4 else unsigned(number, width)
+        )
     return bytes(content)
 
 
@@ -324,4 +330,3 @@ def _segments(o: _Object) -> list[tuple[int, bytes]]:
         reader.byte()
         result.append((place, reader.bytes(reader.unsigned())))
     return result
-

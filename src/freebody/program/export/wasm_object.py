@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import llvmlite.binding as llvm
 
 from ...native import codegen, target
