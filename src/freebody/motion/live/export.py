@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 METHOD = "dop853"
 """Method of all live motions: it needs the rates alone."""
 
+MOST_BODIES = 40
+"""Most bodies of a machine: the code of its equations grows faster than their number."""
+
 LARGEST = 1_000_000
 """Greatest number of steps that a module has room for."""
 
@@ -66,10 +69,9 @@ def check_machine(kernels: Kernels) -> None:
         )
     if model.switched:
         raise _refusal(model, "a machine whose forces are smooth in time", "signals that switch", without)
-    if kernels.operations is None:
-        raise _refusal(
-            model, "a machine whose equations are straight code", "one so large that they are loops", without
-        )
+    count = len(model.bodies)
+    if count > MOST_BODIES:
+        raise _refusal(model, f"a machine of at most {MOST_BODIES} bodies", f"one of {count}", without)
     if kernels.dropped:
         names = ", ".join(map(repr, kernels.dropped[:3]))
         raise _refusal(
