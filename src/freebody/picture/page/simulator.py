@@ -21,6 +21,7 @@ from ...errors import FreebodyError, ModelError
 from ...motion.live.export import check_live, setting_of
 from ...motion.live.machine import LiveMachine
 from ...motion.live.module import module_of
+from ...motion.trajectory.units import unit_of
 from ..moving.keyframes import Keyframes
 from ..moving.live import Outputs
 from .animation import figure
@@ -75,6 +76,8 @@ def simulator(
     found = sliders(s, model, trajectory.values, initial, near, follow.beyond)
     for slider in found:
         slider["place"] = places[slider["name"]]
+        if slider["group"] == "initial":
+            slider["unit"] = unit_of(trajectory, slider["name"])
     return {
         "module": base64.b64encode(gzip.compress(module.code, 9, mtime=0)).decode("ascii"),
         "record": module.address,
