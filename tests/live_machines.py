@@ -76,7 +76,9 @@ class Here:
         addresses = {name: kernels[name].address for name in machine.functions}
         self.names = [parameter.name for parameter in model.parameters]
         self.kernels, self.machine = kernels, machine
-        self.memory: Live = machine.memory({"prologue": kernels._prologue.address, **addresses}, kernels.hoisted)
+        self.memory: Live = machine.memory(
+            {"prologue": kernels._prologue.address, **addresses}, kernels.hoisted
+        )
         self.memory.evenly, self.memory.dense, self.memory.most_frames = 1, 0, 101
 
     def __getattr__(self, name: str) -> Any:
@@ -99,7 +101,11 @@ class InWasm:
         self.module = module
         engine = wasmtime.Engine()
         self.store = wasmtime.Store(engine)
-        code, linker, real = wasmtime.Module(engine, module.code), wasmtime.Linker(engine), wasmtime.ValType.f64()
+        code, linker, real = (
+            wasmtime.Module(engine, module.code),
+            wasmtime.Linker(engine),
+            wasmtime.ValType.f64(),
+        )
         for item in code.imports:
             assert item.module == "env" and item.name in module.imports
             kind = wasmtime.FuncType([real] * len(item.type.params), [real])

@@ -200,7 +200,9 @@ class Page:
             if live
             else ""
         )
-        frame = f'<iframe src="../live/{name}.html" title="{title}" loading="lazy" class="live-page"></iframe>'
+        frame = (
+            f'<iframe src="../live/{name}.html" title="{title}" loading="lazy" class="live-page"></iframe>'
+        )
         return f"{heading}{said}\n{_html(frame)}"
 
     def _machine(self) -> str:

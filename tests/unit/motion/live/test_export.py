@@ -7,9 +7,9 @@ import re
 import pytest
 
 import freebody as fb
+from contact_machines import pulled_disk
 from freebody.errors import SimulationError
 from freebody.motion.live.export import check_live
-from contact_machines import pulled_disk
 from live_machines import double_pendulum, motion_of
 
 WITHOUT = "Write the page without live=True: it shows the motion that was computed here."
@@ -55,7 +55,15 @@ def test_a_large_machine():
     last = s.ground
     for k in range(60):
         body = s.body(f"b{k}", fb.slender_bar(1, 1, axis="y"))
-        s.hinge(f"h{k}", last, body, at=(0, 0 if k == 0 else -0.5, 0), to=(0, 0.5, 0), axis="z", coordinate=f"q{k}")
+        s.hinge(
+            f"h{k}",
+            last,
+            body,
+            at=(0, 0 if k == 0 else -0.5, 0),
+            to=(0, 0.5, 0),
+            axis="z",
+            coordinate=f"q{k}",
+        )
         last = body
     refused(
         fb.simulate(s, 0.01),
@@ -74,13 +82,17 @@ def test_conditions_that_others_imply():
     for k in (1, 2):
         s.hinge(f"B{k}", coupler, cranks[k], at=(k - 1, 0, 0), to=(0, 0.5, 0), axis="z")
     motion = fb.simulate(s, 0.1, initial={"q0": 0.3, "q0'": 1})
-    with pytest.raises(SimulationError, match=r"^Expected (conditions that are independent|a motion in one leg) for a live"):
+    with pytest.raises(
+        SimulationError, match=r"^Expected (conditions that are independent|a motion in one leg) for a live"
+    ):
         check_live(motion)
 
 
 def test_blows():
     s = double_pendulum()
-    motion = fb.simulate(s, 1, initial={"q1": 1}, impulses=[fb.blow(0.5, at=s.bodies["b"], impulse=(1, 0, 0))])
+    motion = fb.simulate(
+        s, 1, initial={"q1": 1}, impulses=[fb.blow(0.5, at=s.bodies["b"], impulse=(1, 0, 0))]
+    )
     refused(
         motion,
         "Expected a motion in one leg for a live motion of 'double pendulum', got one that blows, or conditions that "

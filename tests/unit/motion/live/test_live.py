@@ -33,7 +33,9 @@ def test_frames_of_steps_come_from_the_dense_output():
     live.memory.evenly, live.memory.dense, live.memory.most_frames = 0, 1, 401
     states = live()
     times = live.times[: live.frames]
-    assert live.frames == 401 and times[0] == 0 and times[-1] == motion.path.end and (np.diff(times) > 0).all()
+    assert (
+        live.frames == 401 and times[0] == 0 and times[-1] == motion.path.end and (np.diff(times) > 0).all()
+    )
     # the dense output has order 7: its error is that of the steps, 1e-10, to the power 7/8
     assert difference(states, motion.path.sample(times.copy())) < 1e-10 ** (7 / 8)
 

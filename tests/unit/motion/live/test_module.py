@@ -45,7 +45,9 @@ def test_it_is_the_motion_of_this_computer_to_round_off(name):
     assert (error / (1 + np.abs(here)))[:21].max() < 1e-12
     assert error.max() < np.sqrt(live.steps) * moved_by_an_ulp(live, here).max()
     events = int(wasm.events)
-    assert events == live.events and np.allclose(wasm.event_times[:events], live.event_times[:events], rtol=0, atol=1e-8)
+    assert events == live.events and np.allclose(
+        wasm.event_times[:events], live.event_times[:events], rtol=0, atol=1e-8
+    )
 
 
 def test_it_recovers_from_what_cannot_be_closed():
@@ -85,7 +87,10 @@ def test_its_interface_is_written_beside_it(tmp_path):
     file = module.write(tmp_path / "pendulum.wasm")
     assert file.read_bytes() == module.code and module.code.startswith(b"\0asm\1\0\0\0")
     told = json.loads((tmp_path / "pendulum.json").read_text(encoding="utf-8"))
-    assert told["address"] == module.address and told["fields"]["states"] == [*module.fields["states"][:2], [2001, 4]]
+    assert told["address"] == module.address and told["fields"]["states"] == [
+        *module.fields["states"][:2],
+        [2001, 4],
+    ]
     assert repr(module).startswith("<WasmModule: ") and "parameters m, L, g, theta_0" in repr(module)
     with pytest.raises(FormatError, match=r"Expected a file name that ends in \.wasm, got 'pendulum\.bin'\."):
         module.write(tmp_path / "pendulum.bin")

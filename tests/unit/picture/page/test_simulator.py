@@ -28,7 +28,11 @@ in_a_browser = pytest.mark.skipif(chromium() is None, reason="no Chromium on thi
 def follow(motion: fb.Trajectory) -> tuple[Follow, dict, dict]:
     keys = frames_of(motion, 2e-3)
     scene = scene_of(motion, keys)
-    return Follow.of(motion, keys, scene), scene, {"keys": keys, "size": scene["size"], "up": np.array(scene["up"])}
+    return (
+        Follow.of(motion, keys, scene),
+        scene,
+        {"keys": keys, "size": scene["size"], "up": np.array(scene["up"])},
+    )
 
 
 def at(tree: object, path: list) -> float:
@@ -89,14 +93,20 @@ def pages(tmp_path_factory) -> dict[str, Path]:
 
 
 def data_of(page: Path) -> dict:
-    found = re.search(r'<script type="application/json" id="scene">(.*?)</script>', page.read_text("utf-8"), re.DOTALL)
+    found = re.search(
+        r'<script type="application/json" id="scene">(.*?)</script>', page.read_text("utf-8"), re.DOTALL
+    )
     assert found is not None
     return json.loads(found[1])
 
 
 def test_the_page_holds_the_machine_and_its_sliders(pages):
     text = pages["double pendulum"].read_text(encoding="utf-8")
-    assert "script-src &#x27;sha256-" in text and "&#x27;wasm-unsafe-eval&#x27;" in text and "connect-src" not in text
+    assert (
+        "script-src &#x27;sha256-" in text
+        and "&#x27;wasm-unsafe-eval&#x27;" in text
+        and "connect-src" not in text
+    )
     live = data_of(pages["double pendulum"])["live"]
     sliders = {x["name"]: x for x in live["sliders"]}
     assert list(sliders) == ["m", "L", "g", "theta_0", "q1", "q2", "q1'", "q2'"]
@@ -109,7 +119,9 @@ def test_the_page_holds_the_machine_and_its_sliders(pages):
 
 def test_sizes_of_the_gyroscope(tmp_path):
     for name, more in (("live", ["--live"]), ("plain", [])):
-        done = CliRunner().invoke(command, ["report", "gyroscope", "-o", str(tmp_path / f"{name}.html"), *more])
+        done = CliRunner().invoke(
+            command, ["report", "gyroscope", "-o", str(tmp_path / f"{name}.html"), *more]
+        )
         assert done.exit_code == 0, done.output
     live, plain = ((tmp_path / f"{name}.html").stat().st_size for name in ("live", "plain"))
     assert live < WHOLE and live - plain < LIVE_PART
@@ -151,7 +163,9 @@ class Page(PageBrowser):
         return str(self.value("(p => p.hidden ? '' : p.textContent)(document.getElementById('problem'))"))
 
     def channel(self, key: str) -> tuple[np.ndarray, np.ndarray]:
-        t, values = self.value(f"[freebody.motion.t, freebody.motion.channels[{key!r}].values].map(x => Array.from(x))")
+        t, values = self.value(
+            f"[freebody.motion.t, freebody.motion.channels[{key!r}].values].map(x => Array.from(x))"
+        )
         return np.array(t), np.array(values).reshape(len(t), -1)
 
     def offline(self) -> None:
@@ -185,9 +199,18 @@ def test_sliders_give_the_motion_of_simulate(pages, page):
     assert np.abs(residual).max() < 1e-6 * max(1, np.abs(total).max())
     _, force = page.channel("reaction force upper 0")
     k = len(t) // 2
-    expected = fb.simulate(
-        double_pendulum(), 2.0, initial={"q1": 0.4, "q2": 0.5}, values={"L": 1.7}, times=[t[k]], tolerance=1e-10
-    ).reactions["upper"].force[0]
+    expected = (
+        fb.simulate(
+            double_pendulum(),
+            2.0,
+            initial={"q1": 0.4, "q2": 0.5},
+            values={"L": 1.7},
+            times=[t[k]],
+            tolerance=1e-10,
+        )
+        .reactions["upper"]
+        .force[0]
+    )
     assert np.abs(force[k] - expected).max() < 1e-4
     drawn = page.value("freebody.motion.scene.bodies[0].parts[0].profile[2][1]")
     assert drawn == pytest.approx(0.85)
@@ -234,7 +257,9 @@ def test_keys_and_fingers_move_sliders(pages, page):
     page.begin(pages["double pendulum"])
     page.value("document.querySelector('#sliders input[name=g]').focus()")
     for kind in ("rawKeyDown", "keyUp"):
-        page.ask("Input.dispatchKeyEvent", type=kind, key="ArrowRight", code="ArrowRight", windowsVirtualKeyCode=39)
+        page.ask(
+            "Input.dispatchKeyEvent", type=kind, key="ArrowRight", code="ArrowRight", windowsVirtualKeyCode=39
+        )
     page.wait("Number(document.documentElement.dataset.motions) >= 1")
     assert float(page.value("document.querySelector('#sliders input[name=g]').value")) > 9.81
     page.ask("Emulation.setTouchEmulationEnabled", enabled=True)
