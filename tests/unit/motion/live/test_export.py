@@ -83,7 +83,7 @@ def test_conditions_that_others_imply():
         s.hinge(f"B{k}", coupler, cranks[k], at=(k - 1, 0, 0), to=(0, 0.5, 0), axis="z")
     motion = fb.simulate(s, 0.1, initial={"q0": 0.3, "q0'": 1})
     with pytest.raises(
-        SimulationError, match=r"^Expected (conditions that are independent|a motion in one leg) for a live"
+        SimulationError, match=r"^Expected (conditions that are independent|a motion in one leg)"
     ):
         check_live(motion)
 
@@ -106,8 +106,8 @@ def test_a_stiff_motion():
     motion = fb.simulate(s, 5, initial={"q1": 1}, tolerance=1e-6, method="radau")
     refused(
         motion,
-        "Expected a motion for explicit steps for a live motion of 'double pendulum', got a stiff one, for which method "
-        "'radau' was needed. Lower the stiffness or the damping that decays fastest, or write the page without "
+        "Expected a motion for explicit steps for a live motion of 'double pendulum', got a stiff one, for which "
+        "method 'radau' was needed. Lower the stiffness or the damping that decays fastest, or write the page without "
         "live=True.",
     )
 

@@ -35,8 +35,8 @@ def moved_by_an_ulp(live: Here, states: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("name", ["double pendulum", "gyroscope", "four-bar"])
 def test_it_is_the_motion_of_this_computer_to_round_off(name):
-    """Products and sums are rounded once here, and twice in the module: in each step some roundings of an ulp, which the
-    motion amplifies at most as it does those of the start. The first second is within a few hundred ulps."""
+    """Products and sums are rounded once here, and twice in the module: in each step some roundings of an ulp, which
+    the motion amplifies at most as it does those of the start. The first second is within a few hundred ulps."""
     motion = motion_of(name)
     live, wasm = Here(motion), in_wasm(motion)
     here, there = live(), wasm()

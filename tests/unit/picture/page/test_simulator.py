@@ -264,7 +264,8 @@ def test_keys_and_fingers_move_sliders(pages, page):
     assert float(page.value("document.querySelector('#sliders input[name=g]').value")) > 9.81
     page.ask("Emulation.setTouchEmulationEnabled", enabled=True)
     x, y, width = page.value(
-        "(b => [b.x, b.y + b.height / 2, b.width])(document.querySelector('#sliders input[name=L]').getBoundingClientRect())"
+        "(b => [b.x, b.y + b.height / 2, b.width])"
+        "(document.querySelector('#sliders input[name=L]').getBoundingClientRect())"
     )
     points = [{"x": x + part * width, "y": y} for part in (0.48, 0.6, 0.75)]
     page.ask("Input.dispatchTouchEvent", type="touchStart", touchPoints=points[:1])

@@ -1,4 +1,4 @@
-"""The linker: an object becomes a module whose memory is the image, and whose functions call each other and the table."""
+"""The linker: an object becomes a module with the image in its memory, and functions call others by the table."""
 
 from __future__ import annotations
 
