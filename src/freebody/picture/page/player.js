@@ -30,6 +30,12 @@ function player(root, scene, options = {}) {
   for (const x of SPEEDS) element("option", { value: x }, rate, `× ${x}`);
   const rail = element("div", {}, root);
   let strip = null;
+  // what the page has measured: to ask for it after each change of the page would lay out the page each time
+  const measured = { wide: 1, high: 1, left: 0, slider: 0 };
+  function measure() {
+    const [bar, whole] = [slider, rail].map((part) => part.getBoundingClientRect());
+    Object.assign(measured, { wide: canvas.clientWidth, high: canvas.clientHeight, left: bar.left - whole.left, slider: bar.width });
+  }
   const panel = element("div", { class: "bar switches" }, root);
   const boxes = {};
   const present = {
@@ -105,7 +111,7 @@ function player(root, scene, options = {}) {
     span = motion.last - motion.first;
     places = Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(span || 1))));
     rail.replaceChildren();
-    strip = timeline(rail, slider, scene, motion, (time) => (pause(), seek(time)));
+    strip = timeline(rail, measured, scene, motion, (time) => (pause(), seek(time)));
   }
   shape();
   trace();
@@ -113,7 +119,7 @@ function player(root, scene, options = {}) {
 
   // -- the eye
   const eye = { target: [0, 0, 0], toward: unit(scene.toward), up, distance: 1, chosen: false }; // by the user
-  const aspect = () => Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
+  const aspect = () => Math.max(measured.wide, 1) / Math.max(measured.high, 1);
   // Distance from which everything that is visible at any time is in the picture around a target, and its middle.
   function framing(target) {
     const { right, top } = view(eye.toward, [0, 0, 0], eye.up, ANGLE, 1, 1, 2), room = 1.3 / Math.tan(ANGLE / 2);
@@ -178,7 +184,7 @@ function player(root, scene, options = {}) {
   // -- one picture
   function draw() {
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const wide = Math.round(canvas.clientWidth * ratio), high = Math.round(canvas.clientHeight * ratio);
+    const wide = Math.round(measured.wide * ratio), high = Math.round(measured.high * ratio);
     if (!wide || !high) return;
     for (const layer of [canvas, overlay])
       if (layer.width !== wide || layer.height !== high) [layer.width, layer.height] = [wide, high];
@@ -393,7 +399,7 @@ function player(root, scene, options = {}) {
   }, { passive: false, signal });
   canvas.addEventListener("dblclick", () => look("fit"), { signal });
   canvas.addEventListener("webglcontextrestored", () => location.reload(), { signal });
-  const watch = new ResizeObserver(() => (strip(), draw()));
+  const watch = new ResizeObserver(() => (measure(), strip(), draw()));
   watch.observe(stage);
 
   for (const [name, box] of Object.entries(boxes)) box.checked = on[name];
@@ -402,6 +408,7 @@ function player(root, scene, options = {}) {
   pause();
   if (length(subtract(bounds.high, bounds.low)) > 8 * bounds.reach) on.follow = boxes.follow.checked = true;
   followed = middle();
+  measure();
   fit();
   seek(motion.first);
   // Takes over the state of another player: switches, eye, speed and time.

@@ -37,17 +37,24 @@ async function simulator(live, scene) {
   }
   // Puts the numbers of the drawing that follow the parameters; returns whether any changed.
   function draw() {
-    const used = new Set(live.figure.flatMap(([, , slopes]) => slopes.map(([k]) => k)));
+    const used = new Set(live.figure.flatMap(([, , slopes, tables]) => [...slopes, ...tables].map(([k]) => k)));
     const now = [...used].map((k) => field.parameters[k]).join();
     if (now === shape) return false;
     const first = shape === "" && [...used].every((k) => field.parameters[k] === usual[k]);
     shape = now;
     if (first) return false;
-    for (const [path, value, slopes] of live.figure) {
+    for (const [path, value, slopes, tables] of live.figure) {
       const place = path.slice(0, -1).reduce((tree, key) => tree[key], drawn);
-      place[path[path.length - 1]] = slopes.reduce((sum, [k, slope]) => sum + slope * (field.parameters[k] - usual[k]), value);
+      const linear = slopes.reduce((sum, [k, slope]) => sum + slope * (field.parameters[k] - usual[k]), value);
+      place[path[path.length - 1]] = tables.reduce((sum, [k, row]) => sum + tabulated(k, row), linear);
     }
     return true;
+  }
+  // Change of a number at the nodes of a parameter, interpolated.
+  function tabulated(k, row) {
+    const [first, step] = live.nodes[k], x = (field.parameters[k] - first) / step;
+    const i = Math.min(row.length - 2, Math.max(0, Math.floor(x)));
+    return mix(row[i], row[i + 1], x - i);
   }
   function motion() {
     const n = whole("frames"), channels = {};
@@ -122,17 +129,20 @@ async function simulator(live, scene) {
 // Unit quaternions of rotation matrices (nine numbers by rows each), without jumps of sign (Shepperd, 1978).
 function quaternions(rotations) {
   const count = rotations.length / 9, result = new Float32Array(4 * count);
-  let last = [1, 0, 0, 0];
-  for (let k = 0; k < count; k++) {
-    const [a, b, c, d, e, f, g, h, i] = rotations.subarray(9 * k, 9 * k + 9);
-    const sizes = [a + e + i, a, e, i], best = sizes.indexOf(Math.max(...sizes));
-    const q = [
-      [1 + a + e + i, h - f, c - g, d - b], [h - f, 1 + a - e - i, b + d, c + g],
-      [c - g, b + d, 1 - a + e - i, f + h], [d - b, c + g, f + h, 1 - a - e + i],
-    ][best];
-    const size = Math.hypot(...q), sign = q.reduce((sum, x, n) => sum + x * last[n], 0) < 0 ? -1 : 1;
-    last = q.map((x) => (sign * x) / size);
-    result.set(last, 4 * k);
+  let lw = 1, lx = 0, ly = 0, lz = 0;
+  for (let k = 0, j = 0; k < count; k++, j += 9) {
+    const a = rotations[j], b = rotations[j + 1], c = rotations[j + 2], d = rotations[j + 3], e = rotations[j + 4];
+    const f = rotations[j + 5], g = rotations[j + 6], h = rotations[j + 7], i = rotations[j + 8], trace = a + e + i;
+    let w, x, y, z;
+    if (trace >= a && trace >= e && trace >= i) [w, x, y, z] = [1 + trace, h - f, c - g, d - b];
+    else if (a >= e && a >= i) [w, x, y, z] = [h - f, 1 + a - e - i, b + d, c + g];
+    else if (e >= i) [w, x, y, z] = [c - g, b + d, 1 - a + e - i, f + h];
+    else [w, x, y, z] = [d - b, c + g, f + h, 1 - a - e + i];
+    const size = Math.sqrt(w * w + x * x + y * y + z * z) * (w * lw + x * lx + y * ly + z * lz < 0 ? -1 : 1);
+    result[4 * k] = lw = w / size;
+    result[4 * k + 1] = lx = x / size;
+    result[4 * k + 2] = ly = y / size;
+    result[4 * k + 3] = lz = z / size;
   }
   return result;
 }

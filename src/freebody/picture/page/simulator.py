@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import base64
 import gzip
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,14 +16,14 @@ import sympy
 
 from ...describe.system import System
 from ...dynamics.state import float_state
-from ...errors import FreebodyError, ModelError
+from ...errors import FreebodyError
 from ...motion.live.export import check_live, setting_of
 from ...motion.live.machine import LiveMachine
 from ...motion.live.module import module_of
 from ...motion.trajectory.units import unit_of
 from ..moving.keyframes import Keyframes
 from ..moving.live import Outputs
-from .animation import figure
+from .follow import Follow
 from .sliders import sliders
 
 if TYPE_CHECKING:
@@ -36,15 +35,8 @@ FEWEST, MOST = 400, 2400
 MOST_STEPS = 20_000
 """Most steps of such a motion: some 50 ms of computation for a small machine."""
 
-Path = tuple[Any, ...]
-Tree = Mapping[Path, Any]
-"""Numbers and texts of a drawing, by their paths in its data."""
-
-PARTS = (-0.5, -0.2, 0.3, 0.5)
-"""Changes of a parameter, as parts of its value, at which the drawing is compared with its linear extrapolation."""
-
-ROUND = 1e-9
-"""Difference from that extrapolation, relative to the numbers and the size of the machine, that is round-off."""
+SAME = 1e-9
+"""Relative difference up to which the formula of an answer gives its value."""
 
 
 def simulator(
@@ -89,6 +81,7 @@ def simulator(
         "channels": {key: place for key, place in outputs.channels.items() if key in scene["channels"]},
         "wheels": outputs.wheels,
         "figure": follow.numbers,
+        "nodes": follow.nodes,
         "beyond": sorted(follow.beyond),
         "events": list(module.events),
         "answers": list(module.answers),
@@ -96,134 +89,6 @@ def simulator(
         "conditions": list(module.conditions),
         "state": list(module.state),
     }
-
-
-# -- the drawing as a function of the parameters ----------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Follow:
-    """How the numbers of a drawing follow the parameters: f(p) = f(p₀) + Σ_k s_k (p_k - p₀_k).
-
-    Lengths, radii and places of points are of this form unless a description multiplies or divides lengths. It is
-    checked, each parameter by itself and all together.
-
-    Attributes
-    ----------
-    numbers : list
-        Path to a number in the scene, its value, and its slopes [number of the parameter, slope].
-    beyond : set of str
-        Parameters on which the drawing depends in another way.
-    """
-
-    numbers: list[list[Any]] = field(default_factory=list)
-    beyond: set[str] = field(default_factory=set)
-
-    @classmethod
-    def of(cls, trajectory: Trajectory, keys: Keyframes, scene: Mapping[str, Any]) -> Follow:
-        """Return how the drawing of a scene follows the parameters."""
-        model, values, size = trajectory.kernels.model, trajectory.values, scene["size"]
-        up = np.array(scene["up"])
-
-        def drawn(changed: Mapping[str, float]) -> dict[Path, Any]:
-            picture = figure(model, {**values, **changed}, keys, size, up)
-            picture["arrows"] = [a for a in picture["arrows"] if a["channel"] in scene["channels"]]
-            bodies = {cone["body"] for cone in scene["cones"]}
-            picture["cones"] = [cone for cone in picture["cones"] if cone["body"] in bodies]
-            return dict(_leaves(picture))
-
-        base = drawn({})
-        slopes: dict[str, dict[Path, float]] = {}
-        beyond: set[str] = set()
-        for name, value in values.items():
-            steps = [part * (value or 1.0) for part in PARTS]
-            found = _slopes(base, [(step, _or_none(drawn, {name: value + step})) for step in steps], size)
-            if found is None:
-                beyond.add(name)
-            elif found:
-                slopes[name] = found
-        together = {name: values[name] * (1 + part) for name, part in zip(slopes, _parts(), strict=False)}
-        wrong = _wrong(base, slopes, values, together, _or_none(drawn, together), size)
-        for name in [name for name, found in slopes.items() if wrong is None or wrong & found.keys()]:
-            beyond.add(name)
-            del slopes[name]
-        places = {parameter.name: i for i, parameter in enumerate(model.parameters)}
-        numbers: dict[Path, list[Any]] = {}
-        for name, found in slopes.items():
-            for path, slope in found.items():
-                numbers.setdefault(path, [list(path), base[path], []])[2].append([places[name], slope])
-        return cls(list(numbers.values()), beyond)
-
-
-def _parts() -> Iterator[float]:
-    """Changes of several parameters at once, no two equal."""
-    k = 0
-    while True:
-        yield 0.4 * (-1) ** k / (1 + 0.3 * k)
-        k += 1
-
-
-def _or_none(drawn: Any, changed: Mapping[str, float]) -> Tree | None:
-    """The drawing at values that it may not exist for."""
-    try:
-        result: Tree = drawn(changed)
-    except (ModelError, ValueError, ZeroDivisionError):
-        return None
-    return result
-
-
-def _leaves(tree: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
-    """Numbers and texts of a scene with their paths."""
-    if isinstance(tree, Mapping):
-        for key, value in tree.items():
-            yield from _leaves(value, (*path, key))
-    elif isinstance(tree, list):
-        for i, value in enumerate(tree):
-            yield from _leaves(value, (*path, i))
-    else:
-        yield path, tree
-
-
-def _slopes(base: Tree, others: list[tuple[float, Any]], size: float) -> dict[Path, float] | None:
-    """Slopes of the numbers that change with one parameter; None if the drawing does not follow it linearly."""
-    at = [(step, other) for step, other in others if other is not None]
-    if len(at) < 2 or any(other.keys() != base.keys() for _, other in at):
-        return None
-    (step, last), result = at[-1], {}
-    for path, value in base.items():
-        if not isinstance(value, float):
-            if any(other[path] != value for _, other in at):
-                return None
-            continue
-        slope = (last[path] - value) / step
-        if any(
-            not abs(other[path] - value - slope * h) <= ROUND * (abs(value) + abs(slope * h) + size)
-            for h, other in at
-        ):
-            return None
-        if abs(slope * step) > ROUND * size:
-            result[path] = slope
-    return result
-
-
-def _wrong(
-    base: Tree, slopes: Mapping[str, Mapping[Path, float]], values: Mapping[str, float], changed: Mapping[str, float],
-    drawn: Tree | None, size: float,
-) -> set[Path] | None:  # fmt: skip
-    """Paths of the numbers that do not follow several parameters together; None if the drawing is another one."""
-    if drawn is None or drawn.keys() != base.keys():
-        return None
-    result = set()
-    for path, value in base.items():
-        if isinstance(value, float):
-            change = sum(
-                found.get(path, 0.0) * (changed[name] - values[name]) for name, found in slopes.items()
-            )
-            if not abs(drawn[path] - value - change) <= ROUND * (abs(value) + abs(change) + size):
-                result.add(path)
-        elif drawn[path] != value:
-            return None
-    return result
 
 
 # -- answers --------------------------------------------------------------------------------------------------
@@ -247,6 +112,6 @@ def followed_answers(trajectory: Trajectory, answers: Mapping[str, Any]) -> dict
             number = float(state(formula))
         except (FreebodyError, ValueError, TypeError, ZeroDivisionError, OverflowError):
             continue
-        if abs(number - value) <= ROUND * max(abs(value), abs(number)):
+        if abs(number - value) <= SAME * max(abs(value), abs(number)):
             result[name] = formula
     return result

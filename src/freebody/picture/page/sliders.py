@@ -24,16 +24,13 @@ def sliders(
     result = []
     about = about_of(system)
     relevant = relevant_parameters(system, model, initial, near).difference(without)
-    positive = {str(expression) for expression in model.assumed}
     for parameter in model.parameters:
         name = parameter.name
         if name not in relevant:
             continue
         x = values[name]
         unit, text = about.get(name, ("", ""))
-        low, high = (min(0.0, 2 * x), max(0.0, 2 * x)) if x else (-1.0, 1.0)
-        if name in positive:
-            low = x / NEAREST
+        low, high = range_of(model, name, x)
         result.append(slider("values", name, x, low, high, unit, text))
     rest = dict(zip(model.coordinate_names, map(float, rest_coordinates(model)), strict=True))
     start = start_of(system, model, values, initial)
@@ -52,6 +49,13 @@ def sliders(
             follows = followed(system, model, initial, name)
             result.append(slider("initial", name, x, -reach, reach, "", "at the start", follows))
     return result
+
+
+def range_of(model: Model, name: str, value: float) -> tuple[float, float]:
+    """Return the ends of the slider of a parameter."""
+    if name in {str(expression) for expression in model.assumed}:
+        return value / NEAREST, 2 * value
+    return (min(0.0, 2 * value), max(0.0, 2 * value)) if value else (-1.0, 1.0)
 
 
 def slider(

@@ -17,7 +17,8 @@ from freebody.errors import SimulationError
 from freebody.gallery import entries
 from freebody.picture.page.animation import figure, frames_of, scene_of
 from freebody.picture.page.browser import chromium
-from freebody.picture.page.simulator import Follow, followed_answers
+from freebody.picture.page.follow import Follow
+from freebody.picture.page.simulator import followed_answers
 from live_machines import double_pendulum, four_bar, motion_of
 from page_browser import PageBrowser
 
@@ -52,21 +53,38 @@ def test_the_drawing_follows_lengths():
     other = figure(motion.kernels.model, values, **context)
     other["arrows"] = [arrow for arrow in other["arrows"] if arrow["channel"] in scene["channels"]]
     assert found.beyond == set() and len(found.numbers) > 10
-    for path, value, slopes in found.numbers:
+    for path, value, slopes, tables in found.numbers:
+        assert tables == []
         change = sum(slope * (values[names[k]] - motion.values[names[k]]) for k, slope in slopes)
         assert at(other, path) == pytest.approx(value + change, abs=1e-9), path
 
 
-def test_what_follows_a_parameter_in_another_way_has_no_slider():
-    """A disk that is mounted at the angle beta, and a bar whose length is a product."""
+def test_what_is_not_linear_is_tabulated():
+    """A bar whose point of suspension moves on a circle with the angle beta."""
     s = fb.System("mount")
-    beta, L, ratio = s.parameters(beta=0.3, L=1.0, ratio=0.5)
-    shaft = s.body("shaft", fb.slender_bar(1, L, axis="x"))
-    bar = s.body("bar", fb.slender_bar(1, L * ratio, axis="y"))
-    s.hinge("pin", s.ground, shaft, axis="x", coordinate="theta")
-    s.weld("joint", shaft, bar, at=("L/2*cos(beta)", "L/2*sin(beta)", 0))
+    beta, L = s.parameters(beta=0.3, L=1.0)
+    bar = s.body("bar", fb.slender_bar(1, L, axis="x"))
+    s.hinge("pin", s.ground, bar, at=("2*cos(beta)", "2*sin(beta)", 0), axis="z", coordinate="theta")
     motion = fb.simulate(s, 1, initial={"theta'": 1})
-    assert follow(motion)[0].beyond >= {"beta"}
+    found, _, context = follow(motion)
+    assert found.beyond == set() and found.nodes == {0: [0.0, pytest.approx(0.6 / 32)]}
+    for angle in (0.05, 0.41, 0.55):
+        other = figure(motion.kernels.model, {"beta": angle, "L": 1.0}, **context)
+        tabulated = [entry for entry in found.numbers if entry[3]]
+        assert tabulated
+        for path, value, _, [[k, row]] in tabulated:
+            first, step = found.nodes[k]
+            change = np.interp(angle, first + step * np.arange(33), row)
+            assert at(other, path) == pytest.approx(value + change, abs=1e-3), path
+
+
+def test_what_follows_in_another_way_has_no_slider():
+    """The product of two lengths follows each of them, but not both; and where a length is 0, a bar is none."""
+    s = fb.System("product")
+    L, ratio = s.parameters(L=1.0, ratio=0.5)
+    bar = s.body("bar", fb.slender_bar(1, L * ratio, axis="x"))
+    s.hinge("pin", s.ground, bar, axis="z", coordinate="theta")
+    assert follow(fb.simulate(s, 1, initial={"theta'": 1}))[0].beyond == {"L", "ratio"}
 
 
 def test_answers_that_are_formulas_of_parameters_follow():
