@@ -88,7 +88,7 @@ class Here:
         """Compute the motion with these parameters; return the states of its frames."""
         for name, value in parameters.items():
             self.memory.parameters[self.names.index(name)] = value
-        loop.code("motion.live.live", "simulate")(self.memory)
+        loop.code("motion.live.live", "SIMULATE")(self.memory)
         return self.memory.states[: self.memory.frames].copy()
 
 

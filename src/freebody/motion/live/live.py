@@ -8,7 +8,7 @@ It is `step_control` with `dop853`, and `gauss_newton.close`, between what a cal
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater
+from ...native.instructions import Compiled, Parts, greater
 from ..ode import dop853
 from ..ode.layout import (
     BY_CONDITION,
@@ -27,6 +27,10 @@ from ..ode.layout import (
 from ..start.gauss_newton import close
 from .memory import OTHERS, Live
 
+part = Parts()
+CLOSES = True
+"""Whether the machine has constraints; without, the code that closes loops is not translated."""
+
 piece, sample = (dop853.FUNCTIONS[name] for name in ("piece", "sample"))
 
 FRAMES_OF_STEP = 4
@@ -36,7 +40,7 @@ FEWEST = 200
 TOO_MANY_STEPS = 7
 
 
-@compiled
+@part
 def first_fault(live: Live) -> int:
     """Return the first of the conditions on the parameters that does not hold, or -1."""
     live.conditions(live.start, live.initial, live.constants, live.positive)
@@ -46,7 +50,7 @@ def first_fault(live: Live) -> int:
     return -1
 
 
-@compiled
+@part
 def close_loops(live: Live) -> int:
     """Move the start of the run onto the conditions; return MET, a failure of `gauss_newton.close`, or OTHERS."""
     y, numbers, integers = live.run.initial, live.numbers, live.integers
@@ -71,7 +75,7 @@ def close_loops(live: Live) -> int:
     return MET
 
 
-@compiled
+@part
 def reset(live: Live) -> None:
     """Set the run to its start."""
     run = live.run
@@ -85,7 +89,7 @@ def reset(live: Live) -> None:
     run.room = live.room_of_steps if live.most_steps > live.room_of_steps else live.most_steps
 
 
-@compiled
+@part
 def scale_work(live: Live) -> None:
     """Multiply the tolerance of the work, the last component, by the energy at the start."""
     run, last = live.run, live.run.n - 1
@@ -95,7 +99,7 @@ def scale_work(live: Live) -> None:
         run.absolute[last] = run.relative[last] * (energy if energy > 0.0 else 1.0)
 
 
-@compiled
+@part
 def place_frames(live: Live) -> None:
     """Choose the times of the frames."""
     times, steps, last = live.run.times, live.steps, live.steps
@@ -119,7 +123,7 @@ def place_frames(live: Live) -> None:
     live.frames = count
 
 
-@compiled
+@part
 def show(live: Live) -> None:
     """Compute states and outputs of the frames."""
     live.run.sampled = 0
@@ -128,7 +132,7 @@ def show(live: Live) -> None:
         live.observation(live.times[k], live.states[k], live.constants, live.outputs[k])
 
 
-@compiled
+@part
 def simulate(live: Live) -> None:
     """Compute a motion from what the caller wrote."""
     run = live.run
@@ -143,8 +147,9 @@ def simulate(live: Live) -> None:
     for i in range(run.n):
         if live.given[i] != 0:
             run.initial[i] = live.initial[i]
-    if live.n_conditions > 0:
-        live.closed = close_loops(live)
+    if CLOSES:
+        if live.n_conditions > 0:
+            live.closed = close_loops(live)
         if live.closed != MET:
             return
     reset(live)
@@ -158,3 +163,11 @@ def simulate(live: Live) -> None:
         live.answering(live.start, run.initial, live.constants, live.answers)
     place_frames(live)
     show(live)
+
+
+def functions(closes: bool) -> dict[str, Compiled]:
+    """Return the functions for machines with constraints, or without."""
+    return part.bound({**globals(), "CLOSES": closes})
+
+
+SIMULATE = functions(closes=True)["simulate"]

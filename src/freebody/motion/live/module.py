@@ -67,15 +67,15 @@ def _object(machine: LiveMachine) -> tuple[dict[str, Any], bytes]:
     if stored is not None:
         return stored
     header, text = machine_text(*tape, TARGET)
-    code = wasm_object(_loop_text(), text)
+    code = wasm_object(_loop_text(bool(machine.setting.kernels.active)), text)
     cache.store(key, header, code)
     return header, code
 
 
-@lru_cache(maxsize=1)
-def _loop_text() -> str:
-    """LLVM's text of the loop, the same for every machine."""
+@lru_cache(maxsize=2)
+def _loop_text(closes: bool) -> str:
+    """LLVM's text of the loop, the same for every machine with constraints, and for every machine without."""
     from ...native.translation import translated  # imported late: not needed if the code is on the disk
-    from .live import simulate
+    from .live import functions
 
-    return translated({EXPORT: simulate})
+    return translated({EXPORT: functions(closes)[EXPORT]})

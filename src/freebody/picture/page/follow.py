@@ -33,7 +33,7 @@ Drawn = Callable[[Mapping[str, float]], Tree]
 PARTS = (-0.5, -0.2, 0.3, 0.5)
 """Changes of a parameter, as parts of its value, at which the drawing is compared with its linear extrapolation."""
 
-NODES, BETWEEN = 33, 8
+NODES, BETWEEN = 17, 4
 """Number of nodes over the range of a slider, and of values between them at which the drawing is compared."""
 
 ROUND, SEEN = 1e-9, 1e-2

@@ -22,7 +22,7 @@ function sliders(root, list, length, moved) {
     show(value);
     if (group === "initial") places[name] = { show, follows };
     const set = (x) => {
-      if (!Number.isFinite(x)) return;
+      if (!Number.isFinite(x) || (!group && !(x > 0))) return;
       if (group) state[group][name] = x;
       else state.until = x;
       // initial values that the model gives as expressions of this parameter follow it again
