@@ -85,12 +85,17 @@ class Follow:
                 beyond.add(name)
             elif found:
                 changes[name] = found
-        together = {name: values[name] * (1 + part) for name, part in zip(changes, _parts(), strict=False)}
-        moved = {name: (values[name], together[name], nodes[name]) for name in changes}
-        wrong = _wrong(base, changes, moved, _or_none(drawn, together), size)
-        for name in [name for name, found in changes.items() if wrong is None or wrong & found.keys()]:
-            beyond.add(name)
-            del changes[name]
+        while changes:
+            together = {
+                name: values[name] * (1 + part) for name, part in zip(changes, _parts(), strict=False)
+            }
+            moved = {name: (values[name], together[name], nodes[name]) for name in changes}
+            wrong = _wrong(base, changes, moved, _or_none(drawn, together), size)
+            if wrong is not None and not wrong:
+                break
+            worst = _worst(changes, wrong)
+            beyond.add(worst)
+            del changes[worst]
         return cls._of(base, changes, nodes, [parameter.name for parameter in model.parameters], beyond)
 
     @classmethod
@@ -211,3 +216,14 @@ def _wrong(
         if not abs(drawn[path] - x - total) <= bound * (abs(x) + abs(total) + size):
             result.add(path)
     return result
+
+
+def _worst(changes: Mapping[str, Mapping[Path, Change]], wrong: set[Path] | None) -> str:
+    """The parameter to leave out: one with tables, if there is one, that takes part in the most wrong numbers."""
+
+    def weight(name: str) -> tuple[bool, int]:
+        found = changes[name]
+        part = len(wrong & found.keys()) if wrong is not None else len(found)
+        return part > 0 and any(not isinstance(x, float) for x in found.values()), part
+
+    return max(reversed(list(changes)), key=weight)
