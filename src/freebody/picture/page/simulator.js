@@ -62,11 +62,13 @@ async function simulator(live, scene) {
       const place = live.channels[key];
       if (place) channels[key] = { unit, width, values: column(...place) };
     }
-    if (channels["energy total"] && scene.channels["energy residual"]) {
-      const total = channels["energy total"].values, work = channels["energy work"];
-      const done = (k) => (work ? work.values[k] - work.values[0] : 0);
-      channels["energy residual"] = { unit: "J", width: 1, values: total.map((x, k) => x - total[0] - done(k)) };
-    }
+    const gained = (key, k) => { // since the start, in double precision
+      if (!live.channels[key]) return 0;
+      const [source, place] = live.channels[key], values = field[source];
+      return values[k * wide[source] + place] - values[place];
+    };
+    const residual = Float32Array.from({ length: n }, (_, k) => gained("energy total", k) - gained("energy work", k));
+    channels["energy residual"] = { unit: "J", width: 1, values: residual };
     const shaped = draw();
     const events = [];
     for (let k = 0; k < whole("events"); k++) events.push([field.event_times[k], live.events[Number(field.event_numbers[k])]]);
