@@ -7,14 +7,13 @@ exported memory. Addresses in the memory are written here, so that a caller comp
 from __future__ import annotations
 
 import hashlib
-from functools import lru_cache
 from typing import Any
 
 from ...native import cache, sources
 from ...native.records import WORD
 from ...program.export.wasm import WasmModule
 from ...program.export.wasm_linking import base_of_image, linked
-from ...program.export.wasm_object import TARGET, version, wasm_object
+from ...program.export.wasm_object import TARGET, optimised, version, wasm_object
 from ...program.kernels import machine_text, program_key
 from ..ode.layout import INTEGERS_AT, OF_PARAMETERS
 from .machine import LiveMachine
@@ -61,21 +60,32 @@ def module_of(
 def _object(machine: LiveMachine) -> tuple[dict[str, Any], bytes]:
     """Header of the functions, and the object of the loop and the functions, from the disk or compiled now."""
     tape = machine.tape, machine.functions, machine.state.t, machine.inputs, machine.parameters
-    loop = sources.identity(MODULE, __name__.partition(".")[2])
-    key = hashlib.sha256(f"wasm {program_key(*tape, TARGET)} {loop} {version()}".encode()).hexdigest()
+    closes = bool(machine.setting.kernels.active)
+    key = _key(program_key(*tape, TARGET), closes)
     stored = cache.load(key)
     if stored is not None:
         return stored
     header, text = machine_text(*tape, TARGET)
-    code = wasm_object(_loop_text(bool(machine.setting.kernels.active)), text)
+    code = wasm_object(_loop(closes), text)
     cache.store(key, header, code)
     return header, code
 
 
-@lru_cache(maxsize=2)
-def _loop_text(closes: bool) -> str:
-    """LLVM's text of the loop, the same for every machine with constraints, and for every machine without."""
+def _loop(closes: bool) -> bytes:
+    """The loop, the same for all machines with constraints and for all without, from the disk or compiled now."""
+    key = _key("loop", closes)
+    stored = cache.load(key)
+    if stored is not None:
+        return stored[1]
     from ...native.translation import translated  # imported late: not needed if the code is on the disk
     from .live import functions
 
-    return translated({EXPORT: functions(closes)[EXPORT]})
+    code = optimised(translated({EXPORT: functions(closes)[EXPORT]}))
+    cache.store(key, {}, code)
+    return code
+
+
+def _key(what: str, closes: bool) -> str:
+    """Hash of the functions, of the loop, and of the sources that compile them."""
+    source = sources.identity(MODULE, __name__.partition(".")[2])
+    return hashlib.sha256(f"wasm {what} {closes} {source} {version()}".encode()).hexdigest()

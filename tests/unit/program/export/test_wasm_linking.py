@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from freebody.program.export.wasm_linking import GAP, PAGE, STACK, base_of_image, linked, signed, unsigned
-from freebody.program.export.wasm_object import wasm_object
+from freebody.program.export.wasm_object import optimised, wasm_object
 
 LOOP = """
 @table = internal constant [3 x double] [double 1.5, double 2.5, double 4.5]
@@ -39,7 +39,7 @@ define void @f0(double %t, ptr %y, ptr %c, ptr %out) {
 def run(image: bytes, size: int) -> np.ndarray:
     """Call "fill" in wasmtime; return the memory behind the base."""
     wasmtime = pytest.importorskip("wasmtime", reason="wasmtime, a WebAssembly runtime, is not installed")
-    code = wasm_object(LOOP, KERNELS)
+    code = wasm_object(optimised(LOOP), KERNELS)
     module = linked(code, ["fill"], ["f0"], image, size)
     assert module.imports == ("sin",)
     store = wasmtime.Store()
@@ -77,7 +77,7 @@ def test_addresses_of_no_function_trap():
 
 
 def test_constants_stand_between_the_stack_and_the_image():
-    base = base_of_image(wasm_object(LOOP, KERNELS))
+    base = base_of_image(wasm_object(optimised(LOOP), KERNELS))
     assert base > STACK and base % 64 == 0
 
 
