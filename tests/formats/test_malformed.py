@@ -229,7 +229,7 @@ def test_hostile_text_ends_soon_in_a_refusal(text: str) -> None:
     assert perf_counter() - start < 5
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.data())
 def test_damaged_files_are_read_or_refused_in_order(data: st.DataObject) -> None:
     """A good file with a stretch cut out or a piece of itself put in: nothing but FreebodyError comes out."""

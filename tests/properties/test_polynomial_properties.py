@@ -28,7 +28,7 @@ expressions = st.recursive(
 )
 # all multiples of 1/12, so that no angle is more than 24 times the smallest
 parts = st.sampled_from([Fraction(n, d) for d in (1, 2, 3, 4, 6) for n in range(-d, d + 1)])
-quick = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+quick = settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 
 
 def of(ring, *exprs):

@@ -19,7 +19,7 @@ from freebody.space.rotation import Rotation
 from freebody.space.solids import particle
 
 EPS = np.finfo(float).eps
-few = settings(max_examples=60, deadline=None)
+few = settings(max_examples=60)
 
 angle = st.floats(-10, 10)
 component = st.floats(-3, 3).map(lambda x: round(x, 3))

@@ -49,6 +49,23 @@ def total_power(model: Model, state: State, moving: Motion) -> Scalar:
     return power + constraint_power(model, state, moving.multipliers)
 
 
+def transmitting(model: Model) -> list[tuple[str, str, str]]:
+    """Return (name, body acted on, point) of every reaction, in the order of :func:`all_reactions`."""
+    result = [
+        (name, joint.child, f"the point of joint '{name}' on '{joint.child}'")
+        for name, joint in model.joints.items()
+    ]
+    for name, constraint in model.constraints.items():
+        if isinstance(constraint, Closure):
+            child = constraint.child.name
+            result.append((name, child, f"the point of joint '{name}' on '{child}'"))
+        elif isinstance(constraint, Rolling):
+            result.append((name, constraint.center.body.name, f"the centre of the wheel of '{name}'"))
+        elif isinstance(constraint, Touching):
+            result.append((name, constraint.contact.feature.body.name, f"the point of contact '{name}'"))
+    return result
+
+
 def all_reactions(model: Model, state: State, moving: Motion) -> dict[str, tuple[Vector, Vector]]:
     """Return (force, moment) of every joint on its child, about the joint's point, in ground axes.
 

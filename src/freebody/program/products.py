@@ -12,7 +12,6 @@ from typing import Any
 
 import sympy
 
-from ..describe.constraints.constraint import Rolling
 from ..dynamics import (
     State,
     bias,
@@ -30,11 +29,10 @@ from ..dynamics import (
 from ..dynamics.constrained import constrained_dynamics
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.kinematics import angular_velocity, point_velocity
-from ..dynamics.motion import Motion, all_reactions, motion
+from ..dynamics.motion import Motion, all_reactions, motion, transmitting
 from ..dynamics.newton_euler import reactions
 from ..errors import ModelError, nearest
 from ..model import Model
-from ..model.closure import Closure
 from ..scalar.algebra import Expression, Scalar
 from ..scalar.derivative import forward
 from ..scalar.derivative import jacobian as derivative
@@ -225,12 +223,6 @@ def _conditions(r: Recording) -> list[Scalar]:
 
 def _derivatives(r: Recording) -> list[Scalar]:
     return _flat(derivative(r.tape, r.motion().udot, [*r.state.q, *r.state.u]))
-
-
-def transmitting(model: Model) -> tuple[str, ...]:
-    """Names of the joints and constraints whose reactions the product ``reactions`` contains."""
-    constraints = (name for name, x in model.constraints.items() if isinstance(x, Closure | Rolling))
-    return (*model.joints, *constraints)
 
 
 def _speeds(model: Model) -> tuple[int, ...]:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..describe.system import System
 from ..dynamics import float_state
 from ..dynamics.constrained import closed_coordinates, independent_rows
+from ..dynamics.motion import transmitting
 from ..errors import ModelError, arguments_named
 from ..model import Model, assemble
 from ..rooms_above import module_for
@@ -44,7 +45,6 @@ from .products import (
     jacobian_of,
     named_variable,
     product_named,
-    transmitting,
     values_of,
 )
 
@@ -432,7 +432,7 @@ class Program:
             x = self._run("reactions", {"q": q, "u": u}, t, values, named)
         else:
             x = self._run("reactions_at", {"q": q, "u": u, "udot": udot}, t, values, named)
-        names = transmitting(self.model) if udot is None else self.model.joints
+        names = [name for name, *_ in transmitting(self.model)] if udot is None else list(self.model.joints)
         return {name: Reaction(x[..., k, :3], x[..., k, 3:]) for k, name in enumerate(names)}
 
     def jacobian(

@@ -106,8 +106,9 @@ def simulate(
         several times a second with the part of the run that is done.
     outputs : name, expression, sequence or mapping of them, optional
         For a batch: quantities at the output times (all coordinates and speeds if not given), and single numbers for
-        the whole run, "max(theta)", "min(...)", "range(...)", "initial(...)", "final(...)". For a contact "floor.gap",
-        ".normal", ".tangential", ".slip", ".margin" and ".mode"; "modes" is the timeline of all modes
+        the whole run, "max(theta)", "min(...)", "range(...)", "initial(...)", "final(...)". For a joint "pin" is the
+        magnitude of its reaction force, and "pin.force.y", "pin.moment.z" are components in ground axes. For a contact
+        "floor.gap", ".normal", ".tangential", ".slip", ".margin" and ".mode"; "modes" is the timeline of all modes
         (:func:`timeline`).
     store : path, optional
         For a batch: netCDF file to which results are written as they come. If it exists and holds the same runs, only

@@ -94,7 +94,7 @@ tree = st.recursive(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(tree)
 def test_same_number_as_python(text: str) -> None:
     """Random expressions, against Python's own arithmetic on floats."""
@@ -116,7 +116,7 @@ def test_same_number_as_python(text: str) -> None:
     assert isclose(float(expression), expected, rel_tol=1e-9, abs_tol=1e-6 + lost)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.text(alphabet="k1.e'*/+-^(), sintheta=[]{}\\\"_é°\n", max_size=40))
 def test_any_text_is_read_or_refused_in_order(text: str) -> None:
     try:

@@ -157,7 +157,7 @@ class Killer:
     def end(self) -> None:
         """Let the last study end, and stop everything."""
         try:
-            last, due = self.studies, time.monotonic() + 120
+            last, due = self.studies, time.monotonic() + 600
             while self.studies == last and time.monotonic() < due:
                 self.start()
                 time.sleep(0.2)

@@ -12,7 +12,7 @@ from ...errors import SimulationError
 from ...model import Model
 from ...version import VERSION
 from ..ending import BLAMED, STATUS, End
-from ..trajectory.outputs import CONTACT_MODES, TIMELINE, OfContact
+from ..trajectory.outputs import AXES, CONTACT_MODES, TIMELINE, OfContact, OfReaction
 from ..trajectory.units import unit_of_name
 from .job import Job
 from .results import REASON, Results
@@ -73,6 +73,12 @@ def _about(model: Model, name: str, value: Any) -> dict[str, Any]:
                 "flag_meanings": " ".join(CONTACT_MODES),
             }
         return {"units": _UNITS[value.what], **about}
+    if isinstance(value, OfReaction):
+        what = "magnitude" if value.component is None else f"{AXES[value.component]} component"
+        return {
+            "units": value.unit,
+            "long_name": f"{what} of the reaction {value.what} of joint {value.joint}",
+        }
     if name in model.coordinate_names or name in model.speed_names:
         return {"units": unit_of_name(model, name), "long_name": name}
     if name in ("kinetic_energy", "potential_energy", "energy", "work"):

@@ -40,7 +40,7 @@ from ..start.arguments import (
 from ..start.initial import named_state, number, quaternions_by_joint, several
 from ..start.signals import at_time, check_signals
 from ..trajectory.event import EventSpec, expressions_of, specs_of
-from ..trajectory.outputs import TIMELINE, Output, outputs_of
+from ..trajectory.outputs import TIMELINE, OfReaction, Output, outputs_of
 from .kernels import BatchProgram, OfLimit, batch_program
 from .results import REASON, Results
 from .start import Lanes, lanes_of
@@ -166,7 +166,7 @@ class Job:
                 self.unknowns
                 or self.specs
                 or outputs.reduced
-                or any(isinstance(x, str) for x in outputs.timed_values)
+                or any(isinstance(x, str | OfReaction) for x in outputs.timed_values)
             )
             and not self.lanes.varied[0]
             and request.step is None

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
-from ...dynamics.motion import motion, total_power
+from ...dynamics.motion import all_reactions, motion, total_power
 from ...errors import ExpressionError
 from ...program.fixed import Fixed
 from ...program.kernels import KernelSet, compile_tape
@@ -22,7 +22,7 @@ from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import without_series
 from ..kernels.methods import may_bend
-from ..trajectory.outputs import ENERGIES
+from ..trajectory.outputs import ENERGIES, OfReaction, Quantity
 
 
 @dataclass(frozen=True)
@@ -66,14 +66,14 @@ class BatchProgram:
 
 
 def batch_program(
-    kernels: Kernels, outputs: Sequence[Expression], reduced: Sequence[Expression],
+    kernels: Kernels, outputs: Sequence[Quantity], reduced: Sequence[Quantity],
     events: Sequence[Expression | OfLimit], method: str, wide: bool = False,
 ) -> BatchProgram:  # fmt: skip
     """Return the program of a batch; it is compiled once for the same outputs and events.
 
     Parameters
     ----------
-    outputs, reduced : sequence of expressions, or names among ENERGIES
+    outputs, reduced : sequence of expressions, names among ENERGIES, or quantities of reactions
         Quantities at the output times, and quantities whose extremes are sought.
     events : sequence of expressions
     method : str
@@ -95,7 +95,7 @@ def batch_program(
 
 
 def _recorded(
-    kernels: Kernels, outputs: Sequence[Expression], reduced: Sequence[Expression],
+    kernels: Kernels, outputs: Sequence[Quantity], reduced: Sequence[Quantity],
     events: Sequence[Expression | OfLimit], tangent: bool, series: bool, wide: bool,
 ) -> BatchProgram:  # fmt: skip
     model, tape = kernels.model, Tape()
@@ -114,9 +114,15 @@ def _recorded(
 
     limits = kernels._limits(state, moving) if any(isinstance(x, OfLimit) for x in events) else []
 
-    def value(expression: Expression | OfLimit) -> Scalar:
+    asked = any(isinstance(x, OfReaction) for x in (*outputs, *reduced))
+    reactions = all_reactions(model, state, moving) if asked else {}
+
+    def value(expression: Quantity | OfLimit) -> Scalar:
         if isinstance(expression, OfLimit):
             return limits[expression.place]
+        if isinstance(expression, OfReaction):
+            force, moment = reactions[expression.joint]
+            return expression.of(force if expression.what == "force" else moment, state.field.sqrt)
         return named[expression] if isinstance(expression, str) else state(expression)
 
     quantities = [value(x) for x in reduced]

@@ -23,7 +23,6 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ...describe.constraints.constraint import Rolling
 from ...describe.controller import Controller
 from ...describe.description import changes_of
 from ...describe.system import System
@@ -51,8 +50,6 @@ from ...dynamics.motion import Motion, all_reactions, motion, total_power
 from ...dynamics.unilateral import NEGLIGIBLE, margins, sizes
 from ...errors import ModelError, SimulationError
 from ...model import Model, assemble
-from ...model.closure import Closure
-from ...model.contact import Touching
 from ...model.values import check_assumptions
 from ...program.kernels import compile_tape
 from ...program.large.tree_loop import LoopedSet, is_large
@@ -376,25 +373,6 @@ class Kernels:
             }
 
         return self._large() or self.program("poses", functions)
-
-    @property
-    def transmitting(self) -> list[tuple[str, str, str]]:
-        """(name, body acted on, point) of every reaction, in the order of :meth:`reactions`."""
-        model = self.model
-        result = [
-            (name, joint.child, f"the point of joint '{name}' on '{joint.child}'")
-            for name, joint in model.joints.items()
-        ]
-        for name, constraint in model.constraints.items():
-            if isinstance(constraint, Closure):
-                result.append(
-                    (name, constraint.child.name, f"the point of joint '{name}' on '{constraint.child.name}'")
-                )
-            elif isinstance(constraint, Rolling):
-                result.append((name, constraint.center.body.name, f"the centre of the wheel of '{name}'"))
-            elif isinstance(constraint, Touching):
-                result.append((name, constraint.contact.feature.body.name, f"the point of contact '{name}'"))
-        return result
 
     def reactions(self) -> Program:
         """Program with the functions ``reactions``, for each joint force (3) and moment (3), and ``multipliers``."""

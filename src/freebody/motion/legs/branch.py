@@ -32,8 +32,9 @@ SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18)
 """Parts of the time from there to the meeting, for which steps across are tried, the longest first."""
 CLOSE = 0.3  # part of the limit: a run that comes closer without turning away is on its way to s = 0
 MET = 5e-3  # part of the limit: a smaller s counts as 0, since the time of the meeting is not exact
-SAMPLES = 128  # times at which the motion is evaluated
-ZOOMED, ZOOMS = 32, 4  # times at which s is evaluated around its least value, and how often
+SAMPLES = 32  # times along a step at which s is evaluated
+VERTICES = 3  # parabolas through s² that find its least value
+NARROWER = 16  # part to which each narrows the interval around it
 AGREED = 1e3
 """Greatest difference of the coordinates of two steps, in units of the tolerance; but at least ROUNDED."""
 CLOSED = 1e-11
@@ -128,7 +129,9 @@ def ahead(
         meetings = [_least(kernels, rates, times[[*j]], states[[*j]], s[[*j]]) for j in pairs]
         met = [meeting for meeting in meetings if meeting is not None]
         if met:
-            moments, _, distances = _between(kernels, rates, times[k : k + 2], states[k : k + 2], 0.0, 1.0)
+            moments, _, distances = _between(
+                kernels, rates, times[k : k + 2], states[k : k + 2], np.linspace(0, 1, SAMPLES)
+            )
             before = (
                 moments[max(int(np.argmax(distances < LIMIT)) - 1, 0)]
                 if (distances < LIMIT).any()
@@ -164,16 +167,16 @@ def leaps(kernels: Kernels, rates: Rates, times: Array, states: Array) -> int | 
 
 
 def _between(
-    kernels: Kernels, rates: Rates, times: Array, states: Array, first: float, last: float, samples: int = SAMPLES
-) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Return times from the part ``first`` of a step to ``last``, the states then, and s: along the cubic through the
-    coordinates at both ends with their rates, and beyond it.
+    kernels: Kernels, rates: Rates, times: Array, states: Array, z: Array
+) -> tuple[Array, Array, Array]:
+    """Return the times at the parts z of a step, the states then, and s: along the cubic through the coordinates at
+    both ends with their rates, and beyond it.
     """
     n_q, h = kernels.model.n_q, float(times[1] - times[0])
     speeds = h * observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
     (q0, q1), (v0, v1) = states[:, :n_q], speeds
-    z = np.linspace(first, last, samples)[:, None]
-    d, between = q1 - q0, np.repeat(states[:1], samples, axis=0)
+    z = z[:, None]
+    d, between = q1 - q0, np.repeat(states[:1], len(z), axis=0)
     between[:, :n_q] = q0 + z * (v0 + z * ((3 * d - 2 * v0 - v1) + z * (v0 + v1 - 2 * d)))
     moments = times[0] + h * z[:, 0]
     return moments, between, closeness(kernels, rates, moments, between)
@@ -183,16 +186,32 @@ def _least(
     kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array
 ) -> tuple[float, float] | None:
     """Return the time of s = 0 in a step or soon after, and the computed s then; None if s does not vanish."""
-    first, last = 0.0, 1.0 if s[1] >= s[0] else 1 + min(2.5 * s[1] / (s[0] - s[1]), 4.0)
-    for zoom in range(ZOOMS):
-        samples = ZOOMED if zoom else SAMPLES
-        moments, _, distances = _between(kernels, rates, times, states, first, last, samples)
+    last = 1.0 if s[1] >= s[0] else 1 + min(2.5 * s[1] / (s[0] - s[1]), 4.0)
+    moments, _, distances = _between(kernels, rates, times, states, np.linspace(0, last, SAMPLES))
+    for _ in range(VERTICES):
         if not np.isfinite(distances).all():
             return None
-        k = int(np.argmin(distances))
-        width = (last - first) / (samples - 1)
-        first, last = first + width * max(k - 1, 0), first + width * min(k + 1, samples - 1)
+        inner = (_around_least(moments, distances) - times[0]) / (times[1] - times[0])
+        moments, distances = _with(moments, distances, *_between(kernels, rates, times, states, inner)[::2])
+    k = int(np.argmin(distances))
     return (float(moments[k]), float(distances[k])) if distances[k] < MET * LIMIT else None
+
+
+def _around_least(z: Array, s: Array) -> Array:
+    """Return three places around the least of s: at a simple zero of s, s² is smooth, and has a parabola's vertex."""
+    i = min(max(int(np.argmin(s)), 1), len(z) - 2)
+    a, b, c = z[i - 1 : i + 2]
+    left, right = (s[i - 1] ** 2 - s[i] ** 2) * (c - b), (s[i + 1] ** 2 - s[i] ** 2) * (b - a)
+    turned = left + right
+    vertex = b + (left * (c - b) - right * (b - a)) / (2 * turned) if turned * (c - a) > 0 else b
+    width = (c - a) / (2 * NARROWER)
+    return np.clip(vertex + width * np.array([-1, 0, 1]), min(a, c), max(a, c))
+
+
+def _with(z: Array, s: Array, more: Array, values: Array) -> tuple[Array, Array]:
+    """Return places and values of s with more of them, in order."""
+    places, first = np.unique(np.concatenate([z, more]), return_index=True)
+    return places, np.concatenate([s, values])[first]
 
 
 class Crossing:
@@ -337,17 +356,19 @@ def _until(step: Path, until: float) -> Path:
 
 
 def _met(kernels: Kernels, rates: Rates, sampler: Sampler) -> float | None:
-    """Return the time of s = 0 along a step; None if s does not fall with the distance from zoom to zoom."""
-    first, last, most = sampler.path.start, sampler.path.end, np.inf
-    for _ in range(ZOOMS):
-        times = np.linspace(first, last, ZOOMED)
-        s = closeness(kernels, rates, times, sampler(times))
+    """Return the time of s = 0 along a step; None if s does not fall with the distance from it."""
+    times = np.linspace(sampler.path.start, sampler.path.end, SAMPLES)
+    s = closeness(kernels, rates, times, sampler(times))
+    most = max(s[0], s[-1]) * 4 / SAMPLES
+    for _ in range(VERTICES):
         k = int(np.argmin(s))
-        most = min(most, max(s[0], s[-1])) * 4 / ZOOMED
-        if not 0 < k < ZOOMED - 1 or s[k] > max(most, MET * MET):
+        if not 0 < k < len(s) - 1 or s[k] > max(most, MET * MET):
             return None
-        first, last = float(times[k - 1]), float(times[k + 1])
-    return float(times[k])
+        most = min(most, s[k - 1], s[k + 1]) / 4
+        inner = _around_least(times, s)
+        times, s = _with(times, s, inner, closeness(kernels, rates, inner, sampler(inner)))
+    k = int(np.argmin(s))
+    return float(times[k]) if s[k] <= max(most, MET * MET) else None
 
 
 def _event(kernels: Kernels, parameters: Array, y: Array, meeting: float) -> Happening:

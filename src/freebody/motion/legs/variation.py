@@ -18,7 +18,7 @@ import sympy
 from numpy.typing import NDArray
 
 from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
-from ...dynamics.motion import motion, total_power
+from ...dynamics.motion import all_reactions, motion, total_power
 from ...errors import SimulationError, nearest
 from ...model import Model
 from ...program.kernels import compile_tape
@@ -29,6 +29,7 @@ from ..kernels.kernels import Kernels, Program
 from ..kernels.method_kernels import series_of
 from ..kernels.methods import with_series
 from ..ode.dense_output import Rates
+from ..trajectory.outputs import OfReaction
 
 Array = NDArray[np.float64]
 Functions = dict[str, Sequence[Scalar]]
@@ -254,8 +255,12 @@ class Variation:
         return programs[key]
 
     def _value(self, quantity: Expression, state: State, y: list[Scalar]) -> Scalar:
-        """Return an expression, or one of `ENERGIES`, of a state."""
+        """Return an expression, one of `ENERGIES`, or a quantity of a reaction, of a state."""
         model = self.kernels.model
+        if isinstance(quantity, OfReaction):
+            moving = motion(model, state, self.kernels.active)
+            force, moment = all_reactions(model, state, moving)[quantity.joint]
+            return quantity.of(force if quantity.what == "force" else moment, state.field.sqrt)
         if not isinstance(quantity, str):
             return state(quantity)
         if quantity == "work":

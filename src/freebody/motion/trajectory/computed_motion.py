@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...dynamics.constraints import rows
 from ...dynamics.indeterminate import indeterminate
+from ...dynamics.motion import transmitting
 from ...dynamics.state import float_state
 from ...dynamics.unilateral import Limit, MotionWarning, limits
 from ...errors import SimulationError, nearest
@@ -295,7 +296,7 @@ class ComputedMotion:
                 name: Reaction(
                     reactions[:, 6 * i : 6 * i + 3], reactions[:, 6 * i + 3 : 6 * i + 6], on, about
                 )
-                for i, (name, on, about) in enumerate(self.kernels.transmitting)
+                for i, (name, on, about) in enumerate(transmitting(self.kernels.model))
             },
         )
 

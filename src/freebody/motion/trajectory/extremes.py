@@ -14,10 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ...scalar.algebra import Expression
 from ..ode.dense_output import Array
 from .computed_motion import ComputedMotion
-from .outputs import CONTACT_MODES, ENERGIES, OfContact
+from .outputs import CONTACT_MODES, ENERGIES, OfContact, OfReaction, Quantity
 from .phases import Phases
 
 _PARTS = 8  # parts of a step at whose ends extremes are sought
@@ -26,19 +25,21 @@ _BRACKETS = 4  # brackets that are refined, for one quantity in one block
 _BLOCK = 1000  # steps that are searched together
 
 
-def values(motion: ComputedMotion, quantities: tuple[Expression | OfContact, ...]) -> Array:
-    """Return quantities (expressions, energies, quantities of contacts) at the output times, one column each."""
+def values(motion: ComputedMotion, quantities: tuple[Quantity, ...]) -> Array:
+    """Return expressions, energies, quantities of contacts and of reactions at the output times, one column each."""
     result = np.empty((len(motion.t), len(quantities)))
-    expressions = [x for x in quantities if not isinstance(x, str | OfContact)]
+    expressions = [x for x in quantities if not isinstance(x, str | OfContact | OfReaction)]
     if expressions:
         program = motion.kernels.expressions(expressions)
-        columns = [i for i, x in enumerate(quantities) if not isinstance(x, str | OfContact)]
+        columns = [i for i, x in enumerate(quantities) if not isinstance(x, str | OfContact | OfReaction)]
         result[:, columns] = motion._observed(program, "values", motion.t, motion.states)
     for i, x in enumerate(quantities):
         if isinstance(x, str):
             result[:, i] = _energy(motion, x)
         elif isinstance(x, OfContact):
             result[:, i] = _of_contact(motion, x)
+        elif isinstance(x, OfReaction):
+            result[:, i] = x.of(getattr(motion.reactions[x.joint], x.what).T, np.sqrt)
     return result
 
 
@@ -67,7 +68,7 @@ def _of_contact(motion: Any, quantity: OfContact) -> Any:
     return result if result.ndim == 1 else result[:, quantity.component]
 
 
-def extremes(motion: ComputedMotion, quantities: tuple[Expression | OfContact, ...]) -> Array:
+def extremes(motion: ComputedMotion, quantities: tuple[Quantity, ...]) -> Array:
     """Return greatest, smallest, first and last value of each quantity over a motion, shape (quantities, 4)."""
     ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), quantities)
     best = np.full((2, len(quantities)), -np.inf)  # greatest values of the quantities, and of their negatives

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import sympy
 
+from ...dynamics.motion import transmitting
 from ...errors import ExpressionError, SimulationError, nearest
 from ...model import Model
-from ...scalar.algebra import Expression
+from ...scalar.algebra import Expression, Scalar, dot
 
 ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
 """Outputs that are no expressions of the machine's names: energies of all bodies [J], and the rate of ``work`` [W]."""
@@ -25,6 +26,8 @@ CONTACT_MODES = ("open", "stick", "slip+", "slip-", "slip")
 """Contact modes; results hold their indices."""
 TIMELINE = "modes"
 """Output that holds the contact modes with their start and end times."""
+AXES = "xyz"
+_REACTION = re.compile(r"(.+)\.(force|moment)(?:\.([xyz]))?\Z", re.DOTALL)
 _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*\Z", re.DOTALL)
 
 
@@ -38,6 +41,30 @@ class OfContact:
 
 
 @dataclass(frozen=True)
+class OfReaction:
+    """A quantity of the reaction of a joint: a ``component`` of its ``what``, "force" or "moment", on the child in
+    ground axes; without ``component``, its magnitude.
+    """
+
+    joint: str
+    what: str
+    component: int | None = None
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        return "N" if self.what == "force" else "N m"
+
+    def of(self, vector: Sequence[Scalar], sqrt: Callable[[Scalar], Scalar]) -> Scalar:
+        """Return the quantity of a force or moment."""
+        return sqrt(dot(vector, vector)) if self.component is None else vector[self.component]
+
+
+Quantity = Expression | OfContact | OfReaction
+"""What an output is: an expression, the name of an energy, a quantity of a contact or of a reaction."""
+
+
+@dataclass(frozen=True)
 class Output:
     """Outputs of a motion, or of every lane of a batch.
 
@@ -48,15 +75,15 @@ class Output:
     """
 
     timed: tuple[str, ...]
-    timed_values: tuple[Expression | OfContact, ...]
+    timed_values: tuple[Quantity, ...]
     reduced: tuple[str, ...]
-    reduced_values: tuple[Expression | OfContact, ...]
+    reduced_values: tuple[Quantity, ...]
     numbers: Mapping[str, tuple[str, int]]
     timeline: bool = False
 
     @property
-    def values(self) -> tuple[Expression | OfContact, ...]:
-        """All quantities: expressions, energies by name, quantities of contacts."""
+    def values(self) -> tuple[Quantity, ...]:
+        """All quantities: expressions, energies by name, quantities of contacts and reactions."""
         return (*self.timed_values, *self.reduced_values)
 
     def is_mode(self, name: str) -> bool:
@@ -85,7 +112,8 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
     Parameters
     ----------
     outputs : name, expression, text, sequence of them, or mapping of name to them
-        ``"theta"``, ``"L*sin(theta)"``, ``"kinetic_energy"``, ``"max(theta)"``, ``"floor.normal"``, ``"modes"``.
+        ``"theta"``, ``"L*sin(theta)"``, ``"kinetic_energy"``, ``"max(theta)"``, ``"floor.normal"``,
+        ``"pin"``, ``"pin.force.y"``, ``"pin.moment"``, ``"modes"``.
 
     Raises
     ------
@@ -120,15 +148,13 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
             has_timeline = True
             continue
         how, inside = reduction(value)
-        components = _of_contact(model, inside)
-        if components and not how:
-            for part in components:
-                timed[f"{name}.{part.component + 1}" if len(components) > 1 else name] = part
+        parts = _of_contact(model, inside) or of_reaction(model, inside)
+        if parts and not how:
+            for last, part in parts.items():
+                timed[f"{name}{last}"] = part
             continue
         expression = (
-            _single_component(components, how, name, inside)
-            if components
-            else _expression(model, inside, name)
+            _single_component(parts, how, name, inside) if parts else _expression(model, inside, name)
         )
         if how:
             _, place = reduced.setdefault(expression, (str(inside), len(reduced)))
@@ -154,10 +180,12 @@ def reduction(value: Any) -> tuple[str, Any]:
     return call[1], call[2].strip()
 
 
-def _of_contact(model: Model, value: Any) -> tuple[OfContact, ...]:
-    """Return the components of the quantity of a contact that a text names; none for other values."""
+def _of_contact(model: Model, value: Any) -> Mapping[str, OfContact]:
+    """Return the components of the quantity of a contact that a text names, by what is added to the text: ".1" and
+    ".2", or nothing if there is one; empty for other values.
+    """
     if not isinstance(value, str):
-        return ()
+        return {}
     name, _, what = value.strip().rpartition(".")
     component = None
     if what.isdigit():
@@ -165,7 +193,7 @@ def _of_contact(model: Model, value: Any) -> tuple[OfContact, ...]:
         name, _, what = name.rpartition(".")
     names = [contact.name for contact in model.contacts]
     if what not in OF_CONTACTS or not name:
-        return ()
+        return {}
     if name not in names:
         cure = nearest(name, names) if names else f"'{model.name}' has no contacts."
         raise SimulationError(f"Unknown contact '{name}' in output '{value}'; {cure}")
@@ -174,21 +202,44 @@ def _of_contact(model: Model, value: Any) -> tuple[OfContact, ...]:
     if component is not None and not (count > 1 and 0 <= component < count):
         last = f"a component from 1 to {count}" if count > 1 else f"'{name}.{what}', which has no components"
         raise SimulationError(f"Expected {last}, got the output '{value}'.")
-    components = range(count) if component is None else (component,)
-    return tuple(OfContact(k, what, i) for i in components)
+    if component is not None or count == 1:
+        return {"": OfContact(k, what, component or 0)}
+    return {f".{i + 1}": OfContact(k, what, i) for i in range(count)}
 
 
-def _single_component(components: tuple[OfContact, ...], how: str, name: str, inside: str) -> OfContact:
-    """Return the quantity of a contact that a reduction takes."""
-    if len(components) > 1:
+def of_reaction(model: Model, value: Any) -> Mapping[str, OfReaction]:
+    """Return the quantities of a reaction that a text names, by what is added to the text: "pin" is the magnitude of
+    the force, "pin.moment.z" a component, and "pin.force" has three, ".x", ".y" and ".z"; empty for other values.
+    """
+    if not isinstance(value, str) or value in model.names.atoms:
+        return {}
+    joints = {name for name, *_ in transmitting(model)}
+    text = value.strip()
+    if text in joints:
+        return {"": OfReaction(text, "force")}
+    found = _REACTION.match(text)
+    if found is None or found[1] not in joints:
+        return {}
+    joint, what, axis = found.groups()
+    if axis:
+        return {"": OfReaction(joint, what, AXES.index(axis))}
+    return {f".{axis}": OfReaction(joint, what, i) for i, axis in enumerate(AXES)}
+
+
+def _single_component(parts: Mapping[str, Quantity], how: str, name: str, inside: str) -> Quantity:
+    """Return the quantity of a contact or a reaction that a reduction takes."""
+    first, *others = parts.items()
+    if others:
         raise SimulationError(
-            f"Expected one component in '{name}', but '{inside}' is a vector in space: ask for '{how}({inside}.1)'."
+            f"Expected one component in '{name}', but '{inside}' is a vector in space: ask for "
+            f"'{how}({inside}{first[0]})'."
         )
-    if components[0].what == "mode" and how not in ("initial", "final"):
+    value = first[1]
+    if isinstance(value, OfContact) and value.what == "mode" and how not in ("initial", "final"):
         raise SimulationError(
             f"Expected initial() or final() of a mode, got '{name}': modes have no greatest and no smallest one."
         )
-    return components[0]
+    return value
 
 
 def _expression(model: Model, value: Expression, name: str) -> Expression:
@@ -201,6 +252,7 @@ def _expression(model: Model, value: Expression, name: str) -> Expression:
         near = get_close_matches(value, ENERGIES, n=1) if isinstance(value, str) else []
         more = f" Did you mean '{near[0]}'?" if near else ""
         raise SimulationError(
-            "Expected a coordinate, a speed, an energy or an expression of them for an output, or "
+            "Expected a coordinate, a speed, an energy or an expression of them for an output, a joint for the size of "
+            "its force, or "
             f"{', '.join(f'{how}(...)' for how in REDUCTIONS)} of one. {error}{more}"
         ) from None

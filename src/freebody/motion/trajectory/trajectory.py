@@ -13,8 +13,8 @@ from ...rooms_above import module_for
 from ..ending import End
 from .computed_motion import ComputedMotion
 from .dataset import dataset
-from .extremes import extremes
-from .outputs import outputs_of, reduction
+from .extremes import extremes, values
+from .outputs import of_reaction, outputs_of, reduction
 
 if TYPE_CHECKING:
     from pathlib import Path as FilePath
@@ -46,9 +46,11 @@ class Trajectory(ComputedMotion):
     """
 
     def __getitem__(self, name: Any) -> Any:
-        """A coordinate, speed, acceleration or expression (SymPy or text) at the output times.
+        """A coordinate, speed, acceleration, expression (SymPy or text) or reaction at the output times.
 
         ``["max(theta)"]``, and likewise min, initial, final and range, is one number for the whole run, as in a batch.
+        ``["pin"]`` is the magnitude of the force of joint pin, ``["pin.force"]`` its components in ground axes, shape
+        (n, 3), ``["pin.force.y"]`` one of them, and ``["pin.moment"]`` likewise.
         """
         if not isinstance(name, str | sympy.Basic | int | float):
             raise SimulationError(f"Expected a coordinate, a speed or an expression of them, got {name!r}.")
@@ -63,6 +65,9 @@ class Trajectory(ComputedMotion):
             return self._rates()[:, self.kernels.model.n_q + self.kernels.model.speed_names.index(name[:-1])]
         if isinstance(name, str) and (number := self._number(name)) is not None:
             return number
+        if parts := of_reaction(self.kernels.model, name):
+            columns = values(self, tuple(parts.values()))
+            return columns[:, 0] if len(parts) == 1 else columns
         try:
             expression = self.kernels.model.names.expression(name, "trajectory[...]")
         except ExpressionError as error:

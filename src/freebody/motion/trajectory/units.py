@@ -22,15 +22,24 @@ def unit_of_name(model: Any, name: str) -> str:
 
 
 def _unit(model: Any, name: str, base: str) -> str:
-    for coordinate in model.coordinates:
-        if coordinate.name == base and coordinate.kind != "scalar":
-            return "m" if coordinate.kind == "position" else "1"
-    atom = model.names.atoms[base]
     if base == name and name not in model.coordinate_names:  # a component of an angular or linear velocity
         return "rad/s" if name[-2:-1] == "w" else "m/s"
-    units = {
-        "m" if link.kind == "slider" else "rad"
-        for link in model.links
-        if link.one_dof and isinstance(link.displacement, sympy.Basic) and link.displacement.has(atom)
-    }
-    return units.pop() if len(units) == 1 else ""
+    if "units_of_coordinates" not in model.memo:
+        model.memo["units_of_coordinates"] = _units_of_coordinates(model)
+    return str(model.memo["units_of_coordinates"].get(base, ""))
+
+
+def _units_of_coordinates(model: Any) -> dict[str, str]:
+    """Unit of each coordinate that is a position, a part of a quaternion, or moves joints of one kind alone."""
+    names = {atom: name for name, atom in model.names.atoms.items()}
+    used: dict[str, set[str]] = {}
+    for link in model.links:
+        if link.one_dof and isinstance(link.displacement, sympy.Basic):
+            for part in sympy.preorder_traversal(link.displacement):
+                if part in names:
+                    used.setdefault(names[part], set()).add("m" if link.kind == "slider" else "rad")
+    result = {name: units.pop() for name, units in used.items() if len(units) == 1}
+    for coordinate in model.coordinates:
+        if coordinate.kind != "scalar":
+            result[coordinate.name] = "m" if coordinate.kind == "position" else "1"
+    return result

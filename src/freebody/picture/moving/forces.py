@@ -18,6 +18,7 @@ from ...describe.loads.load import (
 )
 from ...dynamics.kinematics import poses, rotation
 from ...dynamics.loading import couples, joint_force, point_forces, weight
+from ...dynamics.motion import transmitting
 from ...dynamics.state import State
 from ...model.closure import Closure
 from ...model.model import Model
@@ -74,7 +75,7 @@ def arrows(kernels: Kernels) -> tuple[Arrow, ...]:
     """All arrows of a machine: loads in the order of :func:`applied`, then reactions, then forces of contacts."""
     model = kernels.model
     result = [arrow for arrow, _ in _loads(model, None)]
-    for name, body, _ in kernels.transmitting:
+    for name, body, _ in transmitting(model):
         constraint = model.constraints.get(name)
         if isinstance(constraint, Rolling):
             center = constraint.center.components

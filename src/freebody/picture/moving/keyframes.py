@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ...describe.constraints.constraint import Rolling
 from ...dynamics import State, poses
 from ...dynamics.kinematics import angular_velocity
+from ...dynamics.motion import transmitting
 from ...motion.ode.dense_output import observe
 from ...motion.trajectory.quantities import quaternions
 from ...space.quaternion import Quaternion, quaternion_conjugate, quaternion_product
@@ -241,7 +242,7 @@ class _Source:
 
         self.scene = kernels.program("keyframes", scene)
         # number of each reaction, whose force and moment have 3 components each
-        self.joints = {name: i for i, (name, _, _) in enumerate(kernels.transmitting)}
+        self.joints = {name: i for i, (name, _, _) in enumerate(transmitting(kernels.model))}
 
     def start(self) -> tuple[Array, Places]:
         """First moments, and the numbers of the phases that they belong to."""

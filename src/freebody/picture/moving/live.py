@@ -6,7 +6,7 @@ from typing import Any
 
 from ...dynamics import State, kinetic_energy, poses, potential_energy
 from ...dynamics.kinematics import angular_velocity
-from ...dynamics.motion import Motion, all_reactions
+from ...dynamics.motion import Motion, all_reactions, transmitting
 from ...motion.kernels.kernels import Kernels
 from ...scalar.algebra import Scalar
 from .forces import applied, arrows, wheel_points
@@ -36,7 +36,7 @@ class Outputs:
         for arrow in (arrow for arrow in acting if arrow.group == "force"):
             self.channels[arrow.key] = ["outputs", place, 3]
             place += 3
-        first = {name: place + 6 * i for i, (name, _, _) in enumerate(kernels.transmitting)}
+        first = {name: place + 6 * i for i, (name, _, _) in enumerate(transmitting(model))}
         for arrow in (arrow for arrow in acting if arrow.group == "reaction"):
             self.channels[arrow.key] = ["outputs", first[arrow.name] + 3 * (arrow.kind == "moment"), 3]
         place += 6 * len(first)

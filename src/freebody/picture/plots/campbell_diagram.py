@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError, nearest
 from ...symbolic.linear.linear_model import LinearModel
+from .labels import SETTING, symbol
 from .linear_plots import _joined
 from .plots import COLORS, INK, PALE, _grid, _title, figure
 
@@ -111,7 +112,7 @@ def campbell(
     for number, (x, y) in enumerate(sorted(critical)):
         text = f"critical: {met} rad/s" if number == 0 else None
         ax.plot(x, y, "o", color=INK, markersize=5, label=text, zorder=4)
-    ax.set_xlabel(f"{speed} [rad/s]")
+    ax.set_xlabel(f"{symbol(speed)} [rad/s]", **SETTING)
     ax.set_ylabel("natural frequency [rad/s]")
     ax.set_ylim(bottom=0, top=1.08 * float(frequencies.max()))
     ax.margins(x=0)

@@ -18,6 +18,7 @@ from ...symbolic.linear.linear_model import LinearModel
 from ...symbolic.linear.linearize import linearize
 from ...symbolic.linear.operating_point import along, tangent_names
 from ...symbolic.printing.lines import Lines, Name
+from .labels import SETTING, symbol
 from .plots import COLORS, figure
 
 Array = NDArray[np.float64]
@@ -186,7 +187,7 @@ class Comparison(Lines):
                 linestyle="--",
                 label="linear",
             )
-            both.set_ylabel(f"deviation of {name}")
+            both.set_ylabel(f"deviation of {symbol(name)}", **SETTING)
             below.plot(self.t, self.difference[name], color=COLORS[3], linewidth=1.0)
             below.set_ylabel("difference")
             for panel in (both, below):

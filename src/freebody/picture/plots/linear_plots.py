@@ -12,6 +12,7 @@ from ...errors import ModelError, nearest
 from ...symbolic.linear.linear_model import LinearModel
 from ...symbolic.linear.modes import Mode, Modes
 from ...symbolic.steady.continuation import Branch
+from .labels import SETTING, symbol
 from .plots import COLORS, INK, PALE, _grid, _title, color_map, figure
 
 Array = NDArray[Any]
@@ -163,7 +164,7 @@ def root_locus(
             moving = np.where(np.abs(roots[:, i].imag) > 0, np.abs(roots[:, i].imag), np.nan)
             ax.plot(p, moving, color=color, linewidth=1.2, linestyle=(0, (5, 2)))
         ax.axhline(0, color=INK, linewidth=0.9)
-        ax.set_xlabel(parameter)
+        ax.set_xlabel(symbol(parameter), **SETTING)
         ax.set_ylabel("Re s (lines), |Im s| (dashed)  [1/s]")
         ax.margins(x=0)
     _grid(ax)
@@ -234,7 +235,7 @@ def _in_plane(ax: Any, parameter: str, p: Array, roots: Array) -> None:
     for k, marker in ((0, "x"), (-1, "o")):
         ax.plot(
             roots[k].real, roots[k].imag, linestyle="none", marker=marker, markersize=6, markerfacecolor="white",
-            markeredgecolor=shades(norm(p[k])), label=f"{parameter} = {p[k]:.4g}", zorder=3,
+            markeredgecolor=shades(norm(p[k])), label=f"{symbol(parameter)} = {p[k]:.4g}", zorder=3,
         )  # fmt: skip
     ax.margins(0.08)
     ax.autoscale_view()
@@ -301,7 +302,7 @@ def bifurcation(
             }  # fmt: skip
             ax.plot(point.parameter, point.values[name], zorder=4, **style)
             kinds.setdefault(point.kind, Line2D([], [], label=point.kind, **style))
-    ax.set_xlabel(listed[0].parameter)
+    ax.set_xlabel(symbol(listed[0].parameter), **SETTING)
     ax.set_ylabel(name)
     _grid(ax)
     ax.legend(handles=list(kinds.values()), frameon=False, fontsize=10)

@@ -9,14 +9,14 @@ This file is longer than others: these plots share the way they mark events and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SimulationError, nearest
-from ...motion.trajectory.units import unit_of
+from .labels import SETTING, label, text_of, unit, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,7 +88,7 @@ def history(
     listed = _listed(trajectory, names)
     groups: dict[str, list[Any]] = {}
     for name in listed:
-        groups.setdefault(_unit(trajectory, name) if ax is None else "", []).append(name)
+        groups.setdefault(unit(trajectory, name) if ax is None else "", []).append(name)
     if ax is not None:
         panels = [ax]
     else:
@@ -100,11 +100,12 @@ def history(
         handles = []
         for name in group:
             shade = next(color)
-            label = _text(trajectory, name)
-            handles.append(_curve(panel, trajectory, trajectory[name], shade, label, name=name))
+            handles.append(
+                _curve(panel, trajectory, trajectory[name], shade, label(trajectory, name), name=name)
+            )
             _mark(panel, trajectory, name, kinds, shade)
-        units = {_unit(trajectory, name) for name in group}
-        _finish(panel, _text(trajectory, group[0]) if len(group) == 1 else "", units)
+        units = {unit(trajectory, name) for name in group}
+        _finish(panel, label(trajectory, group[0]) if len(group) == 1 else "", units)
         handles = handles if len(group) > 1 else []
         _legend(panel, handles + (_event_handles(kinds, trajectory) if panel is panels[0] else []))
     panels[-1].set_xlabel("time [s]")
@@ -124,7 +125,7 @@ def pieces(trajectory: Trajectory, name: Any = None) -> list[Any]:
     if segments is None or name in trajectory.kernels.model.coordinate_names:
         return [numbers]
     places = path.places(trajectory.t)
-    if name is not None and _text(trajectory, name) in trajectory.names:
+    if name is not None and text_of(trajectory, name) in trajectory.names:
         # a speed: only the times at which it jumps
         k = trajectory.place(name)
         jumps = [
@@ -203,8 +204,8 @@ def energy(trajectory: Trajectory, ax: Axes | None = None) -> Any:
     if trajectory.kernels.works or np.any(ledger.work):
         curves["work W"] = ledger.work
     ax = figure(8, 4).subplots() if ax is None else ax
-    for (label, values), color, dashes in zip(curves.items(), COLORS, ("-", "-", "--", ":"), strict=False):
-        _curve(ax, trajectory, values, color, label, dashes)
+    for (shown, values), color, dashes in zip(curves.items(), COLORS, ("-", "-", "--", ":"), strict=False):
+        _curve(ax, trajectory, values, color, shown, dashes)
     _over_time(ax, "energy", {"J"}, "Energy ledger")
     return ax
 
@@ -240,7 +241,7 @@ def phase(
         If ``against`` is not given and the rate of ``name`` has no name, as for an expression.
     """
     quantity = _listed(trajectory, name)[0]
-    text = _text(trajectory, quantity)
+    text = text_of(trajectory, quantity)
     if against is None:
         against = f"{text}'"
         if against not in trajectory.names:
@@ -256,7 +257,7 @@ def phase(
         ax.plot(
             x[i], y[i], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=COLORS[0], zorder=3
         )
-    other = _text(trajectory, against)
+    other = text_of(trajectory, against)
     kinds = _event_kinds(trajectory) if len(trajectory.events) <= MOST_MARKS else {}
     if text in trajectory.names and other in trajectory.names:
         for kind, marker in kinds.items():
@@ -266,11 +267,10 @@ def phase(
                 markersize=5, markerfacecolor="white", markeredgecolor=INK, zorder=3,
             )  # fmt: skip
         _legend(ax, _event_handles(kinds, trajectory))
-    for label, set_label in ((text, ax.set_xlabel), (other, ax.set_ylabel)):
-        unit = _unit(trajectory, label)
-        set_label(f"{label} [{unit}]" if unit and unit != "1" else label, fontsize=11)
+    for name, set_label in ((text, ax.set_xlabel), (other, ax.set_ylabel)):
+        set_label(with_unit(label(trajectory, name), unit(trajectory, name)), **SETTING)
     _grid(ax)
-    _title(ax, title or f"Phase plane of {text}")
+    _title(ax, title or f"Phase plane of {label(trajectory, text)}")
     return ax
 
 
@@ -318,34 +318,21 @@ def _listed(trajectory: Trajectory, names: Any) -> list[Any]:
     return list(names)
 
 
-def _text(trajectory: Trajectory, name: Any) -> str:
-    """Name of a quantity as text."""
-    if not isinstance(name, Hashable):
-        raise SimulationError(f"Expected a name or an expression to plot, got {name!r}.")
-    return name if isinstance(name, str) else trajectory.kernels.model.names.texts.get(name, str(name))
-
-
-def _unit(trajectory: Trajectory, name: Any) -> str:
-    """Unit of a quantity; empty for an expression."""
-    text = _text(trajectory, name)
-    return unit_of(trajectory, text) if text in trajectory.names else ""
-
-
 def _grid(ax: Any) -> None:
     """Draw a pale grid behind the curves."""
     ax.grid(color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
 
 
-def _finish(ax: Any, label: str, units: set[str]) -> None:
+def _finish(ax: Any, shown: str, units: set[str]) -> None:
     """Label the vertical axis with its unit, if there is one, and a second scale in degrees for radians."""
-    unit = units.pop() if len(units) == 1 else ""
-    ax.set_ylabel(f"{label} [{unit}]".lstrip() if unit and unit != "1" else label, fontsize=11)
+    common = units.pop() if len(units) == 1 else ""
+    ax.set_ylabel(with_unit(shown, common), **SETTING)
     _grid(ax)
     ax.margins(x=0)
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
-    if unit == "rad":
+    if common == "rad":
         degrees = ax.secondary_yaxis("right", functions=(np.rad2deg, np.deg2rad))
         degrees.set_ylabel("[deg]", fontsize=11)
         degrees.spines["right"].set_visible(False)
@@ -353,15 +340,19 @@ def _finish(ax: Any, label: str, units: set[str]) -> None:
 
 def _title(ax: Any, title: str) -> None:
     """Set the title, above the legend of the panel if it has one."""
-    ax.set_title(title, loc="left", fontsize=12, fontweight="bold", pad=30 if ax.get_legend() else 10)
+    pad = 30 if ax.get_legend() else 10
+    ax.set_title(title, loc="left", fontsize=12, fontweight="bold", pad=pad, math_fontfamily="stix")
 
 
 def _legend(ax: Any, handles: list[Any]) -> None:
     """Add a legend in one row above the panel, where it covers no curve."""
+    from matplotlib.font_manager import FontProperties
+
     if handles:
         ax.legend(
             handles=handles, loc="lower left", bbox_to_anchor=(0, 1), ncols=6, frameon=False, borderaxespad=0.2,
-            borderpad=0.2, handletextpad=0.5, handlelength=1.4, columnspacing=1.6, fontsize=10,
+            borderpad=0.2, handletextpad=0.5, handlelength=1.4, columnspacing=1.6,
+            prop=FontProperties(size=11, math_fontfamily="stix"),
         )  # fmt: skip
 
 
@@ -376,7 +367,7 @@ def _event_kinds(trajectory: Trajectory) -> dict[str, str]:
 
 def _mark(ax: Any, trajectory: Trajectory, name: Any, kinds: dict[str, str], color: str) -> None:
     """Draw a marker on the curve at each event."""
-    text = _text(trajectory, name)
+    text = text_of(trajectory, name)
     if text not in trajectory.names:
         return
     for kind, marker in kinds.items():

@@ -118,7 +118,8 @@ def by_name(entries: Any, others: Mapping[str, Any], call: str) -> dict[str, Any
     entries = others if entries is None else entries
     if not isinstance(entries, Mapping) or not entries:
         raise SimulationError(
-            f"Expected values by name, such as {call}({{'theta': [0.1, 0.2]}}), got {shown(entries)}."
+            f"Expected values by name, such as {call}({{'theta': [0.1, 0.2]}}), got "
+            f"{shown(entries) if entries else 'none'}."
         )
     result: dict[str, Any] = {}
     for key, value in entries.items():

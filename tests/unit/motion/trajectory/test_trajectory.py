@@ -78,3 +78,62 @@ def test_times_of_a_signal_are_numbers():
             signal(nonsense)
     with pytest.raises(ModelError, match="Expected numbers for the times of signal"):
         fb.signal([10**400, 1], [1, 2])
+
+
+# The bar hangs straight down with theta'^2 = 3 g (1 - cos theta_0)/L: the pin carries m g + m L theta'^2/2.
+LARGEST = 9.81 * (5 - 3 * np.cos(1.0)) / 2
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau", "gauss"])
+def test_reactions_are_outputs_of_lanes(method):
+    names = ["pin", "pin.force", "max(pin)", "min(pin.force.y)", "max(pin.moment.z)"]
+    lanes = fb.simulate(pendulum(), 2, initial={"theta": [0.5, 1.0]}, outputs=names, method=method, samples=5)
+    motion = fb.simulate(pendulum(), 2, initial={"theta": 1.0}, times=lanes.time.values)
+    force = motion.reactions["pin"].force
+    assert lanes["max(pin)"][1] == pytest.approx(LARGEST, rel=1e-8)
+    assert lanes["max(pin.moment.z)"][1] == pytest.approx(0, abs=1e-12)
+    assert lanes["pin"].values[1] == pytest.approx(np.linalg.norm(force, axis=1), rel=1e-7)
+    for i, axis in enumerate("xyz"):
+        assert lanes[f"pin.force.{axis}"].values[1] == pytest.approx(force[:, i], rel=1e-7, abs=1e-7)
+    assert lanes["max(pin)"].attrs["units"] == "N" and lanes["max(pin.moment.z)"].attrs["units"] == "N m"
+
+
+def test_reactions_of_a_motion_by_name():
+    motion = fb.simulate(pendulum(), 2, initial={"theta": 1.0})
+    reaction = motion.reactions["pin"]
+    assert (motion["pin.force"] == reaction.force).all() and (
+        motion["pin.moment.z"] == reaction.moment[:, 2]
+    ).all()
+    assert motion["pin"] == pytest.approx(np.linalg.norm(reaction.force, axis=1), rel=1e-15)
+    assert motion["max(pin)"] == pytest.approx(LARGEST, rel=1e-8)
+
+
+def test_reaction_of_a_joint_that_closes_a_loop_and_of_a_coordinate_with_its_name():
+    from freebody.gallery.beyond.four_bar import NEAR, build
+
+    alone = fb.simulate(build(), 0.5, near=NEAR)
+    largest = fb.simulate(build(), 0.5, values={"g": [9.81, 0]}, near=NEAR, outputs="max(C)")["max(C)"].values
+    assert alone["C"] == pytest.approx(np.linalg.norm(alone.reactions["C"].force, axis=1), rel=1e-15)
+    assert largest[0] == pytest.approx(alone["max(C)"], rel=1e-8) and largest[0] > alone["C"].max() * (
+        1 - 1e-12
+    )
+    assert abs(largest[1] - largest[0]) > 1
+    s = fb.System("slider")
+    s.slider("x", s.ground, s.body("block", fb.particle(1)), axis="x", coordinate="x")
+    assert fb.simulate(s, 1, initial={"x": 2.0})["x"][0] == 2  # the coordinate
+
+
+def test_derivatives_of_a_reaction():
+    motion = fb.simulate(pendulum(), 2, initial={"theta": 1.0}, sensitivities=["theta"])
+    step = 1e-4
+    ends = [fb.simulate(pendulum(), 2, initial={"theta": 1 + h}, tolerance=1e-12) for h in (step, -step)]
+    for name in ("pin", "pin.force.x"):
+        difference = (ends[0][name] - ends[1][name]) / (2 * step)
+        assert motion.sensitivity.of(name)[:, 0] == pytest.approx(difference, abs=1e-5)
+    # d/d theta_0 of m g (5 - 3 cos theta_0)/2
+    assert motion.sensitivity.of("max(pin)")[0] == pytest.approx(9.81 * 1.5 * np.sin(1.0), rel=1e-6)
+
+
+def test_a_vector_has_no_greatest_value():
+    with pytest.raises(SimulationError, match=r"ask for 'max\(pin.force.x\)'"):
+        fb.simulate(pendulum(), 1, initial={"theta": [1.0]}, outputs=["max(pin.force)"])

@@ -64,8 +64,8 @@ def test_phase_is_the_path_with_its_ends_and_events(swing):
     assert start.get_xdata() == [1] and end.get_xdata() == [swing["theta"][-1]]
     assert len(turns.get_xdata()) == len(swing.events)
     assert turns.get_ydata() == pytest.approx(0, abs=1e-9)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("theta [rad]", "theta' [rad/s]")
-    assert fb.plot.phase(swing).get_xlabel() == "theta [rad]"
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\theta$ [rad]", r"$\dot{\theta}$ [rad/s]")
+    assert fb.plot.phase(swing).get_xlabel() == r"$\theta$ [rad]"
     assert fb.plot.phase(swing, "theta", "kinetic_energy").get_ylabel() == "kinetic_energy"
 
 
@@ -100,7 +100,7 @@ def test_reaction_and_residual(swing):
 def test_trajectory_plot_draws_into_given_axes(swing):
     ax = own()
     assert swing.plot("theta", ax=ax) is ax
-    assert ax.lines[0].get_label() == "theta"
+    assert ax.lines[0].get_label() == r"$\theta$"
 
 
 # --- in space ------------------------------------------------------------------------------------------------------
@@ -205,7 +205,7 @@ def test_root_locus_follows_each_eigenvalue(oscillator):
 def test_root_locus_over_the_parameter_and_of_a_function(oscillator):
     ax = fb.plot.root_locus(lambda k: [1j * np.sqrt(k), -1j * np.sqrt(k)], "k", [1, 4, 9], over="parameter")
     assert ax.lines[1].get_ydata() == pytest.approx([1, 2, 3])
-    assert ax.get_xlabel() == "k"
+    assert ax.get_xlabel() == "$k$"
     with pytest.raises(ModelError, match="Unknown parameter 'd' of the linear equations"):
         fb.plot.root_locus(fb.linearize(oscillator), "d", [1, 2])
     with pytest.raises(ModelError, match="Expected linear equations with 'c' as a symbol, got numbers"):
@@ -250,3 +250,9 @@ def test_bifurcation_of_the_bead_on_a_hoop():
         fb.plot.bifurcation(branches, "phi")
     with pytest.raises(ModelError, match="Expected at least one branch"):
         fb.plot.bifurcation([])
+
+
+def test_reactions_are_plotted_with_their_units(swing):
+    panels = swing.plot(["pin", "pin.force.y", "pin.moment.z"])
+    assert [panel.get_ylabel() for panel in panels] == ["[N]", "pin.moment.z [N m]"]
+    assert (panels[0].lines[0].get_ydata() == swing["pin"]).all()

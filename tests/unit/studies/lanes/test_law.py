@@ -240,7 +240,7 @@ def test_a_quaternion_is_varied_by_components() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: fb.grid(), r"Expected values by name, such as fb.grid\(.*got {}"),
+        (lambda: fb.grid(), r"Expected values by name, such as fb.grid\(.*got none"),
         (lambda: fb.grid({"I": [1]}, m=[2]), r"one mapping or keyword arguments for fb.grid\(\), got both"),
         (lambda: fb.table([1, 2]), r"structured array, or columns by name, .*, got \[1, 2\]"),
         (lambda: fb.sample(3, 4), r"such as fb.sample\(.* got 3"),

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import freebody as fb
@@ -15,7 +15,6 @@ from freebody.errors import SimulationError
 VALUES = st.lists(st.sampled_from([-0.0, 0.0, 1.0, 2.0, 5e-324, -1e308]), min_size=1, max_size=60)
 
 
-@settings(deadline=None)  # the first call imports xarray
 @given(VALUES, st.integers(1, 7), st.booleans())
 def test_against_sorting(x: list[float], n: int, greatest: bool) -> None:
     lanes = np.arange(len(x))[::-1] * 3

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import freebody as fb
@@ -22,7 +22,6 @@ def result(reducer: Any, x: Any) -> Any:
     return reducer.result(reducer.of({"x": np.asarray(x, dtype=float)}, np.arange(len(x))))
 
 
-@settings(deadline=None)  # the first call imports xarray
 @given(st.lists(FLOATS, min_size=1, max_size=40), st.integers(2, 12))
 def test_bins_of_powers_of_two(x: list[float], bins: int) -> None:
     """Bin j holds the values with floor(x/2^k) = j, and k is the least one; all by fractions."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import freebody as fb
@@ -20,7 +20,6 @@ def result(reducer: Any, x: Any, weights: Any = None) -> Any:
     return reducer.result(reducer.of({"x": np.asarray(x)}, np.arange(len(x)), weights))
 
 
-@settings(deadline=None)  # the first call imports xarray
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2, max_size=30))
 def test_the_mean_is_the_nearest_float(x: list[float]) -> None:
     exact = [Fraction(v) for v in x]

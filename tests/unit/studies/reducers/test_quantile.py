@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import freebody as fb
@@ -21,7 +21,6 @@ def result(reducer: Any, x: Any) -> Any:
     return reducer.result(reducer.of({"x": np.asarray(x)}, np.arange(len(x))))
 
 
-@settings(deadline=None)
 @given(st.lists(FLOATS, min_size=1, max_size=40), st.floats(0, 1))
 def test_of_few_lanes(x: list[float], q: float) -> None:
     data = result(fb.quantile("x", q), x)
@@ -39,7 +38,6 @@ def test_of_few_lanes_against_numpy() -> None:
     )
 
 
-@settings(deadline=None)
 @given(st.lists(FLOATS, min_size=17, max_size=80, unique=True), st.floats(0, 1))
 def test_the_bucket_holds_the_quantile(x: list[float], q: float) -> None:
     data = result(fb.quantile("x", q, buckets=16), x)

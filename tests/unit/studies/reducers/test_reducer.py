@@ -53,7 +53,7 @@ def merged(states: list[State], draw: Any) -> State:
 
 
 @pytest.mark.parametrize("reducer", REDUCERS, ids=str)
-@settings(deadline=None, max_examples=50)  # the first call imports SciPy and xarray
+@settings(max_examples=50)  # the first call imports SciPy and xarray
 @given(rows=st.lists(st.tuples(NUMBERS, NUMBERS, st.floats(-2, 2)), min_size=1, max_size=60), data=st.data())
 def test_blocks_and_their_order_change_no_bit(reducer: Reducer, rows: Any, data: Any) -> None:
     n = len(rows)
@@ -68,7 +68,6 @@ def test_blocks_and_their_order_change_no_bit(reducer: Reducer, rows: Any, data:
     assert pickle.dumps(reducer.result(state).to_dict()) == pickle.dumps(reducer.result(whole).to_dict())
 
 
-@settings(deadline=None)
 @given(rows=st.lists(st.tuples(NUMBERS, st.floats(0, 1e6)), min_size=1, max_size=60), data=st.data())
 def test_the_same_with_weights(rows: Any, data: Any) -> None:
     reducer = fb.mean("x/1e80")

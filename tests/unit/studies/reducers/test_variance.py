@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import freebody as fb
@@ -23,14 +23,12 @@ def result(reducer: Any, **columns: Any) -> Any:
     return reducer.result(reducer.of({name: np.asarray(x) for name, x in columns.items()}, np.arange(n)))
 
 
-@settings(deadline=None)  # the first call imports xarray
 @given(st.lists(FLOATS, min_size=2, max_size=20))
 def test_the_variance_is_the_nearest_float(x: list[float]) -> None:
     data = result(fb.variance("x"), x=x)
     assert data["value"].item() == float(statistics.variance(map(Fraction, x)))
 
 
-@settings(deadline=None)  # the first call imports xarray
 @given(st.lists(st.tuples(FLOATS, FLOATS), min_size=2, max_size=20))
 def test_the_covariance_is_the_nearest_float(rows: list[tuple[float, float]]) -> None:
     x, y = zip(*rows, strict=True)
