@@ -38,6 +38,8 @@ html_theme = "furo"
 html_title = f"freebody {version}"
 html_static_path = ["_static"]
 html_css_files = ["freebody.css"]
+html_extra_path = ["systems/pages"]  # whole pages, shown in frames: gallery_pages makes them
+(HERE / "systems" / "pages").mkdir(parents=True, exist_ok=True)
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}

@@ -15,6 +15,7 @@ import os
 import sys
 import textwrap
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -23,10 +24,19 @@ from generated import fingerprint, finish, plain, up_to_date, write
 
 import freebody as fb
 from freebody.describe.description import about_of
+from freebody.errors import SimulationError
+from freebody.picture.page.animation import frames_of, scene_of
+from freebody.picture.page.page import page, stage
+from freebody.picture.page.report import charts
+from freebody.picture.page.simulator import simulator
 
 FOLDER = "systems"
 LONGEST = 60_000
 """Characters of MathML of one set of equations that a page still shows."""
+LIVE = "pages/live"
+"""Folder of the pages in frames, which the site has as ``live``."""
+KEYS = 5e-3
+"""Tolerance between the keyframes of these pages."""
 LARGEST = 6
 """Speeds of the largest machine whose equations a page shows."""
 WORKERS = 2
@@ -61,6 +71,9 @@ def write_pages(app: Any) -> None:
             for paths in pool.map(_page, names, [folder] * len(names), [name in chosen for name in names])
             for path in paths
         ]
+    for path in (folder / LIVE).glob("*.html"):
+        if path not in made:
+            path.unlink()
     made += [thumbnail(entry, folder) for entry in entries().values()]
     made.append(write(folder / "drawings.md", drawings()))
     finish(folder, stamp, {*made, write(folder / "index.md", index())})
@@ -152,7 +165,7 @@ class Page:
     def write(self) -> list[Path]:
         parts = [f"# {plain(self.entry.title)}\n", self._statement()]
         if self.outcome is not None:
-            parts += [self._machine(), self._free_bodies(), self._answers(), self._plots()]
+            parts += [self._live(), self._machine(), self._free_bodies(), self._answers(), self._plots()]
         parts.append(self._code())
         text = "\n".join(part for part in parts if part)
         self.made.append(write(self.folder / f"{self.entry.name}.md", text))
@@ -165,6 +178,32 @@ class Page:
         paragraphs = [plain(part) for part in (*said.split("\n\n"), of_model) if part]
         asked = "\n".join(f"- {plain(line)}" for line in self.entry.asks)
         return "\n\n".join([*paragraphs, f"Asked ({names}):\n\n{asked}\n"])
+
+    def _live(self) -> str:
+        """The motion with its plots, in a frame; with sliders, if a page can compute it."""
+        motion, name = self.outcome.trajectory, self.entry.name
+        if not motion.kernels.model.bodies:
+            return ""
+        keys = frames_of(motion, KEYS)
+        scene = scene_of(motion, keys)
+        with suppress(SimulationError):
+            scene["live"] = simulator(self.outcome.system, motion, keys, scene, {})
+        live = "live" in scene
+        body = f"{stage(live)}\n{charts(scene)}"
+        folder = self.folder / LIVE
+        folder.mkdir(parents=True, exist_ok=True)
+        self.made.append(write(folder / f"{name}.html", page(self.entry.title, scene, body)))
+        title = escape(self.entry.title)
+        heading = "## Try it\n" if live else "## The motion\n"
+        said = (
+            "\nMove the sliders: the page computes the motion again, in your browser alone ([how](../report.md)).\n"
+            if live
+            else ""
+        )
+        frame = (
+            f'<iframe src="../live/{name}.html" title="{title}" loading="lazy" class="live-page"></iframe>'
+        )
+        return f"{heading}{said}\n{_html(frame)}"
 
     def _machine(self) -> str:
         shown = _drawing(self.entry, self.outcome.equations)

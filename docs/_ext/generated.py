@@ -13,7 +13,8 @@ PACKAGE = Path(freebody.__file__).parent
 def fingerprint(*makers: str) -> str:
     """Of the library's text and of the files that make the pages."""
     found = hashlib.sha256()
-    for path in sorted([*PACKAGE.rglob("*.py"), *map(Path, makers), Path(__file__)]):
+    texts = (path for kind in ("py", "js", "css") for path in PACKAGE.rglob(f"*.{kind}"))
+    for path in sorted([*texts, *map(Path, makers), Path(__file__)]):
         found.update(path.name.encode() + b"\0" + path.read_bytes())
     return found.hexdigest()
 

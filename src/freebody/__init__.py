@@ -187,6 +187,7 @@ _WORK = {
     "save": "motion.files.save",
     "load": "motion.files.load",
     "batch": "studies.batch",
+    "wasm": "motion.live.export",
 }
 for _name, _module in _WORK.items():
     _rooms_above.offer(_name, partial(import_module, f"{__name__}.{_module}"))

@@ -1,7 +1,8 @@
 """Modules of rooms above, for values that show or save themselves, and for requests that rooms above answer.
 
 A system or a trajectory draws itself in a notebook, and a trajectory saves itself, but both know nothing of drawings or
-of files of motions; the list of the ways to a motion names the batch, which keeps studies. The package registers, for
+of files of motions; the list of the ways to a motion names the batch, which keeps
+studies; a program exports itself with the loop that moves it. The package registers, for
 each kind of work, a function that imports the module that does it. The module is imported when it is first needed.
 """
 
@@ -19,5 +20,5 @@ def offer(work: str, load: Callable[[], Any]) -> None:
 
 
 def module_for(work: str) -> Any:
-    """Return the module for one kind of work: "draw", "plots", "animate", "save", "load" or "batch"."""
+    """Return the module for one kind of work: "draw", "plots", "animate", "save", "load", "batch" or "wasm"."""
     return _loaders[work]()

@@ -27,6 +27,9 @@ from .model import Number, Setting, find, settings_of
 )
 @click.option("--equations/--no-equations", "equations", default=None,
               help="Show free-body diagrams and equations; by default for machines of up to six speeds.")  # fmt: skip
+@click.option(
+    "--live", is_flag=True, help="Put sliders into the page, which computes the motion again as they move."
+)
 def report(
     model: str,
     output: Path | None,
@@ -35,6 +38,7 @@ def report(
     settings: tuple[tuple[str, str], ...],
     figures: bool,
     equations: bool | None,
+    live: bool,
 ) -> None:
     """Simulate MODEL and write one HTML page with its animation, plots, diagrams, equations and answers.
 
@@ -61,6 +65,7 @@ def report(
         answers=outcome.answers,
         figures=captions if figures else None,
         equations=equations,
+        live=live,
     )
     size = target.stat().st_size
     click.echo(f"wrote {target}, {size / 1e6:.2f} MB, in {perf_counter() - start:.1f} s")

@@ -1,4 +1,7 @@
-"""``freebody view``: a page on this computer whose sliders change a machine.
+"""``freebody view``: a page on this computer whose sliders and text change a machine.
+
+The page computes motions itself where it can (``fb.report(…, live=True)``), and asks this program for all others, and
+for another machine.
 
 The server listens on the loopback address only. Every address begins with a token that only the page knows. Requests
 from other pages, or under another name of this computer, are refused.
@@ -126,7 +129,7 @@ class Handler(BaseHTTPRequestHandler):
         except FreebodyError as error:
             self._send(500, str(error).encode("utf-8"), "text/plain; charset=utf-8")
             return
-        text = page(data["name"], data, body(data["name"]), live=True)
+        text = page(data["name"], data, body(data["name"]), view=True)
         self._send(200, text.encode("utf-8"), "text/html; charset=utf-8")
 
     def do_POST(self) -> None:

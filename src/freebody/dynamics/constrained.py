@@ -223,6 +223,17 @@ def speed_correction(model: Model, state: State, active: Sequence[int]) -> tuple
     return tuple(a + b for a, b in zip(state.u, step, strict=True))
 
 
+def moved_onto(model: Model, state: State, active: Sequence[int]) -> list[Scalar]:
+    """Return (q, u) moved onto the constraints by one Newton step for q, then one for u.
+
+    The state after a step is off by the local error. The error of a Newton step is the square of that, so one step
+    reaches round-off.
+    """
+    q = position_correction(model, state, active)
+    on_constraints = State(model, state.field, state.t, q, state.u, state.values)
+    return [*q, *speed_correction(model, on_constraints, active)]
+
+
 def least_speed_change(model: Model, state: State, selection: Selection) -> list[Scalar]:
     """Return the change δ of the speeds with G δ = -ψ in the selected conditions and speeds, of the least ½ δᵀ M δ."""
     conditions = linearized(model, state)

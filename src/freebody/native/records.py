@@ -33,7 +33,7 @@ import ast
 import ctypes
 import struct
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, reduce
 from operator import mul
@@ -241,6 +241,47 @@ class Record:
         words = self.memory[self.begin // WORD : (self.begin + self.size) // WORD]
         result = type(self)(np.tile(words, count))
         result.keep = self
+        return result
+
+    def image_at(self, base: int, outside: Sequence[int] = ()) -> bytes:
+        """Return the memory of a record made with its rows as it is at another address, for another memory.
+
+        Rows must stand in the record's own memory. ``outside`` are places [bytes] of further words that hold
+        addresses in this memory.
+        """
+        memory, first = self.memory.view(np.int64).copy(), address(self.memory)
+
+        def rebased(word: int) -> None:
+            if memory[word]:
+                if not 0 <= memory[word] - first < self.memory.nbytes:
+                    raise ValueError("Expected rows in the memory of the record, got one elsewhere.")
+                memory[word] += base - first
+
+        def visit(part: Record) -> None:
+            for field in part.fields.values():
+                if field.nested is not None:
+                    visit(part.parts[field.name])
+                elif field.kind in _DIMENSIONS:
+                    rebased((part.begin + field.place) // WORD)
+
+        visit(self)
+        for place in outside:
+            rebased(place // WORD)
+        return memory.tobytes()
+
+    def places_of(self, *names: str) -> dict[str, tuple[int, str, tuple[int, ...]]]:
+        """Return for each field its place in the memory [bytes], its kind, and the shape of its row.
+
+        The place of a row that was made with the record is that of its first number.
+        """
+        result = {}
+        for name in names:
+            field = self.fields[name]
+            if name in self.placed:
+                place, _, shape = self.placed[name]
+                result[name] = WORD * place, field.kind, shape
+            else:
+                result[name] = self.begin + field.place, field.kind, ()
         return result
 
     @classmethod

@@ -25,6 +25,7 @@ import numpy as np
 from ..errors import ExpressionError
 from ..native import cache, codegen, sources
 from ..native.records import WIDTH
+from ..native.target import named
 from ..scalar.algebra import Scalar
 from ..scalar.trace import NAMES, Tape, Traced
 from .code.emit import Form, Module
@@ -375,6 +376,36 @@ def _pointer(values: np.ndarray) -> int:
     return values.ctypes.data
 
 
+def machine_text(
+    tape: Tape,
+    functions: Mapping[str, Sequence[Scalar]],
+    time: Traced | None,
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+    target: str,
+) -> tuple[dict[str, Any], str]:
+    """Return functions as LLVM's text for a target (`native.target.NAMES`), after what is known of them.
+
+    The text defines ``prologue`` and, in the order of the functions, ``f0``, ``f1``, ... with the kernel's signature.
+    """
+    header, module = _module(
+        lower(tape, functions, time, state, parameters), functions, state, parameters, target
+    )
+    return header, module.text()
+
+
+def program_key(
+    tape: Tape,
+    functions: Mapping[str, Sequence[Scalar]],
+    time: Traced | None,
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+    target: str,
+) -> str:
+    """Hash of functions for a target, and of the sources that compile them."""
+    return _key(tape, functions, time, state, parameters, (), {}, None, target)
+
+
 def _compile(
     tape: Tape,
     functions: Mapping[str, Sequence[Scalar]],
@@ -388,7 +419,24 @@ def _compile(
 ) -> tuple[dict[str, Any], bytes]:
     """Compile functions to what the cache stores: a header and the object code."""
     program = lower(tape, functions, time, state, parameters)
-    module = Module(codegen.processor()[0], codegen.layout(), codegen.fused())
+    header, module = _module(program, functions, state, parameters, codegen.THIS, batch, series, form)
+    module.functions.append(f'@freebody.key = constant [{len(key)} x i8] c"{key}"\n')
+    return header, codegen.object_code(module.text())
+
+
+def _module(
+    program: Program,
+    functions: Mapping[str, Sequence[Scalar]],
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+    target: str,
+    batch: Sequence[str] = (),
+    series: Mapping[str, int] | None = None,
+    form: Form | None = None,
+) -> tuple[dict[str, Any], Module]:
+    """Return the header and the module of a program for a target."""
+    series = series or {}
+    module = Module(named(target).triple, codegen.layout(target), codegen.fused(target))
     hoisted = len(program.hoisted)
     prologue = program.bodies[PROLOGUE]
     module.add(program, prologue, "prologue")
@@ -411,14 +459,13 @@ def _compile(
             module.add(program, program.bodies[name], f"f{k}", lanes=8)
             module.add_batch(f"f{k}", len(state), hoisted, len(outputs))
     header = {
-        "target": codegen.version(),
+        "target": codegen.version(target),
         "hoisted": hoisted,
         "outputs": {name: len(outputs) for name, outputs in functions.items()},
         "rooms": rooms,
         "operations": {name: _operations(program, name) for name in program.bodies},
     }
-    module.functions.append(f'@freebody.key = constant [{len(key)} x i8] c"{key}"\n')
-    return header, codegen.object_code(module.text())
+    return header, module
 
 
 def _operations(program: Program, name: str) -> dict[str, int]:
@@ -442,10 +489,11 @@ def _key(
     batch: Sequence[str],
     series: Mapping[str, int],
     form: Form | None,
+    target: str = codegen.THIS,
 ) -> str:
     """Hash of the program and of the sources that compile it."""
     source = sources.identity(__name__.removeprefix("freebody."))
-    digest = hashlib.sha256(f"{source} {codegen.version()} {NAMES} {form or ''}".encode())
+    digest = hashlib.sha256(f"{source} {codegen.version(target)} {NAMES} {form or ''}".encode())
     for values in (tape.op, tape.a, tape.b):
         digest.update(array("i", values).tobytes())
     digest.update(array("d", map(float, tape.constants)).tobytes())

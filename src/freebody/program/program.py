@@ -21,6 +21,7 @@ from ..dynamics.constrained import closed_coordinates, independent_rows
 from ..dynamics.motion import transmitting
 from ..errors import ModelError, arguments_named
 from ..model import Model, assemble
+from ..rooms_above import module_for
 from .arguments import (
     NUMBERS,
     Assumption,
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from .export.c import CSource
     from .export.casadi import CasadiFunctions
     from .export.python import PythonSource
+    from .export.wasm import WasmModule
 
 Array = NDArray[np.float64]
 Values: TypeAlias = Mapping[Any, Any] | None
@@ -585,6 +587,51 @@ class Program:
         from .export.casadi import casadi_functions
 
         return casadi_functions(self.model, products, self._active)
+
+    def to_wasm(
+        self, until: Any = 10.0, *, initial: Values = None, near: Values = None, values: Values = None,
+        outputs: Sequence[Any] = (), events: Any = (), most_steps: int = 20_000,
+    ) -> WasmModule:  # fmt: skip
+        """Write the machine, and the loop that computes its motion, as one WebAssembly module.
+
+        The module closes the machine's loops, integrates (method "dop853"), projects, finds events, and gives frames at
+        the times that are asked for, as :func:`freebody.simulate` does, without Python. Parameters, start, length and
+        tolerances are read at each call; those given here are the values at first.
+
+        Parameters
+        ----------
+        until, initial, near, values, events
+            As for :func:`freebody.simulate`. Initial values that are expressions of parameters follow these.
+        outputs : sequence of expressions
+            Expressions of coordinates, speeds and parameters, whose values each frame has.
+        most_steps : int
+            Number of steps that the module has room for. A run that needs more ends.
+
+        Returns
+        -------
+        WasmModule
+            ``code``, and the places of everything that is written and read.
+
+        Raises
+        ------
+        SimulationError
+            For machines with contacts, signals or controllers, with conditions that others imply, and for those so
+            large that their equations are loops.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("pendulum")
+        >>> bar = s.body("bar", fb.slender_bar(1, 2, axis="y"))
+        >>> s.gravity = (0, -9.81, 0)
+        >>> pin = s.hinge("pin", s.ground, bar, to=(0, 1, 0), coordinate="theta")
+        >>> module = fb.compile(s).to_wasm(until=2, initial={"theta": 1}, outputs=["sin(theta)"])
+        >>> module.code[:4], module.state, module.outputs
+        (b'\\x00asm', ('theta', "theta'"), ('sin(theta)',))
+        """
+        return module_for("wasm").wasm_module(
+            self.model, until, outputs, most_steps, initial=initial, near=near, values=values, events=events
+        )
 
     # --- kernels -------------------------------------------------------------------------------
 

@@ -41,8 +41,7 @@ from ...dynamics.constrained import (
     condition_groups,
     independence,
     least_speed_change,
-    position_correction,
-    speed_correction,
+    moved_onto,
 )
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.linear import Factorization, Selection, applied, entries, products
@@ -357,14 +356,8 @@ class Kernels:
         ]
 
     def _projected(self, state: State) -> list[Scalar]:
-        """Return (q, u) moved onto the constraints by one Newton step for q, then one for u.
-
-        The state after a step is off by the local error. The error of a Newton step is the square of that, so one step
-        reaches round-off.
-        """
-        q = position_correction(self.model, state, self.active)
-        on_constraints = State(self.model, state.field, state.t, q, state.u, state.values)
-        return [*q, *speed_correction(self.model, on_constraints, self.active)]
+        """Return (q, u) moved onto the constraints (`moved_onto`)."""
+        return moved_onto(self.model, state, self.active)
 
     def poses(self) -> Program:
         """Program with the function ``poses``: for each body, position (3) and rotation to ground axes (9, by rows)."""

@@ -51,7 +51,7 @@ def _in_one_leg(problem: Problem, between: Progress) -> Trajectory | None:
         path.status == End.RELEASED or meets(kernels, rates, path.times, path.states, path.method)
     ):
         return None
-    trajectory = Trajectory(*p.outcome(path), course=ONE_LEG)
+    trajectory = Trajectory(*p.outcome(path), course=ONE_LEG).begun(request.initial, request.near)
     if path.status in FAILED:
         raise failure(trajectory, path, kernels, p.end, p.specs)
     return trajectory

@@ -82,7 +82,14 @@ class ComputedMotion:
         self.specs = tuple(specs)
         self.tolerances = tolerances
         self._times_and_samples = times, samples
+        self.initial: dict[Any, Any] = {}
+        self.near: dict[Any, Any] = {}
         self.course = course
+
+    def begun(self, initial: Mapping[Any, Any] | None, near: Mapping[Any, Any] | None) -> Self:
+        """Note the initial values and guesses that were given, and return the motion."""
+        self.initial, self.near = dict(initial or {}), dict(near or {})
+        return self
 
     def __getstate__(self) -> dict[str, Any]:
         """Keep the path and the states at the output times; all other quantities can be computed again."""

@@ -40,6 +40,9 @@ class Trajectory(ComputedMotion):
         The states, which can be sampled at any time: smooth, in phases or in steps.
     course : Course
         How the quantities follow from the path.
+    initial, near : dict
+        Initial values and guesses as they were given, by name: numbers, or expressions of the parameters. Empty for
+        motions that contacts, blows, signals or controllers interrupt.
     """
 
     def __getitem__(self, name: Any) -> Any:

@@ -16,13 +16,13 @@ from ...describe.loads.load import (
     Spring,
     Torque,
 )
-from ...dynamics.kinematics import rotation
+from ...dynamics.kinematics import poses, rotation
 from ...dynamics.loading import couples, joint_force, point_forces, weight
 from ...dynamics.motion import transmitting
 from ...dynamics.state import State
 from ...model.closure import Closure
 from ...model.model import Model
-from ...scalar.algebra import Vector, apply, scale
+from ...scalar.algebra import Vector, add, apply, divide, dot, scale
 
 if TYPE_CHECKING:
     from ...motion.kernels.kernels import Kernels
@@ -147,3 +147,24 @@ def _role(load: Any) -> str:
     if isinstance(load, Spring | JointSpring):
         return "spring"
     return "damper" if isinstance(load, Damper | JointDamper) else "motor"
+
+
+def wheel_points(model: Model, state: State) -> dict[str, Vector]:
+    """Point at which each rolling wheel touches its plane, in ground axes [m].
+
+    c - r (n - (n·a) a) / |n - (n·a) a|, with centre c, radius r and axis a of the wheel, and the normal n of the plane
+    """
+    postures, result = poses(model, state), {}
+    for name, wheel in model.constraints.items():
+        if not isinstance(wheel, Rolling):
+            continue
+        posture = postures[wheel.center.body.name]
+        n = state.vector(wheel.normal[1])
+        down = n
+        if wheel.axis is not None:
+            a = apply(posture.rotation, state.vector(wheel.axis))
+            down = add(n, scale(-dot(a, n), a))
+        length = state.field.sqrt(dot(down, down))
+        center = add(posture.position, apply(posture.rotation, state.vector(wheel.center.components)))
+        result[name] = add(center, scale(-divide(state(wheel.radius), length), down))
+    return result

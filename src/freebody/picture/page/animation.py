@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,10 +23,9 @@ from ...model.closure import Closure
 from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import Vector
-from ...space.quaternion import matrix_from_quaternion
 from ..machine.shapes import ROD, Primitive, axes_along, hidden, machine_size, rod, ropes_of, shapes
 from ..moving.forces import Arrow
-from ..moving.keyframes import TOLERANCE, Keyframes, keyframes
+from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheels
 from ..moving.quantities import base64_floats, channels, charts
 from ..moving.touching import distinct, modes, surface_parts, touching
 from ..paper.palette import KINDS
@@ -64,17 +64,39 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
     SimulationError
         If the machine has no bodies, or the tolerance is not between 0 and 1.
     """
+    return scene_of(trajectory, frames_of(trajectory, tolerance))
+
+
+def frames_of(trajectory: Trajectory, tolerance: float) -> Keyframes:
+    """Return the keyframes of a motion of bodies."""
     model = trajectory.kernels.model
     if not model.bodies:
         raise SimulationError(f"Expected a machine with bodies to animate, but '{model.name}' has none.")
     if not 0 < tolerance < 1:
         raise SimulationError(f"Expected a tolerance between 0 and 1 for the keyframes, got {tolerance!r}.")
-    keys = keyframes(trajectory, tolerance)
-    state = float_state(model, values=trajectory.values)
+    return keyframes(trajectory, tolerance)
+
+
+def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
+    """Return the data of :func:`animation` at given keyframes."""
+    model = trajectory.kernels.model
     size = machine_size(model, trajectory.values)
-    names = list(model.bodies)
-    up, toward = _view(model, state, keys)
+    up, toward = _view(model, float_state(model, values=trajectory.values), keys)
     acting = _acting(keys, size)
+    scene = figure(model, trajectory.values, keys, size, up)
+    for i, body in enumerate(scene["bodies"]):
+        body["position"] = base64_floats(keys.position[:, i])
+        body["quaternion"] = base64_floats(keys.quaternion[:, i])
+        body["spin"] = base64_floats(keys.spin[:, i])
+    places = touched_by_wheels(trajectory, keys)
+    for arrow, place in zip(keys.arrows, scene["arrows"], strict=True):
+        if arrow.contact is not None and keys.touched is not None:
+            place["path"] = base64_floats(keys.touched.place[:, arrow.contact])
+        elif arrow.name in places and arrow.wheel is not None:
+            place["path"] = base64_floats(places[arrow.name])
+    scene["arrows"] = [arrow for arrow in scene["arrows"] if arrow["channel"] in acting]
+    drawn = {i for i in range(len(model.bodies)) if _draws_cone(keys.spin[:, i])}
+    scene["cones"] = [cone for cone in scene["cones"] if cone["body"] in drawn]
     return {
         "title": trajectory.name,
         "up": up.tolist(),
@@ -82,21 +104,30 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
         "size": size,
         "t": base64_floats(keys.t),
         "tolerance": keys.tolerance,
-        "bodies": _bodies(model, state, trajectory, keys, size),
-        "ground": _ground(model, state, keys, size, up),
-        "lines": _lines(model, state, names, size),
-        "arrows": [_arrow(arrow, state, keys, names) for arrow in keys.arrows if arrow.key in acting],
+        **scene,
         "channels": channels(trajectory, keys, acting),
         "charts": charts(trajectory, keys, acting, size),
         "events": [[event.time, getattr(event, "text", "") or event.name] for event in trajectory.events],
         "breaks": keys.breaks,
         "modes": modes(trajectory),
         "touching": touching(keys),
-        "cones": [
-            {"body": i, "apex": _apex(model, state, name)}
-            for i, name in enumerate(names)
-            if _draws_cone(keys.spin[:, i])
-        ],
+    }
+
+
+def figure(
+    model: Model, values: Mapping[str, float], keys: Keyframes, size: float, up: Array
+) -> dict[str, Any]:
+    """Return what does not move with time: parts of bodies and of the ground, and points of bodies.
+
+    ``size`` is the length that symbols are relative to. The numbers depend on the values of the parameters.
+    """
+    state, names = float_state(model, values=values), list(model.bodies)
+    return {
+        "bodies": _bodies(model, state, values, size),
+        "ground": _ground(model, state, keys, size, up),
+        "lines": _lines(model, state, names, size),
+        "arrows": [_arrow(arrow, state, names) for arrow in keys.arrows],
+        "cones": [{"body": i, "apex": _apex(model, state, name)} for i, name in enumerate(names)],
     }
 
 
@@ -143,11 +174,9 @@ def _apex(model: Model, state: State, body: str) -> list[float]:
 # -- bodies ------------------------------------------------------------------------------------------------
 
 
-def _bodies(
-    model: Model, state: State, trajectory: Trajectory, keys: Keyframes, size: float
-) -> list[dict[str, Any]]:
-    """Bodies with their parts and their motion."""
-    pieces_of = shapes(model, trajectory.values, size)
+def _bodies(model: Model, state: State, values: Mapping[str, float], size: float) -> list[dict[str, Any]]:
+    """Bodies with their parts."""
+    pieces_of = shapes(model, values, size)
     pins, unseen = _pins(model, state, size), hidden(model)
     result = []
     for i, (name, place) in enumerate(model.bodies.items()):
@@ -161,9 +190,6 @@ def _bodies(
                 "color": color,
                 "center": _numbers(state, place.center),
                 "parts": parts,
-                "position": base64_floats(keys.position[:, i]),
-                "quaternion": base64_floats(keys.quaternion[:, i]),
-                "spin": base64_floats(keys.spin[:, i]),
             }
         )
     return result
@@ -324,33 +350,18 @@ def _lines(model: Model, state: State, names: list[str], size: float) -> list[di
 # -- forces and quantities ---------------------------------------------------------------------------------
 
 
-def _arrow(arrow: Arrow, state: State, keys: Keyframes, names: list[str]) -> dict[str, Any]:
-    """An arrow with its label, its colour, and the path of its point if that is not fixed in the body."""
-    body = names.index(arrow.body) if arrow.body in names else -1
-    result = {
+def _arrow(arrow: Arrow, state: State, names: list[str]) -> dict[str, Any]:
+    """An arrow with its label and its colour."""
+    return {
         "name": arrow.name,
         "group": arrow.group,
         "kind": arrow.kind,
-        "body": body,
+        "body": names.index(arrow.body) if arrow.body in names else -1,
         "at": _numbers(state, arrow.at),
         "label": f"weight of {arrow.body}" if arrow.role == "weight" else arrow.name,
         "channel": arrow.key,
         "color": _rgb(KINDS[arrow.role][0]),
     }
-    if arrow.contact is not None and keys.touched is not None:
-        result["path"] = base64_floats(keys.touched.place[:, arrow.contact])
-    wheel = arrow.wheel
-    if wheel is not None:  # it touches the plane at c - r (n - (n·a) a) / |n - (n·a) a|
-        R = np.array([matrix_from_quaternion(tuple(q)) for q in keys.quaternion[:, body]], dtype=float)
-        n = np.array(_numbers(state, wheel.normal[1]))
-        down = np.broadcast_to(n, (len(R), 3))
-        if wheel.axis is not None:
-            a = R @ np.array(_numbers(state, wheel.axis))
-            down = n - (a @ n)[:, None] * a
-        down = down / np.linalg.norm(down, axis=1)[:, None]
-        center = keys.position[:, body] + R @ np.array(_numbers(state, wheel.center.components))
-        result["path"] = base64_floats(center - float(state(wheel.radius)) * down)
-    return result
 
 
 def _acting(keys: Keyframes, size: float) -> set[str]:

@@ -29,7 +29,9 @@ def answers_table(answers: Mapping[str, Any]) -> str:
     rows = []
     for name, answer in answers.items():
         question, value, unit, formula = _parts(answer)
-        number = f'<td class="number">{escape(significant(value, 8))}</td>'
+        # a live page writes other numbers here; words hold whatever the numbers are
+        mark = "" if isinstance(value, str) else f' data-answer="{escape(str(name))}"'
+        number = f'<td class="number"{mark}>{escape(significant(value, 8))}</td>'
         middle = f"<td>{escape(question)}</td>" if questions else ""
         rows.append(f"<tr><td>{escape(str(name))}</td>{middle}{number}<td>{escape(unit)}</td></tr>")
         if formula:

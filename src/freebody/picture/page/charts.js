@@ -35,19 +35,19 @@ function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
   }
   drawing("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: HEIGHT - BOTTOM, y2: HEIGHT - BOTTOM, class: "axis" }, svg);
   drawing("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, svg, "time [s]");
-  for (const [t, name] of events) {
-    const mark = drawing("line", { x1: x(t), x2: x(t), y1: TOP, y2: HEIGHT - BOTTOM, class: "event" }, svg);
-    drawing("title", {}, mark, `${name}, t = ${digits(t)} s`);
+  if (events.length) { // ticks above the time axis; the timeline tells them apart
+    const mark = drawing("path", { d: events.map(([t]) => `M${Math.round(10 * x(t)) / 10},${HEIGHT - BOTTOM}v-6`).join(""), class: "event" }, svg);
+    drawing("title", {}, mark, [...new Set(events.map(([, name]) => name))].slice(0, 8).join("; "));
   }
   const unit = curves.every((curve) => curve.unit === curves[0].unit) && curves[0].unit;
   if (unit && unit !== "1") drawing("text", { x: 4, y: 15 }, svg, `[${unit}]`);
   const labels = curves.map((curve, i) => {
     const ends = [0, ...breaks, motion.t.length]; // no line runs through a jump
     for (let n = 0; n + 1 < ends.length; n++) {
-      const d = [];
+      let d = "";
       for (let k = ends[n]; k < ends[n + 1]; k++)
-        d.push(`${x(motion.t[k]).toFixed(1)},${y(curve.values[k * curve.width + curve.component]).toFixed(1)}`);
-      drawing("polyline", { points: d.join(" "), stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, svg);
+        d += `${Math.round(10 * x(motion.t[k])) / 10},${Math.round(10 * y(curve.values[k * curve.width + curve.component])) / 10} `;
+      drawing("polyline", { points: d, stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, svg);
     }
     return curve.label;
   });
@@ -84,26 +84,33 @@ function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
   };
 }
 
-// Draws each chart of a page when it is opened, with its cursor at the time of the player.
+// Draws each chart of a page when it is opened, with its cursor at the time of the player. Returns a function that draws
+// the open ones again for another motion.
 function plots(root, scene, shown) {
   const units = Object.fromEntries(Object.entries(scene.channels).map(([key, { unit }]) => [key, unit]));
   const seek = (time) => {
     shown.pause();
     shown.seek(time);
   };
-  for (const place of root.querySelectorAll("[data-chart]")) {
-    const spec = scene.charts[Number(place.dataset.chart)];
-    const fold = place.closest("details");
-    let update = null;
-    const open = () => {
-      if (update || !fold.open) return;
-      update = chart(place, shown.motion, spec, units, scene, seek);
-      shown.listen(() => fold.open && update());
-      update();
-    };
-    fold.addEventListener("toggle", () => (open(), update && update()));
-    open();
+  const charts = [...root.querySelectorAll("[data-chart]")].map((place) => ({ place, fold: place.closest("details"), update: null }));
+  const open = (one) => {
+    if (one.update || !one.fold.open) return;
+    one.place.replaceChildren();
+    one.update = chart(one.place, shown.motion, scene.charts[Number(one.place.dataset.chart)], units, scene, seek);
+    one.update();
+  };
+  for (const one of charts) {
+    shown.listen(() => one.fold.open && one.update && one.update());
+    one.fold.addEventListener("toggle", () => (open(one), one.update && one.update()));
+    open(one);
   }
+  return (next) => {
+    scene = next;
+    for (const one of charts) {
+      one.update = null;
+      open(one);
+    }
+  };
 }
 
 function drawing(tag, attributes, parent, text = "") {

@@ -102,5 +102,5 @@ function bytes(text) {
   for (let i = 0; i < raw.length; i++) result[i] = raw.charCodeAt(i);
   return result.buffer;
 }
-const floats = (text) => new Float32Array(bytes(text));
+const floats = (data) => (data instanceof Float32Array ? data : new Float32Array(bytes(data)));
 const integers = (text) => new Uint32Array(bytes(text));

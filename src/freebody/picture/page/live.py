@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from contextlib import suppress
 from html import escape
 from threading import Lock
 from typing import Any
 
-from ...describe.description import about_of
-from ...dynamics.state import float_state, rest_coordinates
+from ...dynamics.state import float_state
 from ...errors import FormatError, FreebodyError, ModelError, SimulationError
 from ...formats.case import Case
 from ...model.assemble import assemble
-from ...model.symbols import symbols_of
 from ...studies.simulate import simulate
 from ...symbolic.equations import Equations, equations
-from .animation import animation
+from ..moving.keyframes import TOLERANCE
+from .animation import frames_of, scene_of
 from .longest_phases import longest_contact
+from .page import stage
 from .report import LARGEST, charts, formulas
+from .simulator import simulator
+from .sliders import sliders, start_of
 
 LENGTH = 10.0
 """Length of the run if the model gives none [s]."""
@@ -63,11 +66,16 @@ class Live:
 
     def _machine(self) -> dict[str, Any]:
         motion = self._motion(self.values, {}, self.until)
+        case, model = self.case, self.model
+        with suppress(SimulationError):  # the server computes what the page cannot
+            motion["scene"]["live"] = simulator(
+                case.system, self._trajectory, self._keys, motion["scene"], {}
+            )
         return {
             "name": self.model.name,
             "text": self.text,
             "until": self.until,
-            "sliders": self._sliders(),
+            "sliders": sliders(case.system, model, self.values, case.initial, case.near),
             "equations": self._equations(),
             **motion,
         }
@@ -131,68 +139,10 @@ class Live:
             self.model, until, initial=start, near=self.case.near, values=values, max_steps=STEPS,
             tolerance=1e-8 if self.case.tolerance is None else self.case.tolerance,
         )  # fmt: skip
-        scene = animation(trajectory)
-        self._trajectory = trajectory
-        return {"scene": scene, "charts": charts(scene), "start": self._start(values)}
-
-    def _sliders(self) -> list[dict[str, Any]]:
-        """Sliders of parameters, coordinates and speeds, with their values, ranges and units."""
-        model, result = self.model, []
-        about = about_of(self.case.system)
-        relevant = self._relevant_parameters()
-        for parameter in model.parameters:
-            if parameter.name not in relevant:
-                continue
-            x = self.values[parameter.name]
-            unit, text = about.get(parameter.name, ("", ""))
-            low, high = (min(0.0, 2 * x), max(0.0, 2 * x)) if x else (-1.0, 1.0)
-            result.append(_slider("values", parameter.name, x, low, high, unit, text))
-        rest = dict(zip(model.coordinate_names, map(float, rest_coordinates(model)), strict=True))
-        start = self._start(self.values)
-        scalars = {c.name for c in model.coordinates if c.kind == "scalar"}
-        # with constraints, only initial values that the model gives have sliders: all others follow from these
-        for name in model.coordinate_names:
-            if name in scalars and (not model.constraints or name in start):
-                x = float(start.get(name, rest[name]))
-                low, high = min(-math.pi, 2 * x), max(math.pi, 2 * x)
-                result.append(
-                    _slider("initial", name, x, low, high, "", "at the start", self._followed(name))
-                )
-        for name in model.speed_names:
-            if not model.constraints or name in start:
-                x = float(start.get(name, 0.0))
-                reach = max(10.0, 2 * abs(x))
-                result.append(
-                    _slider("initial", name, x, -reach, reach, "", "at the start", self._followed(name))
-                )
-        return result
-
-    def _relevant_parameters(self) -> set[str]:
-        """Names of the parameters that the motion or the drawing depends on."""
-        model, system = self.model, self.case.system
-        solids = [body.mass_properties for body in system.bodies.values()]
-        start = [system.expression(x) for x in (*self.case.initial.values(), *self.case.near.values())]
-        parts = (
-            model.links, model.loads, model.gravity, model.constraints, model.contacts, model.controllers, solids, start
-        )  # fmt: skip
-        return {symbol.name for symbol in symbols_of(parts)}
-
-    def _followed(self, name: str) -> list[str]:
-        """Names of the parameters that an initial value depends on."""
-        parameters = {parameter.name for parameter in self.model.parameters}
-        start = self.case.system.expression(self.case.initial.get(name, 0))
-        return sorted({symbol.name for symbol in symbols_of(start)} & parameters)
-
-    def _start(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Initial values that the model gives for single coordinates and speeds."""
-        state = float_state(self.model, values=values)
-        names = (*self.model.coordinate_names, *self.model.speed_names)
-        system = self.case.system
-        return {
-            name: float(state(system.expression(value)))
-            for name, value in self.case.initial.items()
-            if name in names
-        }
+        self._trajectory, self._keys = trajectory, frames_of(trajectory, TOLERANCE)
+        scene = scene_of(trajectory, self._keys)
+        given = start_of(self.case.system, self.model, values, self.case.initial)
+        return {"scene": scene, "charts": charts(scene), "start": given}
 
     def _equations(self) -> str:
         """Equations as HTML, or the reason why they cannot be written; the machine moves in either case."""
@@ -219,28 +169,6 @@ def problem(error: FreebodyError) -> dict[str, Any]:
     return {"error": str(error), "line": int(match[1]) if match else None}
 
 
-def _slider(
-    group: str,
-    name: str,
-    value: float,
-    low: float,
-    high: float,
-    unit: str,
-    about: str,
-    follows: Sequence[str] = (),
-) -> dict[str, Any]:
-    return {
-        "group": group,
-        "name": name,
-        "value": value,
-        "low": low,
-        "high": high,
-        "unit": unit,
-        "about": about,
-        "follows": list(follows),
-    }
-
-
 def _number(name: str, value: Any) -> float:
     """A finite number, from data of the page."""
     try:
@@ -255,9 +183,7 @@ def _number(name: str, value: Any) -> float:
 def body(name: str) -> str:
     """Return the HTML of the live page's body."""
     return (
-        f'<h1 id="name">{escape(name)}</h1>\n<p id="problem" role="alert" hidden></p>\n<div class="live">\n'
-        '<section><div id="player"></div><h2>Plots</h2><div id="charts"></div></section>\n'
-        '<aside><h2>Values</h2><div id="sliders"></div></aside>\n</div>\n'
+        f'<h1 id="name">{escape(name)}</h1>\n{stage(True)}\n<h2>Plots</h2><div id="charts"></div>\n'
         '<h2>Equations of motion</h2><div id="equations"></div>\n'
         '<h2>Model</h2><div class="editor"><pre id="lines" aria-hidden="true"></pre>'
         '<textarea id="text" spellcheck="false" aria-label="Model file"></textarea></div>\n'

@@ -19,21 +19,30 @@ function digits(x) {
 
 // Path of a point of a body: points at least ``distance`` apart, and for every keyframe the number of the last point.
 function trail(motion, body, local, distance, renderer) {
-  const points = [], number = [];
-  let last = null;
-  for (let k = 0; k < motion.t.length; k++) {
-    const p = point(motion.poseAt(body, k), local);
-    if (!last || length(subtract(p, last)) > distance) points.push(...(last = p));
-    number.push(points.length / 3 - 1);
+  const { position, quaternion } = motion.bodies[body], n = motion.t.length, [a, b, c] = local;
+  const points = new Float32Array(3 * n), number = new Int32Array(n), least = distance * distance;
+  let count = 0;
+  for (let k = 0; k < n; k++) {
+    const w = quaternion[4 * k], x = quaternion[4 * k + 1], y = quaternion[4 * k + 2], z = quaternion[4 * k + 3];
+    const u = 2 * (y * c - z * b), v = 2 * (z * a - x * c), r = 2 * (x * b - y * a); // p + w t + q × t, t = 2 q × p
+    const px = position[3 * k] + a + w * u + y * r - z * v;
+    const py = position[3 * k + 1] + b + w * v + z * u - x * r;
+    const pz = position[3 * k + 2] + c + w * r + x * v - y * u;
+    const at = 3 * count, dx = px - points[at - 3], dy = py - points[at - 2], dz = pz - points[at - 1];
+    if (!count || dx * dx + dy * dy + dz * dz > least) {
+      [points[at], points[at + 1], points[at + 2]] = [px, py, pz];
+      count++;
+    }
+    number[k] = count - 1;
   }
-  const all = new Float32Array(points);
+  const all = points.subarray(0, 3 * count);
   return { points: all, path: renderer.path(all), number };
 }
 
-// Outermost points of all bodies at many times; the box that contains them; the greatest reach of the machine at one
+// Points of all bodies at many times, from the ``far`` corners of each; the box that contains them; the greatest reach of the machine at one
 // time. Parts on the ground are in ``points``, but not in the box or the reach.
-function extent(motion, corners, fixed) {
-  const far = corners.map(outermost), points = [], step = Math.max(1, Math.floor(motion.t.length / 120));
+function extent(motion, far, fixed) {
+  const points = [], step = Math.max(1, Math.floor(motion.t.length / 120));
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   let reach = 0;
   for (let n = 0; n < motion.t.length; n += step) {
@@ -55,7 +64,7 @@ function extent(motion, corners, fixed) {
     }
     reach = Math.max(reach, length(subtract(most, least)));
   }
-  for (const p of outermost(fixed)) points.push(p);
+  points.push(...fixed);
   return { low, high, reach, points };
 }
 

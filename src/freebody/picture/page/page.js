@@ -5,7 +5,7 @@
   const scene = JSON.parse(document.getElementById("scene").textContent);
   const options = new URLSearchParams(location.hash.slice(1));
   const shown = player(document.getElementById("player"), scene, { flat: options.get("flat") === "1" });
-  plots(document, scene, shown);
+  const redraw = plots(document, scene, shown);
   for (const [name, value] of Object.entries(scene.shown || {})) shown.show(name, value);
   for (const [name, value] of options)
     if (name === "t") shown.seek(Number(value));
@@ -14,4 +14,6 @@
     else if (name !== "play" && name !== "flat") shown.show(name, value === "1");
   if (options.get("play") === "1") shown.play();
   window.freebody = shown;
+  if (scene.live)
+    control(scene, shown, redraw).then((may) => may || say("WebAssembly is not allowed here, so that this page has no sliders. It shows the recorded motion."));
 })();

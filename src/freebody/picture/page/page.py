@@ -28,8 +28,11 @@ SCRIPTS = (
 )
 """Files of the folder ``page`` whose texts, in this order, are the script of a page."""
 
-LIVE = (*SCRIPTS[:-1], "live.js")
-"""Files of the script of the live page."""
+LIVE = (*SCRIPTS[:-1], "simulator.js", "sliders.js", "page.js")
+"""Files of the script of a page that computes its motion."""
+
+VIEW = (*LIVE[:-1], "live.js")
+"""Files of the script of the page of ``freebody view``."""
 
 
 @cache
@@ -46,16 +49,19 @@ def style() -> str:
     return (files(__package__) / "page.css").read_text(encoding="utf-8")
 
 
-def policy(text: str, connect: str = "") -> str:
+def policy(text: str, connect: str = "", compute: bool = False) -> str:
     """Return the content policy of a page with one script: no other script, no requests except to ``connect``.
+
+    With ``compute`` the page may compile WebAssembly.
 
     >>> policy("alert()").split("; ")[0]
     "default-src 'none'"
     """
     digest = base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
     requests = f"connect-src {connect}; " if connect else ""
+    wasm = " 'wasm-unsafe-eval'" if compute else ""
     return (
-        f"default-src 'none'; script-src 'sha256-{digest}'; {requests}style-src 'unsafe-inline'; img-src data:; "
+        f"default-src 'none'; script-src 'sha256-{digest}'{wasm}; {requests}style-src 'unsafe-inline'; img-src data:; "
         "base-uri 'none'; form-action 'none'"
     )
 
@@ -70,7 +76,7 @@ def embedded(data: Mapping[str, Any]) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False, live: bool = False) -> str:
+def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False, view: bool = False) -> str:
     """Return a whole HTML document.
 
     Parameters
@@ -81,14 +87,15 @@ def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False,
         Data from :func:`freebody.picture.page.animation.animation`.
     body : str
         HTML with an element ``id="player"``, and with an element ``data-chart="0"`` and so on inside ``details`` for
-        each chart.
+        each chart. If the scene has the data ``live`` of a simulator: also with the elements of :func:`stage`.
     bare : bool
         Let the player fill the window.
-    live : bool
+    view : bool
         Return the page of ``freebody view``, which sends requests to its own server only.
     """
-    code = script(LIVE if live else SCRIPTS)
-    allowed = policy(code, "'self'" if live else "")
+    live = view or "live" in scene
+    code = script(VIEW if view else LIVE if live else SCRIPTS)
+    allowed = policy(code, "'self'" if view else "", live)
     attribute = ' class="bare"' if bare else ""
     return (
         "<!DOCTYPE html>\n"
@@ -100,4 +107,19 @@ def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False,
         f"<body{attribute}>\n<main>\n{body}\n</main>\n"
         f'<script type="application/json" id="scene">{embedded(scene)}</script>\n'
         f"<script>{code}</script>\n</body>\n</html>\n"
+    )
+
+
+def stage(live: bool) -> str:
+    """Return the HTML of the player, with a place for sliders beside it if the page is live.
+
+    >>> stage(False)
+    '<div id="player"></div>'
+    """
+    if not live:
+        return '<div id="player"></div>'
+    return (
+        '<div class="live">\n<section><div id="player"></div></section>\n'
+        '<aside><h2>Values</h2><p id="problem" role="status" hidden></p><div id="sliders"></div>'
+        '<p><button id="reset" type="button" hidden>Reset</button> <span id="work"></span></p></aside>\n</div>'
     )

@@ -11,7 +11,8 @@ const SWITCHES = {
 };
 
 function player(root, scene, options = {}) {
-  const motion = new Motion(scene), listeners = [];
+  const listeners = [];
+  let motion = new Motion(scene);
   const on = { trails: true, frames: false, names: false, forces: false, reactions: false, contacts: true, cones: false, follow: false, repeat: true };
   let playing = false, speed = 1, arrowSize = 1, last = null, drawn = 0;
 
@@ -27,7 +28,14 @@ function player(root, scene, options = {}) {
   const clock = element("output", { class: "clock" }, bar);
   const rate = element("select", { class: "speed", "aria-label": "Speed" }, bar);
   for (const x of SPEEDS) element("option", { value: x }, rate, `× ${x}`);
-  const strip = timeline(root, slider, scene, motion, (time) => (pause(), seek(time)));
+  const rail = element("div", {}, root);
+  let strip = null;
+  // what the page has measured: to ask for it after each change of the page would lay out the page each time
+  const measured = { wide: 1, high: 1, left: 0, slider: 0 };
+  function measure() {
+    const [bar, whole] = [slider, rail].map((part) => part.getBoundingClientRect());
+    Object.assign(measured, { wide: canvas.clientWidth, high: canvas.clientHeight, left: bar.left - whole.left, slider: bar.width });
+  }
   const panel = element("div", { class: "bar switches" }, root);
   const boxes = {};
   const present = {
@@ -70,38 +78,51 @@ function player(root, scene, options = {}) {
       return { color: JSON.parse(key), corners: all, surface: renderer.surface(all) };
     });
   };
-  const bodies = scene.bodies.map((body) => surfaces(body.parts, body.color));
-  const ground = surfaces(scene.ground.parts, DARK);
   const shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
   const head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
-  const bounds = extent(motion, bodies.map((groups) => groups.map((group) => group.corners)), ground.map((group) => group.corners));
-  const trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
-  on.trails = bodies.length <= 12; // more trails would hide the machine
-  const cones = scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
-  const planes = scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
   const ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
-  const touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
-  const struck = impacts(motion, scene, touching);
   const loose = {}; // polylines that change with time, by name
   const dynamic = (name, points) => (loose[name] = renderer.path(new Float32Array(points.flat()), loose[name]));
-  const paths = scene.arrows.map((arrow) => arrow.path && floats(arrow.path));
-  const greatest = { force: 0, moment: 0 };
-  for (const { channel, kind } of scene.arrows) {
-    const v = motion.channels[channel].values;
-    for (let i = 0; i < v.length; i += 3) greatest[kind] = Math.max(greatest[kind], Math.hypot(v[i], v[i + 1], v[i + 2]));
+  let bodies = [], ground = [], far, fixed, bounds, trails = [], cones = null, planes = [], touching, struck, paths, greatest, span, places;
+  // Makes the surfaces of the bodies and of the ground.
+  function shape() {
+    for (const { surface } of [...bodies.flat(), ...ground]) renderer.forget(surface);
+    bodies = scene.bodies.map((body) => surfaces(body.parts, body.color));
+    ground = surfaces(scene.ground.parts, DARK);
+    far = bodies.map((groups) => outermost(groups.map(({ corners }) => corners)));
+    fixed = outermost(ground.map(({ corners }) => corners));
   }
+  // Makes what depends on the motion as a whole.
+  function trace() {
+    for (const item of [...trails.map(({ path }) => path), ...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes])
+      if (item) renderer.forget(item);
+    cones = null; // made when they are first shown
+    bounds = extent(motion, far, fixed);
+    trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
+    planes = scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
+    touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
+    struck = impacts(motion, scene, touching);
+    paths = scene.arrows.map((arrow) => arrow.path && floats(arrow.path));
+    greatest = { force: 0, moment: 0 };
+    for (const { channel, kind } of scene.arrows) {
+      const v = motion.channels[channel].values;
+      for (let i = 0; i < v.length; i += 3) greatest[kind] = Math.max(greatest[kind], Math.hypot(v[i], v[i + 1], v[i + 2]));
+    }
+    span = motion.last - motion.first;
+    places = Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(span || 1))));
+    rail.replaceChildren();
+    strip = timeline(rail, measured, scene, motion, (time) => (pause(), seek(time)));
+  }
+  shape();
+  trace();
+  on.trails = bodies.length <= 12; // more trails would hide the machine
 
   // -- the eye
-  const eye = { target: [0, 0, 0], toward: unit(scene.toward), up, distance: 1 };
-  const aspect = () => Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
-  // Puts everything that is visible at any time (when following: at one time) in the middle, as large as possible.
-  function fit() {
+  const eye = { target: [0, 0, 0], toward: unit(scene.toward), up, distance: 1, chosen: false }; // by the user
+  const aspect = () => Math.max(measured.wide, 1) / Math.max(measured.high, 1);
+  // Distance from which everything that is visible at any time is in the picture around a target, and its middle.
+  function framing(target) {
     const { right, top } = view(eye.toward, [0, 0, 0], eye.up, ANGLE, 1, 1, 2), room = 1.3 / Math.tan(ANGLE / 2);
-    if (on.follow) {
-      eye.target = middle();
-      eye.distance = 0.5 * bounds.reach * room * Math.max(1, 1 / aspect()) + 0.5 * bounds.reach;
-      return;
-    }
     const span = (n) => {
       let low = Infinity, high = -Infinity;
       for (const p of bounds.points) {
@@ -109,11 +130,23 @@ function player(root, scene, options = {}) {
         low = Math.min(low, h);
         high = Math.max(high, h);
       }
-      return [(high + low) / 2, (high - low) / 2];
+      const at = target ? dot(n, target) : (high + low) / 2;
+      return [at, Math.max(high - at, at - low)];
     };
     const [[x, wide], [y, tall], [z, deep]] = [right, top, eye.toward].map(span);
-    eye.target = add(add(scale(x, right), scale(y, top)), scale(z, eye.toward));
-    eye.distance = Math.max(tall * room, (wide * room) / aspect(), 0.1 * size * room) + deep;
+    return {
+      target: add(add(scale(x, right), scale(y, top)), scale(z, eye.toward)),
+      distance: Math.max(tall * room, (wide * room) / aspect(), 0.1 * size * room) + deep,
+    };
+  }
+  // Puts everything that is visible at any time (when following: at one time) in the middle, as large as possible.
+  function fit() {
+    eye.chosen = false;
+    if (on.follow) {
+      const room = 1.3 / Math.tan(ANGLE / 2);
+      eye.target = middle();
+      eye.distance = 0.5 * bounds.reach * room * Math.max(1, 1 / aspect()) + 0.5 * bounds.reach;
+    } else Object.assign(eye, framing());
   }
   const middle = () =>
     scale(1 / bodies.length, scene.bodies.reduce((sum, body, i) => add(sum, point(motion.pose(i), body.center)), [0, 0, 0]));
@@ -138,10 +171,12 @@ function player(root, scene, options = {}) {
   }
   function pan(dx, dy) {
     const { right, top } = view(add(eye.target, eye.toward), eye.target, eye.up, ANGLE, 1, 1, 2);
+    eye.chosen = true;
     eye.target = add(eye.target, add(scale(-dx * eye.distance, right), scale(dy * eye.distance, top)));
     draw();
   }
   function zoom(factor) {
+    eye.chosen = true;
     eye.distance = Math.min(1e4 * size, Math.max(0.05 * size, eye.distance * factor));
     draw();
   }
@@ -149,7 +184,7 @@ function player(root, scene, options = {}) {
   // -- one picture
   function draw() {
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const wide = Math.round(canvas.clientWidth * ratio), high = Math.round(canvas.clientHeight * ratio);
+    const wide = Math.round(measured.wide * ratio), high = Math.round(measured.high * ratio);
     if (!wide || !high) return;
     for (const layer of [canvas, overlay])
       if (layer.width !== wide || layer.height !== high) [layer.width, layer.height] = [wide, high];
@@ -235,6 +270,7 @@ function player(root, scene, options = {}) {
     for (const [time, p] of struck) if (time <= motion.now) renderer.solid(ball, along([0, 0, 1], p, r, r), [0.84, 0.37, 0], 1, true);
   }
   function drawCones(poses) {
+    cones = cones || scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
     for (const { body, apex, space, inBody } of cones) {
       const m = poses[body], o = point(m, apex);
       if (space) renderer.solid(space, placed([1, 0, 0, 0], o), [0.85, 0.55, 0.1], 0.35);
@@ -280,8 +316,6 @@ function player(root, scene, options = {}) {
     draw();
     for (const listener of listeners) listener(motion.now);
   }
-  const span = motion.last - motion.first;
-  const places = Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(span || 1))));
   function tick(stamp) {
     if (!playing) return;
     if (last !== null) {
@@ -365,7 +399,7 @@ function player(root, scene, options = {}) {
   }, { passive: false, signal });
   canvas.addEventListener("dblclick", () => look("fit"), { signal });
   canvas.addEventListener("webglcontextrestored", () => location.reload(), { signal });
-  const watch = new ResizeObserver(() => (strip(), draw()));
+  const watch = new ResizeObserver(() => (measure(), strip(), draw()));
   watch.observe(stage);
 
   for (const [name, box] of Object.entries(boxes)) box.checked = on[name];
@@ -374,6 +408,7 @@ function player(root, scene, options = {}) {
   pause();
   if (length(subtract(bounds.high, bounds.low)) > 8 * bounds.reach) on.follow = boxes.follow.checked = true;
   followed = middle();
+  measure();
   fit();
   seek(motion.first);
   // Takes over the state of another player: switches, eye, speed and time.
@@ -388,6 +423,19 @@ function player(root, scene, options = {}) {
     seek(old.time);
     if (old.playing) play();
   }
+  // Shows another motion of the machine, at the same time and, if it does not leave the picture, from the same place;
+  // with ``shaped``, bodies have other shapes.
+  function take(next, shaped) {
+    const time = motion.now;
+    scene = next;
+    motion = new Motion(scene);
+    if (shaped) shape();
+    trace();
+    followed = middle();
+    const needed = framing(eye.target).distance / eye.distance;
+    if (!eye.chosen && !on.follow && !(needed > 0.4 && needed < 1.15)) fit();
+    seek(time);
+  }
   function dispose() {
     playing = false;
     watch.disconnect();
@@ -396,7 +444,10 @@ function player(root, scene, options = {}) {
     return canvases;
   }
   return {
-    motion, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
+    get motion() {
+      return motion;
+    },
+    take, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
     listen: (listener) => listeners.push(listener),
     get state() {
       return { time: motion.now, playing, speed, drawn, kind: renderer.kind, on: { ...on }, toward: [...eye.toward], target: [...eye.target], up: [...eye.up], distance: eye.distance };

@@ -7,6 +7,7 @@
 //   solid(surface, matrix, color, opacity, through)     draws a surface; with ``through``, pale where hidden (WebGL only)
 //   line(path, color, width, first, last, opacity)      draws segments of a polyline
 //   end()                              ends the picture
+//   forget(item)                       frees a surface or a path
 //   release()                          frees all surfaces and paths
 
 const PAPER = [1, 1, 1];
@@ -66,8 +67,12 @@ function webgl(canvas) {
   const solids = program(SOLID_VERTEX, SOLID_FRAGMENT), lines = program(LINE_VERTEX, LINE_FRAGMENT);
   gl.enable(gl.DEPTH_TEST);
   gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-  const buffers = [];
-  const newBuffer = () => buffers[buffers.push(gl.createBuffer()) - 1];
+  const buffers = new Set();
+  const newBuffer = () => {
+    const buffer = gl.createBuffer();
+    buffers.add(buffer);
+    return buffer;
+  };
   let camera, later, behind;
 
   const use = (names, buffer, layout, stride) => {
@@ -146,8 +151,13 @@ function webgl(canvas) {
       gl.depthMask(true);
       gl.disable(gl.BLEND);
     },
+    forget({ buffer }) {
+      gl.deleteBuffer(buffer);
+      buffers.delete(buffer);
+    },
     release() {
-      for (const buffer of buffers.splice(0)) gl.deleteBuffer(buffer);
+      for (const buffer of buffers) gl.deleteBuffer(buffer);
+      buffers.clear();
     },
   };
 }
@@ -208,6 +218,7 @@ function flat(canvas) {
         pen.stroke();
       }
     },
+    forget() {},
     release() {},
   };
 }

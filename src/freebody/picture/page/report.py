@@ -26,10 +26,10 @@ from ...version import VERSION
 from ..free_body.free_body_diagram import free_body_diagram
 from ..machine.draw import draw
 from ..moving.keyframes import TOLERANCE
-from .animation import animation
+from .animation import frames_of, scene_of
 from .answers import answers_table
 from .longest_phases import lasting
-from .page import page
+from .page import page, stage
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -55,6 +55,7 @@ def report(
     figures: Mapping[str, Any] | None = None,
     equations: bool | None = None,
     tolerance: float = TOLERANCE,
+    live: bool = False,
 ) -> Path:
     """Write one HTML page about a machine and its motion; it opens offline and makes no request.
 
@@ -79,6 +80,11 @@ def report(
     tolerance : float
         Tolerance of the animation between its keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
 
+    live : bool
+        Put sliders for parameters, initial values and the length of the run beside the animation. The page computes the
+        motion again as they move, without a server: it holds the machine as WebAssembly. Drawings and equations stay
+        those of the given motion.
+
     Returns
     -------
     Path
@@ -90,6 +96,9 @@ def report(
         If the trajectory belongs to another system.
     FormatError
         If the path cannot be written, or does not end in ``.html``.
+    SimulationError
+        If a live page cannot compute such a motion: with contacts, signals or controllers that switch, blows, a stiff
+        or a very large machine.
 
     Examples
     --------
@@ -115,6 +124,7 @@ def report(
         figures=figures,
         equations=equations,
         tolerance=tolerance,
+        live=live,
     )
     with replacing(target) as new:
         new.write_text(text, encoding="utf-8")
@@ -131,6 +141,7 @@ def document(
     figures: Mapping[str, Any] | None = None,
     equations: bool | None = None,
     tolerance: float = TOLERANCE,
+    live: bool = False,
 ) -> str:
     """Return the text of the page that :func:`report` writes."""
     if not isinstance(s, System):
@@ -144,13 +155,18 @@ def document(
             f"Expected a trajectory of '{s.name}', got one of '{model.name}' with other bodies or coordinates. "
             "Simulate the system as it is described now."
         )
-    scene = animation(trajectory, tolerance)
+    keys = frames_of(trajectory, tolerance)
+    scene = scene_of(trajectory, keys)
+    if live:
+        from .simulator import simulator  # imported late: it needs the compiler
+
+        scene["live"] = simulator(s, trajectory, keys, scene, answers or {})
     shown = model.n_u <= LARGEST if equations is None else equations
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
         f'<p class="sub">{escape(about or _sentence(trajectory))}</p>',
         _warnings(trajectory),
-        '<div id="player"></div>',
+        stage(live),
         answers_table(answers or {}),
         "<h2>Plots</h2>\n" + charts(scene),
         _phases(trajectory) if shown else _withheld(),

@@ -4,9 +4,9 @@
 const MODE_COLORS = { open: "#e3e6ea", stick: "#0072B2", slip: "#E69F00" };
 const ROWS = 6, ROW = 13;
 
-// Draws the timeline; returns a function that moves its cursor to the time of the motion. Without events and contacts it
+// Draws the timeline, under the time bar as it was ``measured``; returns a function that moves its cursor to the time of the motion. Without events and contacts it
 // draws nothing.
-function timeline(root, slider, scene, motion, seek) {
+function timeline(root, measured, scene, motion, seek) {
   const { modes, events } = scene, first = motion.first, span = motion.last - motion.first || 1;
   if (!modes.length && !events.length) return () => {};
   const rows = modes.slice(0, ROWS), width = 1000, x = (t) => (width * (t - first)) / span;
@@ -50,10 +50,9 @@ function timeline(root, slider, scene, motion, seek) {
   svg.addEventListener("pointermove", (event) => event.buttons & 1 && pick(event));
   let wide = 0;
   return () => {
-    const room = slider.getBoundingClientRect(), whole = box.getBoundingClientRect();
-    if (room.width && room.width !== wide) { // the strips stand under the time bar, the names to their left
-      wide = room.width;
-      names.style.width = `${Math.max(0, room.left - whole.left - 8)}px`;
+    if (measured.slider && measured.slider !== wide) { // the strips stand under the time bar, the names to their left
+      wide = measured.slider;
+      names.style.width = `${Math.max(0, measured.left - 8)}px`;
       svg.style.width = `${wide}px`;
     }
     const at = x(motion.now);

@@ -1,0 +1,173 @@
+"""A live motion in compiled code: close the loops, integrate, and compute the frames, in one call.
+
+    p → c(p) → y(start) on the conditions → steps → frames → outputs
+
+It is `step_control` with `dop853`, and `gauss_newton.close`, between what a caller writes and what it reads
+(`memory.Live`). The same function is compiled for WebAssembly and for this computer.
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import Compiled, Parts, greater
+from ..ode import dop853
+from ..ode.layout import (
+    BY_CONDITION,
+    COORDINATES,
+    DEPENDENT,
+    HEAVY,
+    MET,
+    MISSED,
+    MOMENT,
+    RUNNING,
+    SIZE,
+    SMALL,
+    STATUS,
+    WORST,
+)
+from ..start.gauss_newton import close
+from .memory import OTHERS, Live
+
+part = Parts()
+CLOSES = True
+"""Whether the machine has constraints; without, the code that closes loops is not translated."""
+
+piece, sample = (dop853.FUNCTIONS[name] for name in ("piece", "sample"))
+
+FRAMES_OF_STEP = 4
+"""Frames in a step. A vibration takes some ten steps: its chords miss it by a few thousandths of its amplitude."""
+FEWEST = 200
+"""Frames of a motion of few steps."""
+TOO_MANY_STEPS = 7
+
+
+@part
+def first_fault(live: Live) -> int:
+    """Return the first of the conditions on the parameters that does not hold, or -1."""
+    live.conditions(live.start, live.initial, live.constants, live.positive)
+    for i in range(live.n_positive):
+        if not live.positive[i] > 0.0:
+            return i
+    return -1
+
+
+@part
+def close_loops(live: Live) -> int:
+    """Move the start of the run onto the conditions; return MET, a failure of `gauss_newton.close`, or OTHERS."""
+    y, numbers, integers = live.run.initial, live.numbers, live.integers
+    m, size = live.n_conditions, live.n_coordinates + live.n_speeds
+    largest = 0.0
+    for i in range(live.n_coordinates):
+        largest = greater(largest, abs(y[i]))
+    for i in range(size):
+        numbers[COORDINATES + i] = y[i]
+    numbers[SMALL], numbers[MOMENT] = numbers[DEPENDENT] * (1.0 + largest), live.start
+    numbers[MISSED], numbers[SIZE] = 0.0, 0.0
+    integers[STATUS], integers[WORST], integers[HEAVY] = MET, 0, 0
+    close(live.closing)
+    live.worst = integers[WORST]
+    if integers[STATUS] != MET:
+        return integers[STATUS]
+    for i in range(size):
+        y[i] = numbers[COORDINATES + i]
+    for i in range(m):
+        if integers[BY_CONDITION + m + i] != live.independent[i]:
+            return OTHERS
+    return MET
+
+
+@part
+def reset(live: Live) -> None:
+    """Set the run to its start."""
+    run = live.run
+    run.t = run.start = live.start
+    run.until = live.until
+    run.h = run.old_error = 0.0
+    run.accepted = run.rejected = run.evaluated = run.events = run.blame = run.after_rejection = 0
+    run.taken = run.suspect = run.calm = run.stiffness = run.sampled = 0
+    for i in range(run.n):
+        run.relative[i] = run.absolute[i] = live.tolerances[i]
+    run.room = live.room_of_steps if live.most_steps > live.room_of_steps else live.most_steps
+
+
+@part
+def scale_work(live: Live) -> None:
+    """Multiply the tolerance of the work, the last component, by the energy at the start."""
+    run, last = live.run, live.run.n - 1
+    if live.energies is not None:
+        live.energies(live.start, run.initial, live.constants, live.energy)
+        energy = greater(abs(live.energy[0]), abs(live.energy[1]))
+        run.absolute[last] = run.relative[last] * (energy if energy > 0.0 else 1.0)
+
+
+@part
+def place_frames(live: Live) -> None:
+    """Choose the times of the frames."""
+    times, steps, last = live.run.times, live.steps, live.steps
+    count = FEWEST + FRAMES_OF_STEP * steps
+    if live.evenly != 0 or count > live.most_frames:
+        count = live.most_frames
+    if count > live.room_of_frames:
+        count = live.room_of_frames
+    if steps == 0:
+        count = 1
+    for k in range(count):
+        part = k / (count - 1) if count > 1 else 0.0
+        if live.evenly != 0:
+            live.times[k] = times[0] + part * (times[last] - times[0])
+        else:
+            i = k * steps // (count - 1) if count > 1 else 0
+            live.times[k] = times[i]
+            if i < steps:
+                live.times[k] += (part * steps - i) * (times[i + 1] - times[i])
+    live.times[count - 1] = times[last]
+    live.frames = count
+
+
+@part
+def show(live: Live) -> None:
+    """Compute states and outputs of the frames."""
+    live.run.sampled = 0
+    sample(live.run, live.steps, live.dense, live.frames, live.times, live.states[0])
+    for k in range(live.frames):
+        live.observation(live.times[k], live.states[k], live.constants, live.outputs[k])
+
+
+@part
+def simulate(live: Live) -> None:
+    """Compute a motion from what the caller wrote."""
+    run = live.run
+    live.status, live.closed, live.worst, live.blame = RUNNING, MET, 0, 0
+    live.steps = live.rejected = live.evaluated = live.frames = live.events = 0
+    live.reached = live.start
+    live.prologue(0.0, live.parameters, live.parameters, live.constants)
+    live.fault = first_fault(live) if live.n_positive > 0 else -1
+    if live.fault >= 0:
+        return
+    live.beginning(live.start, live.initial, live.constants, run.initial)
+    for i in range(run.n):
+        if live.given[i] != 0:
+            run.initial[i] = live.initial[i]
+    if CLOSES:
+        if live.n_conditions > 0:
+            live.closed = close_loops(live)
+        if live.closed != MET:
+            return
+    reset(live)
+    scale_work(live)
+    status = piece(run)
+    live.status = TOO_MANY_STEPS if status == RUNNING else status
+    live.steps, live.rejected, live.evaluated = run.accepted, run.rejected, run.evaluated
+    live.events, live.blame = run.events, run.blame
+    live.reached = run.times[live.steps]
+    if live.answering is not None:
+        live.answering(live.start, run.initial, live.constants, live.answers)
+    place_frames(live)
+    show(live)
+
+
+def functions(closes: bool) -> dict[str, Compiled]:
+    """Return the functions for machines with constraints, or without."""
+    return part.bound({**globals(), "CLOSES": closes})
+
+
+SIMULATE = functions(closes=True)["simulate"]

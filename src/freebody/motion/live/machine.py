@@ -1,0 +1,270 @@
+"""A machine as a live motion: its functions on one tape, and its memory.
+
+    beginning    y(start) of p                  conditions   expressions of p that must be positive
+    rates        y' of (t, y)                   observation  what a caller wants to see of (t, y)
+    projection   onto the conditions            answering    numbers of p and of y(start)
+    events       event functions of (t, y)      energies     T and V, which scale the tolerance of the work
+
+and, of a machine with constraints, the four functions of `gauss_newton.close`. One prologue computes the constants of
+all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ...dynamics.composite import mass_diagonal
+from ...dynamics.constrained import (
+    DEPENDENT,
+    POOR,
+    STEPS,
+    articulated_diagonal,
+    least_speed_change,
+    moved_onto,
+)
+from ...dynamics.constraints import linearized, rows
+from ...dynamics.linear import Selection, entries
+from ...dynamics.motion import motion, total_power
+from ...native.records import address
+from ...scalar.algebra import Scalar
+from ...scalar.trace import Tape, Traced
+from ...space.rotation import Rotation
+from ..kernels.kernels import Kernels
+from ..kernels.reading import expression_of
+from ..ode import layout
+from ..ode.run import sizes
+from ..start.initial import named_numbers, quaternions_by_joint
+from ..start.loop_closure import LIGHT
+from ..start.sparse_rows import integers_needed, reals_needed
+from ..trajectory.event import EventSpec, expressions_of
+from .memory import Live
+
+ROOM_OF_FACTORS = 8
+"""Room for factors of the conditions, as a multiple of the entries of the conditions and of their rows and columns."""
+
+Observed = Callable[[State, Any], Sequence[Scalar]]
+"""Outputs at a state, from the state and the accelerations and multipliers there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a live motion begins with, and how it is computed.
+
+    ``values``, ``initial``, ``near``    values of the parameters; start and guess by name, as in `simulate`
+    ``state``        (q, u) at the start with these values
+    ``begin``, ``until``                 times [s]
+    ``specs``        events
+    ``relative``     tolerance of each component of the state
+    ``most_steps``, ``most_frames``      greatest numbers of steps and of frames
+    """
+
+    kernels: Kernels
+    values: Mapping[str, float]
+    initial: Mapping[Any, Any]
+    near: Mapping[Any, Any]
+    state: Sequence[float]
+    begin: float
+    until: float
+    specs: tuple[EventSpec, ...]
+    relative: Any
+    most_steps: int
+    most_frames: int
+
+
+class LiveMachine:
+    """A machine as a live motion.
+
+    Attributes
+    ----------
+    functions : dict
+        Name -> outputs on the tape.
+    named : dict
+        Place of each component of the state whose start the setting names -> expression or number.
+    """
+
+    def __init__(
+        self, setting: Setting, observed: Observed, answers: Callable[[State], Sequence[Scalar]]
+    ) -> None:
+        self.setting = setting
+        kernels = setting.kernels
+        self.model = model = kernels.model
+        self.tape = tape = Tape()
+        self.state = state = traced_state(model, tape)
+        self.parameters = [state.values[parameter.symbol] for parameter in model.parameters]
+        self.kinds = rows(model)
+        m, n = len(self.kinds), model.n_u
+        selection = [tape.input(f"selection {k}") for k in range(n + m if kernels.active else 0)]
+        self.inputs: list[Traced] = [*state.q, *state.u, *selection]
+        self.named = self._named()
+        self.functions = self._functions(observed, answers)
+        if kernels.active:
+            self.functions |= self._closing(selection)
+
+    def _named(self) -> dict[int, Any]:
+        """Expression or number of each component whose start is named."""
+        setting, model = self.setting, self.model
+        numbers, names = named_numbers(model, setting.values, setting.initial)
+        quaternions = quaternions_by_joint(model)
+        result: dict[int, Any] = {}
+        for i, key in names.items():
+            value = setting.initial[key]
+            name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
+            if name in quaternions:
+                part = None if isinstance(value, Rotation) else value[i - quaternions[name]]
+                value = numbers[i] if part is None else part
+            result[i] = expression_of(model, value, f"the initial value of '{name}'")
+        return result
+
+    def _functions(
+        self, observed: Observed, answers: Callable[[State], Sequence[Scalar]]
+    ) -> dict[str, list[Scalar]]:
+        """Outputs of the functions of every machine."""
+        model, state, setting = self.model, self.state, self.setting
+        moving = motion(model, state, setting.kernels.active)
+        power = total_power(model, state, moving)
+        works = setting.kernels.works
+        start: list[Scalar] = [
+            state(self.named[i]) if i in self.named else x for i, x in enumerate(map(float, setting.state))
+        ]
+        rates = [*coordinate_rates(model, state), *moving.udot]
+        events = expressions_of(model, setting.specs)
+        result: dict[str, list[Scalar]] = {
+            "beginning": [*start, 0] if works else start,
+            "rates": [*rates, power] if works else rates,
+            "observation": list(observed(state, moving)),
+            "conditions": [state(x) for x in model.assumed],
+            "answering": list(answers(state)),
+            "events": [state(x) for x in events],
+        }
+        if works:
+            result["energies"] = [kinetic_energy(model, state), potential_energy(model, state)]
+        if setting.kernels.active:
+            result["projection"] = moved_onto(model, state, setting.kernels.active)
+        return {name: outputs for name, outputs in result.items() if outputs or name == "rates"}
+
+    def _closing(self, selection: Sequence[Scalar]) -> dict[str, list[Scalar]]:
+        """Outputs of the functions of `gauss_newton.close` (`Kernels.closing`)."""
+        model, state = self.model, self.state
+        linear = linearized(model, state)
+        matrix = [(i, j, x) for i, row in enumerate(linear.matrix) for j, x in entries(row)]
+        G, n = [x for _, _, x in matrix], model.n_u
+        starts = np.searchsorted([i for i, _, _ in matrix], np.arange(len(self.kinds) + 1))
+        self.pattern = np.array([*starts, *(j for _, j, _ in matrix)], dtype=np.int64)
+        self.entries = len(matrix)
+        masses = [*mass_diagonal(model, state), *articulated_diagonal(model, state)]
+        return {
+            "residuals": [*linear.residual, *G],
+            "motion": [*linear.rate, *G, *masses],
+            "moved": list(coordinate_rates(model, state)),
+            "least": least_speed_change(model, state, Selection(selection[:n], selection[n:])),
+        }
+
+    # -- memory -----------------------------------------------------------------------------------------------
+
+    def memory(self, addresses: Mapping[str, int], constants: int) -> Live:
+        """Return the memory of the motion, for functions at these addresses with so many constants."""
+        setting, kernels, model = self.setting, self.setting.kernels, self.model
+        count = {name: len(outputs) for name, outputs in self.functions.items()}
+        room, size = setting.most_steps, kernels.size
+        of_run = sizes(size, len(setting.specs))
+        live = Live.made(
+            **of_run,
+            **self._sizes_of_closing(),
+            n_parameters=len(self.parameters),
+            n_outputs=count.get("observation", 0),
+            n_answers=count.get("answering", 0),
+            n_positive=count.get("conditions", 0),
+            n_constants=constants,
+            n_coordinates=model.n_q,
+            n_speeds=model.n_u,
+            n_quaternions=len(model.quaternions),
+            projected=model.n_q + model.n_u,
+            room_of_frames=setting.most_frames,
+            room_of_steps=room,
+            rows_of_steps=room + 1,
+            room_of_piece=(room + 1) * (2 + size),
+            room_of_events=room + of_run["zeros"] if setting.specs else 0,
+        )
+        live.parameters[:] = kernels.parameters(setting.values)
+        live.initial[: model.n_q + model.n_u] = setting.state
+        live.start, live.until = setting.begin, setting.until
+        live.most_steps, live.most_frames, live.dense = room, setting.most_frames, 1
+        live.prologue = addresses["prologue"]
+        for name in ("beginning", "conditions", "answering", "observation", "energies"):
+            setattr(live, name, addresses.get(name, 0))
+        self._equip(live, addresses)
+        if kernels.active:
+            self._fill_closing(live, addresses)
+        return live
+
+    def _equip(self, live: Live, addresses: Mapping[str, int]) -> None:
+        """Write what the run reads of the machine."""
+        run, setting = live.run, self.setting
+        live.quaternions[:] = self.model.quaternions
+        run.rates, run.projection = addresses["rates"], addresses.get("projection", 0)
+        run.c, run.quaternions = live.constants, live.quaternions
+        run.longest = np.inf
+        live.tolerances[:] = setting.relative
+        run.times, run.lengths, run.states = live.step_times, live.step_lengths, live.step_states
+        search, specs = run.search, setting.specs
+        search.functions, search.c = addresses.get("events", 0), live.constants
+        run.required = len(specs)
+        search.directions[:] = [spec.direction for spec in specs]
+        search.terminal[:] = [spec.terminal for spec in specs]
+        search.log_times, search.log_numbers = live.event_times, live.event_numbers
+        search.log_signs, search.log_states = live.event_signs, live.event_states
+
+    def _sizes_of_closing(self) -> dict[str, int]:
+        """Sizes of the memory of `gauss_newton.close`; none for a machine without constraints."""
+        model, m = self.model, len(self.kinds)
+        names = (
+            "n_closing",
+            "n_conditions",
+            "n_integers",
+            "n_numbers",
+            "n_pattern",
+            "n_room",
+            "n_factors",
+            "n_factors_real",
+        )
+        if not self.setting.kernels.active:
+            return dict.fromkeys(names, 0)
+        n_q, n, nq = model.n_q, model.n_u, len(model.quaternions)
+        self.room = room = ROOM_OF_FACTORS * (m + n + self.entries)
+        counts = (
+            layout.OF_PARAMETERS + 1, m, layout.BY_CONDITION + 3 * (m + n) + nq, layout.COORDINATES + n_q + 2 * n + m,
+            self.pattern.size, layout.closing(n_q, n, m, self.entries), integers_needed(m, n, room),
+            reals_needed(m, n, room),
+        )  # fmt: skip
+        return dict(zip(names, counts, strict=True))
+
+    def _fill_closing(self, live: Live, addresses: Mapping[str, int]) -> None:
+        """Write what `gauss_newton.close` reads. Named coordinates and speeds keep their values."""
+        model, m = self.model, len(self.kinds)
+        n_q, n = model.n_q, model.n_u
+        live.pattern[:] = self.pattern
+        live.independent[list(self.setting.kernels.active)] = 1
+        live.factors[:3] = m, n, self.room
+        immobile, fixed = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
+        for i in self.named:
+            if i < n_q:
+                immobile[list(model.moved_by[i])] = 1
+            else:
+                fixed[i - n_q] = 1
+        integers = live.integers
+        integers[layout.STEPS] = STEPS
+        integers[layout.BY_CONDITION : layout.BY_CONDITION + m] = [row.on_speeds for row in self.kinds]
+        flags = layout.BY_CONDITION + 2 * m
+        integers[flags : flags + 2 * n + len(model.quaternions)] = [*immobile, *fixed, *model.quaternions]
+        live.numbers[layout.DEPENDENT : layout.LIGHT + 1] = DEPENDENT, POOR, LIGHT
+        live.closing[:] = [
+            *(addresses[name] for name in ("residuals", "motion", "moved", "least")), n_q, n, m,
+            len(model.quaternions), self.entries,
+            *map(address, (live.integers, live.numbers, live.pattern, live.room, live.factors, live.factors_real)),
+            address(live.constants),
+        ]  # fmt: skip

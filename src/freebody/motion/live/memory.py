@@ -1,0 +1,111 @@
+"""Memory of a live motion: what a caller writes, the motion that it reads, and everything between.
+
+Nothing in this file needs a compiler.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
+from ..ode.run import Run
+
+OTHERS = 5
+"""A result of closing besides those of `ode.layout` (MET, ...): other conditions are independent than at the export."""
+
+
+@record
+class Live(Record):
+    """A motion y' = f(t, y; p) from y(start) to ``until``.
+
+    Written by the caller:
+
+    ``parameters``    p, in the order of the machine
+    ``given``, ``initial``    1 for each component of the state whose start the caller gives, and these values; all
+                      others are those of the machine, which may be expressions of p
+    ``start``, ``until``    times of the start and of the end [s]
+    ``tolerances``    relative tolerance of each component of the state
+    ``most_steps``, ``most_frames``    greatest numbers of steps and of frames, at most those that there is room for
+    ``evenly``        1 for frames at equal distances of time, 0 for a fixed number of frames in each step
+    ``dense``         1 for frames from the dense output, which is faster; 0 for frames as accurate as the steps
+
+    Read by the caller:
+
+    ``status``        how the run ended (`ending.End`), or RUNNING if there was none
+    ``fault``         first of the conditions on p that does not hold, or -1
+    ``closed``        result of closing (`ode.layout`), or `OTHERS`; ``worst``: the condition with the greatest residual
+    ``blame``         component, or event function, to blame for a run that failed
+    ``reached``       time of the end of the run [s]
+    ``steps``, ``rejected``, ``evaluated``    work of the run
+    ``frames``, ``times``, ``states``, ``outputs``    number of frames; time, state and outputs of each
+    ``events``, ``event_times``, ``event_numbers``, ``event_signs``, ``event_states``    events in order of time
+    ``answers``       numbers that depend on p and on the start
+
+    The rest is the machine's: kernels, and memory of `gauss_newton.close` and of the run.
+    """
+
+    start: Real
+    until: Real
+    most_steps: Whole
+    most_frames: Whole
+    evenly: Whole
+    dense: Whole
+    status: Whole
+    fault: Whole
+    closed: Whole
+    worst: Whole
+    blame: Whole
+    reached: Real
+    steps: Whole
+    rejected: Whole
+    evaluated: Whole
+    frames: Whole
+    events: Whole
+    parameters: Annotated[Row, "n_parameters"]
+    initial: Annotated[Row, "n"]
+    given: Annotated[Wholes, "n"]
+    tolerances: Annotated[Row, "n"]
+    times: Annotated[Row, "room_of_frames"]
+    states: Annotated[Rows, "room_of_frames", "n"]
+    outputs: Annotated[Rows, "room_of_frames", "n_outputs"]
+    answers: Annotated[Row, "n_answers"]
+    event_times: Annotated[Row, "room_of_events"]
+    event_numbers: Annotated[Wholes, "room_of_events"]
+    event_signs: Annotated[Wholes, "room_of_events"]
+    event_states: Annotated[Rows, "room_of_events", "n"]
+    prologue: Kernel
+    beginning: Kernel
+    conditions: Kernel
+    answering: Kernel
+    observation: Kernel
+    energies: Kernel
+    constants: Annotated[Row, "n_constants"]
+    positive: Annotated[Row, "n_positive"]
+    energy: Annotated[Row, 2]
+    n_positive: Count
+    n_coordinates: Count
+    n_speeds: Count
+    n_conditions: Count
+    room_of_steps: Count
+    room_of_frames: Count
+    closing: Annotated[Wholes, "n_closing"]
+    integers: Annotated[Wholes, "n_integers"]
+    numbers: Annotated[Row, "n_numbers"]
+    pattern: Annotated[Wholes, "n_pattern"]
+    room: Annotated[Row, "n_room"]
+    factors: Annotated[Wholes, "n_factors"]
+    factors_real: Annotated[Row, "n_factors_real"]
+    independent: Annotated[Wholes, "n_conditions"]
+    quaternions: Annotated[Wholes, "n_quaternions"]
+    step_times: Annotated[Row, "room_of_piece"]
+    step_lengths: Annotated[Row, "rows_of_steps"]
+    step_states: Annotated[Rows, "rows_of_steps", "n"]
+    run: Run
+
+
+READ = (
+    "start", "until", "most_steps", "most_frames", "evenly", "dense", "status", "fault", "closed", "worst", "blame",
+    "reached", "steps", "rejected", "evaluated", "frames", "events", "parameters", "initial", "given", "tolerances",
+    "times", "states", "outputs", "answers", "event_times", "event_numbers", "event_signs", "event_states",
+)  # fmt: skip
+"""Fields of `Live` that a caller writes or reads."""

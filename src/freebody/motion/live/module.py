@@ -1,0 +1,91 @@
+"""A live motion as a WebAssembly module: `live.simulate`, the functions of the machine, and their memory.
+
+The module has one exported function, ``simulate(address)``, over one record (`memory.Live`) at a fixed address of the
+exported memory. Addresses in the memory are written here, so that a caller computes none.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+from ...native import cache, sources
+from ...native.records import WORD
+from ...program.export.wasm import WasmModule
+from ...program.export.wasm_linking import base_of_image, linked
+from ...program.export.wasm_object import TARGET, optimised, version, wasm_object
+from ...program.kernels import machine_text, program_key
+from ..ode.layout import INTEGERS_AT, OF_PARAMETERS
+from .machine import LiveMachine
+from .memory import READ
+
+MODULE = "motion.live.live"
+EXPORT = "simulate"
+KIND = {"Real": "real", "Row": "real", "Rows": "real", "Whole": "whole", "Wholes": "whole"}
+
+
+def module_of(
+    machine: LiveMachine, outputs: tuple[str, ...] = (), answers: tuple[str, ...] = ()
+) -> WasmModule:
+    """Return the module of a machine; ``outputs`` and ``answers`` are the names of these numbers."""
+    setting, model = machine.setting, machine.model
+    header, code = _object(machine)
+    names = list(machine.functions)
+    table = ["prologue", *(f"f{k}" for k in range(len(names)))]
+    addresses = {name: k for k, name in enumerate(["prologue", *names], 1)}
+    live = machine.memory(addresses, header["hoisted"])
+    base = base_of_image(code)
+    told = live.placed["closing"][0] * WORD
+    outside = (
+        [told + WORD * k for k in range(INTEGERS_AT, OF_PARAMETERS + 1)] if setting.kernels.active else []
+    )
+    image = live.image_at(base, outside)
+    module = linked(code, [EXPORT], table, image, len(image))
+    places = live.places_of(*READ)
+    return WasmModule(
+        code=module.code,
+        address=base,
+        fields={name: (base + place, KIND[kind], shape) for name, (place, kind, shape) in places.items()},
+        imports=module.imports,
+        parameters=tuple(parameter.name for parameter in model.parameters),
+        state=setting.kernels.names,
+        outputs=outputs,
+        events=tuple(spec.name for spec in setting.specs),
+        answers=answers,
+        conditions=tuple(row.name for row in machine.kinds),
+        assumed=tuple(str(expression).replace("**", "^") for expression in model.assumed),
+    )
+
+
+def _object(machine: LiveMachine) -> tuple[dict[str, Any], bytes]:
+    """Header of the functions, and the object of the loop and the functions, from the disk or compiled now."""
+    tape = machine.tape, machine.functions, machine.state.t, machine.inputs, machine.parameters
+    closes = bool(machine.setting.kernels.active)
+    key = _key(program_key(*tape, TARGET), closes)
+    stored = cache.load(key)
+    if stored is not None:
+        return stored
+    header, text = machine_text(*tape, TARGET)
+    code = wasm_object(_loop(closes), text)
+    cache.store(key, header, code)
+    return header, code
+
+
+def _loop(closes: bool) -> bytes:
+    """The loop, the same for all machines with constraints and for all without, from the disk or compiled now."""
+    key = _key("loop", closes)
+    stored = cache.load(key)
+    if stored is not None:
+        return stored[1]
+    from ...native.translation import translated  # imported late: not needed if the code is on the disk
+    from .live import functions
+
+    code = optimised(translated({EXPORT: functions(closes)[EXPORT]}))
+    cache.store(key, {}, code)
+    return code
+
+
+def _key(what: str, closes: bool) -> str:
+    """Hash of the functions, of the loop, and of the sources that compile them."""
+    source = sources.identity(MODULE, __name__.partition(".")[2])
+    return hashlib.sha256(f"wasm {what} {closes} {source} {version()}".encode()).hexdigest()

@@ -1,0 +1,71 @@
+"""What a page shows of a motion that it computes itself: the outputs of `motion.live` and their places."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...dynamics import State, kinetic_energy, poses, potential_energy
+from ...dynamics.kinematics import angular_velocity
+from ...dynamics.motion import Motion, all_reactions, transmitting
+from ...motion.kernels.kernels import Kernels
+from ...scalar.algebra import Scalar
+from .forces import applied, arrows, wheel_points
+from .keyframes import Named
+
+
+class Outputs:
+    """Quantities of a frame, one after the other, with the place and the number of components of each.
+
+    Attributes
+    ----------
+    bodies : list of int
+        For each body the place of its position (3), followed by its rotation by rows (9) and its angular velocity (3),
+        all in ground axes.
+    channels : dict
+        Key of a channel of the page -> [``"outputs"`` or ``"states"``, place, number of components].
+    wheels : dict
+        Name of a rolling contact -> place of the point at which the wheel touches (3).
+    """
+
+    def __init__(self, kernels: Kernels) -> None:
+        model, self.kernels = kernels.model, kernels
+        self.bodies = [15 * i for i in range(len(model.bodies))]
+        self.channels: dict[str, list[Any]] = {}
+        place = 15 * len(model.bodies)
+        acting = arrows(kernels)
+        for arrow in (arrow for arrow in acting if arrow.group == "force"):
+            self.channels[arrow.key] = ["outputs", place, 3]
+            place += 3
+        first = {name: place + 6 * i for i, (name, _, _) in enumerate(transmitting(model))}
+        for arrow in (arrow for arrow in acting if arrow.group == "reaction"):
+            self.channels[arrow.key] = ["outputs", first[arrow.name] + 3 * (arrow.kind == "moment"), 3]
+        place += 6 * len(first)
+        for name in ("kinetic", "potential", "total"):
+            self.channels[f"energy {name}"] = ["outputs", place, 1]
+            place += 1
+        self.wheels: dict[str, int] = {}
+        for arrow in (arrow for arrow in acting if arrow.wheel is not None):
+            self.wheels[arrow.name] = place
+            place += 3
+        for i, name in enumerate((*model.coordinate_names, *model.speed_names)):
+            self.channels[f"state {name}"] = ["states", i, 1]
+        if kernels.works:
+            self.channels["energy work"] = ["states", model.n_q + model.n_u, 1]
+        self.count = place
+
+    def __call__(self, state: State, moving: Motion) -> list[Scalar]:
+        """Return the outputs at a state with its accelerations and multipliers."""
+        model = self.kernels.model
+        result: list[Scalar] = []
+        for name, posture in poses(model, state).items():
+            result += [*posture.position, *(x for row in posture.rotation for x in row)]
+            result += angular_velocity(model, state, Named(name))
+        result += [x for _, vector in applied(model, state) for x in vector]
+        result += [
+            x for pair in all_reactions(model, state, moving).values() for vector in pair for x in vector
+        ]
+        kinetic, potential = kinetic_energy(model, state), potential_energy(model, state)
+        result += [kinetic, potential, kinetic + potential]
+        result += [x for point in wheel_points(model, state).values() for x in point]
+        assert len(result) == self.count
+        return result

@@ -1,0 +1,102 @@
+"use strict";
+// Sliders for parameters, initial values and the length of the run, and the control of a page that computes its motion.
+
+// Makes sliders. ``state`` holds the values that the user chose, ``moved`` is called when one changes.
+function sliders(root, list, length, moved) {
+  const state = { values: {}, initial: {}, until: length }, places = {}, resets = [];
+  root.replaceChildren();
+  const run = { group: "", name: "until", value: length, low: length / 10, high: 4 * length, unit: "s", about: "length of the run", follows: [] };
+  for (const { group, name, value, low, high, unit, about, follows } of [...list, run]) {
+    const row = element("label", { class: "slider", title: about }, root);
+    element("span", {}, row, name);
+    const step = ticks(0, high - low, 250)[1], least = low > 0 ? Math.max(1, Math.round(low / step)) : Math.floor(low / step);
+    const range = element("input", { type: "range", min: least * step, max: Math.ceil(high / step) * step, step, name }, row);
+    const box = element("input", { type: "number", step: "any", "aria-label": `${name}, number` }, row);
+    element("span", { class: "unit" }, row, unit);
+    const show = (x) => {
+      range.min = Math.min(range.min, x);
+      range.max = Math.max(range.max, x);
+      range.value = x;
+      box.value = Number(x.toPrecision(5));
+    };
+    show(value);
+    if (group === "initial") places[name] = { show, follows };
+    const set = (x) => {
+      if (!Number.isFinite(x) || (!group && !(x > 0))) return;
+      if (group) state[group][name] = x;
+      else state.until = x;
+      // initial values that the model gives as expressions of this parameter follow it again
+      if (group === "values")
+        for (const start in places) if (places[start].follows.includes(name)) delete state.initial[start];
+      moved();
+    };
+    range.addEventListener("input", () => {
+      box.value = Number(Number(range.value).toPrecision(5));
+      set(Number(range.value));
+    });
+    box.addEventListener("change", () => {
+      show(Number(box.value));
+      set(Number(box.value));
+    });
+    resets.push(() => show(value));
+  }
+  return {
+    state,
+    // Shows the values of the model's expressions at the sliders of initial values that the user has not moved.
+    follow(start) {
+      for (const name in start)
+        if (places[name] && places[name].follows.length && !(name in state.initial)) places[name].show(start[name]);
+    },
+    reset() {
+      Object.assign(state, { values: {}, initial: {}, until: length });
+      for (const reset of resets) reset();
+      moved();
+    },
+  };
+}
+
+// Shows a text beside the sliders, or none.
+function say(text) {
+  const place = document.getElementById("problem");
+  place.hidden = !text;
+  place.textContent = text;
+}
+
+// Lets the sliders of a page change its motion. Until one moves, the page shows the motion that was recorded. Returns
+// whether the page may compute (WebAssembly may be forbidden).
+async function control(scene, shown, redraw) {
+  const at = (id) => document.getElementById(id), live = scene.live, data = document.documentElement.dataset;
+  let machine = null, waiting = false;
+  try {
+    machine = await simulator(live, scene);
+  } catch (error) {
+    return false;
+  }
+  const cells = [...document.querySelectorAll("[data-answer]")].map((cell) => [cell, live.answers.indexOf(cell.dataset.answer)]);
+  const panel = sliders(at("sliders"), live.sliders, live.length, () => {
+    if (!waiting) requestAnimationFrame(update);
+    waiting = true;
+  });
+  at("reset").hidden = false;
+  at("reset").onclick = () => panel.reset();
+  function update() {
+    const begun = performance.now();
+    waiting = false;
+    const { problem, steps, start, answers, scene: next, shaped } = machine.run(panel.state);
+    say(problem + (problem && !next ? " The picture is that of the setting before." : ""));
+    if (next) {
+      shown.take(next, shaped);
+      redraw(next);
+      panel.follow(start);
+      for (const [cell, place] of cells) {
+        if (place >= 0) cell.textContent = String(Number(answers[place].toPrecision(8)));
+        else cell.classList.add("fixed"), (cell.title = "of the recorded motion");
+      }
+    }
+    const time = performance.now() - begun;
+    at("work").textContent = next ? `${steps} steps, ${time.toFixed(1)} ms` : "";
+    data.motions = Number(data.motions || 0) + 1;
+    data.milliseconds = time;
+  }
+  return true;
+}
