@@ -37,7 +37,8 @@ def memory_of(
         for field, name in (("friction", "mu"), ("restitution", "restitution"))
     )
     for blocks in (problem.blocks, run.elimination.blocks):
-        blocks.count, blocks.starts, blocks.squares = len(shape.blocks) - 1, shape.blocks, shape.squares
+        blocks.n, blocks.count = n, len(shape.blocks) - 1
+        blocks.starts, blocks.squares = shape.blocks, shape.squares
         blocks.pieces, blocks.first, blocks.at = shape.pieces, shape.row_first, shape.row_at
     run.elimination.contact_rows = m
     sizes = {
