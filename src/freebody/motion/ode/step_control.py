@@ -200,7 +200,9 @@ def choose_length(run: Run, direction: float) -> Whole:
     last = (t + 1.01 * h - run.until) * direction >= 0.0
     short = abs(h) <= 8.0 * EPS * abs(t) or abs(h) < TINY
     status = where(short and not last and status == RUNNING, COLLAPSED, status)
-    after = where(run.fixed == 0, t + h, run.start + (run.taken + 1) * h)
+    after = t + h
+    if any(run.fixed != 0):
+        after = where(run.fixed != 0, run.start + (run.taken + 1) * h, after)
     run.last = where(last, 1, 0)
     run.h = where(last, run.until - t, h)
     run.after = where(last, run.until, after)

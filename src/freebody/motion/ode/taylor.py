@@ -35,7 +35,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ...native.functions import each
-from ...native.instructions import EPS, Real, Truth, compiled, greater, lanes, root, where, whole, with_bits
+from ...native.instructions import EPS, Real, Truth, bits, compiled, greater, lanes, root, where, with_bits
 from ...native.row_arithmetic import Eight, rowwise
 from .layout import ORDERS
 from .run import OneRun, Run, Series
@@ -51,6 +51,8 @@ BOUND = 6.0
 """h |λ| from which a decay is suspected to limit the step: a little less than 7.33, where |Σ_k (-x)^k / k!|, k <= P, is
 1."""
 
+TO_INTEGER = 2.0**52
+"""A number that leaves no bits for fractions of a smaller one that is added, and the integer in its lowest bits."""
 EARLY = P // 4
 """m of a decay."""
 GROWN = math.factorial(P) / math.factorial(EARLY) / BOUND ** (P - EARLY) / P
@@ -66,9 +68,11 @@ def expand(run: Run, own: Series) -> None:
 @compiled
 def power2(x: Real) -> Real:
     """Return 2ˣ for |x| < 1000, within 0.2 %."""
-    exponent = whole(x + 1023.0)
-    r = x - (exponent - 1023)
-    return with_bits(exponent << 52) * (1.0 + r * (2.0 + r) / 3.0)
+    biased = x + 1023.0
+    nearest = (biased + TO_INTEGER) - TO_INTEGER
+    exponent = where(nearest > biased, nearest - 1.0, nearest)
+    r = x - (exponent - 1023.0)
+    return with_bits(bits(exponent + TO_INTEGER) << 52) * (1.0 + r * (2.0 + r) / 3.0)
 
 
 @compiled
@@ -259,40 +263,46 @@ def interpolate(run: Run, x: float) -> None:
 
 @compiled
 def hold(run: Run) -> None:
-    """Save the rounding error of the sum while parts of the step are tried."""
+    """Save the rounding error of the sum while parts of the step are tried; those of a lane are tried elsewhere."""
     own = Series(run.own)
-    own.saved[:] = own.loses
+    if lanes(run.t) == 1:
+        own.saved[:] = own.loses
 
 
 @compiled
 def accept(run: Run, good: Truth) -> None:
     """Pass the rounding error of this sum to the next."""
     own = Series(run.own)
-    own.lost[:] = where(good, own.saved, own.lost)
+    passed = own.saved if lanes(run.t) == 1 else own.loses
+    own.lost[:] = where(good, passed, own.lost)
 
 
 @compiled
 def limited(run: Run, h: Real) -> Truth:
     """Return whether the step is as long as the region of stability allows, with λ of a decay."""
     own = Series(run.own)
-    suspect = beyond(run, own, h) > 0.0
-    if any(suspect):  # if no component does, their sums do not either
+    suspect: Truth = True
+    if lanes(h) == 1:  # eight components at a time: if none does, their sums do not either
+        suspect = beyond(run, own, h) > 0.0
+    if any(suspect):
         above: Real = 0.0
         below: Real = 0.0
-        across: Real = 0.0
-        early: Real = 0.0
         for i in range(run.n):
             a, b = P * own.terms[P, i], own.terms[P - 1, i]
-            early += own.terms[EARLY, i] * own.terms[EARLY, i]
             above += a * a
             below += b * b
-            across += a * b
-        suspect = suspect and h * across < 0.0 and 4.0 * across * across > above * below
         suspect = suspect and h * h * above > BOUND * BOUND * below and below > 0.0
-        growth = GROWN * root(above)
-        for _ in range(P - EARLY):
-            growth *= abs(h)
-        suspect = suspect and root(early) <= growth
+        if any(suspect):
+            across: Real = 0.0
+            early: Real = 0.0
+            for i in range(run.n):
+                across += P * own.terms[P, i] * own.terms[P - 1, i]
+                early += own.terms[EARLY, i] * own.terms[EARLY, i]
+            growth = GROWN * root(above)
+            for _ in range(P - EARLY):
+                growth *= abs(h)
+            suspect = suspect and h * across < 0.0 and 4.0 * across * across > above * below
+            suspect = suspect and root(early) <= growth
     return suspect
 
 
