@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -109,6 +111,13 @@ def test_a_terminal_event_ends_it():
     live = Here(motion)
     live()
     assert live.status == End.TERMINAL and live.reached == motion.path.end
+
+
+def test_a_motion_knows_how_it_was_asked_to_start():
+    motion = motion_of("four-bar", until=0.1)
+    assert motion.initial == {"q1": 1.0, "q1'": 2.0} and motion.near == {"q2": -0.7, "q3": 1.2}
+    again = pickle.loads(pickle.dumps(motion))
+    assert (again.initial, again.near) == (motion.initial, motion.near)
 
 
 def test_all_fields_for_the_caller_are_fields_and_named_once():
