@@ -370,21 +370,9 @@ def record(declaration: type[T]) -> type[T]:
     """
     space = vars(sys.modules[declaration.__module__])
     own = {
-        "memory",
-        "begin",
-        "address",
-        "reals",
-        "wholes",
-        "arrays",
-        "parts",
-        "keep",
-        "fields",
-        "size",
-        "dtype",
-        "lanes",
-        "widths",
-        "of",
-    }
+        "memory", "begin", "address", "reals", "wholes", "arrays", "parts", "keep", "fields", "size", "dtype", "lanes",
+        "widths", "of",
+    }  # fmt: skip
     fields, place = {}, 0
     for name, text in declaration.__dict__.get("__annotations__", {}).items():
         kind, shape, nested = _kind(declaration.__name__, name, text, space)
