@@ -28,7 +28,8 @@ LIBRARY = (
 
 
 @lru_cache(maxsize=1)
-def _initialize() -> None:
+def initialize() -> None:
+    """Make the C functions that code may call known to LLVM, and code for this processor possible."""
     target.this()
     missing = [name for name in LIBRARY if not llvm.address_of_symbol(name)]
     if missing:
@@ -82,7 +83,7 @@ def object_code(text: str, optimisation: int | None = None, name: str = THIS) ->
     contracts, schedules and allocates. Without optimisation, code generation takes an eighth of the time and its code
     is a fifth slower. Modules longer than :data:`LONG` are compiled so.
     """
-    _initialize()
+    initialize()
     if optimisation is None:
         optimisation = OPTIMISATION if len(text) < LONG else 0
     machine = _machine(optimisation, name)
@@ -98,7 +99,7 @@ def optimised_code(text: str, name: str = THIS, *, short: bool = False) -> tuple
     is no faster. In code whose loops are ``short``, of a few rounds, vectorisation doubles the time of compilation for
     nothing.
     """
-    _initialize()
+    initialize()
     machine, module = _machine(name=name), llvm.parse_assembly(text, context=llvm.create_context())
     module.triple, module.data_layout = target.named(name).triple, layout(name)
     options = llvm.create_pipeline_tuning_options(speed_level=1)
@@ -118,7 +119,7 @@ class Library:
     """Objects that the code uses and that must live as long."""
 
     def __init__(self, code: bytes) -> None:
-        _initialize()
+        initialize()
         # the engine owns and frees its target machine
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _new_machine())
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))

@@ -141,6 +141,7 @@ def _loaded(
         return None
     if header["target"] != codegen.version():  # code of another processor must not run
         return None
+    codegen.initialize()
     if not all(map(llvm.address_of_symbol, header["needed"])):  # without one, LLVM would end the process
         return None
     try:

@@ -70,9 +70,13 @@ def groups_of(model: Model) -> list[tuple[int, ...]]:
 def layout_of(model: Model) -> tuple[list[int], list[int], int]:
     """Return the first row and the number of tangents of every contact, and the number of rows."""
     layout = contact_layout(model.contacts)
-    kinds = [(row.contact, row.kind) for row in layout]
-    count = range(len(model.contacts))
-    return [kinds.index((k, "N")) for k in count], [kinds.count((k, "T")) for k in count], len(layout)
+    first, tangents = [0] * len(model.contacts), [0] * len(model.contacts)
+    for place, row in enumerate(layout):
+        if row.kind == "N":
+            first[row.contact] = place
+        else:
+            tangents[row.contact] += 1
+    return first, tangents, len(layout)
 
 
 class Candidates:
