@@ -1,4 +1,4 @@
-"""A contact problem as a record, and its solution in compiled code.
+"""A contact problem as a record, its solution and that of an impact in compiled code.
 
 The unknowns x, λ = B x, are the forces of equalities, one for each normal and, for a contact at rest with friction,
 one for each tangent; a contact that slides along d has the column e_N - μ d e_T. What `cone_newton.solve` finds from
@@ -30,6 +30,8 @@ GOAL = 1e-15
 """Relative residual at which the search ends; without progress it also ends at `cone_newton.ENOUGH`."""
 DEPENDENT = 1e-13
 """Part of a row's diagonal below which the row depends on the others."""
+HALVINGS = 5
+"""The restitution of an impact is halved up to four times, until the energy does not grow, and is zero at last."""
 ROUNDS, LOOSE = 20, 1e-13
 """Limit on steps of the polish; δ relative to the scaled slopes, which are about 1."""
 
@@ -62,7 +64,7 @@ class Cone(Record):
     ``given``                  c; speeds just before an impact
     ``forces``, ``after``      λ and r
     ``unknowns``, ``directions``    number of unknowns, and of their independent directions
-    ``restitution``, ``poisson``, ``still``, ``energy``, ``part``    of an impact (`collision`)
+    ``restitution``, ``poisson``, ``still``, ``energy``, ``part``    of an impact
     """
 
     contacts: Whole
@@ -342,3 +344,47 @@ def found(it: Cone) -> None:
             first += 1
     it.residual = answered(it)
     taken(it)
+
+
+@compiled
+def rebounded(it: Cone, part: float) -> float:
+    """Set impulses and speeds for a part of the restitution; return the residual."""
+    for i in range(it.rows):
+        it.forces[i], it.after[i] = 0.0, it.given[i]
+    for i in range(it.unknowns):
+        it.c[i], it.low[i] = it.given[it.place[i]], 0.0
+    if it.poisson == 0:
+        at = 0
+        for k in range(it.contacts):
+            while it.place[at] != it.at[k]:
+                at += 1
+            if it.given[it.at[k]] < -it.still:
+                it.c[at] += part * it.restitution[k] * it.given[it.at[k]]
+    residual = answered(it)
+    taken(it)
+    if it.poisson != 0:
+        at = 0
+        for k in range(it.contacts):
+            while it.place[at] != it.at[k]:
+                at += 1
+            it.low[at] = greater(part * it.restitution[k] * it.x[at], 0.0)
+        for i in range(it.unknowns):
+            it.c[i] = it.after[it.place[i]]
+        residual = greater(residual, answered(it))
+        taken(it)
+    return residual
+
+
+@compiled
+def collided(it: Cone) -> None:
+    """Find the impulses, with the greatest of the parts of the restitution for which the energy does not grow."""
+    laid_out(it)
+    for turn in range(1 + HALVINGS):
+        it.part = 0.0 if turn == HALVINGS else 1.0 / (1 << turn)
+        it.residual = rebounded(it, it.part)
+        it.energy, size = 0.0, 0.0
+        for i in range(it.rows):
+            it.energy += it.forces[i] * (it.given[i] + it.after[i]) / 2.0  # ΔT = Λ·(v⁻ + v⁺)/2
+            size += abs(it.forces[i]) * (abs(it.given[i]) + abs(it.after[i]))
+        if it.residual <= EXACT and it.energy <= EXACT * size:
+            return

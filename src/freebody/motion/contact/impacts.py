@@ -98,7 +98,7 @@ def impact(
         )
     it = cone(A, before, contacts, impact=True)
     it.still, it.poisson, it.restitution[:] = still, int(kinds == {"poisson"}), restitution
-    code("motion.contact.collision", "collided")(it)
+    code("motion.contact.cone_record", "collided")(it)
     residual = it.residual
     if not residual <= EXACT:
         names = ", ".join(f"'{c.name}' ({before[c.row]:.6g} m/s)" for c in contacts)

@@ -13,7 +13,7 @@ from freebody.dynamics.constrained import position_correction, speed_correction
 from freebody.dynamics.constraints import linearized, rows
 from freebody.dynamics.contact import contact_rows
 from freebody.dynamics.contact_motion import contact_forces, in_modes
-from freebody.dynamics.motion import all_reactions, motion, total_power
+from freebody.dynamics.motion import all_reactions, motion, total_power, transmitting
 from freebody.motion.kernels.kernels import Kernels, kernels_of
 from freebody.motion.ode.dense_output import observe
 from freebody.motion.phase.scene import SMOOTH, at_limit, phase_of, scene_of
@@ -123,7 +123,7 @@ def test_the_motion_is_that_of_contacts_as_conditions(name):
         assert got(phase.contact(), "acceleration") == pytest.approx(a, abs=1e-10 * size)
         assert got(phase.contact(), "gap") == pytest.approx(np.array(rows_.gap, dtype=float))
         found = all_reactions(moded, state, wanted)
-        mine = [float(x) for name in list(found)[: len(kernels.transmitting)] for v in found[name] for x in v]
+        mine = [float(x) for name in list(found)[: len(transmitting(model))] for v in found[name] for x in v]
         assert got(phase.reactions(), "reactions") == pytest.approx(mine, abs=1e-9 * size)
         assert got(phase.reactions(), "multipliers") == pytest.approx(
             np.array(wanted.multipliers[: len(own)], dtype=float), abs=1e-10 * size
