@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...native.loop import code, made, sibling
+from ...native.loop import made, sibling
 from .cone_newton import EQUALITY, FIRST, LINE, NORMAL, SECOND, room
-from .cone_record import DEPENDENT, GOAL, Touching, cone
+from .cone_record import DEPENDENT, GOAL, Touching, compiled_code, cone
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ class ConeProblem:
     def solve(self) -> ConeSolution:
         """Return the solution found from zero. It is one only if its residual is below :data:`cone_record.EXACT`."""
         it = cone(self.A, self.c, self.contacts, 0.0 if self.low is None else self.low, self.equalities)
-        code("motion.contact.cone_record", "found")(it)
+        compiled_code()["found"](it)
         return ConeSolution(it.forces.copy(), it.after.copy(), it.residual)
 
 

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...native.instructions import Reals, compiled, greater, inlined, lesser, root
+from ...native.loop import made
 from ...native.records import Real, Record, Row, Whole, Wholes, record
 from ..phase.elimination import solved
 from .cone_newton import EQUALITY, FIRST, LINE, NORMAL, SECOND, factor, room, solve
@@ -388,3 +389,9 @@ def collided(it: Cone) -> None:
             size += abs(it.forces[i]) * (abs(it.given[i]) + abs(it.after[i]))
         if it.residual <= EXACT and it.energy <= EXACT * size:
             return
+
+
+def compiled_code() -> Any:
+    """Return the functions `found` and `collided` as machine code."""
+    label = __name__.partition(".")[2]
+    return made(label, (label,), ("found", "collided"), lambda: globals()).functions

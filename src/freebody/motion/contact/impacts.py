@@ -26,9 +26,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import SimulationError
-from ...native.loop import code
 from .complementarity import SMALL, Array
-from .cone_record import EXACT, Touching, cone
+from .cone_record import EXACT, Touching, compiled_code, cone
 
 ALIKE = 1e-8
 """Relative difference up to which two outcomes count as the same."""
@@ -98,7 +97,7 @@ def impact(
         )
     it = cone(A, before, contacts, impact=True)
     it.still, it.poisson, it.restitution[:] = still, int(kinds == {"poisson"}), restitution
-    code("motion.contact.cone_record", "collided")(it)
+    compiled_code()["collided"](it)
     residual = it.residual
     if not residual <= EXACT:
         names = ", ".join(f"'{c.name}' ({before[c.row]:.6g} m/s)" for c in contacts)
