@@ -20,7 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...native.loop import code
+from .collision import compiled_code
 from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, SECOND
 from .contacts import Touching, contacts_of
 from .dense_problem import Array, DenseProblem, rows_of
@@ -106,5 +106,5 @@ class ConeProblem:
         """Return the solution found from zero. It is one only if its residual is below :data:`contacts.EXACT`."""
         low = 0.0 if self.low is None else self.low
         it, m = contacts_of(self.A, self.c, self.contacts, low, self.equalities), len(self.c)
-        code("motion.cones.contacts", "find")(it)
+        compiled_code()["find"](it)
         return ConeSolution(it.forces[:m].copy(), it.after[:m].copy(), it.residual)

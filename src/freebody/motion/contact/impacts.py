@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import SimulationError
-from ...native.loop import code
+from ..cones.collision import compiled_code
 from ..cones.contacts import EXACT, Touching, contacts_of
 from .complementarity import SMALL, Array
 
@@ -98,7 +98,7 @@ def impact(
         )
     it = contacts_of(A, before, contacts, impact=True)
     it.still, it.poisson, it.restitution[:] = still, int(kinds == {"poisson"}), restitution
-    code("motion.contact.collision", "collided")(it)
+    compiled_code()["collided"](it)
     residual = it.residual
     if not residual <= EXACT:
         names = ", ".join(f"'{c.name}' ({before[c.row]:.6g} m/s)" for c in contacts)

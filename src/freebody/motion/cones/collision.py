@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ...native.instructions import compiled, greater
-from ..cones.contacts import EXACT, Contacts, answer, lay_out, take
+from ...native.loop import made
+from .contacts import EXACT, Contacts, answer, find, lay_out, take
 
 HALVINGS = 5
 """The restitution is halved up to four times, until the energy does not grow, and is zero at last."""
@@ -52,3 +55,9 @@ def collided(it: Contacts) -> None:
             size += abs(it.forces[i]) * (abs(it.given[i]) + abs(it.after[i]))
         if it.residual <= EXACT and it.energy <= EXACT * size:
             return
+
+
+def compiled_code() -> Any:
+    """Return the functions `find` and `collided` as machine code."""
+    label = __name__.partition(".")[2]
+    return made(label, (label,), ("find", "collided"), lambda: {"find": find, "collided": collided}).functions
