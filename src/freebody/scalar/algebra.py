@@ -283,7 +283,7 @@ class FieldVector:
         return FieldVector(self.field, negate(self.components))
 
     def __mul__(self, factor: Scalar) -> FieldVector:
-        if hasattr(factor, "__len__"):
+        if isinstance(factor, FieldVector | Sequence):
             raise TypeError("Expected a number times a vector; two vectors have v.dot(w) and v.cross(w).")
         return FieldVector(self.field, scale(factor, self.components))
 

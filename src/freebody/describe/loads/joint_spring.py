@@ -25,6 +25,7 @@ class JointSpring(Load, kind="joint_spring", sections=("springs",)):
 
     noun = "spring"
     words = {"index": "coordinate"}
+    labels = {"rest": "rest length"}
     look = Look("spring", "zigzag", "stiffness")
 
     def check(self) -> None:

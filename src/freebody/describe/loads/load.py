@@ -95,6 +95,8 @@ class Load(Named):
     """Sections of model files in which the kind stands."""
     words: ClassVar[Mapping[str, str]] = {}
     """Keys in model files that are not the names of their fields."""
+    labels: ClassVar[Mapping[str, str]] = {}
+    """What messages call fields, if not by their names."""
     noun: ClassVar[str] = ""
     """What messages call the load, if not by the name of its class."""
     look: ClassVar[Look] = Look()
@@ -173,7 +175,7 @@ def add(system: Description, name: str, load: Load) -> Any:
         raise ModelError(f"{load.title} is already part of a system. Make another one for '{name}'.")
     load = replace(load, name=name)
     values = {
-        f.name: _checked(system, sort_of(f), getattr(load, f.name), load.title, f.name)
+        f.name: _checked(system, sort_of(f), getattr(load, f.name), load, f.name)
         for f in fields(load)
         if f.name != "name"
     }
@@ -193,19 +195,19 @@ def sort_of(field: Any) -> str:
     return {"Frame": "Body", "tuple": "Vector", "Any": "Expression", "Scalar": "Expression"}.get(text, text)
 
 
-def _checked(system: Description, sort: str, value: Any, title: str, name: str) -> Any:
+def _checked(system: Description, sort: str, value: Any, load: Load, name: str) -> Any:
     """Return the value of a field in the system's own terms."""
     if value is None or sort not in _SORTS:
         return value
-    return _SORTS[sort](system, value, title, name)
+    return _SORTS[sort](system, value, load, name)
 
 
-def _expression(system: Description, value: Any, title: str, name: str) -> Any:
-    return system.expression(value, title)
+def _expression(system: Description, value: Any, load: Load, name: str) -> Any:
+    return system.expression(value, load.title)
 
 
-def _constant(system: Description, value: Any, title: str, name: str) -> Any:
-    what = f"the {name} of {title}"
+def _constant(system: Description, value: Any, load: Load, name: str) -> Any:
+    what = f"the {load.labels.get(name, name)} of {load.title}"
     expression = system.expression(value, what)
     moving = varying(system, expression)
     if moving:
@@ -216,9 +218,10 @@ def _constant(system: Description, value: Any, title: str, name: str) -> Any:
     return expression
 
 
-def _joint(system: Description, value: Any, title: str, name: str) -> Any:
+def _joint(system: Description, value: Any, load: Load, name: str) -> Any:
     if not isinstance(value, Joint):
-        raise ModelError(f"Expected a joint for {title}, got {shown(value)}.")
+        raise ModelError(f"Expected a joint for {load.title}, got {shown(value)}.")
+    title = load.title
     if system.joints.get(value.name) is not value:
         raise ModelError(
             f"{title[0].upper()}{title[1:]}: joint '{value.name}' belongs to another system than '{system.name}'. "
@@ -227,7 +230,8 @@ def _joint(system: Description, value: Any, title: str, name: str) -> Any:
     return value
 
 
-def _coordinate(system: Description, value: Any, title: str, name: str) -> Any:
+def own_coordinate(system: Description, value: Any) -> Any:
+    """Return a coordinate of the system, by its name or itself, as its function of time."""
     if isinstance(value, str) and value not in coordinates_of(system):
         raise ModelError(f"Unknown coordinate '{value}'; {nearest(value, coordinates_of(system))}")
     atom = system.expression(value, "the coordinate of a generalized force")
@@ -239,12 +243,12 @@ def _coordinate(system: Description, value: Any, title: str, name: str) -> Any:
     return atom
 
 
-_SORTS: dict[str, Callable[[Description, Any, str, str], Any]] = {
-    "Point": lambda system, value, title, name: own_point(system, value, title),
-    "Body": lambda system, value, title, name: own_body(system, value, title),
+_SORTS: dict[str, Callable[[Description, Any, Load, str], Any]] = {
+    "Point": lambda system, value, load, name: own_point(system, value, load.title),
+    "Body": lambda system, value, load, name: own_body(system, value, load.title),
     "Joint": _joint,
-    "Coordinate": _coordinate,
+    "Coordinate": lambda system, value, load, name: own_coordinate(system, value),
     "Expression": _expression,
     "Constant": _constant,
-    "Vector": lambda system, value, title, name: vector(system, value, title),
+    "Vector": lambda system, value, load, name: vector(system, value, load.title),
 }

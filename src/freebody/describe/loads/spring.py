@@ -25,6 +25,7 @@ class Spring(Load, kind="spring", sections=("springs",)):
 
     noun = "spring"
     words = {"start": "from", "end": "to"}
+    labels = {"rest": "rest length"}
     look = Look("spring", "zigzag", "stiffness")
 
     def check(self) -> None:

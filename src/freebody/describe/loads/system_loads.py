@@ -16,7 +16,7 @@ from .force import Force
 from .joint_damper import JointDamper
 from .joint_effort import JointEffort
 from .joint_spring import JointSpring
-from .load import Load, add
+from .load import Load, add, own_coordinate
 from .spring import Spring
 from .torque import Torque
 
@@ -130,10 +130,9 @@ def torsion_spring(
 
 def generalized_force(system: Description, coordinate: Any, value: Any, *, name: str | None = None) -> Load:
     """Add a force conjugate to a coordinate: its power is ``value`` times the coordinate's speed."""
-    if name is None:
-        atom = system.expression(coordinate, "the coordinate of a generalized force")
-        name = f"Q_{names_of(system).texts.get(atom, coordinate)}"
-    return add(system, name, CoordinateForce(coordinate, value))
+    atom = own_coordinate(system, coordinate)
+    name = f"Q_{names_of(system).texts[atom]}" if name is None else name
+    return add(system, name, CoordinateForce(atom, value))
 
 
 def _effort(
