@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 from traceback import extract_tb
 from typing import Any, NoReturn
 
@@ -37,6 +38,9 @@ from ..space.spatial import ZERO6, Spatial, plus
 from .kinematics import angular_velocity, place_of, point_position, point_velocity, rotation
 from .state import State, traced_state
 
+PACKAGE = Path(__file__).parents[1]
+"""Folder of freebody; lines of code in other folders are the user's."""
+
 
 class Instant:
     """The machine at a state, as a load sees it; :class:`freebody.Load` lists what it gives."""
@@ -63,8 +67,11 @@ class Instant:
         return self._state.t
 
     def vector(self, components: Any, frame: Any = None) -> FieldVector:
-        """Return three expressions, components in the axes of a body (by default the ground), in ground axes."""
-        v = self._state.vector(components)
+        """Return three components in the axes of a body (by default the ground) as a vector in ground axes.
+
+        The components are expressions, or a vector of values.
+        """
+        v = components.components if isinstance(components, FieldVector) else self._state.vector(components)
         return self._of(v if self._is_ground(frame) else apply(self.rotation(frame), v))
 
     def rotation(self, body: Any) -> Matrix:
@@ -192,7 +199,7 @@ def _asked(load: Load, question: Callable[[], Any]) -> Any:
 
 def _blame(load: Load, error: Exception) -> NoReturn:
     frames = extract_tb(error.__traceback__)
-    own = [frame for frame in frames if frame.name in ("actions", "potential")]
+    own = [frame for frame in frames if not Path(frame.filename).is_relative_to(PACKAGE)]
     line = own[-1] if own else frames[-1]
     raise ModelError(
         f"{_begin(load)}{error} ({line.filename}, line {line.lineno}: {line.line}) Actions and potential are formulas "

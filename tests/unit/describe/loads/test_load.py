@@ -41,6 +41,8 @@ def test_no_file_names_a_kind_of_load():
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and "loads" in (node.module or "").split("."):
+                if path.parent.name == "toml" and node.module == "loads":
+                    continue  # the loads of model files
                 assert node.module.rpartition(".")[2] in ("action", "load", "loads"), path
                 assert {alias.name for alias in node.names} <= {
                     "Action", "Couple", "GeneralizedForce", "JointForce", "KINDS", "Load", "Look", "PointForce", "add",
@@ -65,7 +67,7 @@ def test_a_motion_a_batch_and_a_program_have_it():
     program = fb.compile(s)
     (slow,), (fast,) = program.forward_dynamics([0.0], [0.0]), program.forward_dynamics([0.0], [2.0])
     assert slow == 0 and fast == pytest.approx(-3 * 2 * 0.1 * 2 * abs(2))  # 3/(m L²) L³ k ω²
-    assert "fabs" in program.to_c("forward_dynamics") or "sqrt" in program.to_c("forward_dynamics")
+    assert "sqrt(" in program.to_c("forward_dynamics").source
 
 
 def test_pictures_have_it(tmp_path):
@@ -125,7 +127,7 @@ def test_what_cannot_be_a_load_is_refused():
     refused("Make it one: Drag", lambda s: Drag)
     refused("drag 'drag' is already part of a system. Make another one for 'x'", lambda s: s.loads["drag"])
     refused("Drag 'x': body 'ball' belongs to the system 'other'", lambda s: Drag(ball.origin, 1))
-    refused("in drag 'x'|Unknown name 'q'", lambda s: Drag(s.bodies["bar"].origin, "q"))
+    refused("In drag 'x': Expected a known name, got 'q'", lambda s: Drag(s.bodies["bar"].origin, "q"))
     refused("Own 'x': expected fb.PointForce.* got 3", own(lambda self, at: [3]))
     refused("Own 'x': .*not iterable", own(lambda self, at: None))
     refused("three components, got \\(1, 2\\)", own(lambda self, at: [fb.PointForce(self.point, (1, 2))]))
@@ -140,9 +142,7 @@ def test_a_file_knows_only_named_kinds():
     s = pendulum()
     nameless = type("Nameless", (fb.Load,), {"actions": lambda self, at: iter(())})
     s.add("x", nameless())
-    with pytest.raises(
-        fb.FreebodyError, match="cannot hold nameless 'x'.*class Nameless\\(fb.Load, kind='nameless'\\)"
-    ):
+    with pytest.raises(fb.FreebodyError, match="cannot hold nameless 'x'.*fb.Load, kind='nameless'"):
         toml_text(s)
 
 
