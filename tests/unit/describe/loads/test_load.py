@@ -158,6 +158,16 @@ def test_a_file_names_the_kind(tmp_path):
         fb.read(path)
 
 
+def test_a_joint_that_closes_a_loop_has_no_displacement():
+    s = pendulum()
+    closing = s.slider("guide", s.ground, s.bodies["bar"], axis="x")
+    s.spring("k", closing, stiffness=1)
+    with pytest.raises(
+        fb.FreebodyError, match="Spring 'k': slider 'guide' .*closes a loop and has no displacement"
+    ):
+        fb.equations(s).text()
+
+
 def test_two_kinds_cannot_have_one_name():
     with pytest.raises(fb.FreebodyError, match="already a kind of load 'spring'"):
         type("Spring", (fb.Load,), {}, kind="spring")
