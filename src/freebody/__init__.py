@@ -23,6 +23,15 @@ if TYPE_CHECKING:
     from . import errors as errors
     from . import exact as exact
     from . import testing as testing
+    from .describe.body import Body as Body
+    from .describe.frame import Point as Point
+    from .describe.joints.joint import Joint as Joint
+    from .describe.loads.action import Couple as Couple
+    from .describe.loads.action import GeneralizedForce as GeneralizedForce
+    from .describe.loads.action import JointForce as JointForce
+    from .describe.loads.action import PointForce as PointForce
+    from .describe.loads.load import Load as Load
+    from .describe.loads.load import Look as Look
     from .describe.signal import signal as signal
     from .describe.system import System as System
     from .dynamics.unilateral import MotionWarning as MotionWarning
@@ -44,6 +53,8 @@ if TYPE_CHECKING:
     from .picture.plots import plot as plot
     from .picture.plots.compare_linear import compare_linear as compare_linear
     from .program.program import compile_system as compile  # noqa: F401
+    from .scalar.algebra import Expression as Expression
+    from .scalar.algebra import Vector as Vector
     from .space.density import from_density as from_density
     from .space.density import revolve as revolve
     from .space.mass import MassProperties as MassProperties
@@ -88,14 +99,25 @@ if TYPE_CHECKING:
 
 # public name -> its module; "module:attribute" if the attribute has another name, "module:" if it is the module
 _EXPORTS = {
+    "Body": "describe.body",
+    "Couple": "describe.loads.action",
+    "Expression": "scalar.algebra",
     "FreebodyError": "errors",
+    "GeneralizedForce": "describe.loads.action",
+    "Joint": "describe.joints.joint",
+    "JointForce": "describe.loads.action",
+    "Load": "describe.loads.load",
+    "Look": "describe.loads.load",
     "MassProperties": "space.mass",
     "Model": "model.model",
     "MotionWarning": "dynamics.unilateral",
+    "Point": "describe.frame",
+    "PointForce": "describe.loads.action",
     "Pose": "space.pose",
     "Rotation": "space.rotation",
     "System": "describe.system",
     "Trajectory": "motion.trajectory.trajectory",
+    "Vector": "scalar.algebra",
     "assemble": "model.assemble",
     "balance": "symbolic.rotors.balancing",
     "bearing_reactions": "symbolic.rotors.bearings",

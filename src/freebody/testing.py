@@ -6,6 +6,7 @@ The machines mix all joints, oblique axes, driven displacements and all kinds of
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, fields
 from fractions import Fraction
 from typing import Any
 
@@ -13,7 +14,9 @@ import numpy as np
 from mpmath import mp
 
 from .describe.description import coordinates_of
+from .describe.loads.load import Load, sort_of
 from .describe.system import System
+from .errors import ModelError
 from .model.model import Model
 from .scalar.polynomial import Polynomial
 from .space.mass import MassProperties
@@ -207,3 +210,163 @@ def state_values(model: Model, q: Sequence[float], u: Sequence[float], t: float 
     result.update(zip((c.symbol for c in model.coordinates), q, strict=True))
     result.update(zip((s.symbol for s in model.speeds), u, strict=True))
     return result
+
+
+# --- the battery of a load ---------------------------------------------------------------------
+
+LARGEST_ERROR = 2**20 * np.finfo(float).eps
+"""Greatest error of what must be equal, relative to the largest term: a million roundings."""
+
+
+def check_load(kind: type[Load], /, seed: int = 0, **data: Any) -> None:
+    """Check a kind of load on a machine of its own; fields without ``data`` get random values.
+
+    The power of its actions is that of its generalized forces, and with a potential -dV/dt; floats, formulas and
+    compiled code agree, one state and many; it is drawn; a kind with a name in files is the same when read again.
+
+    Parameters
+    ----------
+    kind : subclass of Load
+    seed : int
+        Seed of the random machine, state and data.
+    **data : optional
+        Values of fields, such as ``factor=0.1``.
+
+    Raises
+    ------
+    AssertionError
+        It says which law does not hold.
+    FreebodyError
+        A load that the machine refuses.
+
+    Examples
+    --------
+    >>> from freebody.describe.loads.damper import Damper
+    >>> check_load(Damper)
+    """
+    from .dynamics.loading import Loading, action_power, actions
+    from .dynamics.newton_euler import inverse_dynamics
+    from .dynamics.state import float_state, polynomial_state
+    from .formats.toml.read import case_from_text
+    from .formats.toml.write import toml_text
+    from .model.assemble import assemble
+    from .picture.machine.draw import draw
+    from .program.program import compile_system
+    from .scalar.polynomial import Ring
+
+    s = _machine_with(kind, seed, data)
+    model = assemble(s)
+    q, u = random_state(model, seed)
+    state = float_state(model, q, u)
+    found = actions(model, state, "x")
+    still = [0] * model.n_u
+    unloaded = inverse_dynamics(model, state, still, Loading())
+    Q = [a - b for a, b in zip(unloaded, inverse_dynamics(model, state, still), strict=True)]
+    powers = [action_power(model, state, model.loads["x"], action) for action in found]
+    _same(
+        "the power of its actions and of its generalized forces",
+        [sum(powers)],
+        [np.dot(Q, u)],
+        [*unloaded, *powers],
+    )
+    if model.loads["x"].is_conservative:
+        rate = _rate_of_potential(model, q, u)
+        _same("the power of its actions and -dV/dt", [sum(powers)], [-rate], powers)
+    numbers = _flat(found)
+    symbols = _flat(actions(model, polynomial_state(model, Ring()), "x"))
+    values = state_values(model, q, u)
+    _same(
+        "actions as numbers and as formulas", numbers, [polynomial_value(x, values) for x in symbols], numbers
+    )
+    program = compile_system(s)
+    forces = np.asarray(program.inverse_dynamics(q, u, still), float)
+    _same("forces as numbers and in compiled code", inverse_dynamics(model, state, still), forces, unloaded)
+    many = np.asarray(
+        program.inverse_dynamics(np.array([q, q]), np.array([u, u]), np.zeros((2, model.n_u))), float
+    )
+    _same("forces of one state and of a batch", [*forces, *forces], many.ravel(), unloaded)
+    if 'data-load="x"' not in draw(s).svg and any(not hasattr(action, "coordinate") for action in found):
+        raise AssertionError(f"{kind.__name__}: the load is not drawn.")
+    if kind.kind:
+        again = assemble(case_from_text(toml_text(s)).system)
+        _same(
+            "actions before and after a file",
+            numbers,
+            _flat(actions(again, float_state(again, q, u), "x")),
+            numbers,
+        )
+
+
+def _machine_with(kind: type[Load], seed: int, data: Mapping[str, Any]) -> System:
+    """A slider and a hinge in a row, with a load x on them; missing data are drawn."""
+    rng = np.random.default_rng(seed)
+    s = System(f"machine of {kind.__name__}")
+    s.parameters(g=9.8125)
+    s.gravity = (0, "-g", 0)
+    first = s.body("first", MassProperties(2, (0, 1, 0), small_inertia(rng)))
+    last = s.body("last", MassProperties(1, (1, 0, 0), small_inertia(rng)))
+    joints = [
+        s.slider("rail", s.ground, first, at=(3, 2, 1), axis="x", coordinate="x"),
+        s.hinge("pin", first, last, at=(0, 2, 1), axis="z", coordinate="phi"),
+    ]
+    points = [last.point(1, 2, 0), first.point(0, -1, 1), s.ground.point(-2, 5, 3)]
+    bodies = [last, first]
+
+    def drawn(name: str) -> str:
+        s.parameters(**{f"x_{name}": round(float(rng.uniform(1, 2)), 3)})
+        return f"x_{name}"
+
+    values = dict(data)
+    for field in fields(kind):
+        sort = sort_of(field)
+        if field.name == "name" or field.name in data:
+            continue
+        if sort == "Point":
+            values[field.name] = points.pop(0)
+        elif sort == "Body" and field.default is MISSING:
+            values[field.name] = bodies.pop(0)
+        elif sort == "Joint":
+            values[field.name] = joints.pop(0)
+        elif sort == "Coordinate":
+            values[field.name] = "phi"
+        elif sort in ("Expression", "Constant"):
+            values[field.name] = drawn(field.name)
+        elif sort == "Vector":
+            values[field.name] = tuple(drawn(f"{field.name}_{axis}") for axis in "xyz")
+        elif field.default is MISSING and field.default_factory is MISSING:
+            raise ModelError(
+                f"Expected data for '{field.name}' of {kind.__name__}: check_load(..., {field.name}=...)."
+            )
+    s.add("x", kind(**values))
+    return s
+
+
+def _rate_of_potential(model: Model, q: Sequence[float], u: Sequence[float]) -> float:
+    """dV/dt of the load x, by dual numbers along the motion; speeds are the rates of the coordinates."""
+    from .dynamics.loading import load_potential
+    from .dynamics.state import State
+    from .scalar.algebra import floats
+    from .scalar.dual import Dual, DualField, slope_of
+
+    field = DualField(floats)
+    moving = [Dual(floats, x, {0: rate}) for x, rate in zip(q, u, strict=True)]
+    numbers = model.values()
+    values = {p.symbol: numbers[p.name] for p in model.parameters}
+    return float(slope_of(load_potential(model, State(model, field, 0, moving, list(u), values)), 0))
+
+
+def _flat(found: Sequence[Any]) -> list[Any]:
+    """All components and values of actions."""
+    result: list[Any] = []
+    for action in found:
+        value = next(getattr(action, name) for name in ("force", "moment", "value") if hasattr(action, name))
+        result += value if isinstance(value, tuple) else [value]
+    return result
+
+
+def _same(what: str, a: Any, b: Any, terms: Any) -> None:
+    """Raise AssertionError if two lists of numbers differ by more than round-off of the largest term."""
+    a, b = np.array(a, float), np.array(b, float)
+    size = max((abs(float(x)) for x in (*a, *terms)), default=0)
+    if a.shape != b.shape or not np.all(np.abs(a - b) <= LARGEST_ERROR * (1 + size)):
+        raise AssertionError(f"Expected {what} to be equal, got {a.tolist()} and {b.tolist()}.")

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.describe.loads.load import Force, Spring, Torque
+from freebody.describe.loads.force import Force
+from freebody.describe.loads.spring import Spring
+from freebody.describe.loads.torque import Torque
 from freebody.dynamics import (
     bias,
     coordinate_rates,
@@ -332,7 +334,7 @@ def moved(seed, rotation, shift):
         if hasattr(load, "joint"):
             s.loads[name] = dataclasses.replace(load, joint=s.joints[load.joint.name])
         elif isinstance(load, Force | Torque):
-            if load.frame.is_ground:
+            if load.frame is None:
                 s.loads[name] = dataclasses.replace(load, components=vector(load.components))
         elif hasattr(load, "start"):
             s.loads[name] = dataclasses.replace(load, start=at(load.start), end=at(load.end))

@@ -34,7 +34,7 @@ from .description import (
 from .joints import system_joints as _joints
 from .joints.joint import Joint
 from .loads import system_loads as _loads
-from .loads.load import Load
+from .loads.load import Load, add
 from .looks import drawn_as, solid_of
 from .names import TIME, check_name, finite
 
@@ -199,6 +199,7 @@ class System(Description):
     ball = arguments_named(_joints.ball)
     free = arguments_named(_joints.free)
     weld = arguments_named(_joints.weld)
+    add = arguments_named(add)
     force = arguments_named(_loads.force)
     torque = arguments_named(_loads.torque)
     spring = arguments_named(_loads.spring)

@@ -13,7 +13,7 @@ from ..model.model import Model
 from ..scalar.algebra import HALF, Scalar, add, apply, dot, scale
 from ..space.spatial import momentum_of, power
 from .kinematics import link_postures, velocities
-from .loading import Loading, load_power, spring_energy
+from .loading import Loading, load_potential, load_power
 from .newton_euler import drive_power
 from .state import State
 
@@ -29,7 +29,7 @@ def kinetic_energy(model: Model, state: State) -> Scalar:
 def potential_energy(model: Model, state: State) -> Scalar:
     """Return the potential energy of weights (zero at the ground's origin) and springs (zero at zero force) [J]."""
     g = state.vector(model.gravity)
-    total = spring_energy(model, state)
+    total = load_potential(model, state)
     if g == (0, 0, 0):
         return total
     for i, posture in enumerate(link_postures(model, state)):

@@ -1,37 +1,135 @@
-"""Loads on the links: wrenches, forces along displacements, and their potential and power."""
+"""Loads on the links: their actions at a state, wrenches, forces along displacements, potential and power.
+
+A load says its actions to an :class:`Instant`, the machine at a state; everything else here knows only the four sorts
+of actions, and no kind of load.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from traceback import extract_tb
+from typing import Any, NoReturn
 
-from ..describe.loads.load import (
-    Damper,
-    Force,
-    GeneralizedForce,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-    Torque,
-)
-from ..model.model import GROUND, Model
+from ..describe.frame import Frame, Point
+from ..describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
+from ..describe.loads.load import Load
+from ..errors import FreebodyError, ModelError, nearest, shown
+from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import (
-    HALF,
+    FUNCTIONS,
+    ZERO,
+    Expression,
+    FieldVector,
+    Matrix,
     Scalar,
     Vector,
     apply,
     apply_transpose,
     cross,
-    divide,
     dot,
-    negate,
     scale,
-    subtract,
+    three,
 )
+from ..scalar.trace import Tape
 from ..space.spatial import ZERO6, Spatial, plus
 from .kinematics import angular_velocity, place_of, point_position, point_velocity, rotation
-from .state import State
+from .state import State, traced_state
+
+PACKAGE = Path(__file__).parents[1]
+"""Folder of freebody; lines of code in other folders are the user's."""
+
+
+class Instant:
+    """The machine at a state, as a load sees it; :class:`freebody.Load` lists what it gives."""
+
+    def __init__(self, model: Model, state: State, load: Load) -> None:
+        self._model = model
+        self._state = state
+        self._load = load
+
+    def __call__(self, expression: Expression) -> Scalar:
+        """Return the value of an expression of the system's names."""
+        return self._state(expression)
+
+    def __getattr__(self, function: str) -> Callable[..., Scalar]:
+        """Return a function of scalars: ``at.sqrt``, ``at.tanh``, ``at.atan2``."""
+        if function not in FUNCTIONS:
+            names = [*FUNCTIONS, *(name for name in dir(type(self)) if not name.startswith("_"))]
+            raise AttributeError(f"the machine at a state has no '{function}'; {nearest(function, names)}")
+        return partial(self._state.field.apply, function)
+
+    @property
+    def t(self) -> Scalar:
+        """Time [s]."""
+        return self._state.t
+
+    def vector(self, components: Any, frame: Any = None) -> FieldVector:
+        """Return three components in the axes of a body (by default the ground) as a vector in ground axes.
+
+        The components are expressions, or a vector of values.
+        """
+        v = components.components if isinstance(components, FieldVector) else self._state.vector(components)
+        return self._of(v if self._is_ground(frame) else apply(self.rotation(frame), v))
+
+    def rotation(self, body: Any) -> Matrix:
+        """Return the rotation matrix R_NB of a body."""
+        return rotation(self._model, self._state, self._place(body)[0])
+
+    def position(self, point: Any, frame: Any = None) -> FieldVector:
+        """Return the position of a point from the ground's origin [m]."""
+        return self._in(point_position(self._model, self._state, self._point(point)), frame)
+
+    def velocity(self, point: Any, frame: Any = None) -> FieldVector:
+        """Return the velocity of a point in the ground [m/s]."""
+        return self._in(point_velocity(self._model, self._state, self._point(point)), frame)
+
+    def angular_velocity(self, body: Any, frame: Any = None) -> FieldVector:
+        """Return the angular velocity of a body in the ground [rad/s]."""
+        self._place(body)
+        return self._in(angular_velocity(self._model, self._state, body), frame)
+
+    def line(self, start: Any, end: Any) -> FieldVector:
+        """Return the vector from a point to another [m]; long formulas give it a name."""
+        d = self.position(end) - self.position(start)
+        return self._of(self._state.intermediate("line", self._load.name, d.components))
+
+    def named(self, force: Any) -> FieldVector:
+        """Return a vector unchanged; long formulas give it the name of the load."""
+        return self._of(self._state.intermediate("pull", self._load.name, three(force)))
+
+    def displacement(self, joint: Any, index: int = 0) -> Scalar:
+        """Return a displacement of a joint [m] or [rad]; ``index`` counts those of a joint that has several."""
+        return self._state(self._link(joint, index).displacement)
+
+    def rate(self, joint: Any, index: int = 0) -> Scalar:
+        """Return the rate of a displacement of a joint [m/s] or [rad/s]."""
+        return self._state.rate(self._link(joint, index))
+
+    def _of(self, v: Vector) -> FieldVector:
+        return FieldVector(self._state.field, v)
+
+    def _in(self, v: Vector, frame: Any) -> FieldVector:
+        """Return a vector, given in ground axes, in the axes of a body."""
+        return self._of(v if self._is_ground(frame) else apply_transpose(self.rotation(frame), v))
+
+    def _is_ground(self, frame: Any) -> bool:
+        return frame is None or self._place(frame)[0] == GROUND
+
+    def _point(self, point: Any) -> Point:
+        point = point.origin if isinstance(point, Frame) else point
+        if not isinstance(point, Point):
+            raise ModelError(f"{_begin(self._load)}expected a point of a body, got {shown(point)}.")
+        self._place(point.body)
+        return point
+
+    def _place(self, body: Any) -> tuple[int, Vector]:
+        return _own_place(self._model, self._load, body)
+
+    def _link(self, joint: Any, index: int) -> Link:
+        return self._model.links[_own_link(self._model, self._load, joint, index)]
 
 
 @dataclass
@@ -50,6 +148,133 @@ class Loading:
         return self.wrenches.get(link, ZERO6)
 
 
+# --- actions -----------------------------------------------------------------------------------
+
+
+def actions(model: Model, state: State, name: str) -> tuple[Action, ...]:
+    """Return the actions of a load at a state, checked.
+
+    Raises
+    ------
+    ModelError
+        The load yields something else, or acts on another system; or its code fails.
+    """
+    key = ("actions", name)
+    if key not in state.cache:
+        load = model.loads[name]
+        result = _asked(load, lambda: tuple(load.actions(Instant(model, state, load))))
+        state.cache[key] = tuple(_own_action(model, load, action) for action in result)
+    return state.cache[key]
+
+
+def places(model: Model) -> dict[str, tuple[Action, ...]]:
+    """Return the actions of all loads by name, without their values: where each load acts, in every state."""
+    if "places" not in model.memo:
+        state = traced_state(model, Tape())
+        model.memo["places"] = {
+            name: tuple(_without_value(action) for action in actions(model, state, name))
+            for name in model.loads
+        }
+    return model.memo["places"]
+
+
+def _without_value(action: Action) -> Action:
+    match action:
+        case PointForce():
+            return replace(action, force=ZERO)
+        case Couple():
+            return replace(action, moment=ZERO)
+    return replace(action, value=0)
+
+
+def _asked(load: Load, question: Callable[[], Any]) -> Any:
+    """Return what a load answers; an error in its code names the load, the line and the cure."""
+    try:
+        return question()
+    except (FreebodyError, ArithmeticError):
+        raise
+    except Exception as error:
+        _blame(load, error)
+
+
+def _blame(load: Load, error: Exception) -> NoReturn:
+    frames = extract_tb(error.__traceback__)
+    own = [frame for frame in frames if not Path(frame.filename).is_relative_to(PACKAGE)]
+    line = own[-1] if own else frames[-1]
+    raise ModelError(
+        f"{_begin(load)}{error} ({line.filename}, line {line.lineno}: {line.line}) Actions and potential are formulas "
+        f"of what `at` gives, without if on a value; fb.Load lists what they may use."
+    ) from error
+
+
+def _begin(load: Load) -> str:
+    title = load.title
+    return f"{title[0].upper()}{title[1:]}: "
+
+
+def _own_action(model: Model, load: Load, action: Any) -> Action:
+    """Return an action of a load, its vectors as tuples, if it acts on this machine."""
+    try:
+        match action:
+            case PointForce(point, force):
+                _own_place(model, load, point.body)
+                return PointForce(point, three(force))
+            case Couple(body, moment):
+                _own_place(model, load, body)
+                return Couple(body, three(moment))
+            case JointForce(joint, _, index):
+                _own_link(model, load, joint, index)
+                return action
+            case GeneralizedForce():
+                speed_of(model, load, action.coordinate)
+                return action
+    except (TypeError, AttributeError) as error:
+        raise ModelError(f"{_begin(load)}in its action {shown(action)}: {error}") from None
+    raise ModelError(
+        f"{_begin(load)}expected fb.PointForce, fb.Couple, fb.JointForce or fb.GeneralizedForce from its actions, got "
+        f"{shown(action)}."
+    )
+
+
+def _own_place(model: Model, load: Load, body: Any) -> tuple[int, Vector]:
+    if not isinstance(body, Frame):
+        raise ModelError(f"{_begin(load)}expected a body, got {shown(body)}.")
+    if body.system is not model.described[0] or not (body.is_ground or body.name in model.bodies):
+        raise ModelError(
+            f"{_begin(load)}body '{body.name}' belongs to another system than '{model.name}'. Take bodies and points "
+            f"from the data of the load."
+        )
+    return place_of(model, body)
+
+
+def _own_link(model: Model, load: Load, joint: Any, index: int) -> int:
+    """Return the link that a displacement of a joint moves."""
+    place = model.joints.get(getattr(joint, "name", ""))
+    if place is None:
+        closes = getattr(joint, "closes", False)
+        why = "closes a loop and has no displacement" if closes else f"is not a joint of '{model.name}'"
+        raise ModelError(f"{_begin(load)}{shown(joint)} {why}. Name a joint of the tree.")
+    if not 0 <= index < len(place.links) or not model.links[place.links[index]].one_dof:
+        raise ModelError(f"{_begin(load)}{shown(joint)} has no displacement {shown(index)}.")
+    return place.links[index]
+
+
+def speed_of(model: Model, load: Load, coordinate: Any) -> int:
+    """Return the index of the speed to which a force on a coordinate is conjugate."""
+    name = f"{model.names.texts.get(coordinate, coordinate)}'"
+    if name not in model.speed_names:
+        raise ModelError(f"{_begin(load)}'{coordinate}' is no coordinate of '{model.name}'.")
+    return model.speed_names.index(name)
+
+
+def joint_link(model: Model, action: JointForce) -> int:
+    """Return the link that the displacement of a joint force moves."""
+    return model.joints[action.joint.name].links[action.index]
+
+
+# --- sums --------------------------------------------------------------------------------------
+
+
 def loading(model: Model, state: State, only: set[str] | None = None) -> Loading:
     """Return all loads except gravity (or ``only`` the loads of these names) at a state."""
     key = ("loading", None if only is None else frozenset(only))
@@ -57,118 +282,64 @@ def loading(model: Model, state: State, only: set[str] | None = None) -> Loading
         return state.cache[key]
     result = Loading()
     for name, load in model.loads.items():
-        if only is not None and name not in only:
-            continue
-        if isinstance(load, Force | Spring | Damper):
-            for point, force_N in point_forces(model, state, load):
-                _press(model, state, result, point, force_N)
-        elif isinstance(load, Torque):
-            for body, moment_N in couples(model, state, load):
-                link, _ = place_of(model, body)
-                if link != GROUND:
-                    moment = apply_transpose(rotation(model, state, link), moment_N)
-                    result.wrenches[link] = plus(result.wrench(link), (moment, (0, 0, 0)))
-        elif isinstance(load, GeneralizedForce):
-            j = speed_of(model, load)
-            result.generalized[j] = result.generalized.get(j, 0) + state(load.value)
-        else:
-            link = model.joints[load.joint.name].links[load.index]
-            result.along[link] = result.along.get(link, 0) + joint_force(model, state, load)
+        if only is None or name in only:
+            for action in actions(model, state, name):
+                _apply(model, state, result, load, action)
     state.cache[key] = result
     return result
 
 
-def speed_of(model: Model, load: GeneralizedForce) -> int:
-    """Return the index of the speed to which a generalized force is conjugate."""
-    name = model.names.texts[load.coordinate] + "'"
-    return model.speed_names.index(name)
+def _apply(model: Model, state: State, result: Loading, load: Load, action: Action) -> None:
+    """Add one action to the loading."""
+    match action:
+        case PointForce(point, force):
+            link, origin = place_of(model, point.body)
+            if link != GROUND:
+                arm = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
+                force = apply_transpose(rotation(model, state, link), force)
+                result.wrenches[link] = plus(result.wrench(link), (cross(arm, force), force))
+        case Couple(body, moment):
+            link, _ = place_of(model, body)
+            if link != GROUND:
+                moment = apply_transpose(rotation(model, state, link), moment)
+                result.wrenches[link] = plus(result.wrench(link), (moment, (0, 0, 0)))
+        case JointForce():
+            link = joint_link(model, action)
+            result.along[link] = result.along.get(link, 0) + action.value
+        case GeneralizedForce():
+            j = speed_of(model, load, action.coordinate)
+            result.generalized[j] = result.generalized.get(j, 0) + action.value
 
 
-def joint_force(model: Model, state: State, load: JointSpring | JointDamper | JointForce) -> Scalar:
-    """Return the force of a joint's spring, damper or motor, conjugate to the displacement."""
-    link = model.links[model.joints[load.joint.name].links[load.index]]
-    if isinstance(load, JointSpring):
-        return -(state(load.stiffness) * (state(link.displacement) - state(load.rest)))
-    if isinstance(load, JointDamper):
-        return -(state(load.damping) * state.rate(link))
-    return state(load.value)
-
-
-def point_forces(model: Model, state: State, load: Force | Spring | Damper) -> list[tuple[Any, Vector]]:
-    """Return (point, force in ground axes) of a force at a point, or of a spring or damper at its two ends."""
-    if isinstance(load, Force):
-        frame, _ = place_of(model, load.frame)
-        return [(load.point, apply(rotation(model, state, frame), state.vector(load.components)))]
-    span_N, length = span(model, state, load)
-    if isinstance(load, Spring):
-        tension = divide(state(load.stiffness) * (length - state(load.rest)), length)
-    else:
-        tension = divide(
-            state(load.damping) * dot(span_N, _relative_velocity(model, state, load)), length * length
-        )
-    force = state.intermediate("pull", load.name, scale(tension, span_N))
-    return [(load.start, force), (load.end, negate(force))]
-
-
-def span(model: Model, state: State, load: Spring | Damper) -> tuple[Vector, Scalar]:
-    """Return the vector from start to end in ground axes, and its length."""
-    d = subtract(point_position(model, state, load.end), point_position(model, state, load.start))
-    d = state.intermediate("line", load.name, d)
-    return d, state.field.sqrt(dot(d, d))
-
-
-def _relative_velocity(model: Model, state: State, load: Spring | Damper) -> Vector:
-    return subtract(point_velocity(model, state, load.end), point_velocity(model, state, load.start))
-
-
-def couples(model: Model, state: State, load: Torque) -> list[tuple[Any, Vector]]:
-    """Return (body, moment in ground axes) of a couple and of its opposite."""
-    frame, _ = place_of(model, load.frame)
-    moment = apply(rotation(model, state, frame), state.vector(load.components))
-    pair = [(load.body, moment)]
-    return pair if load.reaction_on is None else [*pair, (load.reaction_on, negate(moment))]
-
-
-def _press(model: Model, state: State, result: Loading, point: Any, force_N: Vector) -> None:
-    link, origin = place_of(model, point.body)
-    if link == GROUND:
-        return
-    arm = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
-    force = apply_transpose(rotation(model, state, link), force_N)
-    result.wrenches[link] = plus(result.wrench(link), (cross(arm, force), force))
-
-
-def spring_energy(model: Model, state: State) -> Scalar:
-    """Return the energy ½ k (displacement - rest)² of all springs."""
+def load_potential(model: Model, state: State) -> Scalar:
+    """Return the potential energy of all loads that have one, such as springs."""
     total: Scalar = 0
     for load in model.loads.values():
-        if isinstance(load, JointSpring):
-            link = model.links[model.joints[load.joint.name].links[load.index]]
-            stretch = state(link.displacement) - state(load.rest)
-        elif isinstance(load, Spring):
-            stretch = span(model, state, load)[1] - state(load.rest)
-        else:
-            continue
-        total = total + HALF * state(load.stiffness) * stretch * stretch
+        if load.is_conservative:
+            total = total + _asked(load, partial(load.potential, Instant(model, state, load)))
     return total
 
 
 def load_power(model: Model, state: State) -> Scalar:
     """Return the power of all loads without potential: forces, couples, motors, dampers, generalized forces."""
     total: Scalar = 0
-    for load in model.loads.values():
-        if isinstance(load, Force | Damper):
-            for point, force in point_forces(model, state, load):
-                total = total + dot(force, point_velocity(model, state, point))
-        elif isinstance(load, Torque):
-            for body, moment in couples(model, state, load):
-                total = total + dot(moment, angular_velocity(model, state, body))
-        elif isinstance(load, GeneralizedForce):
-            total = total + state(load.value) * state.u[speed_of(model, load)]
-        elif isinstance(load, JointForce | JointDamper):
-            link = model.links[model.joints[load.joint.name].links[load.index]]
-            total = total + joint_force(model, state, load) * state.rate(link)
+    for name, load in model.loads.items():
+        if not load.is_conservative:
+            for action in actions(model, state, name):
+                total = total + action_power(model, state, load, action)
     return total
+
+
+def action_power(model: Model, state: State, load: Load, action: Action) -> Scalar:
+    """Return the power of one action at a state [W]."""
+    match action:
+        case PointForce(point, force):
+            return dot(force, point_velocity(model, state, point))
+        case Couple(body, moment):
+            return dot(moment, angular_velocity(model, state, body))
+        case JointForce():
+            return action.value * state.rate(model.links[joint_link(model, action)])
+    return action.value * state.u[speed_of(model, load, action.coordinate)]
 
 
 def weight(model: Model, state: State, mass: Scalar) -> Vector:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -219,3 +219,102 @@ def congruence(R: Matrix, A: Matrix) -> Matrix:
     xx, xy, xz = dot(B[0], R[0]), dot(B[0], R[1]), dot(B[0], R[2])
     yy, yz, zz = dot(B[1], R[1]), dot(B[1], R[2]), dot(B[2], R[2])
     return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+
+class FieldVector:
+    """Three components with the operators of a vector, in which users write the physics of a load.
+
+    ``v + w``, ``v - w``, ``-v``, ``s * v``, ``v / s``, ``v.dot(w)``, ``v.cross(w)``, ``v.norm()``; the other operand
+    may be a tuple of three components.
+
+    Examples
+    --------
+    >>> v = FieldVector(floats, (3.0, 4.0, 0.0))
+    >>> v.norm(), tuple(2 * v - (1, 0, 0)), v.x
+    (5.0, (5.0, 8.0, 0.0), 3.0)
+    """
+
+    __slots__ = ("components", "field")
+    __array_ufunc__ = None  # NumPy numbers leave the product to this class
+
+    def __init__(self, field: Field, components: Vector) -> None:
+        self.field = field
+        self.components = components
+
+    @property
+    def x(self) -> Scalar:
+        """First component."""
+        return self.components[0]
+
+    @property
+    def y(self) -> Scalar:
+        """Second component."""
+        return self.components[1]
+
+    @property
+    def z(self) -> Scalar:
+        """Third component."""
+        return self.components[2]
+
+    def norm(self) -> Scalar:
+        """|v|."""
+        return self.field.sqrt(dot(self.components, self.components))
+
+    def dot(self, other: Any) -> Scalar:
+        """v · w."""
+        return dot(self.components, three(other))
+
+    def cross(self, other: Any) -> FieldVector:
+        """v × w."""
+        return FieldVector(self.field, cross(self.components, three(other)))
+
+    def __add__(self, other: Any) -> FieldVector:
+        return FieldVector(self.field, add(self.components, three(other)))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> FieldVector:
+        return FieldVector(self.field, subtract(self.components, three(other)))
+
+    def __rsub__(self, other: Any) -> FieldVector:
+        return FieldVector(self.field, subtract(three(other), self.components))
+
+    def __neg__(self) -> FieldVector:
+        return FieldVector(self.field, negate(self.components))
+
+    def __mul__(self, factor: Scalar) -> FieldVector:
+        if isinstance(factor, FieldVector | Sequence):
+            raise TypeError("Expected a number times a vector; two vectors have v.dot(w) and v.cross(w).")
+        return FieldVector(self.field, scale(factor, self.components))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: Scalar) -> FieldVector:
+        x, y, z = self.components
+        return FieldVector(self.field, (divide(x, divisor), divide(y, divisor), divide(z, divisor)))
+
+    def __iter__(self) -> Iterator[Scalar]:
+        return iter(self.components)
+
+    def __getitem__(self, i: int) -> Scalar:
+        return self.components[i]
+
+    def __len__(self) -> int:
+        return 3
+
+    def __repr__(self) -> str:
+        return f"FieldVector{self.components}"
+
+
+def three(components: Any) -> Vector:
+    """Three components of a vector, a tuple or a list.
+
+    Raises
+    ------
+    TypeError
+        Anything else.
+    """
+    if isinstance(components, str) or not hasattr(components, "__len__") or len(components) != 3:
+        raise TypeError(f"Expected a vector of three components, got {components!r}.")
+    x, y, z = components
+    return (x, y, z)

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 
-from .algebra import HALF, Field, Scalar, divide
+from .algebra import HALF, Field, FieldVector, Scalar, divide
 from .series import Series
 
 
@@ -100,7 +100,7 @@ class Dual:
 
     def __mul__(self, other: Scalar) -> Scalar:
         if type(other) is not Dual:
-            if type(other) is Series:
+            if type(other) in (Series, FieldVector):
                 return NotImplemented
             if _is_zero(other):
                 return 0

@@ -15,7 +15,7 @@ from fractions import Fraction
 from typing import Any
 
 from ..errors import FreebodyError
-from .algebra import Field, Scalar, divide
+from .algebra import Field, FieldVector, Scalar, divide
 
 
 class SeriesField(Field):
@@ -102,6 +102,8 @@ class Series:
         return (-self) + other
 
     def __mul__(self, other: Scalar) -> Scalar:
+        if type(other) is FieldVector:
+            return NotImplemented
         level = self._level(other)
         if level > 0:
             return other * self

@@ -11,7 +11,7 @@ from typing import Any
 from ..dynamics.newton_euler import inverse_dynamics
 from ..dynamics.state import State
 from ..model.model import Model
-from ..scalar.algebra import Field, Scalar
+from ..scalar.algebra import Field, FieldVector, Scalar
 
 
 class Terms:
@@ -28,6 +28,8 @@ class Terms:
     __radd__ = __sub__ = __rsub__ = __add__
 
     def __mul__(self, other: Scalar) -> Scalar:
+        if type(other) is FieldVector:
+            return NotImplemented
         return Terms(self.n * other.n) if type(other) is Terms else 0 if other == 0 else self
 
     __rmul__ = __mul__

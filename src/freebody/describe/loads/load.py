@@ -1,96 +1,254 @@
-"""Loads: forces, couples, springs and dampers, each with its name in the equations."""
+"""The protocol of a load: its data, its actions at a state, its potential, its words in a file and its look."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, ClassVar, Literal, TypeAlias, dataclass_transform
 
-from ...scalar.algebra import Scalar, Vector
-from ..frame import Frame, Point
+from ...errors import ModelError, nearest, shown
+from ...scalar.algebra import Expression, Scalar
+from ..description import Description, claim, coordinates_of, varying, vector
+from ..frame import Point, own_body, own_point
 from ..joints.joint import Joint
 from ..labels import Named
+from .action import Action
+
+Constant: TypeAlias = Expression
+"""An expression that does not change during a motion."""
+Coordinate: TypeAlias = Any
+"""A coordinate, by its name or its function of time."""
+
+KINDS: dict[str, type[Load]] = {}
+"""Kinds of loads that model files know, by name."""
 
 
+@dataclass(frozen=True)
+class Look:
+    """How a load is drawn.
+
+    Attributes
+    ----------
+    role : "load", "spring", "damper" or "motor"
+        It sets the colour of the arrows; springs and dampers stand on the left of printed equations of motion.
+    symbol : "", "zigzag" or "dashpot"
+        Symbol between the two points of the load, or along its joint; without one, its actions are drawn as arrows.
+    label : str
+        Field whose value stands beside the symbol.
+    """
+
+    role: Literal["load", "spring", "damper", "motor"] = "load"
+    symbol: Literal["", "zigzag", "dashpot"] = ""
+    label: str = ""
+
+
+@dataclass_transform(frozen_default=True)
 @dataclass(frozen=True, repr=False)
-class Force(Named):
-    """A force at a point of a body; components in the axes of ``frame`` [N]."""
+class Load(Named):
+    """A kind of load: subclass it, declare its data as fields, and say its actions.
 
-    name: str
-    point: Point
-    components: Vector
-    frame: Frame
+    A subclass is a frozen dataclass. Its fields are annotated ``fb.Point``, ``fb.Body``, ``fb.Joint``,
+    ``fb.Expression`` (a number, text or SymPy expression), ``fb.Vector`` (three of these), or with a type of Python.
+    ``s.add(name, load)`` checks them: points and bodies belong to the system, text is read.
+
+    ``actions(at)`` yields :class:`~freebody.PointForce`, :class:`~freebody.Couple`, :class:`~freebody.JointForce` and
+    :class:`~freebody.GeneralizedForce`. What acts between two bodies yields both. ``at`` is the machine at a state, of
+    any scalar type: numbers, formulas, compiled code. It gives
+
+    - ``at(expression)`` and ``at.vector(components, frame)``: values; ``at.t``: the time [s],
+    - ``at.position(point)``, ``at.velocity(point)``, ``at.angular_velocity(body)``: vectors in ground axes, or in
+      those of ``frame=``; ``at.rotation(body)``: the matrix R_NB; ``at.line(start, end)``: the vector between points,
+    - ``at.displacement(joint, index)``, ``at.rate(joint, index)``,
+    - ``at.sqrt(x)``, ``at.tanh(x)``, ``at.atan2(y, x)`` and all other functions of expressions.
+
+    Vectors have ``+ - * /``, ``v.dot(w)``, ``v.cross(w)`` and ``v.norm()``. An ``if`` on a value is refused, since
+    formulas and compiled code have none; ``at.sign``, ``at.min`` and ``at.max`` serve instead.
+
+    A load may have a ``potential(at)`` [J], whose gradient is its force; its work is then not counted again.
+    ``class Drag(fb.Load, kind="drag")`` gives it a name in model files.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> class Drag(fb.Load):
+    ...     point: fb.Point
+    ...     factor: fb.Expression  # k [N s²/m²]
+    ...
+    ...     def actions(self, at):
+    ...         v = at.velocity(self.point)
+    ...         yield fb.PointForce(self.point, -at(self.factor) * v.norm() * v)
+    >>> s = fb.System("falling ball")
+    >>> s.gravity = (0, "-g", 0) if s.parameters(g=9.81) else None
+    >>> ball = s.body("ball", fb.particle(1))
+    >>> guide = s.slider("guide", s.ground, ball, axis="y", coordinate="y")
+    >>> s.add("drag", Drag(ball.origin, 0.1))
+    drag 'drag'
+    >>> print(fb.equations(s).text())
+    y'' + g = -1/10*y'*abs(y')
+    """
+
+    name: str = field(default="", kw_only=True)
+
+    kind: ClassVar[str] = ""
+    """Name of the kind in model files."""
+    sections: ClassVar[tuple[str, ...]] = ("loads",)
+    """Sections of model files in which the kind stands."""
+    words: ClassVar[Mapping[str, str]] = {}
+    """Keys in model files that are not the names of their fields."""
+    labels: ClassVar[Mapping[str, str]] = {}
+    """What messages call fields, if not by their names."""
+    noun: ClassVar[str] = ""
+    """What messages call the load, if not by the name of its class."""
+    look: ClassVar[Look] = Look()
+
+    def __init_subclass__(cls, *, kind: str = "", sections: tuple[str, ...] = ("loads",)) -> None:
+        super().__init_subclass__()
+        # a class of the same place replaces the one that it was: a notebook runs a cell again
+        other = KINDS.get(kind)
+        if other is not None and (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
+            raise ModelError(
+                f"There is already a kind of load '{kind}' in files, {other.__module__}.{other.__qualname__}. Choose "
+                f"another kind= for {cls.__qualname__}."
+            )
+        cls.kind, cls.sections = kind, sections
+        dataclass(frozen=True, repr=False)(cls)
+        if kind:
+            KINDS[kind] = cls
+
+    def actions(self, at: Any) -> Iterator[Action]:
+        """Yield the forces and couples of the load at a state."""
+        raise ModelError(
+            f"{self.title}: its class {type(self).__name__} has no actions. Define actions(self, at), which yields "
+            f"fb.PointForce, fb.Couple, fb.JointForce or fb.GeneralizedForce."
+        )
+
+    def potential(self, at: Any) -> Scalar:
+        """Return the potential energy of the load at a state [J]."""
+        raise ModelError(f"{self.title} has no potential.")
+
+    def check(self) -> None:
+        """Refuse data that no load of this kind can have; :meth:`System.add` calls it."""
+
+    @property
+    def title(self) -> str:
+        """Kind and name, as messages write them."""
+        return f"{self.noun} '{self.name}'" if self.noun else repr(self)
+
+    @property
+    def section(self) -> str:
+        """Section of model files in which the load stands."""
+        return self.sections[0]
+
+    @property
+    def is_conservative(self) -> bool:
+        """True if the load has a potential."""
+        return type(self).potential is not Load.potential
+
+    @property
+    def points(self) -> dict[str, Point]:
+        """Points among the data, by field."""
+        values = ((f.name, getattr(self, f.name)) for f in fields(self))
+        return {name: value for name, value in values if isinstance(value, Point)}
 
 
-@dataclass(frozen=True, repr=False)
-class Torque(Named):
-    """A couple on a body, and its opposite on ``reaction_on``; components in the axes of ``frame`` [N m]."""
+def add(system: Description, name: str, load: Load) -> Any:
+    """Add a load to the machine.
 
-    name: str
-    body: Frame
-    components: Vector
-    frame: Frame
-    reaction_on: Frame | None
+    Parameters
+    ----------
+    name : str
+    load : Load
+        Such as an instance of your own subclass of :class:`freebody.Load`.
 
-
-@dataclass(frozen=True, repr=False)
-class JointForce(Named):
-    """A force (slider) or moment (hinge) of a motor along one displacement of a joint."""
-
-    name: str
-    joint: Joint
-    index: int
-    value: Scalar
-
-
-@dataclass(frozen=True, repr=False)
-class JointSpring(Named):
-    """A spring along one displacement of a joint: force -stiffness * (displacement - rest)."""
-
-    name: str
-    joint: Joint
-    index: int
-    stiffness: Scalar
-    rest: Scalar
-
-
-@dataclass(frozen=True, repr=False)
-class JointDamper(Named):
-    """A damper along one displacement of a joint: force -damping * rate."""
-
-    name: str
-    joint: Joint
-    index: int
-    damping: Scalar
+    Returns
+    -------
+    Load
+        The load with its name.
+    """
+    claim(system, name, "load")
+    if not isinstance(load, Load):
+        cure = " Make it one: Drag(point, factor)." if isinstance(load, type) else ""
+        raise ModelError(
+            f"Expected a load for '{name}', an instance of a subclass of fb.Load, got {shown(load)}.{cure}"
+        )
+    if load.name:
+        raise ModelError(f"{load.title} is already part of a system. Make another one for '{name}'.")
+    load = replace(load, name=name)
+    values = {
+        f.name: _checked(system, sort_of(f), getattr(load, f.name), load, f.name)
+        for f in fields(load)
+        if f.name != "name"
+    }
+    load = replace(load, **values)
+    load.check()
+    system.loads[name] = load
+    return load
 
 
-@dataclass(frozen=True, repr=False)
-class Spring(Named):
-    """A straight spring between two points: tension stiffness * (distance - rest)."""
-
-    name: str
-    start: Point
-    end: Point
-    stiffness: Scalar
-    rest: Scalar
+# --- fields ------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, repr=False)
-class Damper(Named):
-    """A straight damper between two points: tension damping * d(distance)/dt."""
-
-    name: str
-    start: Point
-    end: Point
-    damping: Scalar
+def sort_of(field: Any) -> str:
+    """Return the sort of a field's data, the last name of its annotation: "Point" for ``fb.Point | None``."""
+    text = field.type if isinstance(field.type, str) else getattr(field.type, "__name__", str(field.type))
+    text = text.partition("|")[0].strip().rpartition(".")[2]
+    return {"Frame": "Body", "tuple": "Vector", "Any": "Expression", "Scalar": "Expression"}.get(text, text)
 
 
-@dataclass(frozen=True, repr=False)
-class GeneralizedForce(Named):
-    """A force conjugate to a coordinate."""
-
-    name: str
-    coordinate: Any
-    value: Scalar
+def _checked(system: Description, sort: str, value: Any, load: Load, name: str) -> Any:
+    """Return the value of a field in the system's own terms."""
+    if value is None or sort not in _SORTS:
+        return value
+    return _SORTS[sort](system, value, load, name)
 
 
-Load = Force | Torque | JointForce | JointSpring | JointDamper | Spring | Damper | GeneralizedForce
+def _expression(system: Description, value: Any, load: Load, name: str) -> Any:
+    return system.expression(value, load.title)
+
+
+def _constant(system: Description, value: Any, load: Load, name: str) -> Any:
+    what = f"the {load.labels.get(name, name)} of {load.title}"
+    expression = system.expression(value, what)
+    moving = varying(system, expression)
+    if moving:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} must be constant, but it depends on {', '.join(moving)}. "
+            f"Write the law as a force or a generalized force instead."
+        )
+    return expression
+
+
+def _joint(system: Description, value: Any, load: Load, name: str) -> Any:
+    if not isinstance(value, Joint):
+        raise ModelError(f"Expected a joint for {load.title}, got {shown(value)}.")
+    title = load.title
+    if system.joints.get(value.name) is not value:
+        raise ModelError(
+            f"{title[0].upper()}{title[1:]}: joint '{value.name}' belongs to another system than '{system.name}'. "
+            f"Name a joint of this one."
+        )
+    return value
+
+
+def own_coordinate(system: Description, value: Any) -> Any:
+    """Return a coordinate of the system, by its name or itself, as its function of time."""
+    if isinstance(value, str) and value not in coordinates_of(system):
+        raise ModelError(f"Unknown coordinate '{value}'; {nearest(value, coordinates_of(system))}")
+    atom = system.expression(value, "the coordinate of a generalized force")
+    if atom not in coordinates_of(system).values():
+        raise ModelError(
+            f"Expected a coordinate of this system, got '{atom}'. Coordinates of ball and free joints take "
+            f"forces and torques on the body instead."
+        )
+    return atom
+
+
+_SORTS: dict[str, Callable[[Description, Any, Load, str], Any]] = {
+    "Point": lambda system, value, load, name: own_point(system, value, load.title),
+    "Body": lambda system, value, load, name: own_body(system, value, load.title),
+    "Joint": _joint,
+    "Coordinate": lambda system, value, load, name: own_coordinate(system, value),
+    "Expression": _expression,
+    "Constant": _constant,
+    "Vector": lambda system, value, load, name: vector(system, value, load.title),
+}

@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from ...describe.description import names_of, varying
-from ...describe.frame import Point, own_body
 from ...describe.system import System
 from ...errors import FormatError, nearest
 from ...space import solids
 from ...space.mass import MassProperties
 from ..case import Case
 from .contacts import read_contact
+from .loads import load_calls, own_joint, own_place, place
 from .looks import read_looks, read_shape
 from .positions import key_lines
 from .table import Document, Table
@@ -114,8 +114,8 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
     if root.has("gravity"):
         gravity = root.vector("gravity")
         root.guard(lambda: setattr(system, "gravity", gravity), "gravity")
-    for action in _loads(system, root):
-        action()
+    for add_load in load_calls(system, root):
+        add_load()
     for symbol, table in root.tables("describe"):
         unit, about = table.text("unit", ""), table.text("about", "")
         table.guard(lambda symbol=symbol, u=unit, a=about: system.describe(symbol, unit=u, about=a))
@@ -290,7 +290,7 @@ def _constraint(system: System, name: str, table: Table) -> None:
         expression = value if isinstance(value, str) else table.read(value, "expression")
         call = lambda: make(expression, name=name, **one_sided)  # noqa: E731
     elif kind == "gear":
-        first, second = _own_joint(table, "first"), _own_joint(table, "second")
+        first, second = own_joint(table, "first"), own_joint(table, "second")
         ratio = table.expression("ratio")
         angle = table.expression("pressure_angle") if table.has("pressure_angle") else None
         call = lambda: system.gear(first, second, ratio, name=name, pressure_angle=angle)  # noqa: E731
@@ -298,7 +298,7 @@ def _constraint(system: System, name: str, table: Table) -> None:
         points = table.raw("points")
         if not isinstance(points, list):
             table.fail(f"Expected a list of points, got {points!r}.", "points")
-        places = [_place(table, point, "points") for point in points]
+        places = [place(table, point, "points") for point in points]
         length = table.expression("length")
         options = _sides(table)
         if table.has("taut"):
@@ -307,9 +307,13 @@ def _constraint(system: System, name: str, table: Table) -> None:
             options["restitution"] = table.expression("restitution")
         call = lambda: system.rope(places, length, name=name, **options)  # noqa: E731
     else:
-        wheel, radius, normal = _point(table, "wheel"), table.expression("radius"), table.text("normal", "y")
+        wheel, radius, normal = (
+            own_place(table, "wheel"),
+            table.expression("radius"),
+            table.text("normal", "y"),
+        )
         axis = _axis(table, table.data["axis"], kind) if table.has("axis") else None
-        plane = _point(table, "plane") if table.has("plane") else None
+        plane = own_place(table, "plane") if table.has("plane") else None
         options = _sides(table)
         if table.has("friction"):
             options["friction"] = table.expression("friction")
@@ -323,106 +327,6 @@ def _constraint(system: System, name: str, table: Table) -> None:
 def _sides(table: Table) -> dict[str, Any]:
     """Return the argument ``unilateral`` of a constraint if the file has it."""
     return {"unilateral": table.flag("unilateral")} if table.has("unilateral") else {}
-
-
-# --- loads ------------------------------------------------------------------------------------
-
-
-def _loads(system: System, root: Table) -> list[Callable[[], None]]:
-    """Return one call for each load, in the order of the file."""
-    makers: dict[str, Callable[[System, str, Table], Any]] = {
-        "forces": _force, "torques": _torque, "springs": _spring, "dampers": _damper,
-        "torsion_springs": _torsion_spring, "generalized_forces": _generalized,
-    }  # fmt: skip
-    calls = []
-    for section, make in makers.items():
-        for name, table in root.tables(section):
-            line = root.document.line(table.path)
-
-            def action(make: Any = make, name: str = name, table: Table = table) -> None:
-                call = make(system, name, table)
-                table.done()
-                table.guard(call)
-
-            calls.append((line, action))
-    return [action for _, action in sorted(calls, key=lambda pair: pair[0])]
-
-
-def _force(system: System, name: str, table: Table) -> Callable[[], Any]:
-    if table.has("joint"):
-        joint, value = _own_joint(table), table.expression("value")
-        return lambda: system.force(name, joint, value)
-    place, components, frame = _point(table, "at"), table.vector("components"), _frame(table)
-    return lambda: system.force(name, place, components, frame=frame)
-
-
-def _torque(system: System, name: str, table: Table) -> Callable[[], Any]:
-    if table.has("joint"):
-        joint, value = _own_joint(table), table.expression("value")
-        return lambda: system.torque(name, joint, value)
-    on, components, frame = table.text("on"), table.vector("components"), _frame(table)
-    opposite = table.text("reaction_on") if table.has("reaction_on") else None
-    return lambda: system.torque(name, on, components, frame=frame, reaction_on=opposite)  # type: ignore[arg-type]
-
-
-def _spring(system: System, name: str, table: Table) -> Callable[[], Any]:
-    stiffness, rest = table.expression("stiffness"), table.expression("rest", 0)
-    if table.has("joint"):
-        joint, index = _own_joint(table), table.whole("coordinate", 0)
-        return lambda: system.spring(name, joint, stiffness=stiffness, rest=rest, coordinate=index)
-    start, end = _point(table, "from"), _point(table, "to")
-    return lambda: system.spring(name, start, end, stiffness=stiffness, rest=rest)
-
-
-def _damper(system: System, name: str, table: Table) -> Callable[[], Any]:
-    damping = table.expression("damping")
-    if table.has("joint"):
-        joint, index = _own_joint(table), table.whole("coordinate", 0)
-        return lambda: system.damper(name, joint, damping=damping, coordinate=index)
-    start, end = _point(table, "from"), _point(table, "to")
-    return lambda: system.damper(name, start, end, damping=damping)
-
-
-def _torsion_spring(system: System, name: str, table: Table) -> Callable[[], Any]:
-    joint, stiffness, rest = _own_joint(table), table.expression("stiffness"), table.expression("rest", 0)
-    index = table.whole("coordinate", 0) if table.has("coordinate") else None
-    return lambda: system.torsion_spring(name, joint, stiffness=stiffness, rest=rest, coordinate=index)
-
-
-def _generalized(system: System, name: str, table: Table) -> Callable[[], Any]:
-    coordinate, value = table.text("coordinate"), table.expression("value")
-    return lambda: system.generalized_force(coordinate, value, name=name)
-
-
-def _own_joint(table: Table, key: str = "joint") -> Any:
-    name = table.text(key)
-    joints = table.system.joints
-    if name not in joints:
-        table.fail(f"Unknown joint '{name}'; {nearest(name, joints)}", key)
-    return joints[name]
-
-
-def _frame(table: Table) -> Any:
-    return table.text("frame") if table.has("frame") else None
-
-
-def _point(table: Table, key: str) -> Point:
-    """Return the point ``{ body = "bar", point = [0, "a", 0] }``, or the origin of a body given by name."""
-    return _place(table, table.raw(key), key)
-
-
-def _place(table: Table, value: Any, key: str) -> Point:
-    if isinstance(value, str):
-        return table.guard(lambda: own_body(table.system, value, f"'{key}'").origin, key)
-    if not isinstance(value, dict):
-        table.fail(
-            f'Expected a point {{ body = "NAME", point = [x, y, z] }} or a body\'s name, got {value!r}.', key
-        )
-    place = Table(table.document, (*table.path, key), value, table.system)
-    body = place.guard(lambda: own_body(table.system, place.text("body"), f"'{key}'"), "body")
-    components = place.vector("point", (0, 0, 0))
-    place.done()
-    return place.guard(lambda: body.point(*components), "point")
 
 
 # --- the run ----------------------------------------------------------------------------------

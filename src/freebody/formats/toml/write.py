@@ -14,7 +14,6 @@ from ...describe.contacts.contact import ContactPair
 from ...describe.description import about_of, coordinates_of, names_of, parameters_of, positive_in, vector
 from ...describe.frame import Frame
 from ...describe.joints.joint import Joint
-from ...describe.loads import load as loads
 from ...describe.names import is_identifier
 from ...describe.system import System
 from ...errors import FormatError, FreebodyError
@@ -23,6 +22,7 @@ from ...space import solids
 from ...space.mass import MassProperties
 from ..text import expression_text
 from .contacts import contact_keys
+from .loads import load_keys
 from .looks import dimensions, looks_keys, shape_text
 from .read import JOINTS, SOLIDS, case_from_text
 from .value_texts import ValueTexts, block, quoted
@@ -103,7 +103,7 @@ class Writer(ValueTexts):
             keys = self.slack_rope(pair) if slack else contact_keys(self, pair)
             parts.append(block(("constraints" if slack else "contacts", name), keys))
         for name, load in system.loads.items():
-            section, keys = self.load(load)
+            section, keys = load_keys(self, load)
             parts.append(block((section, name), keys))
         for name, (unit, about) in about_of(system).items():
             keys = {"unit": quoted(unit), "about": quoted(about)}
@@ -305,52 +305,3 @@ class Writer(ValueTexts):
         points = f"[{self.point(rope.body.point(*rope.at))}, {self.point(pair.feature)}]"
         keys = {"type": quoted("rope"), "points": points, "length": self.value(rope.radius), "taut": "false"}
         return keys | ({"restitution": self.value(pair.restitution)} if pair.restitution != 0 else {})
-
-    # --- loads ---
-
-    def load(self, load: loads.Load) -> tuple[str, dict[str, str]]:
-        """Return the section and the keys of a load."""
-        match load:
-            case loads.Force():
-                keys = {"at": self.point(load.point), "components": self.row(load.components)}
-                return "forces", keys | self.frame(load.frame)
-            case loads.Torque():
-                keys = {"on": quoted(load.body.name), "components": self.row(load.components)}
-                keys |= self.frame(load.frame)
-                if load.reaction_on is not None:
-                    keys["reaction_on"] = quoted(load.reaction_on.name)
-                return "torques", keys
-            case loads.JointForce():
-                turns = load.joint.primitives[load.index].kind == "hinge"
-                keys = {"joint": quoted(load.joint.name), "value": self.value(load.value)}
-                return ("torques" if turns else "forces"), keys
-            case loads.JointSpring():
-                return "springs", self.on_joint(load) | self.stiffness(load)
-            case loads.JointDamper():
-                return "dampers", self.on_joint(load) | {"damping": self.value(load.damping)}
-            case loads.Spring():
-                return "springs", self.ends(load) | self.stiffness(load)
-            case loads.Damper():
-                return "dampers", self.ends(load) | {"damping": self.value(load.damping)}
-            case loads.GeneralizedForce():
-                keys = {"coordinate": self.value(load.coordinate), "value": self.value(load.value)}
-                return "generalized_forces", keys
-        raise AssertionError(f"no keys for {load!r}")
-
-    def frame(self, frame: Frame) -> dict[str, str]:
-        """Return the key ``frame``, without it for ground axes."""
-        return {} if frame.is_ground else {"frame": quoted(frame.name)}
-
-    def on_joint(self, load: loads.JointSpring | loads.JointDamper) -> dict[str, str]:
-        """Return the keys of the joint and displacement that a load acts on."""
-        keys = {"joint": quoted(load.joint.name)}
-        return keys | {"coordinate": str(load.index)} if load.index else keys
-
-    def ends(self, load: loads.Spring | loads.Damper) -> dict[str, str]:
-        """Return the keys of the two points that a load connects."""
-        return {"from": self.point(load.start), "to": self.point(load.end)}
-
-    def stiffness(self, load: loads.JointSpring | loads.Spring) -> dict[str, str]:
-        """Return the keys of a spring's law."""
-        keys = {"stiffness": self.value(load.stiffness)}
-        return keys | {"rest": self.value(load.rest)} if load.rest != 0 else keys

@@ -20,10 +20,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import sympy
 
 from ...describe.controller import Controller
-from ...describe.loads.load import JointSpring, Spring
 from ...errors import SimulationError, nearest
 from ...model import Model
 from ...model.symbols import symbols_of
@@ -115,14 +113,9 @@ class Drives:
         texts.update(symbol.name for placed in self.model.signals for symbol in placed.symbols)
         parts: list[Any] = list(self.model.gravity)
         for load in self.model.loads.values():
-            if isinstance(load, Spring | JointSpring):
-                parts += [load.stiffness, load.rest]
-        return any(
-            symbol.name in texts
-            for part in parts
-            if isinstance(part, sympy.Basic)
-            for symbol in part.free_symbols
-        )
+            if load.is_conservative:
+                parts.append(load)
+        return any(symbol.name in texts for symbol in symbols_of(parts))
 
     def until(self) -> float:
         """Return the time of the next change, or the end."""

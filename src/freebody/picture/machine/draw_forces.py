@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from ...describe.description import vector
 from ...describe.frame import Point
-from ...describe.loads.load import Damper, Force, JointDamper, JointForce, JointSpring, Spring, Torque
+from ...describe.loads.action import Action, Couple, JointForce, PointForce
+from ...describe.loads.load import Load
+from ...dynamics.loading import joint_link, places
 from ...errors import ModelError, shown
-from ...scalar.algebra import Expression
 from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name
 from ..paper import symbols
@@ -22,6 +23,7 @@ from ..paper.sheet import Arrow, Style, arc, box_of
 from .force_arrows import Mark, Marks
 from .lines_of_action import mark_line, moved_forces
 from .machine_drawing import MachineDrawing
+from .shapes import ends_of
 
 Array = NDArray[np.float64]
 
@@ -30,20 +32,32 @@ FORCE = 42.0
 
 
 def springs(m: MachineDrawing) -> None:
-    """Draw springs and dampers, between points and on joints, with the walls that hold them."""
+    """Draw loads with a symbol, between points and on joints, with the walls that hold them."""
     for name, load in m.model.loads.items():
-        if isinstance(load, Spring | Damper):
-            a, b = m.page(m.now.point(load.start)), m.page(m.now.point(load.end))
-            make = symbols.zigzag if isinstance(load, Spring) else symbols.dashpot
-            a, b = _surface(m, load.start, a, b - a), _surface(m, load.end, b, a - b)
-            m.add(make(a, b), class_=type(load).__name__.lower(), data_load=name)
-            value = load.stiffness if isinstance(load, Spring) else load.damping
-            _spring_label(m, value, (a + b) / 2, b - a)
-            for point, q in ((load.start, a), (load.end, b)):
+        if not _has_symbol(m, load):
+            continue
+        if ends := ends_of(m.model, load):
+            start, end = ends
+            a, b = m.page(m.now.point(start)), m.page(m.now.point(end))
+            a, b = _surface(m, start, a, b - a), _surface(m, end, b, a - b)
+            m.add(_symbol(load)(a, b), class_=load.look.role, data_load=name)
+            _spring_label(m, load, (a + b) / 2, b - a)
+            for point, q in ((start, a), (end, b)):
                 if point.body.is_ground:
-                    _wall(m, q, b - a if point is load.start else a - b)
-        elif isinstance(load, JointSpring | JointDamper):
-            _joint_spring(m, name, load)
+                    _wall(m, q, b - a if point is start else a - b)
+        for action in places(m.model)[name]:
+            if isinstance(action, JointForce):
+                _joint_spring(m, load, action)
+
+
+def _has_symbol(m: MachineDrawing, load: Load) -> bool:
+    """True if a load is drawn as a symbol between two points or along a joint, and not by the arrows of its actions."""
+    along = any(isinstance(action, JointForce) for action in places(m.model)[load.name])
+    return bool(load.look.symbol) and (along or bool(ends_of(m.model, load)))
+
+
+def _symbol(load: Load) -> Callable[[Array, Array], list[Any]]:
+    return symbols.zigzag if load.look.symbol == "zigzag" else symbols.dashpot
 
 
 def _surface(m: MachineDrawing, point: Point, at: Array, along: Array) -> Array:
@@ -55,28 +69,32 @@ def _surface(m: MachineDrawing, point: Point, at: Array, along: Array) -> Array:
     return np.asarray(at + min(m.reach(name, at, along / length), 0.4 * length) * along / length)
 
 
-def _spring_label(m: MachineDrawing, value: Expression, at: Array, along: Array) -> None:
+def _spring_label(m: MachineDrawing, load: Load, at: Array, along: Array) -> None:
+    if not load.look.label:
+        return
     length = float(np.linalg.norm(along))
     side = np.array([-along[1], along[0]]) / length if length > 0 else np.array([0.0, 1.0])
     if side[1] < 0:
         side = -side
-    tex = f"${latex(m.e.state(value), m.e.ring)}$"
+    tex = f"${latex(m.e.state(getattr(load, load.look.label)), m.e.ring)}$"
     m.labels.append((tex, [(at + 6.0 * side, side), (at - 6.0 * side, -side)], 11.0, INK))
 
 
-def _joint_spring(m: MachineDrawing, name: str, load: JointSpring | JointDamper) -> None:
-    joint = m.joints[load.joint.name]
-    at = m.page(joint[3])
-    value = load.stiffness if isinstance(load, JointSpring) else load.damping
-    kind = "spring" if isinstance(load, JointSpring) else "damper"
-    d = m.axis(load.joint.name, load.index)
-    link = m.model.links[m.model.joints[load.joint.name].links[load.index]]
+def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
+    joint = m.joints[action.joint.name]
+    at, name = m.page(joint[3]), load.name
+    d = m.axis(action.joint.name, action.index)
+    link = m.model.links[joint_link(m.model, action)]
     if link.kind != "slider" or d is None:
-        m.add(symbols.spiral(at), class_=kind, data_load=name)
-        _spring_label(m, value, at, np.array([20.0, 0.0]))
+        m.add(symbols.spiral(at), class_=load.look.role, data_load=name)
+        _spring_label(m, load, at, np.array([20.0, 0.0]))
         return
-    base = m.page(m.now.place(joint[1], m.model.joints[load.joint.name].at))
-    same = [key for key, other in m.model.loads.items() if _like(load, other)]
+    base = m.page(m.now.place(joint[1], m.model.joints[action.joint.name].at))
+    same = [
+        key
+        for key, other in m.model.loads.items()
+        if other.look.symbol and any(_alike(action, x) for x in places(m.model)[key])
+    ]
     beside = same.index(name)
     normal = np.array([-d[1], d[0]])
     shift = (6.0 if beside == 0 else -6.0) * normal if len(same) > 1 else np.zeros(2)
@@ -84,20 +102,15 @@ def _joint_spring(m: MachineDrawing, name: str, load: JointSpring | JointDamper)
     # on the line of this axis, if the joint has several
     wall = at + float((base - at) @ d) * d - (half + 60.0) * d
     start, end = wall + shift, at - half * d + shift
-    make = symbols.zigzag if isinstance(load, JointSpring) else symbols.dashpot
-    m.add(make(start, end), class_=kind, data_load=name)
+    m.add(_symbol(load)(start, end), class_=load.look.role, data_load=name)
     if not beside:
         _wall(m, wall, d)
-    _spring_label(m, value, (start + end) / 2, end - start)
+    _spring_label(m, load, (start + end) / 2, end - start)
 
 
-def _like(load: JointSpring | JointDamper, other: Any) -> bool:
-    """True if the other load is a spring or damper along the same axis of the same joint."""
-    return (
-        isinstance(other, JointSpring | JointDamper)
-        and other.joint is load.joint
-        and other.index == load.index
-    )
+def _alike(action: JointForce, other: Action) -> bool:
+    """True if the other action is along the same axis of the same joint."""
+    return isinstance(other, JointForce) and other.joint is action.joint and other.index == action.index
 
 
 def _wall(m: MachineDrawing, at: Array, toward: Array) -> None:
@@ -109,9 +122,7 @@ def _wall(m: MachineDrawing, at: Array, toward: Array) -> None:
 
 def loads(m: MachineDrawing) -> None:
     """Draw the arrows of applied forces and couples, and label each with its name or value."""
-    applied = {
-        name: load for name, load in m.model.loads.items() if isinstance(load, Force | Torque | JointForce)
-    }
+    applied = [name for name, load in m.model.loads.items() if not _has_symbol(m, load)]
     if not applied:
         return
     marks = Marks(m.e, m.now, m.view.planar)
@@ -119,30 +130,41 @@ def loads(m: MachineDrawing) -> None:
     anchors_of: dict[tuple[str, str], list[Any]] = {}
     moved = moved_forces(m)
     combined = {couple for couple, _, _ in moved.values()}
-    for name, load in applied.items():
+    for name in applied:
         if name in combined:
             continue
-        if isinstance(load, JointForce):
-            body = m.model.joints[load.joint.name].child
-        else:
-            body = load.body.name if isinstance(load, Torque) else load.point.body.name
-        if body == "ground":
-            continue
-        free = m.e.free_body(body)
-        for action in free.actions:
-            if action.name != name:
-                continue
-            for exact, couple in ((action.force, False), (action.moment, True)):
-                if any(not (isinstance(x, int) and x == 0) for x in exact):
-                    for mark in marks.resolved(name, "load", couple, exact, action.at, free):
-                        at = mark_line(m, name, *moved[name]) if name in moved else m.page(mark.point)
-                        # an action and its reaction share one label
-                        anchors_of.setdefault((name, mark.label), []).append(_load(m, mark, at, style))
+        for body in _carriers(m, name):
+            free = m.e.free_body(body)
+            for action in free.actions:
+                if action.load != name:
+                    continue
+                for exact, couple in ((action.force, False), (action.moment, True)):
+                    if any(not (isinstance(x, int) and x == 0) for x in exact):
+                        for mark in marks.resolved(action.name, "load", couple, exact, action.at, free):
+                            at = mark_line(m, name, *moved[name]) if name in moved else m.page(mark.point)
+                            # an action and its reaction share one label
+                            anchors_of.setdefault((name, mark.label), []).append(
+                                _load(m, name, mark, at, style)
+                            )
     for (_, label), anchors in anchors_of.items():
         m.labels.append((f"${label}$", anchors, 11.0, VERMILLION))
 
 
-def _load(m: MachineDrawing, mark: Mark, at: Array, style: Style) -> tuple[Array, Array]:
+def _carriers(m: MachineDrawing, name: str) -> list[str]:
+    """Names of the bodies on which a load is drawn: those that it acts on, and the child of a joint."""
+    result: dict[str, None] = {}
+    for action in places(m.model)[name]:
+        match action:
+            case PointForce(point):
+                result[point.body.name] = None
+            case Couple(body):
+                result[body.name] = None
+            case JointForce(joint):
+                result[m.model.joints[joint.name].child] = None
+    return [body for body in result if body != "ground"]
+
+
+def _load(m: MachineDrawing, name: str, mark: Mark, at: Array, style: Style) -> tuple[Array, Array]:
     """Draw the arrow of a load; return the anchor of its label: (point, direction from it)."""
     if mark.couple and m.view.planar:
         turn = 1.0 if m.view.turn(mark.direction) > 0 else -1.0
@@ -158,7 +180,7 @@ def _load(m: MachineDrawing, mark: Mark, at: Array, style: Style) -> tuple[Array
     costs = [m.placer.crowding(points, at) + 0.01 * k for k, points in enumerate(choices)]
     points = choices[int(np.argmin(costs))]
     arrow = Arrow(points, style, "double" if mark.couple and not m.view.planar else "full")
-    m.add([arrow], class_="load", data_load=mark.name)
+    m.add([arrow], class_="load", data_load=name)
     far = points[-1] if float(np.linalg.norm(points[-1] - at)) > 6.0 else points[0]
     if mark.couple and m.view.planar:
         far = points[len(points) // 2]

@@ -10,13 +10,13 @@ import sympy
 from numpy.typing import NDArray
 
 from ...describe.contact_shapes import kind_of
-from ...describe.loads.load import Force
 from ...dynamics.kinematics import rotation
 from ...dynamics.state import State, rest_coordinates
 from ...scalar.algebra import apply
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
 from ..paper.sheet import Arrow, Line, Style, arc
+from .lines_of_action import fixed_force
 from .machine_drawing import MachineDrawing, fixed
 
 Array = NDArray[np.float64]
@@ -62,10 +62,10 @@ def mark_inclinations(m: MachineDrawing) -> None:
                 _mark(m, _low_end(m, shape), (n[up], -n[across]) if n[up] != 0 else (n[across], 0))
     for name in m.drawn:
         _leaning(m, name, across, up)
-    for name, load in m.model.loads.items():
-        if isinstance(load, Force) and load.frame.is_ground:
-            v = load.components
-            _mark(m, _tail(m, name), (v[across], v[up]))
+    for name in m.model.loads:
+        force = fixed_force(m, name)
+        if force is not None:
+            _mark(m, _tail(m, name), (force[across], force[up]))
 
 
 def _leaning(m: MachineDrawing, name: str, across: int, up: int) -> None:

@@ -13,7 +13,10 @@ import sympy
 from numpy.typing import NDArray
 
 from ...describe.contact_shapes import kind_of
-from ...describe.loads.load import Force, Torque
+from ...describe.frame import Point
+from ...describe.loads.action import Action, Couple, PointForce
+from ...dynamics.loading import actions, places
+from ...scalar.algebra import Vector
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
 from ..paper.sheet import Arrow, Line, Style
@@ -29,27 +32,50 @@ def moved_forces(m: MachineDrawing) -> dict[str, tuple[str, int, Any]]:
     result: dict[str, tuple[str, int, Any]] = {}
     n = m.view.normal
     assert n is not None
-    couples = {
-        name: load
-        for name, load in m.model.loads.items()
-        if isinstance(load, Torque) and load.reaction_on is None and load.frame.is_ground
-    }
-    for name, load in m.model.loads.items():
-        if not isinstance(load, Force) or not load.frame.is_ground:
+    couples = {name: action for name in m.model.loads if (action := _single(m, name, Couple)) is not None}
+    for name in m.model.loads:
+        force = fixed_force(m, name)
+        if force is None:
             continue
-        along = [k for k in range(3) if sympy.sympify(load.components[k]) != 0]
-        partners = [key for key, couple in couples.items() if couple.body is load.point.body]
+        along = [k for k in range(3) if force[k] != 0]
+        body = point_of(m, name).body
+        partners = [key for key, couple in couples.items() if couple.body is body]
         if len(along) != 1 or along[0] == n or len(partners) != 1:
             continue
         k = along[0]
         # M = r x F about the normal: r along the other axis of the plane
         other = ({0, 1, 2} - {k, n}).pop()
         sign = int(sympy.LeviCivita(other, k, n))
-        d = sympy.cancel(sign * sympy.sympify(couples[partners[0]].components[n]) / load.components[k])
+        moment = m.e.sympy(couples[partners[0]].moment[n])
+        d = sympy.cancel(sign * moment / force[k])
         parameters = {p.symbol for p in m.model.parameters}
         if d != 0 and sympy.sympify(d).free_symbols <= parameters and not d.has(sympy.Function):
             result[name] = (partners[0], other, d)
     return result
+
+
+def _single(m: MachineDrawing, name: str, sort: type[Action]) -> Any:
+    """Return the action of a load that consists of one action of this sort, canonical; None of any other load."""
+    kinds = [type(action) for action in places(m.model)[name]]
+    return actions(m.model, m.e.state, name)[0] if kinds == [sort] else None
+
+
+def fixed_force(m: MachineDrawing, name: str) -> Vector | None:
+    """Return a force whose direction the description fixes, SymPy in ground axes; None for any other load.
+
+    Its components may change with time, but depend on no coordinate.
+    """
+    action = _single(m, name, PointForce)
+    if action is None:
+        return None
+    ring, kinds = m.e.ring, ("coordinate", "quaternion")
+    moving = {g.atom for x in action.force for g in ring.of_mask(ring.depends(x)) if g.kind in kinds}
+    return None if moving else tuple(map(m.e.sympy, action.force))
+
+
+def point_of(m: MachineDrawing, name: str) -> Point:
+    """Return the point at which a load of one force acts."""
+    return next(action.point for action in places(m.model)[name] if isinstance(action, PointForce))
 
 
 def height_of_line(m: MachineDrawing, name: str, axis: int, distance: Any) -> tuple[Any, Array] | None:
@@ -57,18 +83,14 @@ def height_of_line(m: MachineDrawing, name: str, axis: int, distance: Any) -> tu
 
     None if the body does not touch a plane of the ground across ``axis`` with a circle about the point of the force.
     """
-    load: Any = m.model.loads[name]
+    point = point_of(m, name)
     for contact in m.model.contacts:
         circle, plane = contact.feature, contact.surface
         if kind_of(circle) != "circle" or kind_of(plane) != "plane" or not plane.body.is_ground:
             continue
         normal = fixed(m, plane.normal)
-        if (
-            circle.body is load.point.body
-            and tuple(circle.at) == tuple(load.point.components)
-            and normal[axis] == 1
-        ):
-            center = m.now.point(load.point)
+        if circle.body is point.body and tuple(circle.at) == tuple(point.components) and normal[axis] == 1:
+            center = m.now.point(point)
             return sympy.expand(distance + circle.radius), m.page(
                 center - float(m.now.state(circle.radius)) * normal
             )
@@ -77,15 +99,15 @@ def height_of_line(m: MachineDrawing, name: str, axis: int, distance: Any) -> tu
 
 def mark_line(m: MachineDrawing, name: str, couple: str, axis: int, distance: Any) -> Array:
     """Draw the distance of a line of action from the ground, or from the point; return the point on the line."""
-    load: Any = m.model.loads[name]
-    at = m.now.point(load.point)
+    point = point_of(m, name)
+    at = m.now.point(point)
     start = m.page(at)
     end = m.page(at + float(m.now.state(distance)) * np.eye(3)[axis])
     foot = height_of_line(m, name, axis, distance)
     value, base = (distance, start) if foot is None else foot
     d = m.view.matrix[:, axis]
     across = np.array([d[1], -d[0]])
-    reach = m.reach(load.point.body.name, start, across) + 26.0
+    reach = m.reach(point.body.name, start, across) + 26.0
     line = np.array([base, end]) + reach * across
     tex = latex(m.e.state(value), m.e.ring)
     leads = [

@@ -229,9 +229,8 @@ def named_points(e: Equations, body: str) -> dict[str, Vector]:
         elif joint.parent == body and joint.type not in ("free", "planar"):
             named[name] = joint.at
     for load in model.loads.values():
-        for end in ("point", "start", "end"):
-            point = getattr(load, end, None)
-            if point is not None and point.body.name == body:
+        for end, point in load.points.items():
+            if point.body.name == body:
                 named[f"{load.name} {end}"] = point.components
     for name, constraint in model.constraints.items():
         for side, point_name in (("child", "to"), ("parent", "at")):

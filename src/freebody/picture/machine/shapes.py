@@ -21,8 +21,10 @@ from numpy.typing import NDArray
 from ...describe.constraints.constraint import Rolling, Rope
 from ...describe.contact_shapes import Tether, kind_of
 from ...describe.frame import Point
-from ...describe.loads.load import Damper, Force, Spring
+from ...describe.loads.action import PointForce
+from ...describe.loads.load import Load
 from ...describe.looks import NOTHING
+from ...dynamics.loading import places
 from ...dynamics.state import State, float_state
 from ...errors import ModelError
 from ...model.closure import Closure
@@ -233,17 +235,19 @@ def attachments(model: Model, state: State, body: str) -> dict[str, Array]:
     ends = {f"{name} {k}": point for name, rope in ropes_of(model).items() for k, point in enumerate(rope)}
     components |= {name: point.components for name, point in ends.items() if point.body.name == body}
     for name, load in model.loads.items():
-        for point in _ends(load):
+        for point in load.points.values():
             if point.body.name == body:
                 components[name] = point.components
     return {name: np.array([float(x) for x in state.vector(point)]) for name, point in components.items()}
 
 
-def _ends(load: Any) -> tuple[Point, ...]:
-    """Points that a load acts at."""
-    if isinstance(load, Spring | Damper):
-        return load.start, load.end
-    return (load.point,) if isinstance(load, Force) else ()
+def ends_of(model: Model, load: Load) -> tuple[Point, ...]:
+    """Return the two points between which the symbol of a load stands; none if it has no symbol, or other points."""
+    points = [action.point for action in places(model)[load.name] if isinstance(action, PointForce)]
+    match points:
+        case [start, end] if load.look.symbol:
+            return start, end
+    return ()
 
 
 def ropes_of(model: Model) -> dict[str, tuple[Point, ...]]:

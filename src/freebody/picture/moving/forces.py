@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ...describe.constraints.constraint import Rolling
-from ...describe.loads.load import (
-    Damper,
-    Force,
-    GeneralizedForce,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-    Torque,
-)
+from ...describe.loads.action import Action, Couple, JointForce, PointForce
 from ...dynamics.kinematics import poses, rotation
-from ...dynamics.loading import couples, joint_force, point_forces, weight
+from ...dynamics.loading import actions, joint_link, places, weight
 from ...dynamics.motion import transmitting
 from ...dynamics.state import State
 from ...model.closure import Closure
@@ -110,43 +102,35 @@ def _loads(model: Model, state: State | None) -> list[tuple[Arrow, Any]]:
                 arrow = Arrow(name, "force", "force", name, place.center, "weight")
                 result.append((arrow, state and weight(model, state, place.mass)))
     for name, load in model.loads.items():
-        if isinstance(load, GeneralizedForce):  # it acts along a coordinate, not at a point
-            continue
-        if isinstance(load, Force | Spring | Damper):
-            points = [load.point] if isinstance(load, Force) else [load.start, load.end]
-            values = [force for _, force in point_forces(model, state, load)] if state else [None, None]
-            role = "load" if isinstance(load, Force) else _role(load)
-            for k, (point, value) in enumerate(zip(points, values, strict=False)):
-                if not point.body.is_ground:
-                    arrow = Arrow(name, "force", "force", point.body.name, point.components, role, k)
-                    result.append((arrow, value))
-        elif isinstance(load, Torque):
-            bodies = [load.body] if load.reaction_on is None else [load.body, load.reaction_on]
-            moments = [moment for _, moment in couples(model, state, load)] if state else [None, None]
-            for k, (body, moment) in enumerate(zip(bodies, moments, strict=False)):
-                if not body.is_ground:
-                    center = model.bodies[body.name].center
-                    result.append((Arrow(name, "force", "moment", body.name, center, "load", k), moment))
-        elif isinstance(load, JointForce | JointSpring | JointDamper):
-            joint = model.joints[load.joint.name]
-            number = joint.links[load.index]
-            link = model.links[number]
-            if link.kind not in ("hinge", "slider"):  # on a screw it is a force and a moment
-                continue
-            value = None
-            if state:
-                axis = apply(rotation(model, state, number), state.vector(link.axis))
-                value = scale(joint_force(model, state, load), axis)
-            kind = "moment" if link.kind == "hinge" else "force"
-            result.append((Arrow(name, "force", kind, joint.child, joint.to, _role(load)), value))
+        shown = actions(model, state, name) if state else places(model)[name]
+        result += _arrows(model, state, name, load.look.role, shown)
     return result
 
 
-def _role(load: Any) -> str:
-    """Role of a spring, a damper or a joint force."""
-    if isinstance(load, Spring | JointSpring):
-        return "spring"
-    return "damper" if isinstance(load, Damper | JointDamper) else "motor"
+def _arrows(
+    model: Model, state: State | None, name: str, role: str, shown: Sequence[Action]
+) -> list[tuple[Arrow, Any]]:
+    """Arrow of every action of a load, with its value; a force on a coordinate acts at no point and has none."""
+    result: list[tuple[Arrow, Any]] = []
+    for k, action in enumerate(shown):
+        match action:
+            case PointForce(point, force) if not point.body.is_ground:
+                arrow = Arrow(name, "force", "force", point.body.name, point.components, role, k)
+                result.append((arrow, state and force))
+            case Couple(body, moment) if not body.is_ground:
+                center = model.bodies[body.name].center
+                result.append((Arrow(name, "force", "moment", body.name, center, role, k), state and moment))
+            case JointForce(joint, value):
+                place, number = model.joints[joint.name], joint_link(model, action)
+                link = model.links[number]
+                if link.kind not in ("hinge", "slider"):  # on a screw it is a force and a moment
+                    continue
+                if state:
+                    value = scale(value, apply(rotation(model, state, number), state.vector(link.axis)))
+                kind = "moment" if link.kind == "hinge" else "force"
+                arrow = Arrow(name, "force", kind, place.child, place.to, role, k)
+                result.append((arrow, state and value))
+    return result
 
 
 def wheel_points(model: Model, state: State) -> dict[str, Vector]:

@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from ...describe.constraints.constraint import Rolling
 from ...describe.contact_shapes import kind_of
 from ...describe.frame import Point
-from ...describe.loads.load import Damper, Spring
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ...model.closure import Closure
 from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import Vector
-from ..machine.shapes import ROD, Primitive, axes_along, hidden, machine_size, rod, ropes_of, shapes
+from ..machine.shapes import ROD, Primitive, axes_along, ends_of, hidden, machine_size, rod, ropes_of, shapes
 from ..moving.forces import Arrow
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheels
 from ..moving.quantities import base64_floats, channels, charts
@@ -339,9 +338,9 @@ def _lines(model: Model, state: State, names: list[str], size: float) -> list[di
 
     result: list[dict[str, Any]] = []
     for name, load in model.loads.items():
-        if isinstance(load, Spring | Damper):
-            kind = "spring" if isinstance(load, Spring) else "damper"
-            result.append({"name": name, "kind": kind, "ends": [end(load.start), end(load.end)]})
+        if ends := ends_of(model, load):
+            kind = "spring" if load.look.symbol == "zigzag" else "damper"
+            result.append({"name": name, "kind": kind, "ends": [*map(end, ends)]})
     for name, points in ropes_of(model).items():
         result.append({"name": name, "kind": "rope", "ends": [end(point) for point in points]})
     return result

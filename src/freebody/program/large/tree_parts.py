@@ -25,7 +25,7 @@ from ...dynamics.coordinates import (
 )
 from ...dynamics.joint_freedom import free_displacements, loads_on_child, transmissible
 from ...dynamics.kinematics import Posture, jacobian, rotation
-from ...dynamics.loading import Loading, load_power, loading, spring_energy
+from ...dynamics.loading import Loading, load_potential, load_power, loading
 from ...dynamics.state import State
 from ...model.model import Model
 from ...scalar.algebra import ZERO, Scalar, apply, dot, negate
@@ -163,7 +163,7 @@ class Parts:
         gravity = ZERO if at_rest else state.vector(model.gravity)
         energetic = mode == "motion"
         power = load_power(model, state) if energetic else 0
-        spring = spring_energy(model, state) if energetic else 0
+        spring = load_potential(model, state) if energetic else 0
         self.placed = len(state.cache["postures"].inputs) > 0
         self.loads_end = len(self._inputs)
         self.works = False

@@ -13,7 +13,6 @@ from typing import Any
 
 import sympy
 
-from ...describe.loads.load import Damper, JointDamper, JointSpring, Spring
 from ...dynamics.constraints import Linearized, linearized, rows, wrenches
 from ...dynamics.kinematics import Posture, accelerations, link_postures, poses, turning, velocities
 from ...dynamics.loading import loading
@@ -34,8 +33,7 @@ class Derivation(CanonicalModel):
     @cached_property
     def _left_loads(self) -> set[str]:
         """Names of the loads on the left side: springs and dampers."""
-        kinds = Spring | Damper | JointSpring | JointDamper
-        return {name for name, load in self.model.loads.items() if isinstance(load, kinds)}
+        return {name for name, load in self.model.loads.items() if load.look.role in ("spring", "damper")}
 
     @cached_property
     def recursive(self) -> Recursive:

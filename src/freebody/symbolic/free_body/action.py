@@ -23,6 +23,8 @@ class Action:
         Position of the point of application, in ground axes.
     by : str
         What exerts it: a joint, a contact, gravity; empty for a load.
+    load : str
+        Name of the load that it is part of; empty for all others.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Action:
     moment: Vector
     at: Vector
     by: str
+    load: str = ""
 
 
 TITLES = tuple(f"{kind} {c}" for kind in ("force", "moment") for c in "xyz")

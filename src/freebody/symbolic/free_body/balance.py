@@ -14,21 +14,13 @@ from typing import Any
 from ...describe.body import Body
 from ...describe.constraints.constraint import Gear
 from ...describe.frame import Point
-from ...describe.loads.load import (
-    Damper,
-    Force,
-    GeneralizedForce,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-    Torque,
-)
+from ...describe.loads.action import Couple, GeneralizedForce, JointForce, PointForce
+from ...describe.loads.load import Load
 from ...dynamics.constraints import Row, rows, torques
 from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joint_freedom import unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
-from ...dynamics.loading import couples, joint_force, point_forces, speed_of, weight
+from ...dynamics.loading import actions, joint_link, speed_of, weight
 from ...errors import ModelError, nearest
 from ...model.contact import Touching
 from ...scalar.algebra import (
@@ -170,28 +162,33 @@ class BodyBalance:
             result = [replace(result[0], force=force, moment=moment)]
         return result
 
-    def _load_actions(self, load: Any) -> list[Action]:
-        model, state = self._e.model, self._e.state
-        if isinstance(load, Force | Spring | Damper):
-            kind = {Force: "load", Spring: "spring", Damper: "damper"}[type(load)]
-            return [
-                Action(load.name, kind, force, ZERO, point_position(model, state, point), "")
-                for point, force in point_forces(model, state, load)
-                if point.body.name == self.body
-            ]
-        if isinstance(load, Torque):
-            return [
-                Action(load.name, "load", ZERO, moment, self._centre, "")
-                for body, moment in couples(model, state, load)
-                if body.name == self.body
-            ]
-        if isinstance(load, GeneralizedForce):
-            value = state(load.value)
-            return self._generalized_actions(load.name, speed_of(model, load), value, "load")
-        assert isinstance(load, JointSpring | JointDamper | JointForce)
-        kind = {JointSpring: "spring", JointDamper: "damper", JointForce: "motor"}[type(load)]
-        link = model.joints[load.joint.name].links[load.index]
-        return self._along_joint(load.name, load.joint.name, link, joint_force(model, state, load), kind)
+    def _load_actions(self, load: Load) -> list[Action]:
+        """The actions of a load on this body; those at one place make one."""
+        model, state, role = self._e.model, self._e.state, load.look.role
+        result: list[Action] = []
+        at_place: dict[Vector, Action] = {}
+        for action in actions(model, state, load.name):
+            match action:
+                case JointForce():
+                    link = joint_link(model, action)
+                    result += self._along_joint(load.name, action.joint.name, link, action.value, role)
+                    continue
+                case GeneralizedForce():
+                    speed = speed_of(model, load, action.coordinate)
+                    result += self._generalized_actions(load.name, speed, action.value, role)
+                    continue
+                case PointForce(point, force) if point.body.name == self.body:
+                    at, moment = point_position(model, state, point), ZERO
+                case Couple(body, moment) if body.name == self.body:
+                    at, force = self._centre, ZERO
+                case _:
+                    continue
+            before = at_place.get(at, Action(load.name, role, ZERO, ZERO, at, ""))
+            at_place[at] = replace(before, force=add(before.force, force), moment=add(before.moment, moment))
+        result += at_place.values()
+        several = len(result) > 1 and len({action.name for action in result}) == 1
+        names = [f"{load.name}_{i}" if several else action.name for i, action in enumerate(result, start=1)]
+        return [replace(x, name=name, load=load.name) for x, name in zip(result, names, strict=True)]
 
     def _generalized_actions(self, load: str, speed: int, value: Scalar, kind: str) -> list[Action]:
         """A generalized force as forces and couples along the free displacements, which have the same power."""

@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ...describe.loads.load import Force, GeneralizedForce, JointForce
+from ...describe.loads.action import GeneralizedForce, JointForce, PointForce
 from ...dynamics.kinematics import link_postures, point_position
-from ...dynamics.loading import speed_of
+from ...dynamics.loading import actions, joint_link, speed_of
 from ...dynamics.momentum import mass_centre, momentum
 from ...model.model import GROUND
-from ...scalar.algebra import HALF, IDENTITY, ZERO, Expression, Scalar, Vector, cross, dot, scale
+from ...scalar.algebra import HALF, IDENTITY, ZERO, Scalar, Vector, cross, dot, scale
 from ...scalar.substitute import Substitution, arrays
 from ..derivation.along_motion import momenta, random_numbers, rate_of, residuals_of
 from ..derivation.derivation import Derivation
@@ -147,25 +147,26 @@ def _energies(e: Derivation) -> Iterator[tuple[str, Scalar, tuple[Scalar, ...]]]
 
 
 def _work_of_constants(e: Derivation) -> Scalar:
-    """Work of constant loads: F·r for forces in ground axes, Q q for generalized forces, force times displacement."""
+    """Work of constant loads: F·r for forces, Q q for generalized forces, force times displacement."""
     model, state = e.model, e.state
     total: Scalar = 0
-    for load in model.loads.values():
-        if isinstance(load, Force) and load.frame.is_ground and _is_constant(e, *load.components):
-            total = total + dot(state.vector(load.components), point_position(model, state, load.point))
-        elif isinstance(load, GeneralizedForce) and _is_constant(e, load.value):
-            symbol = model.speeds[speed_of(model, load)].name.removesuffix("'")
-            total = total + state(load.value) * state.q[model.coordinate_names.index(symbol)]
-        elif isinstance(load, JointForce) and _is_constant(e, load.value):
-            link = model.links[model.joints[load.joint.name].links[load.index]]
-            total = total + state(load.value) * state(link.displacement)
+    for name, load in model.loads.items():
+        for action in () if load.is_conservative else actions(model, state, name):
+            match action:
+                case PointForce(point, force) if _is_constant(e, *force):
+                    total = total + dot(force, point_position(model, state, point))
+                case GeneralizedForce(coordinate, value) if _is_constant(e, value):
+                    symbol = model.speeds[speed_of(model, load, coordinate)].name.removesuffix("'")
+                    total = total + value * state.q[model.coordinate_names.index(symbol)]
+                case JointForce(value=value) if _is_constant(e, value):
+                    total = total + value * state(model.links[joint_link(model, action)].displacement)
     return total
 
 
-def _is_constant(e: Derivation, *values: Expression) -> bool:
-    """True if expressions depend on parameters only."""
+def _is_constant(e: Derivation, *values: Scalar) -> bool:
+    """True if scalars depend on parameters only."""
     symbols = {parameter.symbol for parameter in e.model.parameters}
-    return all(e.ring.atoms_of(e.state(value)) <= symbols for value in values)
+    return all(e.ring.atoms_of(value) <= symbols for value in values)
 
 
 def _motions(e: Derivation) -> Iterator[tuple[str, Vector, Vector]]:

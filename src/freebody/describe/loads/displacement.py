@@ -1,0 +1,21 @@
+"""The displacement of a joint along which a load acts."""
+
+from __future__ import annotations
+
+from ...errors import ModelError, shown
+from ..joints.joint import Joint
+
+
+def check_displacement(joint: Joint, index: int, title: str) -> None:
+    """Refuse a joint without a single displacement, and an index that it does not have."""
+    kinds = [p.kind for p in joint.primitives]
+    if kinds[0] in ("ball", "free", "weld"):
+        raise ModelError(
+            f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' has no single displacement for {title} to act "
+            f"along. Act between two points, or by a torque on the body."
+        )
+    if not isinstance(index, int) or not 0 <= index < len(kinds):
+        raise ModelError(
+            f"Joint '{joint.name}' has {len(kinds)} displacements (0 to {len(kinds) - 1}), got {shown(index)} for "
+            f"{title}."
+        )

@@ -1,0 +1,16 @@
+"""The two ends of a straight load."""
+
+from __future__ import annotations
+
+from ...errors import ModelError
+from ..frame import Point
+
+
+def check_ends(start: Point, end: Point | None, title: str) -> None:
+    """Refuse a missing end, and two ends on one body."""
+    if end is None:
+        raise ModelError(f"Expected a joint or two points for {title}; the second point (to=) is missing.")
+    if start.body is end.body:
+        raise ModelError(
+            f"Both ends of {title} are on '{start.body.name}', so it does nothing. Put one end on another body."
+        )
