@@ -6,10 +6,8 @@ from ...errors import ModelError
 from ..frame import Point
 
 
-def check_ends(start: Point, end: Point | None, title: str) -> None:
-    """Refuse a missing end, and two ends on one body."""
-    if end is None:
-        raise ModelError(f"Expected a joint or two points for {title}; the second point (to=) is missing.")
+def check_ends(start: Point, end: Point, title: str) -> None:
+    """Refuse two ends on one body."""
     if start.body is end.body:
         raise ModelError(
             f"Both ends of {title} are on '{start.body.name}', so it does nothing. Put one end on another body."

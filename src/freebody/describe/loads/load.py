@@ -175,9 +175,7 @@ def add(system: Description, name: str, load: Load) -> Any:
         raise ModelError(f"{load.title} is already part of a system. Make another one for '{name}'.")
     load = replace(load, name=name)
     values = {
-        f.name: _checked(system, sort_of(f), getattr(load, f.name), load, f.name)
-        for f in fields(load)
-        if f.name != "name"
+        f.name: _checked(system, f, getattr(load, f.name), load) for f in fields(load) if f.name != "name"
     }
     load = replace(load, **values)
     load.check()
@@ -195,11 +193,12 @@ def sort_of(field: Any) -> str:
     return {"Frame": "Body", "tuple": "Vector", "Any": "Expression", "Scalar": "Expression"}.get(text, text)
 
 
-def _checked(system: Description, sort: str, value: Any, load: Load, name: str) -> Any:
-    """Return the value of a field in the system's own terms."""
-    if value is None or sort not in _SORTS:
+def _checked(system: Description, field: Any, value: Any, load: Load) -> Any:
+    """Return the value of a field in the system's own terms; None only where that is the default."""
+    sort = sort_of(field)
+    if sort not in _SORTS or (value is None and field.default is None):
         return value
-    return _SORTS[sort](system, value, load, name)
+    return _SORTS[sort](system, value, load, field.name)
 
 
 def _expression(system: Description, value: Any, load: Load, name: str) -> Any:

@@ -90,7 +90,7 @@ def spring(
     """
     if isinstance(on, Joint):
         return add(system, name, JointSpring(on, stiffness, rest, coordinate))
-    return add(system, name, Spring(on, to, stiffness, rest))
+    return add(system, name, Spring(on, _second(to, f"spring '{name}'"), stiffness, rest))
 
 
 def damper(
@@ -99,7 +99,7 @@ def damper(
     """Add a linear damper along a joint's displacement, or straight between two points; ``damping`` in N s/m."""
     if isinstance(on, Joint):
         return add(system, name, JointDamper(on, damping, coordinate))
-    return add(system, name, Damper(on, to, damping))
+    return add(system, name, Damper(on, _second(to, f"damper '{name}'"), damping))
 
 
 def torsion_spring(
@@ -133,6 +133,13 @@ def generalized_force(system: Description, coordinate: Any, value: Any, *, name:
     atom = own_coordinate(system, coordinate)
     name = f"Q_{names_of(system).texts[atom]}" if name is None else name
     return add(system, name, CoordinateForce(atom, value))
+
+
+def _second(point: Any, what: str) -> Any:
+    """Return the second point of a straight load, if there is one."""
+    if point is None:
+        raise ModelError(f"Expected a joint or two points for {what}; the second point (to=) is missing.")
+    return point
 
 
 def _effort(
