@@ -375,7 +375,7 @@ def test_plot_messages() -> None:
 def test_history_of_several_units() -> None:
     motion = outcome("ex-6-5").trajectory
     panels = history(motion)
-    assert [panel.get_ylabel() for panel in panels] == ["x [m]", "theta [rad]"]
+    assert [panel.get_ylabel() for panel in panels] == ["$x$ [m]", r"$\theta$ [rad]"]
     np.testing.assert_array_equal(panels[1].lines[0].get_ydata(), motion["theta"])
     assert panels[1].get_xlabel() == "time [s]"
 
