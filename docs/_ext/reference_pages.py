@@ -81,6 +81,8 @@ def by_subject() -> dict[str, list[str]]:
         if name.startswith("__"):
             continue
         value = getattr(fb, name)
+        if not isinstance(value, ModuleType) and not value.__module__.startswith("freebody"):
+            continue  # a name for annotations: fb.Expression, fb.Vector
         room = name if isinstance(value, ModuleType) else value.__module__.split(".")[1]
         found.setdefault(room, []).append(name)
     return {room: names for room, names in found.items() if names}

@@ -15,7 +15,9 @@ G = 9.81
 
 def state_with(gap=0.0, rate=(0.0, 0.0), reach=np.inf):
     """A run, as far as the check at the end of a phase looks at it, and a path of one step."""
-    first, last = (SimpleNamespace(gap=[x], reach=[reach], rate=np.array(rate)) for x in (0.0, gap))
+    first, last = (
+        SimpleNamespace(gap=np.array([x]), reach=np.array([reach]), rate=np.array(rate)) for x in (0.0, gap)
+    )
     work = SimpleNamespace(
         look=lambda t, y: last if t > 0 else first, still=lambda y: 1e-10, near=lambda y: 1e-10, names=["tip"],
         model=SimpleNamespace(name="rod"), scene=SimpleNamespace(first=[0]),

@@ -164,7 +164,7 @@ def pressed(s, motion, k):
         press(contact.surface.body, np.array(it.on_surface, dtype=float), -force)
     for load in s.loads.values():
         force = np.array([float(state(x)) for x in load.components])
-        if load.frame.name in model.bodies:
+        if load.frame is not None and load.frame.name in model.bodies:
             force = np.asarray(motion.poses[load.frame.name].rotation)[k] @ force
         place = np.array([float(x) for x in point_position(model, state, load.point)])
         press(load.point.body, place, force)

@@ -10,7 +10,7 @@ import pytest
 import freebody as fb
 
 SYSTEM = """
-    assume ball bodies body constrain constrain_speed constraints contact contacts controller controllers coordinates
+    add assume ball bodies body constrain constrain_speed constraints contact contacts controller controllers coordinates
     cylindrical damper describe expression force free gear generalized_force gimbal gravity ground hinge joints loads
     name parameters planar rolling rope scenery screw slider spring t torque torsion_spring universal weld
 """

@@ -303,9 +303,9 @@ def test_repr(swing):
 
 def test_plot_writes_a_picture(swing, tmp_path):
     panels = swing.plot(["theta", "L*theta'"], path=tmp_path / "swing.png")
-    assert [axis.get_ylabel() for axis in panels] == ["theta [rad]", "L*theta'"]
+    assert [axis.get_ylabel() for axis in panels] == [r"$\theta$ [rad]", "L*theta'"]
     assert (tmp_path / "swing.png").read_bytes()[:4] == b"\x89PNG"
-    assert swing.plot().get_ylabel() == "theta [rad]"
+    assert swing.plot().get_ylabel() == r"$\theta$ [rad]"
     assert swing.plot("theta'").get_ylabel() == "theta' [rad/s]"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, Literal, TypeAlias, dataclass_transform
@@ -84,7 +85,7 @@ class Load(Named):
     >>> s.add("drag", Drag(ball.origin, 0.1))
     drag 'drag'
     >>> print(fb.equations(s).text())
-    y'' + g = -1/10*y'*abs(y')
+    y'' + g = -y'*abs(y')/10
     """
 
     name: str = field(default="", kw_only=True)
@@ -103,9 +104,9 @@ class Load(Named):
 
     def __init_subclass__(cls, *, kind: str = "", sections: tuple[str, ...] = ("loads",)) -> None:
         super().__init_subclass__()
-        # a class of the same place replaces the one that it was: a notebook runs a cell again
+        # a class of the same place replaces the one that it was: a notebook runs a cell again, a script is imported
         other = KINDS.get(kind)
-        if other is not None and (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
+        if other is not None and _place(other) != _place(cls):
             raise ModelError(
                 f"There is already a kind of load '{kind}' in files, {other.__module__}.{other.__qualname__}. Choose "
                 f"another kind= for {cls.__qualname__}."
@@ -149,6 +150,12 @@ class Load(Named):
         """Points among the data, by field."""
         values = ((f.name, getattr(self, f.name)) for f in fields(self))
         return {name: value for name, value in values if isinstance(value, Point)}
+
+
+def _place(cls: type[Load]) -> tuple[str, str]:
+    """Return the file, or else the module, in which a class is written, and its name there."""
+    module = cls.__module__
+    return getattr(sys.modules.get(module), "__file__", None) or module, cls.__qualname__
 
 
 def add(system: Description, name: str, load: Load) -> Any:
