@@ -306,7 +306,7 @@ def test_plot_writes_a_picture(swing, tmp_path):
     assert [axis.get_ylabel() for axis in panels] == [r"$\theta$ [rad]", "L*theta'"]
     assert (tmp_path / "swing.png").read_bytes()[:4] == b"\x89PNG"
     assert swing.plot().get_ylabel() == r"$\theta$ [rad]"
-    assert swing.plot("theta'").get_ylabel() == "theta' [rad/s]"
+    assert swing.plot("theta'").get_ylabel() == r"$\dot{\theta}$ [rad/s]"
 
 
 # --- dataset ---------------------------------------------------------------------------------------
