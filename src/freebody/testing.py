@@ -236,7 +236,7 @@ def check_load(kind: type[Load], /, seed: int = 0, **data: Any) -> None:
     ------
     AssertionError
         It says which law does not hold.
-    AssertionError or ModelError
+    ModelError
         A load that the machine refuses.
 
     Examples

@@ -17,7 +17,7 @@ class WasmModule:
     """A machine as a WebAssembly module. Made by :meth:`Program.to_wasm`.
 
     The caller writes fields of one record in the module's memory, calls ``simulate(address)``, and reads others
-    (docs/webassembly.md lists all). All addresses are constants of the module.
+    (the page on WebAssembly lists all). All addresses are constants of the module.
 
     Attributes
     ----------
