@@ -59,7 +59,7 @@ def test_the_readme_runs(
     printed = capsys.readouterr().out
     assert printed == re.findall(r"print\(.*?\)\)?  # (.*)", first)[0].strip() + "\n"
     made = {path.name for path in tmp_path.iterdir()}
-    assert made == {"bar.svg", "pendulum.html", "pendulum.nc", "generated"}
+    assert made == {"bar.svg", "pendulum.html", "live.html", "pendulum.nc", "generated"}
     assert (tmp_path / "pendulum.nc").stat().st_size > 1000
     shown = (ROOT / "docs" / "pendulum_bar.svg").read_text(encoding="utf-8")
     assert arrows((tmp_path / "bar.svg").read_text(encoding="utf-8")) == arrows(shown) != []
