@@ -23,6 +23,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from time import perf_counter
 
@@ -125,12 +126,19 @@ def _is_text(node: ast.BinOp) -> bool:
                for x in (node.left, node.right))  # fmt: skip
 
 
+@cache
+def every_mutant(root: Path) -> list[Mutant]:
+    """Mutants of the whole source."""
+    found: list[Mutant] = []
+    for path in sorted((root / SOURCE).rglob("*.py")):
+        if path.name not in LEFT_OUT:
+            found += mutants(path.relative_to(root).as_posix(), path.read_text("utf-8"))
+    return found
+
+
 def sample(count: int, seed: int) -> list[Mutant]:
     """Mutants of the whole source, drawn so that the same seed gives the same ones."""
-    every: list[Mutant] = []
-    for path in sorted((ROOT / SOURCE).rglob("*.py")):
-        if path.name not in LEFT_OUT:
-            every += mutants(path.relative_to(ROOT).as_posix(), path.read_text("utf-8"))
+    every = every_mutant(ROOT)
     return random.Random(seed).sample(every, min(count, len(every)))
 
 

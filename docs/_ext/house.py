@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable
+from functools import cache
 from html import escape
 from pathlib import Path
 
@@ -27,6 +28,7 @@ def modules(package: Path = PACKAGE) -> dict[str, Path]:
     return found
 
 
+@cache
 def imports(package: Path = PACKAGE) -> Graph:
     """Modules that each module imports, at its top, inside functions and for type checking."""
     names = modules(package)

@@ -91,7 +91,9 @@ def test_a_recorded_program_gives_the_numbers_of_floats(seed):
     close(tape.evaluate(solved, values), forward_dynamics(model, state), EXACT * condition)
 
 
-@pytest.mark.parametrize("kind", JOINTS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.slow) if kind == "gimbal" else kind for kind in JOINTS]
+)
 def test_exact_symbols_give_the_numbers_of_floats(kind):
     bodies = 1 if kind in ("free", "ball", "gimbal") else 2
     for seed in (1, 2):
