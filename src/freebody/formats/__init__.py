@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 MAX_SIZE = {".toml": 4_000_000, ".urdf": 40_000_000}
 """Greatest size of a file, in bytes."""
-OPTIONS: dict[str, Any] = {"base": "fixed", "symbols": "masses", "keep_fixed": False}
+OPTIONS: dict[str, Any] = {"base": "fixed", "symbols": "masses", "keep_fixed": False, "meshes": True}
 """Options of robots' files, with their defaults."""
 WRITTEN = {".toml": ""}
 """Formats that are written."""
@@ -37,10 +37,11 @@ def read(
     base: str = "fixed",
     symbols: str = "masses",
     keep_fixed: bool = False,
+    meshes: bool = True,
 ) -> System:
     """Return the system that a file describes: a model file, or a robot in URDF.
 
-    Nothing in a file is executed, and a file opens no other file. What a robot's file says that the system does not
+    Nothing in a file is executed, and a file opens no other file but the meshes of a robot. What a robot's file says that the system does not
     say, or says otherwise, is reported in ``s.reading``, with its line.
 
     Parameters
@@ -54,6 +55,9 @@ def read(
         (``m_link3``, ``c_link3_x``, ``I_link3_xx``, dampers, springs and ``g``), or lengths (``r_joint3_x``) too.
     keep_fixed : bool
         Keep the fixed joints of a robot. By default they merge their links into one body of the first link's name.
+    meshes : bool
+        Read the meshes that a robot is drawn with, as far as they are found (``package://`` beside the file and the
+        folders above it) and made coarse.
 
     Returns
     -------
@@ -84,7 +88,7 @@ def read(
     line 1, <robot>: changed: gravity is 9.81 m/s² against z, of which the format says nothing
     >>> fb.equations(s).equilibria()
     """
-    return read_case(path, base=base, symbols=symbols, keep_fixed=keep_fixed).system
+    return read_case(path, base=base, symbols=symbols, keep_fixed=keep_fixed, meshes=meshes).system
 
 
 def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
@@ -106,7 +110,7 @@ def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
         from .urdf.read import system_of
         from .xml_tree import tree
 
-        return Case(system_of(tree(data, file.name), file.name, **{**OPTIONS, **options}))
+        return Case(system_of(tree(data, file.name), file, **{**OPTIONS, **options}))
     for name, value in options.items():
         if value != OPTIONS[name]:
             raise FormatError(f"{file.name}: {name}= is an option of robots' files; a model file says it itself.")

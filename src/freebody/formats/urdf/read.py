@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from ...describe.system import System
@@ -11,6 +12,7 @@ from ...scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add_matrices, dot,
 from ...space.mass import MassProperties
 from ...space.shape import Shape, compound
 from ..reading import Reading
+from ..surfaces import Meshes
 from ..xml_tree import Element, identifier
 from .robot import Joint, Link, Pose, Robot, robot, whole
 
@@ -40,7 +42,7 @@ class Cluster:
         return any(link.mass or any(map(any, link.inertia)) for link, _ in self.members)
 
 
-def system_of(root: Element, file: str, base: str, symbols: str, keep_fixed: bool) -> System:
+def system_of(root: Element, file: Path, base: str, symbols: str, keep_fixed: bool, meshes: bool) -> System:
     """Return the system of a URDF file, with ``reading``.
 
     Raises
@@ -54,8 +56,9 @@ def system_of(root: Element, file: str, base: str, symbols: str, keep_fixed: boo
         if value not in values:
             listed = ", ".join(map(repr, values))
             raise ModelError(f"Expected {name}= one of {listed}, got {shown(value)}.")
-    reading = Reading(file)
-    return _Reader(robot(root, reading), reading, symbols, keep_fixed).system(base)
+    reading = Reading(file.name)
+    found = Meshes(file) if meshes else None
+    return _Reader(robot(root, reading, found), reading, symbols, keep_fixed).system(base)
 
 
 class _Reader:
@@ -82,6 +85,7 @@ class _Reader:
         if base == "fixed":
             held: Any = s.ground
             self._frames(first, s.ground)
+            s.scenery = self._shape(first)
         else:
             held = self._body(first)
             name = identifier("base", self.joints)
@@ -179,15 +183,19 @@ class _Reader:
                 for i, a in enumerate("xyz") for j, b in enumerate("xyz") if i <= j
             }  # fmt: skip
             inertia = [[entries["".join(sorted(a + b))] for b in "xyz"] for a in "xyz"]
+        color = next((link.color for link, _ in cluster.members if link.color), None)
+        given = MassProperties.as_given(mass, tuple(center), tuple(map(tuple, inertia)), self._shape(cluster), possible)
+        body = self.s.body(name, given, color=color or None)
+        self._frames(cluster, body)
+        return body
+
+    def _shape(self, cluster: Cluster) -> Shape | None:
+        """Return the solids of a cluster as one shape, or None."""
         shape: Shape | None = None
         for link, pose in cluster.members:
             for part in link.shapes:
                 shape = compound(shape, part.rotated(pose.axes).moved(pose.place))
-        color = next((link.color for link, _ in cluster.members if link.color), None)
-        given = MassProperties.as_given(mass, tuple(center), tuple(map(tuple, inertia)), shape, possible)
-        body = self.s.body(name, given, color=color or None)
-        self._frames(cluster, body)
-        return body
+        return shape
 
     # -- joints -------------------------------------------------------------------------------------
 

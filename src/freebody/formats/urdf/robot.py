@@ -10,10 +10,11 @@ import re
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ...errors import nearest
+from ...errors import FormatError, nearest
 from ...scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add, apply, multiply
 from ...space.shape import Shape
 from ..reading import Reading
+from ..surfaces import Meshes
 from ..xml_tree import Element
 
 DECIMALS = 10
@@ -80,7 +81,7 @@ class Robot:
     below: dict[str, list[Joint]] = field(default_factory=dict)  # joints by parent
 
 
-def robot(root: Element, reading: Reading) -> Robot:
+def robot(root: Element, reading: Reading, meshes: Meshes | None = None) -> Robot:
     """Return the robot of a file; ``reading`` notes what is changed or left out.
 
     Raises
@@ -101,7 +102,7 @@ def robot(root: Element, reading: Reading) -> Robot:
     for child in root.children:
         if child.tag == "link":
             _once(child, links)
-            links[child.get("name")] = link(child, materials, reading)
+            links[child.get("name")] = link(child, materials, reading, meshes)
         elif child.tag == "joint":
             _once(child, joints)
             joints[child.get("name")] = joint(child, reading)
@@ -143,16 +144,18 @@ def _once(element: Element, known: dict[str, Any]) -> None:
 # -- links ----------------------------------------------------------------------------------------------
 
 
-def link(element: Element, materials: dict[str, Element], reading: Reading) -> Link:
+def link(
+    element: Element, materials: dict[str, Element], reading: Reading, meshes: Meshes | None
+) -> Link:
     """Return a link."""
     name, what = element.get("name"), f"link '{element.get('name')}'"
     result = Link(name, element)
     inertial = element.first("inertial")
     if inertial is not None:
         result = _massive(result, inertial, what, reading)
-    shown = [shape for part in element.all("visual") for shape in _solids(part, what, reading)]
+    shown = [shape for part in element.all("visual") for shape in _solids(part, what, reading, meshes)]
     if not shown:
-        shown = [shape for part in element.all("collision") for shape in _solids(part, what, reading)]
+        shown = [shape for part in element.all("collision") for shape in _solids(part, what, reading, meshes)]
     colour = next((c for part in element.all("visual") if (c := _color(part, materials))), "")
     if element.first("collision") is not None:
         reading.left_out(what, element.line, "nothing touches the solids of <collision>; contacts are added by s.contact")
@@ -191,7 +194,7 @@ def _transposed(R: Matrix) -> Matrix:
     return (a, b, c)
 
 
-def _solids(part: Element, what: str, reading: Reading) -> list[Shape]:
+def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -> list[Shape]:
     """Return the solid of a visual or collision element, in the link's axes."""
     geometry = part.first("geometry")
     if geometry is None or not geometry.children:
@@ -204,15 +207,26 @@ def _solids(part: Element, what: str, reading: Reading) -> list[Shape]:
         shape = Shape("cylinder", (("radius", solid.number("radius")), ("length", solid.number("length"))))
     elif solid.tag == "sphere":
         shape = Shape("sphere", (("radius", solid.number("radius")),))
+    elif solid.tag == "mesh" and meshes is not None:
+        try:
+            return [_placed(part, meshes.shape(solid.get("filename"), solid.numbers("scale", 3, (1.0, 1.0, 1.0))), what)]
+        except FormatError as error:
+            name = solid.attributes.get("filename", "").rpartition("/")[2]
+            reading.left_out(f"{what}, <{part.tag}>", solid.line, "a mesh that cannot be read is not drawn", f"{name}: {error}")
+            return []
     else:
-        name = solid.attributes.get("filename", "")
-        reading.left_out(f"{what}, <{part.tag}>", solid.line, f"a {solid.tag} is not drawn", name.rpartition("/")[2])
+        reading.left_out(f"{what}, <{part.tag}>", solid.line, f"a {solid.tag} is not drawn")
         return []
     if any(size <= 0 for _, size in shape.dimensions):
         reading.left_out(f"{what}, <{part.tag}>", solid.line, "a solid without size is not drawn")
         return []
-    pose = _pose(part, what, Reading(reading.file))
-    return [shape.rotated(pose.axes).moved(pose.place)]
+    return [_placed(part, shape, what)]
+
+
+def _placed(part: Element, shape: Shape, what: str) -> Shape:
+    """Return a shape at the origin of its element."""
+    pose = _pose(part, what, Reading(""))
+    return shape.rotated(pose.axes).moved(pose.place)
 
 
 def _color(part: Element, materials: dict[str, Element]) -> str:
