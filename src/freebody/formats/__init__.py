@@ -75,8 +75,9 @@ def read(
     Examples
     --------
     >>> import tempfile, freebody as fb
-    >>> text = '''<robot name="pendulum"><link name="base"/><link name="rod"><inertial><mass value="2"/>
-    ... <origin xyz="0 0 -0.5"/><inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    >>> text = '''<robot name="pendulum"><link name="base"/>
+    ... <link name="rod"><inertial><mass value="2"/><origin xyz="0 0 -0.5"/><inertia ixx="0.1" iyy="0.1" izz="0.01"/>
+    ... </inertial></link>
     ... <joint name="pin" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>'''
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = open(f"{folder}/pendulum.urdf", "w").write(text)
@@ -84,9 +85,10 @@ def read(
     >>> s
     System 'pendulum': 1 body, 1 joint, 1 coordinate
     >>> print(s.reading)
-    Read from pendulum.urdf: 1 joint, 2 link.
-    line 1, <robot>: changed: gravity is 9.81 m/s² against z, of which the format says nothing
-    >>> fb.equations(s).equilibria()
+    Read from pendulum.urdf: 1 joint, 2 links.
+    changed: gravity is 9.81 m/s² against z; the format says nothing: <robot>, line 2
+    >>> print(fb.equations(s))
+    (m_rod*c_rod_z^2 + I_rod_yy)*pin'' - g*m_rod*c_rod_z*sin(pin) = 0
     """
     return read_case(path, base=base, symbols=symbols, keep_fixed=keep_fixed, meshes=meshes).system
 
@@ -113,7 +115,9 @@ def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
         return Case(system_of(tree(data, file.name), file, **{**OPTIONS, **options}))
     for name, value in options.items():
         if value != OPTIONS[name]:
-            raise FormatError(f"{file.name}: {name}= is an option of robots' files; a model file says it itself.")
+            raise FormatError(
+                f"{file.name}: {name}= is an option of robots' files; a model file says it itself."
+            )
     from .toml.read import case_from_text
 
     try:

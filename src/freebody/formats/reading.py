@@ -52,7 +52,7 @@ class Reading:
     names : dict of str to str
         The file's name of each link and joint whose name in the system is another.
     frames : dict of str to (Point, 3 x 3)
-        Origin and axes of each link of the file, in the body that carries it: ``point, axes = s.reading.frames["tool"]``.
+        Origin and axes of each link, in the body that carries it: ``point, axes = s.reading.frames["tool"]``.
     limits : dict of str to dict
         ``lower``, ``upper``, ``effort`` and ``velocity`` of joints, by name. The motion knows nothing of them.
     """
@@ -81,7 +81,8 @@ class Reading:
             rules.setdefault((note.kind, note.what), []).append(note)
         for (kind, what), notes in sorted(rules.items()):
             shown = "; ".join(
-                f"{note.element}, line {note.line}{note.detail and f', {note.detail}'}" for note in notes[:SHOWN]
+                f"{note.element}, line {note.line}{note.detail and f', {note.detail}'}"
+                for note in notes[:SHOWN]
             )
             more = f"; and {len(notes) - SHOWN} more" if len(notes) > SHOWN else ""
             lines.append(f"{kind}: {what}: {shown}{more}")

@@ -35,7 +35,9 @@ class Meshes:
         above = [self.folder, *self.folder.parents][:UPWARDS]
         self.roots = above + [Path(x) for x in environ.get("ROS_PACKAGE_PATH", "").split(pathsep) if x]
         # not the top of the file system and the folders in it, such as /dev and /home
-        self.allowed = [root.resolve() for root in self.roots if len(root.resolve().parts) > 2] or [self.folder]
+        self.allowed = [root.resolve() for root in self.roots if len(root.resolve().parts) > 2] or [
+            self.folder
+        ]
         self.read: dict[tuple[Path, tuple[float, ...]], Shape] = {}
 
     def shape(self, name: str, scale: tuple[float, ...]) -> Shape:
@@ -62,7 +64,9 @@ class Meshes:
             raise FormatError(f"expected a path or package://, got {kind}://")
         if mark:
             candidates = [root / rest for root in self.roots]
-            candidates += [root / rest.partition("/")[2] for root in self.roots]  # the package is above the file
+            candidates += [
+                root / rest.partition("/")[2] for root in self.roots
+            ]  # the package is above the file
         else:
             candidates = [self.folder / name]
         for path in candidates:
@@ -105,7 +109,11 @@ def _stl(data: bytes) -> tuple[np.ndarray, np.ndarray]:
         record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
         corners = np.frombuffer(data, record, count, 84)["corners"].reshape(-1, 3).astype(float)
     elif data.lstrip()[:5] == b"solid":
-        words = [line.split()[1:4] for line in data.decode(errors="replace").splitlines() if line.split()[:1] == ["vertex"]]
+        words = [
+            line.split()[1:4]
+            for line in data.decode(errors="replace").splitlines()
+            if line.split()[:1] == ["vertex"]
+        ]
         corners = _numbers(words)
     else:
         raise FormatError(f"expected STL, got {len(data)} bytes whose header counts {count} triangles")

@@ -117,7 +117,9 @@ def tree(text: str | bytes, file: str) -> Element:
         parser.Parse(text, True)
     except expat.ExpatError as error:
         reason = expat.errors.messages[error.code]
-        raise FormatError(f"{file}, line {error.lineno}: expected XML, got text with an error: {reason}.") from None
+        raise FormatError(
+            f"{file}, line {error.lineno}: expected XML, got text with an error: {reason}."
+        ) from None
     return roots[0]
 
 

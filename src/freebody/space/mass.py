@@ -106,7 +106,12 @@ class MassProperties:
 
     @classmethod
     def as_given(
-        cls, mass: Expression, center: Vector, inertia: Matrix, shape: Shape | None = None, possible: bool = True
+        cls,
+        mass: Expression,
+        center: Vector,
+        inertia: Matrix,
+        shape: Shape | None = None,
+        possible: bool = True,
     ) -> MassProperties:
         """Mass properties of a file, which are not checked here; if they are not ``possible``, never."""
         result: MassProperties = object.__new__(MassProperties if possible else _AsGiven)

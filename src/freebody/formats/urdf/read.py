@@ -9,12 +9,13 @@ from typing import Any
 from ...describe.system import System
 from ...errors import MassError, ModelError, shown
 from ...scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add_matrices, dot, multiply, scale, subtract
+from ...scalar.expression import exact
 from ...space.mass import MassProperties
 from ...space.shape import Shape, compound
 from ..reading import Reading
 from ..surfaces import Meshes
 from ..xml_tree import Element, identifier
-from .robot import Joint, Link, Pose, Robot, robot, whole
+from .robot import Joint, Link, Pose, Robot, robot
 
 BASES = ("fixed", "free", "planar")
 """Values of ``base``: how the ground holds the link that no joint holds."""
@@ -81,7 +82,9 @@ class _Reader:
         g = s.parameters(g=GRAVITY) if self.symbols != "none" else GRAVITY
         self.taken.add("g")
         s.gravity = (0, 0, -g)
-        self.reading.changed("<robot>", root.element.line, f"gravity is {GRAVITY} m/s² against z; the format says nothing")
+        self.reading.changed(
+            "<robot>", root.element.line, f"gravity is {GRAVITY} m/s² against z; the format says nothing"
+        )
         if base == "fixed":
             held: Any = s.ground
             self._frames(first, s.ground)
@@ -90,11 +93,15 @@ class _Reader:
             held = self._body(first)
             name = identifier("base", self.joints)
             if not first.massive and not first.joints:
-                raise root.element.error(f"expected a mass of link '{root.name}', which moves freely with base='{base}'")
+                raise root.element.error(
+                    f"expected a mass of link '{root.name}', which moves freely with base='{base}'"
+                )
             if base == "free":
                 s.free(name, s.ground, held, coordinate=self._free(name))
             else:
-                s.planar(name, s.ground, held, coordinate=[self._name(f"{name}_{x}") for x in ("x", "y", "turn")])
+                s.planar(
+                    name, s.ground, held, coordinate=[self._name(f"{name}_{x}") for x in ("x", "y", "turn")]
+                )
         self._grow(first, held, driven)
         return s
 
@@ -134,22 +141,21 @@ class _Reader:
         return moved
 
     def _grow(self, cluster: Cluster, body: Any, driven: set[str]) -> None:
-        """Add the joints that begin on a body, and what they hold."""
-        waiting = [(cluster, body)]
+        """Add the joints that begin on a body and what they hold, branch by branch."""
+        waiting = [(joint, pose, body) for joint, pose in reversed(cluster.joints)]
         while waiting:
-            cluster, body = waiting.pop()
-            for joint, pose in cluster.joints:
-                child = self._cluster(self.robot.links[joint.child])
-                if joint.kind != "fixed" and joint.name not in driven:
-                    self.reading.changed(
-                        f"joint '{joint.name}'", joint.element.line,
-                        "fixed at zero, since nothing beyond the joint has a mass and its motion is undetermined",
-                    )  # fmt: skip
-                    self._frames(child, body, pose)
-                    continue
-                held = self._body(child)
-                self._joint(joint, body, held, pose)
-                waiting.append((child, held))
+            joint, pose, body = waiting.pop()
+            child = self._cluster(self.robot.links[joint.child])
+            if joint.kind != "fixed" and joint.name not in driven:
+                self.reading.changed(
+                    f"joint '{joint.name}'", joint.element.line,
+                    "fixed at zero, since nothing beyond the joint has a mass and its motion is undetermined",
+                )  # fmt: skip
+                self._frames(child, body, pose)
+                continue
+            held = self._body(child)
+            self._joint(joint, body, held, pose)
+            waiting += [(below, place, held) for below, place in reversed(child.joints)]
 
     # -- bodies -------------------------------------------------------------------------------------
 
@@ -184,7 +190,8 @@ class _Reader:
             }  # fmt: skip
             inertia = [[entries["".join(sorted(a + b))] for b in "xyz"] for a in "xyz"]
         color = next((link.color for link, _ in cluster.members if link.color), None)
-        given = MassProperties.as_given(mass, tuple(center), tuple(map(tuple, inertia)), self._shape(cluster), possible)
+        rows: Any = tuple(map(tuple, inertia))
+        given = MassProperties.as_given(mass, tuple(center), rows, self._shape(cluster), possible)
         body = self.s.body(name, given, color=color or None)
         self._frames(cluster, body)
         return body
@@ -209,9 +216,13 @@ class _Reader:
                 s.weld(name, parent, child, **where)
                 return
             case "revolute" | "continuous":
-                made = s.hinge(name, parent, child, axis=joint.axis, coordinate=self._displacement(joint), **where)
+                made = s.hinge(
+                    name, parent, child, axis=joint.axis, coordinate=self._displacement(joint), **where
+                )
             case "prismatic":
-                made = s.slider(name, parent, child, axis=joint.axis, coordinate=self._displacement(joint), **where)
+                made = s.slider(
+                    name, parent, child, axis=joint.axis, coordinate=self._displacement(joint), **where
+                )
             case "planar":
                 turn = normal(joint.axis)
                 where["parent_axes"] = multiply(pose.axes, turn)
@@ -238,7 +249,7 @@ class _Reader:
             return self.coordinates[joint.name]
         name, multiplier, offset = joint.mimic
         self.reading.counts["mimic"] += 1
-        return whole(multiplier) * self._displacement(self.robot.joints[name]) + whole(offset)
+        return exact(multiplier) * self._displacement(self.robot.joints[name]) + exact(offset)
 
     # -- names and parameters -----------------------------------------------------------------------
 
@@ -255,7 +266,9 @@ class _Reader:
 
     def _free(self, name: str) -> str:
         """Return the prefix of the components of a free or ball joint."""
-        parts = [f"{name}_{x}" for x in ("x", "y", "z", "e0", "e1", "e2", "e3", "wx", "wy", "wz", "vx", "vy", "vz")]
+        parts = [
+            f"{name}_{x}" for x in ("x", "y", "z", "e0", "e1", "e2", "e3", "wx", "wy", "wz", "vx", "vy", "vz")
+        ]
         while self.taken.intersection(parts):
             name += "_"
             parts = [f"{name}_{part.rpartition('_')[2]}" for part in parts]
@@ -307,9 +320,7 @@ def together(members: list[tuple[Link, Pose]]) -> tuple[Any, Any, Any]:
             tuple(link.mass * ((square if i == j else 0) - d[i] * d[j]) for j in range(3)) for i in range(3)
         )
         total = add_matrices(total, about)
-    return mass, center, tuple(
-        tuple((total[i][j] + total[j][i]) / 2 for j in range(3)) for i in range(3)
-    )
+    return mass, center, tuple(tuple((total[i][j] + total[j][i]) / 2 for j in range(3)) for i in range(3))
 
 
 def normal(axis: Vector) -> Matrix:
@@ -323,5 +334,3 @@ def normal(axis: Vector) -> Matrix:
     u: Vector = (-y / across, x / across, 0)
     v = (-z * u[1], z * u[0], x * u[1] - y * u[0])
     return ((u[0], v[0], x), (u[1], v[1], y), (u[2], v[2], z))
-
-

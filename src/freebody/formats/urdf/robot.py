@@ -138,15 +138,15 @@ def _once(element: Element, known: dict[str, Any]) -> None:
     name = element.get("name")
     if name in known:
         before = known[name].element.line
-        raise element.error(f"expected each {element.tag} once, got '{name}' again (the first is on line {before})")
+        raise element.error(
+            f"expected each {element.tag} once, got '{name}' again (the first is on line {before})"
+        )
 
 
 # -- links ----------------------------------------------------------------------------------------------
 
 
-def link(
-    element: Element, materials: dict[str, Element], reading: Reading, meshes: Meshes | None
-) -> Link:
+def link(element: Element, materials: dict[str, Element], reading: Reading, meshes: Meshes | None) -> Link:
     """Return a link."""
     name, what = element.get("name"), f"link '{element.get('name')}'"
     result = Link(name, element)
@@ -158,10 +158,14 @@ def link(
         shown = [shape for part in element.all("collision") for shape in _solids(part, what, reading, meshes)]
     colour = next((c for part in element.all("visual") if (c := _color(part, materials))), "")
     if element.first("collision") is not None:
-        reading.left_out(what, element.line, "nothing touches the solids of <collision>; contacts are added by s.contact")
+        reading.left_out(
+            what, element.line, "nothing touches the solids of <collision>; contacts are added by s.contact"
+        )
     for child in element.children:
         if child.tag not in ("inertial", "visual", "collision"):
-            reading.left_out(f"{what}, <{child.tag}>", child.line, "not a part of URDF that says something of the motion")
+            reading.left_out(
+                f"{what}, <{child.tag}>", child.line, "not a part of URDF that says something of the motion"
+            )
     return replace(result, shapes=tuple(shown), color=colour)
 
 
@@ -209,10 +213,16 @@ def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -
         shape = Shape("sphere", (("radius", solid.number("radius")),))
     elif solid.tag == "mesh" and meshes is not None:
         try:
-            return [_placed(part, meshes.shape(solid.get("filename"), solid.numbers("scale", 3, (1.0, 1.0, 1.0))), what)]
+            scale = solid.numbers("scale", 3, (1.0, 1.0, 1.0))
+            return [_placed(part, meshes.shape(solid.get("filename"), scale), what)]
         except FormatError as error:
             name = solid.attributes.get("filename", "").rpartition("/")[2]
-            reading.left_out(f"{what}, <{part.tag}>", solid.line, "a mesh that cannot be read is not drawn", f"{name}: {error}")
+            reading.left_out(
+                f"{what}, <{part.tag}>",
+                solid.line,
+                "a mesh that cannot be read is not drawn",
+                f"{name}: {error}",
+            )
             return []
     else:
         reading.left_out(f"{what}, <{part.tag}>", solid.line, f"a {solid.tag} is not drawn")
@@ -263,11 +273,15 @@ def joint(element: Element, reading: Reading) -> Joint:
     result = _with_forces(result, what, reading)
     limit = element.first("limit")
     if limit is not None:
-        bounds = {key: limit.number(key) for key in ("lower", "upper", "effort", "velocity") if key in limit.attributes}
+        bounds: dict[str, float] = {
+            key: limit.number(key)
+            for key in ("lower", "upper", "effort", "velocity")
+            if key in limit.attributes
+        }
         reading.limits[name] = bounds
         if kind in ("revolute", "prismatic"):
-            ends = f"{bounds.get('lower', 0.0):g} to {bounds.get('upper', 0.0):g}"
-            reading.left_out(what, limit.line, "no stop holds the joint at its limits", ends)
+            between = f"{bounds.get('lower', 0.0):g} to {bounds.get('upper', 0.0):g}"
+            reading.left_out(what, limit.line, "no stop holds the joint at its limits", between)
     for tag in ("safety_controller", "calibration"):
         one = element.first(tag)
         if one is not None:
@@ -290,7 +304,9 @@ def _axis(element: Element, kind: str, what: str, reading: Reading) -> Vector:
         raise axis.error(f"expected an axis of {what} that has a direction, got (0, 0, 0)")
     if length != 1:
         if abs(length - 1) > 1e-6:
-            reading.changed(what, axis.line, "an axis of another length than 1 is a direction", f"{length:.6g}")
+            reading.changed(
+                what, axis.line, "an axis of another length than 1 is a direction", f"{length:.6g}"
+            )
         x, y, z = x / length, y / length, z / length
     return (whole(x), whole(y), whole(z))
 
@@ -314,12 +330,19 @@ def _with_forces(joint: Joint, what: str, reading: Reading) -> Joint:
         for key in ("damping", "friction", "spring_stiffness", "spring_reference")
     }
     if values["friction"]:
-        reading.left_out(what, dynamics.line, "the joint moves without its dry friction", f"{values['friction']:g}")
-    if joint.kind in ("floating", "planar", "spherical") and (values["damping"] or values["spring_stiffness"]):
+        reading.left_out(
+            what, dynamics.line, "the joint moves without its dry friction", f"{values['friction']:g}"
+        )
+    if joint.kind in ("floating", "planar", "spherical") and (
+        values["damping"] or values["spring_stiffness"]
+    ):
         reading.left_out(what, dynamics.line, f"a {joint.kind} joint has no damping and no spring")
         return joint
     return replace(
-        joint, damping=values["damping"], stiffness=values["spring_stiffness"], rest=values["spring_reference"]
+        joint,
+        damping=values["damping"],
+        stiffness=values["spring_stiffness"],
+        rest=values["spring_reference"],
     )
 
 
@@ -340,7 +363,9 @@ def _pose(element: Element, what: str, reading: Reading) -> Pose:
     words = origin.attributes.get("rpy", "0 0 0").replace(",", " ").split()
     angles = origin.numbers("rpy", 3, (0.0, 0.0, 0.0))
     turns = [_turn(word, angle) for word, angle in zip(words, angles, strict=True)]
-    reading.right_angles += sum(angle != 0 for angle, (_, _, exact) in zip(angles, turns, strict=True) if exact)
+    reading.right_angles += sum(
+        angle != 0 for angle, (_, _, exact) in zip(angles, turns, strict=True) if exact
+    )
     (cr, sr, _), (cp, sp, _), (cy, sy, _) = turns
     # R = Rz(yaw) Ry(pitch) Rx(roll)
     return Pose((x, y, z), (
@@ -408,9 +433,12 @@ def _check_mimic(joint: Joint, joints: dict[str, Joint]) -> None:
     while joint.mimic is not None:
         name = joint.mimic[0]
         if name in seen:
-            raise joint.element.error(f"joint '{seen[0]}' mimics itself, by way of {', '.join(seen[1:]) or 'nothing'}")
+            raise joint.element.error(
+                f"joint '{seen[0]}' mimics itself, by way of {', '.join(seen[1:]) or 'nothing'}"
+            )
         seen.append(name)
         joint = joints[name]
         if joint.kind in ("floating", "planar", "spherical"):
-            raise joint.element.error(f"expected a joint of one coordinate for '{seen[-2]}' to mimic, got '{name}'")
-
+            raise joint.element.error(
+                f"expected a joint of one coordinate for '{seen[-2]}' to mimic, got '{name}'"
+            )
