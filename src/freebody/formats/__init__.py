@@ -41,8 +41,8 @@ def read(
 ) -> System:
     """Return the system that a file describes: a model file, or a robot in URDF.
 
-    Nothing in a file is executed, and a file opens no other file but the meshes of a robot. What a robot's file says that the system does not
-    say, or says otherwise, is reported in ``s.reading``, with its line.
+    Nothing in a file is executed, and a file opens no other file but the meshes of a robot. What a robot's file says
+    that the system does not say, or says otherwise, is reported in ``s.reading``, with its line.
 
     Parameters
     ----------
@@ -78,7 +78,8 @@ def read(
     >>> text = '''<robot name="pendulum"><link name="base"/>
     ... <link name="rod"><inertial><mass value="2"/><origin xyz="0 0 -0.5"/><inertia ixx="0.1" iyy="0.1" izz="0.01"/>
     ... </inertial></link>
-    ... <joint name="pin" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>'''
+    ... <joint name="pin" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+    ... </robot>'''
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = open(f"{folder}/pendulum.urdf", "w").write(text)
     ...     s = fb.read(f"{folder}/pendulum.urdf")
@@ -86,8 +87,9 @@ def read(
     System 'pendulum': 1 body, 1 joint, 1 coordinate
     >>> print(s.reading)
     Read from pendulum.urdf: 1 joint, 2 links.
-    changed: gravity is 9.81 m/s² against z; the format says nothing: <robot>, line 2
+    changed: gravity is 9.81 m/s² against z; the format says nothing: <robot>, line 1
     >>> print(fb.equations(s))
+    Equations of motion of 'pendulum'
     (m_rod*c_rod_z^2 + I_rod_yy)*pin'' - g*m_rod*c_rod_z*sin(pin) = 0
     """
     return read_case(path, base=base, symbols=symbols, keep_fixed=keep_fixed, meshes=meshes).system
