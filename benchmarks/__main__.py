@@ -9,7 +9,7 @@ from .tables import versions
 
 NAMES = (
     "equations", "linearize", "dynamics", "motion", "precision", "sweep", "references", "contact", "report", "first",
-    "studies", "rows", "formulas",
+    "studies", "rows", "formulas", "robots",
 )  # fmt: skip
 MODULES = {"references": "problems"}  # those named otherwise
 

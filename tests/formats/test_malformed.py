@@ -157,8 +157,8 @@ def test_too_many_entities() -> None:
 
 def test_too_large(tmp_path: Path) -> None:
     path = tmp_path / "large.toml"
-    path.write_bytes(b"#" * (MAX_SIZE + 1))
-    with pytest.raises(FormatError, match=f"large.toml: expected at most {MAX_SIZE} bytes, got more"):
+    path.write_bytes(b"#" * (MAX_SIZE[".toml"] + 1))
+    with pytest.raises(FormatError, match=f"large.toml: expected at most {MAX_SIZE['.toml']} bytes, got more"):
         fb.read(path)
 
 
@@ -183,9 +183,9 @@ def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
         fb.read(tmp_path / "pipe.toml")
 
 
-@pytest.mark.parametrize("path", ["robot.urdf", "model", "a\0.toml", ""])
+@pytest.mark.parametrize("path", ["robot.usd", "model", "a\0.toml", ""])
 def test_other_suffixes(path: str) -> None:
-    with pytest.raises(FormatError, match=r"Expected a file that ends in \.toml, got"):
+    with pytest.raises(FormatError, match=r"Expected a file that ends in \.toml or \.urdf, got"):
         fb.read(path)
 
 

@@ -44,7 +44,7 @@ class Commands(click.Group):
 def command() -> None:
     """Rigid-body dynamics from the free-body diagram to the equation, the number and the picture.
 
-    MODEL is a name that `freebody gallery` lists, or the path of a .toml model file.
+    MODEL is a name that `freebody gallery` lists, or the path of a .toml model file or of a .urdf robot.
     """
 
 

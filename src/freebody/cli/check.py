@@ -33,6 +33,8 @@ def check(model: str) -> None:
 
         return expression_text(value, names_of(system).texts)
 
+    if system.reading is not None:
+        click.echo(f"{system.reading}\n")
     _bodies(system, text)
     _joints(system, text)
     _constraints(system, text)

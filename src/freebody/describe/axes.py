@@ -63,6 +63,9 @@ def orientation(system: Description, axes: Any, what: str) -> Matrix:
                 f"A turn that moves is a joint's coordinate."
             )
     # a matrix of symbols is checked with fixed numbers in their place
+    if not any(isinstance(entry, sympy.Basic) for row in matrix for entry in row):
+        Rotation(matrix)
+        return matrix
     A = sympy.Matrix(matrix)
     sample = {
         symbol: sympy.Rational(i + 2, 3 * i + 7) for i, symbol in enumerate(sorted(A.free_symbols, key=str))

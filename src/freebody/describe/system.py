@@ -66,8 +66,12 @@ class System(Description):
     contacts: dict[str, ContactPair]
     controllers: dict[str, Controller]
 
+    reading: Any
+    """Report of the reader of a robot's file (`fb.read`): what was read, changed and left out; None for others."""
+
     def __init__(self, name: str = "system") -> None:
         super().__init__(name)
+        self.reading = None
         self.ground = Body(self, "ground")
         self._gravity: Vector = (0, 0, 0)
         self._scenery: Shape | None = None

@@ -14,20 +14,50 @@ if TYPE_CHECKING:
     from ..describe.system import System
     from .case import Case
 
-MAX_SIZE = 4_000_000  # bytes
+MAX_SIZE = {".toml": 4_000_000, ".urdf": 40_000_000}
+"""Greatest size of a file, in bytes."""
+OPTIONS: dict[str, Any] = {"base": "fixed", "symbols": "masses", "keep_fixed": False, "meshes": True}
+"""Options of robots' files, with their defaults."""
+WRITTEN = {".toml": ""}
+"""Formats that are written."""
+READ = {
+    ".toml": "",
+    ".urdf": "",
+    ".xacro": "Expand its macros first: `xacro IN.urdf.xacro > OUT.urdf` (ROS), or `xacrodoc IN -o OUT.urdf` (PyPI).",
+    ".sdf": "Convert it first, by sdformat's `gz sdf --print` and a converter to URDF such as sdformat_urdf.",
+}
+"""Formats that are read; for others that people have, what to do."""
 
 __all__ = ["read", "read_case", "replacing", "write"]
 
 
-def read(path: str | os.PathLike[str]) -> System:
-    """Return the system that a model file describes.
+def read(
+    path: str | os.PathLike[str],
+    *,
+    base: str = "fixed",
+    symbols: str = "masses",
+    keep_fixed: bool = False,
+    meshes: bool = True,
+) -> System:
+    """Return the system that a file describes: a model file, or a robot in URDF.
 
-    Nothing in a file is executed, and a file opens no other file.
+    Nothing in a file is executed, and a file opens no other file but the meshes of a robot. What a robot's file says
+    that the system does not say, or says otherwise, is reported in ``s.reading``, with its line.
 
     Parameters
     ----------
     path : path-like
-        A ``.toml`` file; the page *Model files* of the documentation gives its keys.
+        A ``.toml`` file (the page *Model files* of the documentation gives its keys) or a ``.urdf`` file (*Robots*).
+    base : {"fixed", "free", "planar"}
+        How the ground holds the link of a robot that no joint holds, of which URDF says nothing.
+    symbols : {"none", "masses", "all"}
+        What of a robot becomes a parameter with the file's number as its default: nothing, masses and inertias
+        (``m_link3``, ``c_link3_x``, ``I_link3_xx``, dampers, springs and ``g``), or lengths (``r_joint3_x``) too.
+    keep_fixed : bool
+        Keep the fixed joints of a robot. By default they merge their links into one body of the first link's name.
+    meshes : bool
+        Read the meshes that a robot is drawn with, as far as they are found (``package://`` beside the file and the
+        folders above it) and made coarse.
 
     Returns
     -------
@@ -41,25 +71,57 @@ def read(path: str | os.PathLike[str]) -> System:
     See Also
     --------
     write : write a system to a file
+
+    Examples
+    --------
+    >>> import tempfile, freebody as fb
+    >>> text = '''<robot name="pendulum"><link name="base"/>
+    ... <link name="rod"><inertial><mass value="2"/><origin xyz="0 0 -0.5"/><inertia ixx="0.1" iyy="0.1" izz="0.01"/>
+    ... </inertial></link>
+    ... <joint name="pin" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+    ... </robot>'''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = open(f"{folder}/pendulum.urdf", "w").write(text)
+    ...     s = fb.read(f"{folder}/pendulum.urdf")
+    >>> s
+    System 'pendulum': 1 body, 1 joint, 1 coordinate
+    >>> print(s.reading)
+    Read from pendulum.urdf: 1 joint, 2 links.
+    changed: gravity is 9.81 m/s² against z; the format says nothing: <robot>, line 1
+    >>> print(fb.equations(s))
+    Equations of motion of 'pendulum'
+    (m_rod*c_rod_z^2 + I_rod_yy)*pin'' - g*m_rod*c_rod_z*sin(pin) = 0
     """
-    return read_case(path).system
+    return read_case(path, base=base, symbols=symbols, keep_fixed=keep_fixed, meshes=meshes).system
 
 
-def read_case(path: str | os.PathLike[str]) -> Case:
-    """Return the system of a model file with its ``[initial]``, ``[near]`` and ``[run]``; errors as in :func:`read`."""
-    from .toml.read import case_from_text
-
-    file = _checked(path)
+def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
+    """Return the system of a file with its ``[initial]``, ``[near]`` and ``[run]``; errors as in :func:`read`."""
+    file = _checked(path, READ)
     if not file.is_file():
         content = "a folder" if file.is_dir() else "a special file" if file.exists() else "no file"
         raise FormatError(f"Expected a model file at '{file}', found {content}.")
+    suffix = file.suffix.lower()
     try:
         with file.open("rb") as stream:
-            data = stream.read(MAX_SIZE + 1)
+            data = stream.read(MAX_SIZE[suffix] + 1)
     except OSError as error:
         raise FormatError(f"Cannot read '{file}': {error.strerror}.") from None
-    if len(data) > MAX_SIZE:
-        raise FormatError(f"{file.name}: expected at most {MAX_SIZE} bytes, got more.")
+    if len(data) > MAX_SIZE[suffix]:
+        raise FormatError(f"{file.name}: expected at most {MAX_SIZE[suffix]} bytes, got more.")
+    if suffix == ".urdf":
+        from .case import Case
+        from .urdf.read import system_of
+        from .xml_tree import tree
+
+        return Case(system_of(tree(data, file.name), file, **{**OPTIONS, **options}))
+    for name, value in options.items():
+        if value != OPTIONS[name]:
+            raise FormatError(
+                f"{file.name}: {name}= is an option of robots' files; a model file says it itself."
+            )
+    from .toml.read import case_from_text
+
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -115,21 +177,21 @@ def write(
     """
     from .toml.write import toml_text
 
-    file = _checked(path)
+    file = _checked(path, WRITTEN)
     text = toml_text(system, initial=initial, until=until, tolerance=tolerance, near=near)
     with replacing(file) as new:
         new.write_text(text, encoding="utf-8", newline="\n")
 
 
-def _checked(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a model file, or raise FormatError."""
+def _checked(path: str | os.PathLike[str], cures: Mapping[str, str]) -> Path:
+    """Return the path of a file to read or write; ``cures`` tells what to do with files of other formats."""
     try:
         file = Path(path)
-        valid = file.suffix.lower() == ".toml" and "\0" not in str(file)
     except TypeError:
         raise FormatError(f"Expected the path of a model file, got {path!r}.") from None
-    if not valid:
-        raise FormatError(
-            f"Expected a file that ends in .toml, got '{file}'. Other formats are not read or written yet."
-        )
+    suffix = file.suffix.lower()
+    if "\0" in str(file) or cures.get(suffix, "none") != "":
+        formats = " or ".join(known for known, cure in cures.items() if not cure)
+        cure = cures.get(suffix) or "Other formats are not read or written yet."
+        raise FormatError(f"Expected a file that ends in {formats}, got '{file}'. {cure}")
     return file

@@ -105,6 +105,20 @@ class MassProperties:
         object.__setattr__(self, "positive", _positive(self.positive))
 
     @classmethod
+    def as_given(
+        cls,
+        mass: Expression,
+        center: Vector,
+        inertia: Matrix,
+        shape: Shape | None = None,
+        possible: bool = True,
+    ) -> MassProperties:
+        """Mass properties of a file, which are not checked here; if they are not ``possible``, never."""
+        result: MassProperties = object.__new__(MassProperties if possible else _AsGiven)
+        result._keep(mass, center, inertia, shape, (mass,) if possible else ())
+        return result
+
+    @classmethod
     def from_products(
         cls,
         mass: Expression,
@@ -278,6 +292,14 @@ class MassProperties:
         center = ", ".join(map(text, self.center))
         return f"MassProperties(mass {text(self.mass)}, centre ({center}), inertia [{rows}])"
 
+    def _keep(
+        self, mass: Any, center: Any, inertia: Any, shape: Shape | None, positive: tuple[Any, ...]
+    ) -> None:
+        """Keep entries as they are, in exact numbers."""
+        self._set(exact_number(mass), tuple(map(exact_number, center)), _map(exact_number, inertia))
+        object.__setattr__(self, "shape", shape)
+        object.__setattr__(self, "positive", _positive(positive))
+
     def _set(self, mass: Scalar, center: Vector, inertia: Matrix) -> None:
         for name, value in (("mass", mass), ("center", center), ("inertia", inertia)):
             object.__setattr__(self, name, value)
@@ -292,6 +314,16 @@ class MassProperties:
         object.__setattr__(result, "shape", shape)
         object.__setattr__(result, "positive", _positive(self.positive if positive is None else positive))
         return result
+
+
+class _AsGiven(MassProperties):
+    """Mass properties that no body can have, kept as a file gives them."""
+
+    def __post_init__(self) -> None:
+        self._keep(self.mass, self.center, self.inertia, self.shape, self.positive)
+
+    def check(self, values: Mapping[Any, Expression]) -> None:
+        """Pass: what a file says is kept, and its reader reports what no body can have."""
 
 
 def _point_mass(m: Scalar, d: Vector) -> Matrix:

@@ -302,3 +302,7 @@ def test_quaternion_is_normalised_by_name_only():
     a = sympy.Symbol("a", real=True)
     R = Rotation.quaternion(sympy.cos(a / 2), 0, 0, sympy.sin(a / 2))
     assert sympy.simplify(R.matrix[0][0] - sympy.cos(a)) == 0
+
+
+def test_a_text_with_pi_means_the_number():
+    assert Rotation.axis_angle("z", "pi/2") == Rotation.axis_angle("z", "90deg")

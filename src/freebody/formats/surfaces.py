@@ -1,0 +1,195 @@
+"""Triangle meshes that a robot's file names: found, read with limits, and made coarse enough to be shown.
+
+A mesh here is only seen: it may be open, or of many pieces. Masses come from `space.mesh`.
+"""
+
+from __future__ import annotations
+
+from os import environ, pathsep
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import FormatError
+from ..space.shape import Shape
+
+if TYPE_CHECKING:
+    import numpy as np
+
+LARGEST = 200_000_000
+"""Greatest size of a mesh file, in bytes."""
+MOST = 2000
+"""Greatest number of triangles of a mesh that is shown."""
+UPWARDS = 8
+"""Number of folders above a robot's file in which its package is looked for."""
+
+
+class Meshes:
+    """The meshes of a robot's file, by the names that it gives them.
+
+    ``package://NAME/PATH`` is looked for in a folder NAME beside the file or beside one of the folders above it, and
+    in those of ``ROS_PACKAGE_PATH``; any other name is a path from the file's folder. Nothing else is opened.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self.folder = file.resolve().parent
+        above = [self.folder, *self.folder.parents][:UPWARDS]
+        self.roots = above + [Path(x) for x in environ.get("ROS_PACKAGE_PATH", "").split(pathsep) if x]
+        # not the top of the file system and the folders in it, such as /dev and /home
+        self.allowed = [root.resolve() for root in self.roots if len(root.resolve().parts) > 2] or [
+            self.folder
+        ]
+        self.read: dict[tuple[Path, tuple[float, ...]], Shape] = {}
+
+    def shape(self, name: str, scale: tuple[float, ...]) -> Shape:
+        """Return the mesh as a shape.
+
+        Raises
+        ------
+        FormatError
+            A file that is not found, not allowed, too large or not a mesh.
+        """
+        path = self.path(name)
+        if (path, scale) not in self.read:
+            vertices, faces = coarse(*surface(path))
+            vertices = vertices * scale
+            vertices.setflags(write=False)
+            faces.setflags(write=False)
+            self.read[path, scale] = Shape("mesh", (("vertices", vertices), ("faces", faces)))
+        return self.read[path, scale]
+
+    def path(self, name: str) -> Path:
+        """Return the file of a name."""
+        kind, mark, rest = name.rpartition("://")
+        if kind not in ("", "package", "model"):
+            raise FormatError(f"expected a path or package://, got {kind}://")
+        if mark:
+            candidates = [root / rest for root in self.roots]
+            candidates += [
+                root / rest.partition("/")[2] for root in self.roots
+            ]  # the package is above the file
+        else:
+            candidates = [self.folder / name]
+        for path in candidates:
+            path = path.resolve()
+            if path.is_file() and any(path.is_relative_to(root) for root in self.allowed):
+                return path
+        raise FormatError("no such file near the robot's file")
+
+
+def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (n, 3) and triangles (k, 3) of a file: STL and OBJ, and what trimesh reads if it is installed."""
+    if path.stat().st_size > LARGEST:
+        raise FormatError(f"expected at most {LARGEST} bytes, got {path.stat().st_size}")
+    kind = path.suffix.lower()
+    if kind == ".stl":
+        return _stl(path.read_bytes())
+    if kind == ".obj":
+        return _obj(path.read_text(errors="replace"))
+    if kind not in (".dae", ".ply", ".glb", ".gltf", ".off"):
+        raise FormatError(f"expected a mesh (STL, OBJ, DAE, PLY, glTF, OFF), got {kind or 'no suffix'}")
+    try:
+        import trimesh
+    except ImportError:
+        raise FormatError(f"{kind} needs trimesh: pip install 'freebody[mesh]'") from None
+    try:
+        import numpy as np
+
+        mesh = trimesh.load(path, force="mesh")
+        return np.array(mesh.vertices, float), np.array(mesh.faces, int)
+    except Exception as error:  # each of its readers has errors of its own
+        raise FormatError(f"trimesh cannot read it ({type(error).__name__}: {error})") from None
+
+
+def _stl(data: bytes) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of an STL file, binary or text."""
+    import numpy as np
+
+    count = int.from_bytes(data[80:84], "little") if len(data) >= 84 else -1
+    if len(data) >= 84 + 50 * count >= 84:
+        record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+        corners = np.frombuffer(data, record, count, 84)["corners"].reshape(-1, 3).astype(float)
+    elif data.lstrip()[:5] == b"solid":
+        words = [
+            line.split()[1:4]
+            for line in data.decode(errors="replace").splitlines()
+            if line.split()[:1] == ["vertex"]
+        ]
+        corners = _numbers(words)
+    else:
+        raise FormatError(f"expected STL, got {len(data)} bytes whose header counts {count} triangles")
+    if not len(corners) or len(corners) % 3 or not np.isfinite(corners).all():
+        raise FormatError("expected STL with finite triangles")
+    return corners, np.arange(len(corners)).reshape(-1, 3)
+
+
+def _obj(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of an OBJ file; polygons are fans."""
+    import numpy as np
+
+    vertices: list[list[str]] = []
+    faces: list[tuple[int, int, int]] = []
+    for line in text.splitlines():
+        words = line.split()
+        if words[:1] == ["v"]:
+            vertices.append(words[1:4])
+        elif words[:1] == ["f"]:
+            try:
+                corners = [int(word.partition("/")[0]) for word in words[1:]]
+            except ValueError:
+                raise FormatError(f"expected corners of a face, got '{line[:60]}'") from None
+            corners = [i - 1 if i > 0 else len(vertices) + i for i in corners]
+            faces += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
+    points, triangles = _numbers(vertices), np.array(faces, int).reshape(-1, 3)
+    if not len(triangles) or triangles.min() < 0 or triangles.max() >= len(points):
+        raise FormatError("expected OBJ with faces of its own vertices")
+    return points, triangles
+
+
+def _numbers(rows: list[list[str]]) -> np.ndarray:
+    import numpy as np
+
+    try:
+        points = np.array(rows, float).reshape(-1, 3)
+    except ValueError:
+        raise FormatError("expected three numbers for each vertex") from None
+    if not np.isfinite(points).all():
+        raise FormatError("expected finite vertices")
+    return points
+
+
+def coarse(vertices: np.ndarray, faces: np.ndarray, most: int = MOST) -> tuple[np.ndarray, np.ndarray]:
+    """Return a mesh of at most ``most`` triangles: the vertices in each cell of a grid become their mean.
+
+    Source: J. Rossignac, P. Borrel, Multi-resolution 3D approximations for rendering complex scenes (1993).
+    """
+    vertices, faces = _merged(vertices, faces, FINEST)  # vertices of the same place are one
+    points, triangles, cells = vertices, faces, COARSE
+    while len(triangles) > most:
+        points, triangles = _merged(vertices, faces, cells)
+        cells = min(cells - 1, int(cells * (most / len(triangles)) ** 0.5))  # the triangles are as cells²
+    return points, triangles
+
+
+FINEST, COARSE = 1 << 20, 256
+"""Numbers of cells along the longest side of a mesh: to merge equal vertices, and to begin to coarsen."""
+
+
+def _merged(vertices: np.ndarray, faces: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mesh whose vertices are the means of those in each cell of a grid, and each triangle once."""
+    import numpy as np
+
+    low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max()) or 1.0
+    x, y, z = np.round((vertices - low) * (cells / size)).astype(np.int64).T
+    _, number = np.unique((x * (cells + 1) + y) * (cells + 1) + z, return_inverse=True)
+    count = np.bincount(number)
+    means: Any = np.stack([np.bincount(number, column) / count for column in vertices.T], axis=1)
+    triangles = number[faces]
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    # each triangle once, whatever corner it begins with
+    first = triangles.argmin(axis=1)[:, None]
+    a, b, c = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1).T
+    _, once = np.unique((a * len(means) + b) * len(means) + c, return_index=True)
+    triangles = np.stack([a, b, c], axis=1)[np.sort(once)]
+    used, triangles = np.unique(triangles, return_inverse=True)
+    return means[used], triangles.reshape(-1, 3)
