@@ -17,16 +17,17 @@ import sympy
 from ..errors import ExpressionError, MassError, ModelError, shown
 from ..scalar.algebra import Expression, Field, Matrix, Scalar, Vector, floats
 from ..scalar.expression import exact
-from ..scalar.parser import CONSTANTS, parse
+from ..scalar.parser import CONSTANTS, FUNCTIONS, parse
 
 AXES: dict[str, Vector] = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 class _Parameters(dict[str, Any]):
-    """Mapping that contains every name that is no constant, as a parameter."""
+    """Mapping that contains every name that is no function and no constant, as a parameter."""
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and name.isidentifier() and name not in CONSTANTS
+        known = name in FUNCTIONS or name in CONSTANTS
+        return isinstance(name, str) and name.isidentifier() and not known
 
     def __getitem__(self, name: str) -> Any:
         return sympy.Symbol(name, real=True)

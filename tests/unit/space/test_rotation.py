@@ -306,3 +306,8 @@ def test_quaternion_is_normalised_by_name_only():
 
 def test_a_text_with_pi_means_the_number():
     assert Rotation.axis_angle("z", "pi/2") == Rotation.axis_angle("z", "90deg")
+
+
+def test_a_text_holds_functions_of_parameters():
+    a, b = sympy.symbols("a b", real=True)
+    assert Rotation.axis_angle("z", "2*atan2(a, b)") == Rotation.axis_angle("z", 2 * sympy.atan2(a, b))
