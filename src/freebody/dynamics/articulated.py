@@ -87,6 +87,7 @@ def forward_dynamics(
                 [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
             )
             U, m = pivot(motion, tau, inertia[i], p[i])
+            U, m = _with_armature(state, i, c[i], U, m)
             with_inertia[i] = _with_inertia(model, i, motion, U, tau, loads.wrench(i))
             motion, tau, U, m = ([x[k] for k in with_inertia[i]] for x in (motion, tau, U, m))
         if motion:

@@ -12,11 +12,13 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.3; chapter 6, e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Scalar, Vector, add, apply, cross, negate, scale
+from ..scalar.algebra import ZERO, Scalar, Vector, add, apply, cross, negate, scale
 from ..space.spatial import Spatial, force_to_parent, minus, plus, power
+from .armature import has_armature, resistance, spin_rate
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
 from .joint_freedom import loads_on_child, transmissible
 from .kinematics import accelerations, rotation, turning, velocities
@@ -27,11 +29,14 @@ from .state import State
 def joint_wrenches(
     model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None
 ) -> list[Spatial]:
-    """Return the wrench F_i on every link from its parent, about the link's origin in its axes.
+    """Return the wrench F_i on every link, about the link's origin in its axes, that the links outward of it need.
 
     ``loads`` None leaves out the loads and gravity; ``udot`` None leaves out the part linear in accelerations.
     """
-    F = _needs(model, state, udot, loads)
+    return _inward(model, state, _needs(model, state, udot, loads)[0])
+
+
+def _inward(model: Model, state: State, F: list[Spatial]) -> list[Spatial]:
     for i in range(len(model.links) - 1, -1, -1):
         link = model.links[i]
         F[i] = state.intermediate("force", i, F[i])
@@ -41,8 +46,13 @@ def joint_wrenches(
     return F
 
 
-def _needs(model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None) -> list[Spatial]:
-    """Return the wrench that the motion of every link alone needs: (n, f) less the loads."""
+def _needs(
+    model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None
+) -> tuple[list[Spatial], dict[int, tuple[Scalar, ...]]]:
+    """Return the wrench that the motion of every link alone needs, (n, f) less the loads, and forces of armature.
+
+    The latter are those along the motions of the links whose joints have armature.
+    """
     V = velocities(model, state)
     ground = (0, 0, 0) if loads is None else negate(state.vector(model.gravity))
     A = accelerations(model, state, udot, ground)
@@ -53,7 +63,13 @@ def _needs(model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loa
         n = add(add(apply(J, alpha), cross(w, apply(J, w))), cross(h, a))
         force = (n, add(scale(m, a), apply(turning(w, alpha), h)))
         F.append(force if loads is None else minus(force, loads.wrench(i)))
-    return F
+    along: dict[int, tuple[Scalar, ...]] = {}
+    for i, link in enumerate(model.links) if has_armature(model) else ():
+        if link.armature:
+            along[i] = resistance(state, i, udot, A)
+        if link.parent != GROUND:
+            F[link.parent] = plus(F[link.parent], (spin_rate(state, i, udot, V), ZERO))
+    return F, along
 
 
 def inverse_dynamics(
@@ -71,10 +87,13 @@ def inverse_dynamics(
     """
     acting = loading(model, state) if loads == "all" else loads
     assert not isinstance(acting, str)
-    F = joint_wrenches(model, state, udot, acting)
+    needs, resisting = _needs(model, state, udot, acting)
+    F = _inward(model, state, needs)
     tau: list[Scalar] = []
     for i, link in enumerate(model.links):
         along = power(state.subspace(i), F[i]) if link.one_dof else 0
+        if link.one_dof and i in resisting:
+            along = along + resisting[i][0]
         tau.append(along if acting is None else along - acting.along.get(i, 0))
     total = forces_on_coordinates(model, state, tau)
     for i, link in enumerate(model.links):
@@ -84,6 +103,8 @@ def inverse_dynamics(
                 total[link.u + k] = n[k]
                 if link.kind == "free":
                     total[link.u + 3 + k] = f[k]
+            for k, force in enumerate(resisting.get(i, ())):
+                total[link.u + k] = total[link.u + k] + force
     if acting is not None:
         for j, force in acting.generalized.items():
             total[j] = total[j] - force
@@ -115,7 +136,8 @@ def reactions(
         Loads in place of the model's own, if constraints act too.
     """
     loads = loading(model, state) if loads is None else loads
-    F = _needs(model, state, udot, loads)
+    F, resisting = _needs(model, state, udot, loads)
+    loads = _with_resistance(model, loads, resisting)
     ends = {joint.links[-1]: (name, joint) for name, joint in model.joints.items()}
     result = {}
     for i in range(len(model.links) - 1, -1, -1):
@@ -131,6 +153,8 @@ def reactions(
                     for k, tau in forces_on_free_displacements(model, state, j, force).items():
                         along[k] = along.get(k, 0) + tau
                 moved = loads_on_child(model, state, joint, along, free=True)
+                if not model.links[i].one_dof:
+                    moved = minus(moved, _spatial(resisting.get(i, ())))
                 F[i] = plus((n, f), plus(enforced, moved))
         parent = model.links[i].parent
         if parent != GROUND:
@@ -139,15 +163,32 @@ def reactions(
     return {name: result[name] for name in model.joints}
 
 
+def _with_resistance(model: Model, loads: Loading, resisting: Mapping[int, Sequence[Scalar]]) -> Loading:
+    """Return the loads with those that armature puts on the displacements of joints."""
+    along = dict(loads.along)
+    for i, forces in resisting.items():
+        if model.links[i].one_dof:
+            along[i] = along.get(i, 0) - forces[0]
+    return replace(loads, along=along)
+
+
+def _spatial(forces: Sequence[Scalar]) -> Spatial:
+    x = [*forces, *(0,) * (6 - len(forces))]
+    return ((x[0], x[1], x[2]), (x[3], x[4], x[5]))
+
+
 def drive_power(model: Model, state: State, udot: Sequence[Scalar], loads: Loading | None = None) -> Scalar:
     """Return the power that the drives of prescribed displacements put in: Σ (Sᵀ F - loads along) ∂y/∂t [W]."""
     driven = [i for i, link in enumerate(model.links) if link.one_dof and link.drift != 0]
     if not driven:
         return 0
     loads = loading(model, state) if loads is None else loads
-    F = joint_wrenches(model, state, udot, loads)
+    needs, resisting = _needs(model, state, udot, loads)
+    F = _inward(model, state, needs)
     total: Scalar = 0
     for i in driven:
         force = power(state.subspace(i), F[i]) - loads.along.get(i, 0)
+        if i in resisting:
+            force = force + resisting[i][0]
         total = total + force * state(model.links[i].drift)
     return total

@@ -12,6 +12,7 @@ from ...scalar.algebra import Expression, Scalar
 from ..description import Description, claim, coordinates_of, varying, vector
 from ..frame import Point, own_body, own_point
 from ..joints.joint import Joint
+from ..joints.rotor import Rotor
 from ..labels import Named
 from .action import Action
 
@@ -144,6 +145,11 @@ class Load(Named):
     def is_conservative(self) -> bool:
         """True if the load has a potential."""
         return type(self).potential is not Load.potential
+
+    @property
+    def rotors(self) -> tuple[tuple[Joint, Rotor], ...]:
+        """Rotors that the load brings along, with the joints that turn them, as a motor does."""
+        return ()
 
     @property
     def points(self) -> dict[str, Point]:
