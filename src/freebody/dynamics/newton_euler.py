@@ -5,19 +5,20 @@ Outward, the accelerations with the ground accelerated by -g; then for each link
     n_i = J α + w × J w + h × a,    f_i = m a + ([α]× + [w]×²) h,    h = m c
     F_i = (n_i, f_i) - (loads on i) + Σ F_child,        τ_i = Sᵀ F_i,
 
-where F_i is the wrench that the joint transmits to link i, and a is the acceleration of its origin.
+where F_i is the wrench that the joint transmits to link i, and a is the acceleration of its origin. Armature needs forces
+along the joints, too, and rotors a moment on the link that they stand in (:mod:`freebody.dynamics.armature`).
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.3; chapter 6, eqs (6.1), (6.24), (6.25).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from ..model.model import GROUND, Model
-from ..scalar.algebra import ZERO, Scalar, Vector, add, apply, cross, negate, scale
-from ..space.spatial import Spatial, force_to_parent, minus, plus, power
+from ..scalar.algebra import IDENTITY, ZERO, Scalar, Vector, add, apply, apply_transpose, cross, negate, scale
+from ..space.spatial import ZERO6, Spatial, force_to_parent, minus, plus, power
 from .armature import has_armature, resistance, spin_rate
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
 from .joint_freedom import loads_on_child, transmissible
@@ -26,33 +27,31 @@ from .loading import Loading, loading
 from .state import State
 
 
+Resisting = dict[int, tuple[Scalar, ...]]
+"""Forces that the armature of a joint needs along the motions of its link, by link."""
+
+
 def joint_wrenches(
     model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None
-) -> list[Spatial]:
-    """Return the wrench F_i on every link, about the link's origin in its axes, that the links outward of it need.
+) -> tuple[list[Spatial], Resisting]:
+    """Return the wrench F_i on every link from its parent, about the link's origin in its axes, and those of armature.
 
     ``loads`` None leaves out the loads and gravity; ``udot`` None leaves out the part linear in accelerations.
     """
-    return _inward(model, state, _needs(model, state, udot, loads)[0])
-
-
-def _inward(model: Model, state: State, F: list[Spatial]) -> list[Spatial]:
+    F, resisting = _needs(model, state, udot, loads)
     for i in range(len(model.links) - 1, -1, -1):
         link = model.links[i]
         F[i] = state.intermediate("force", i, F[i])
         if link.parent != GROUND:
             R, p, _ = state.joint(i)
             F[link.parent] = plus(F[link.parent], force_to_parent(R, p, F[i]))
-    return F
+    return F, resisting
 
 
 def _needs(
     model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None
-) -> tuple[list[Spatial], dict[int, tuple[Scalar, ...]]]:
-    """Return the wrench that the motion of every link alone needs, (n, f) less the loads, and forces of armature.
-
-    The latter are those along the motions of the links whose joints have armature.
-    """
+) -> tuple[list[Spatial], Resisting]:
+    """Return the wrench that the motion of every link alone needs, (n, f) less the loads, and the forces of armature."""
     V = velocities(model, state)
     ground = (0, 0, 0) if loads is None else negate(state.vector(model.gravity))
     A = accelerations(model, state, udot, ground)
@@ -63,7 +62,7 @@ def _needs(
         n = add(add(apply(J, alpha), cross(w, apply(J, w))), cross(h, a))
         force = (n, add(scale(m, a), apply(turning(w, alpha), h)))
         F.append(force if loads is None else minus(force, loads.wrench(i)))
-    along: dict[int, tuple[Scalar, ...]] = {}
+    along: Resisting = {}
     for i, link in enumerate(model.links) if has_armature(model) else ():
         if link.armature:
             along[i] = resistance(state, i, udot, A)
@@ -87,8 +86,7 @@ def inverse_dynamics(
     """
     acting = loading(model, state) if loads == "all" else loads
     assert not isinstance(acting, str)
-    needs, resisting = _needs(model, state, udot, acting)
-    F = _inward(model, state, needs)
+    F, resisting = joint_wrenches(model, state, udot, acting)
     tau: list[Scalar] = []
     for i, link in enumerate(model.links):
         along = power(state.subspace(i), F[i]) if link.one_dof else 0
@@ -153,9 +151,7 @@ def reactions(
                     for k, tau in forces_on_free_displacements(model, state, j, force).items():
                         along[k] = along.get(k, 0) + tau
                 moved = loads_on_child(model, state, joint, along, free=True)
-                if not model.links[i].one_dof:
-                    moved = minus(moved, _spatial(resisting.get(i, ())))
-                F[i] = plus((n, f), plus(enforced, moved))
+                F[i] = plus((n, f), plus(enforced, minus(moved, _of_ball(model, state, joint.links, resisting))))
         parent = model.links[i].parent
         if parent != GROUND:
             R, p, _ = state.joint(i)
@@ -163,7 +159,7 @@ def reactions(
     return {name: result[name] for name in model.joints}
 
 
-def _with_resistance(model: Model, loads: Loading, resisting: Mapping[int, Sequence[Scalar]]) -> Loading:
+def _with_resistance(model: Model, loads: Loading, resisting: Resisting) -> Loading:
     """Return the loads with those that armature puts on the displacements of joints."""
     along = dict(loads.along)
     for i, forces in resisting.items():
@@ -172,9 +168,15 @@ def _with_resistance(model: Model, loads: Loading, resisting: Mapping[int, Seque
     return replace(loads, along=along)
 
 
-def _spatial(forces: Sequence[Scalar]) -> Spatial:
-    x = [*forces, *(0,) * (6 - len(forces))]
-    return ((x[0], x[1], x[2]), (x[3], x[4], x[5]))
+def _of_ball(model: Model, state: State, links: Sequence[int], resisting: Resisting) -> Spatial:
+    """Return the wrench that the armature of a ball or free joint needs, in the axes of the joint's last link."""
+    first, last = links[0], links[-1]
+    if model.links[first].one_dof or first not in resisting:
+        return ZERO6
+    x = (*resisting[first], *ZERO)
+    n, f = (x[0], x[1], x[2]), (x[3], x[4], x[5])
+    R = IDENTITY if first == last else state.joint(last)[0]
+    return (apply_transpose(R, n), apply_transpose(R, f))
 
 
 def drive_power(model: Model, state: State, udot: Sequence[Scalar], loads: Loading | None = None) -> Scalar:
@@ -183,8 +185,7 @@ def drive_power(model: Model, state: State, udot: Sequence[Scalar], loads: Loadi
     if not driven:
         return 0
     loads = loading(model, state) if loads is None else loads
-    needs, resisting = _needs(model, state, udot, loads)
-    F = _inward(model, state, needs)
+    F, resisting = joint_wrenches(model, state, udot, loads)
     total: Scalar = 0
     for i in driven:
         force = power(state.subspace(i), F[i]) - loads.along.get(i, 0)
