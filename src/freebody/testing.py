@@ -192,7 +192,8 @@ def polynomial_value(x: Any, values: Mapping[Any, float], digits: int = 100) -> 
             elif g.kind == "constant":
                 generators[g.index] = mp.mpf(g.atom.evalf(digits))
             elif arguments:
-                generators[g.index] = getattr(mp, _MPMATH.get(g.name or g.kind, g.name or g.kind))(*arguments)
+                name = g.name or g.kind
+            generators[g.index] = (_CHOICES.get(name) or getattr(mp, _MPMATH.get(name, name)))(*arguments)
             else:
                 generators[g.index] = mp.mpf(values[g.atom])
         return generators[g.index]
@@ -213,6 +214,7 @@ def polynomial_value(x: Any, values: Mapping[Any, float], digits: int = 100) -> 
 
 
 _MPMATH = {"abs": "fabs"}
+_CHOICES: dict[str, Any] = {"max": max, "min": min}
 
 
 def state_values(model: Model, q: Sequence[float], u: Sequence[float], t: float = 0) -> dict[Any, float]:
@@ -335,7 +337,9 @@ def _machine_with(kind: type[Load], seed: int, data: Mapping[str, Any]) -> Syste
         if field.name == "name" or field.name in data:
             continue
         if sort == "Point":
-            values[field.name] = points.pop(0)
+            bodies_of_data = [value for value in values.values() if value in (last, first)]
+            values[field.name] = next(point for point in points if point.body not in bodies_of_data)
+            points.remove(values[field.name])
         elif sort == "Body" and field.default is MISSING:
             values[field.name] = bodies.pop(0)
         elif sort == "Joint":
@@ -344,6 +348,8 @@ def _machine_with(kind: type[Load], seed: int, data: Mapping[str, Any]) -> Syste
             values[field.name] = "phi"
         elif sort in ("Expression", "Constant"):
             values[field.name] = drawn(field.name)
+        elif sort == "Law":
+            values[field.name] = f"{drawn('linear')}*stretch + {drawn('cubic')}*stretch^3"
         elif sort == "Vector":
             values[field.name] = tuple(drawn(f"{field.name}_{axis}") for axis in "xyz")
         elif field.default is MISSING and field.default_factory is MISSING:

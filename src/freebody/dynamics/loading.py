@@ -6,7 +6,7 @@ of actions, and no kind of load.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,7 @@ from ..errors import FreebodyError, ModelError, nearest, shown
 from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import (
     FUNCTIONS,
+    HALF,
     ZERO,
     Expression,
     FieldVector,
@@ -33,7 +34,7 @@ from ..scalar.algebra import (
     scale,
     three,
 )
-from ..scalar.trace import Tape
+from ..scalar.trace import Tape, Traced
 from ..space.spatial import ZERO6, Spatial, plus
 from .kinematics import angular_velocity, place_of, point_position, point_velocity, rotation
 from .state import State, traced_state
@@ -49,10 +50,33 @@ class Instant:
         self._model = model
         self._state = state
         self._load = load
+        self.field = state.field
+        self.conditions: list[Scalar] = []
+        """Conditions of :meth:`where` so far."""
 
     def __call__(self, expression: Expression) -> Scalar:
         """Return the value of an expression of the system's names."""
         return self._state(expression)
+
+    def of(self, expression: Expression, values: Mapping[Any, Scalar]) -> Scalar:
+        """Return the value of an expression with symbols of its own, which have these values."""
+        return self._state.with_values(expression, values)
+
+    def where(self, condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
+        """Return a if the condition is greater than zero, else b; both are computed.
+
+        A motion locates the times at which the condition passes through zero; there the value is (a + b)/2.
+        """
+        self.conditions.append(condition)
+        return b + (a - b) * (1 + self._state.field.apply("sign", condition)) * HALF
+
+    def acceleration(self, *_: Any) -> NoReturn:
+        """Refuse what would change the masses."""
+        raise ModelError(
+            f"{_begin(self._load)}a load that depends on accelerations changes the mass matrix, so it is not a load. Added "
+            f"mass is a body of its own, on a weld; inertia along a joint is armature= or rotor= of the joint; what a "
+            f"sensor feels is fb.compile(s).acceleration."
+        )
 
     def __getattr__(self, function: str) -> Callable[..., Scalar]:
         """Return a function of scalars: ``at.sqrt``, ``at.tanh``, ``at.atan2``."""
@@ -165,6 +189,45 @@ def actions(model: Model, state: State, name: str) -> tuple[Action, ...]:
         result = _asked(load, lambda: tuple(load.actions(Instant(model, state, load))))
         state.cache[key] = tuple(_own_action(model, load, action) for action in result)
     return state.cache[key]
+
+
+def conditions(model: Model, state: State, name: str) -> list[Scalar]:
+    """Return the conditions on which a load switches (:meth:`Instant.where`), in the order in which it asks."""
+    load = model.loads[name]
+    at = Instant(model, state, load)
+    _asked(load, lambda: tuple(load.actions(at)))
+    return at.conditions
+
+
+def switches(model: Model) -> tuple[Switch, ...]:
+    """Return the places at which loads switch, known before any motion."""
+    if "switches" not in model.memo:
+        state = traced_state(model, Tape())
+        model.memo["switches"] = tuple(
+            Switch(name, k)
+            for name in model.loads
+            for k, x in enumerate(conditions(model, state, name))
+            if isinstance(x, Traced)
+        )
+    return model.memo["switches"]
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A condition of a load on which it switches, by its number; it stands where an expression may."""
+
+    load: str
+    number: int
+
+    def __str__(self) -> str:
+        return f"condition {self.number + 1} of {self.load}"
+
+
+def value_of(state: State, expression: Expression | Switch) -> Scalar:
+    """Return the value of an expression, or of a condition of a load."""
+    if isinstance(expression, Switch):
+        return conditions(state.model, state, expression.load)[expression.number]
+    return state(expression)
 
 
 def places(model: Model) -> dict[str, tuple[Action, ...]]:

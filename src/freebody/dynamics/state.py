@@ -66,6 +66,11 @@ class State:
         """Return the value of an expression of the model's names."""
         return evaluate(expression, self._memo, self.field, self._memo)
 
+    def with_values(self, expression: Expression, values: Mapping[Any, Scalar]) -> Scalar:
+        """Return the value of an expression with further symbols, which have these values."""
+        names = {**self._memo, **values}
+        return evaluate(expression, names, self.field, names)
+
     def vector(self, components: Sequence[Expression]) -> Vector:
         """Return the values of three expressions."""
         x, y, z = components

@@ -95,14 +95,19 @@ def own_rotor(system: Description, what: str, rotor: Any, primitives: Sequence[A
     """Return a rotor in the system's own terms, on a joint with these primitive motions."""
     if not isinstance(rotor, Rotor):
         raise ModelError(f"Expected a rotor for {what}, such as fb.Rotor(J, ratio=100), got {shown(rotor)}.")
-    if len(primitives) != 1 or primitives[0].kind not in SINGLE:
-        raise ModelError(
-            f"A rotor turns with a single displacement, and {what} has not just one. Put the motor on a hinge, a slider "
-            f"or a screw; several of these in a row, with bodies between them, make any joint."
-        )
+    check_single(what, primitives)
     axis = None if rotor.axis is None else direction(system, rotor.axis, f"the axis of the rotor of {what}")
     inertia = constant(system, rotor.inertia, f"the inertia of the rotor of {what}")
     return Rotor(inertia, constant(system, rotor.ratio, f"the ratio of the gear of {what}", any_sign=True), axis)
+
+
+def check_single(what: str, primitives: Sequence[Any]) -> None:
+    """Refuse a rotor on a joint with more than one displacement, or none."""
+    if len(primitives) != 1 or primitives[0].kind not in SINGLE:
+        raise ModelError(
+            f"The rotor of {what} turns with a single displacement, and the joint does not have just one. Put the motor "
+            f"on a hinge, a slider or a screw; several of these in a row, with bodies between them, make any joint."
+        )
 
 
 def constant(system: Description, value: Any, what: str, *, any_sign: bool = False) -> Any:

@@ -15,6 +15,7 @@ from ..joints.joint import Joint
 from ..joints.rotor import Rotor
 from ..labels import Named
 from .action import Action
+from .law import law_of
 
 Constant: TypeAlias = Expression
 """An expression that does not change during a motion."""
@@ -61,10 +62,11 @@ class Load(Named):
     - ``at.position(point)``, ``at.velocity(point)``, ``at.angular_velocity(body)``: vectors in ground axes, or in
       those of ``frame=``; ``at.rotation(body)``: the matrix R_NB; ``at.line(start, end)``: the vector between points,
     - ``at.displacement(joint, index)``, ``at.rate(joint, index)``,
-    - ``at.sqrt(x)``, ``at.tanh(x)``, ``at.atan2(y, x)`` and all other functions of expressions.
+    - ``at.sqrt(x)``, ``at.tanh(x)``, ``at.atan2(y, x)`` and all other functions of expressions,
+    - ``at.where(x, a, b)``: a if x > 0, else b; a motion locates the times at which x passes through zero.
 
     Vectors have ``+ - * /``, ``v.dot(w)``, ``v.cross(w)`` and ``v.norm()``. An ``if`` on a value is refused, since
-    formulas and compiled code have none; ``at.sign``, ``at.min`` and ``at.max`` serve instead.
+    formulas and compiled code have none; ``at.where``, ``at.sign``, ``at.min`` and ``at.max`` serve instead.
 
     A load may have a ``potential(at)`` [J], whose gradient is its force; its work is then not counted again.
     ``class Drag(fb.Load, kind="drag")`` gives it a name in model files.
@@ -102,6 +104,8 @@ class Load(Named):
     noun: ClassVar[str] = ""
     """What messages call the load, if not by the name of its class."""
     look: ClassVar[Look] = Look()
+    switches: ClassVar[tuple[str, str]] = ("switches", "switches back")
+    """What events say when a condition of ``at.where`` rises through zero, and when it falls."""
 
     def __init_subclass__(cls, *, kind: str = "", sections: tuple[str, ...] = ("loads",)) -> None:
         super().__init_subclass__()
@@ -135,6 +139,11 @@ class Load(Named):
     def title(self) -> str:
         """Kind and name, as messages write them."""
         return f"{self.noun} '{self.name}'" if self.noun else repr(self)
+
+    @property
+    def heading(self) -> str:
+        """Kind and name at the beginning of a sentence."""
+        return f"{self.title[0].upper()}{self.title[1:]}"
 
     @property
     def section(self) -> str:
@@ -263,4 +272,5 @@ _SORTS: dict[str, Callable[[Description, Any, Load, str], Any]] = {
     "Expression": _expression,
     "Constant": _constant,
     "Vector": lambda system, value, load, name: vector(system, value, load.title),
+    "Law": lambda system, value, load, name: law_of(system, value, load.title),
 }

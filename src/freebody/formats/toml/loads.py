@@ -21,9 +21,11 @@ from importlib.metadata import entry_points
 from typing import Any
 
 from ...describe.frame import Point, own_body
+from ...describe.loads.law import RATE, STRETCH, Law
 from ...describe.loads.load import KINDS, Load, add, sort_of
 from ...describe.system import System
 from ...errors import FormatError, nearest
+from ..text import expression_text
 from .table import Table
 from .value_texts import ValueTexts, quoted
 
@@ -138,6 +140,7 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
     "int": lambda table, key: table.whole(key, 0),
     "bool": lambda table, key: table.flag(key),
     "str": lambda table, key: table.text(key),
+    "Law": lambda table, key: table.raw(key),
 }
 
 
@@ -183,4 +186,12 @@ _WRITERS: dict[str, Callable[[ValueTexts, Any], str]] = {
     "int": lambda writer, value: str(value),
     "bool": lambda writer, value: str(value).lower(),
     "str": lambda writer, value: quoted(value),
+    "Law": lambda writer, value: _law(writer, value),
 }
+
+
+def _law(writer: ValueTexts, law: Law) -> str:
+    """Return the text of an expression of stretch and rate, or the pairs of a table."""
+    if law.table:
+        return writer.matrix(law.table)
+    return quoted(expression_text(law.expression, {**writer.texts, STRETCH: "stretch", RATE: "rate"}))

@@ -45,6 +45,7 @@ from ...dynamics.constrained import (
 )
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.linear import Factorization, Selection, applied, entries, products
+from ...dynamics.loading import value_of
 from ...dynamics.mobility import check_bodies
 from ...dynamics.motion import Motion, all_reactions, motion, total_power
 from ...dynamics.unilateral import NEGLIGIBLE, margins, sizes
@@ -405,7 +406,7 @@ class Kernels:
     def expressions(self, expressions: Sequence[Expression]) -> Program:
         """Program with the function ``values``: expressions of the model's names."""
         return self.program(
-            ("values", tuple(expressions)), lambda state: {"values": [state(e) for e in expressions]}
+            ("values", tuple(expressions)), lambda state: {"values": [value_of(state, e) for e in expressions]}
         )
 
 

@@ -29,6 +29,7 @@ from ...dynamics.constrained import (
 )
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.linear import Selection, entries
+from ...dynamics.loading import value_of
 from ...dynamics.motion import motion, total_power
 from ...native.records import address
 from ...scalar.algebra import Scalar
@@ -139,7 +140,7 @@ class LiveMachine:
             "observation": list(observed(state, moving)),
             "conditions": [state(x) for x in model.assumed],
             "answering": list(answers(state)),
-            "events": [state(x) for x in events],
+            "events": [value_of(state, x) for x in events],
         }
         if works:
             result["energies"] = [kinetic_energy(model, state), potential_energy(model, state)]

@@ -11,6 +11,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from ...dynamics.loading import Switch, switches
 from ...dynamics.unilateral import MotionWarning
 from ...errors import SimulationError, arguments_named
 from ...model import Model
@@ -142,10 +143,22 @@ def specs_of(events: Any) -> tuple[EventSpec, ...]:
     return tuple(spec if isinstance(spec, EventSpec) else event(spec) for spec in events)
 
 
+def switch_specs(model: Model) -> tuple[EventSpec, ...]:
+    """Return the events at which loads switch: a condition of ``at.where`` rises through zero, or falls."""
+    return tuple(
+        EventSpec(switch, f"{switch.load} {word}", direction)
+        for switch in switches(model)
+        for word, direction in zip(model.loads[switch.load].switches, (1, -1), strict=True)
+    )
+
+
 def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Expression, ...]:
     """Return the expressions of events in the names of the model."""
     result = []
     for spec in specs:
+        if isinstance(spec.expression, Switch):
+            result.append(spec.expression)
+            continue
         value = expression_of(model, spec.expression, f"event '{spec.name}'")
         if not model.names.depends(value, "coordinate", "speed", "time"):
             raise SimulationError(
