@@ -193,7 +193,7 @@ def polynomial_value(x: Any, values: Mapping[Any, float], digits: int = 100) -> 
                 generators[g.index] = mp.mpf(g.atom.evalf(digits))
             elif arguments:
                 name = g.name or g.kind
-            generators[g.index] = (_CHOICES.get(name) or getattr(mp, _MPMATH.get(name, name)))(*arguments)
+                generators[g.index] = (_CHOICES.get(name) or getattr(mp, _MPMATH.get(name, name)))(*arguments)
             else:
                 generators[g.index] = mp.mpf(values[g.atom])
         return generators[g.index]

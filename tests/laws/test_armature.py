@@ -9,7 +9,13 @@ import sympy
 
 import freebody as fb
 from freebody.dynamics import float_state, forward_dynamics, inverse_dynamics, kinetic_energy, mass_matrix
-from freebody.dynamics.impulse import blows_on, generalized_impulse, impulsive_reactions, link_jumps, speed_jumps
+from freebody.dynamics.impulse import (
+    blows_on,
+    generalized_impulse,
+    impulsive_reactions,
+    link_jumps,
+    speed_jumps,
+)
 from freebody.dynamics.loops import articulated_masses, loop_motion, own_speeds
 from freebody.dynamics.newton_euler import reactions
 from freebody.testing import random_inertia, random_rotation, random_state
@@ -32,7 +38,9 @@ def arm(explicit, seed=3):
     for i in range(3):
         masses.append((1.5 + i, rng.normal(size=3), random_inertia(rng) + np.eye(3)))
         axis = rng.normal(size=3)
-        joints.append((axis / np.linalg.norm(axis), rng.normal(size=3), rng.normal(size=3), random_rotation(rng)))
+        joints.append(
+            (axis / np.linalg.norm(axis), rng.normal(size=3), rng.normal(size=3), random_rotation(rng))
+        )
     for i, (kind, ratio) in enumerate(zip(("hinge", "slider", "screw"), RATIO, strict=True)):
         n, at, to, turned = joints[i]
         mass, centre, inertia = masses[i]
@@ -50,7 +58,15 @@ def arm(explicit, seed=3):
         if explicit:
             (q,) = (primitive.coordinate for primitive in joint.primitives)
             # mass and moments across the axis are nothing, as far as the fields of a solid allow it: set below
-            s.hinge(f"r{i}", parent, thin(s, f"rotor{i}", n), axis=n, parent_axes=turned, at=at, coordinate=ratio * q)
+            s.hinge(
+                f"r{i}",
+                parent,
+                thin(s, f"rotor{i}", n),
+                axis=n,
+                parent_axes=turned,
+                at=at,
+                coordinate=ratio * q,
+            )
         parent = body
     s.force("F", parent.point(1, 2, 3), (1, -2, 0.5))
     return fb.assemble(s)
@@ -141,7 +157,9 @@ def test_armature_is_that_of_mujoco(first, second):
     data.qpos[:] = q
     udot = list(forward_dynamics(model, float_state(model, q, u)))
     qvel, qacc = list(u), list(udot)
-    if first == "free":  # MuJoCo: slides in ground axes, before the turns; ours: turns, then slides in body axes
+    if (
+        first == "free"
+    ):  # MuJoCo: slides in ground axes, before the turns; ours: turns, then slides in body axes
         w, x, y, z = q[3:7]
         R = np.array(
             [
@@ -159,7 +177,7 @@ def test_armature_is_that_of_mujoco(first, second):
 
 
 def test_loops_with_rotors():
-    """A four-bar with rotors in the ground and in its crank: by one recursion over the links, and by the mass matrix."""
+    """A four-bar with rotors in the ground and in its crank, by one recursion over the links."""
     s = fb.System("four-bar")
     s.gravity = (0, -9, 0)
     bars = [s.body(f"bar{i}", fb.box(2, (length, 0.1, 0.2))) for i, length in enumerate((1, 2, 1.5))]

@@ -177,7 +177,13 @@ def _spin_moment(state: State, i: int, V: Spatial) -> Spatial:
 
 
 def apparent_inertia(
-    I_A: Blocks, p_A: Spatial, c: Spatial, tau: Sequence[Scalar], terms: LinkTerms | None, *, alone: bool = True
+    I_A: Blocks,
+    p_A: Spatial,
+    c: Spatial,
+    tau: Sequence[Scalar],
+    terms: LinkTerms | None,
+    *,
+    alone: bool = True,
 ) -> tuple[Blocks, Spatial]:
     """Return I^a and p^a, the link as its parent feels it, in its own axes; ``terms`` None: it does not move in it.
 

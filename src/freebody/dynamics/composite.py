@@ -10,12 +10,19 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §6.2.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
 from typing import Any
 
 from ..model.model import GROUND, Model
 from ..scalar.algebra import Scalar, add
-from ..space.spatial import Inertia, Spatial, force_to_parent, inertia_sum, inertia_to_parent, momentum_of, power
+from ..space.spatial import (
+    Inertia,
+    Spatial,
+    force_to_parent,
+    inertia_sum,
+    inertia_to_parent,
+    momentum_of,
+    power,
+)
 from .kinematics import motions
 from .state import State
 
@@ -77,7 +84,7 @@ def _own_inertias(model: Model, state: State, i: int, moves: Sequence[Any]) -> d
     if not armature:
         return {}
     if model.links[i].one_dof:  # all its motions are along one displacement
-        return dict.fromkeys(product(range(len(moves)), repeat=2), armature[0])
+        return {(j, k): armature[0] for j in range(len(moves)) for k in range(len(moves))}
     return {(k, k): x for k, x in enumerate(armature)}
 
 

@@ -18,7 +18,19 @@ from typing import Any
 
 from ..describe.constraints.constraint import Gear
 from ..model.model import GROUND, Model
-from ..scalar.algebra import ZERO, Scalar, Vector, add, apply, apply_transpose, cross, divide, dot, scale, subtract
+from ..scalar.algebra import (
+    ZERO,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    apply_transpose,
+    cross,
+    divide,
+    dot,
+    scale,
+    subtract,
+)
 from ..space.spatial import (
     ZERO6,
     Spatial,
@@ -174,7 +186,9 @@ def impulsive_reactions(
     for i, link in enumerate(model.links):
         spin = state.spin(i)
         if spin is not None and link.parent != GROUND:
-            needs[link.parent] = plus(needs[link.parent], (scale(_rate_jump(model, state, i, jumps), spin[0]), ZERO))
+            needs[link.parent] = plus(
+                needs[link.parent], (scale(_rate_jump(model, state, i, jumps), spin[0]), ZERO)
+            )
     F = _inward(model, state, needs)
     result = {}
     for name, joint in model.joints.items():

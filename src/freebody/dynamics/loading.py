@@ -34,7 +34,7 @@ from ..scalar.algebra import (
     scale,
     three,
 )
-from ..scalar.trace import Tape, Traced
+from ..scalar.trace import Tape
 from ..space.spatial import ZERO6, Spatial, plus
 from .kinematics import angular_velocity, place_of, point_position, point_velocity, rotation
 from .state import State, traced_state
@@ -73,9 +73,9 @@ class Instant:
     def acceleration(self, *_: Any) -> NoReturn:
         """Refuse what would change the masses."""
         raise ModelError(
-            f"{_begin(self._load)}a load that depends on accelerations changes the mass matrix, so it is not a load. Added "
-            f"mass is a body of its own, on a weld; inertia along a joint is armature= or rotor= of the joint; what a "
-            f"sensor feels is fb.compile(s).acceleration."
+            f"{_begin(self._load)}a load that depends on accelerations changes the mass matrix, so it is no load. "
+            f"Added mass is a body of its own, on a weld; inertia along a joint is armature= or rotor= of "
+            f"the joint."
         )
 
     def __getattr__(self, function: str) -> Callable[..., Scalar]:
@@ -197,37 +197,6 @@ def conditions(model: Model, state: State, name: str) -> list[Scalar]:
     at = Instant(model, state, load)
     _asked(load, lambda: tuple(load.actions(at)))
     return at.conditions
-
-
-def switches(model: Model) -> tuple[Switch, ...]:
-    """Return the places at which loads switch, known before any motion."""
-    if "switches" not in model.memo:
-        state = traced_state(model, Tape())
-        model.memo["switches"] = tuple(
-            Switch(name, k)
-            for name in model.loads
-            for k, x in enumerate(conditions(model, state, name))
-            if isinstance(x, Traced)
-        )
-    return model.memo["switches"]
-
-
-@dataclass(frozen=True)
-class Switch:
-    """A condition of a load on which it switches, by its number; it stands where an expression may."""
-
-    load: str
-    number: int
-
-    def __str__(self) -> str:
-        return f"condition {self.number + 1} of {self.load}"
-
-
-def value_of(state: State, expression: Expression | Switch) -> Scalar:
-    """Return the value of an expression, or of a condition of a load."""
-    if isinstance(expression, Switch):
-        return conditions(state.model, state, expression.load)[expression.number]
-    return state(expression)
 
 
 def places(model: Model) -> dict[str, tuple[Action, ...]]:

@@ -5,8 +5,8 @@ Outward, the accelerations with the ground accelerated by -g; then for each link
     n_i = J α + w × J w + h × a,    f_i = m a + ([α]× + [w]×²) h,    h = m c
     F_i = (n_i, f_i) - (loads on i) + Σ F_child,        τ_i = Sᵀ F_i,
 
-where F_i is the wrench that the joint transmits to link i, and a is the acceleration of its origin. Armature needs forces
-along the joints, too, and rotors a moment on the link that they stand in (:mod:`freebody.dynamics.armature`).
+where F_i is the wrench that the joint transmits to link i, and a is the acceleration of its origin. Armature needs
+forces along the joints, too, and rotors a moment on the link that they stand in (:mod:`freebody.dynamics.armature`).
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.3; chapter 6, eqs (6.1), (6.24), (6.25).
 """
@@ -25,7 +25,6 @@ from .joint_freedom import loads_on_child, transmissible
 from .kinematics import accelerations, rotation, turning, velocities
 from .loading import Loading, loading
 from .state import State
-
 
 Resisting = dict[int, tuple[Scalar, ...]]
 """Forces that the armature of a joint needs along the motions of its link, by link."""
@@ -51,7 +50,7 @@ def joint_wrenches(
 def _needs(
     model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None
 ) -> tuple[list[Spatial], Resisting]:
-    """Return the wrench that the motion of every link alone needs, (n, f) less the loads, and the forces of armature."""
+    """Return the wrench that the motion of a link alone needs, (n, f) less the loads, and the forces of armature."""
     V = velocities(model, state)
     ground = (0, 0, 0) if loads is None else negate(state.vector(model.gravity))
     A = accelerations(model, state, udot, ground)
@@ -151,7 +150,9 @@ def reactions(
                     for k, tau in forces_on_free_displacements(model, state, j, force).items():
                         along[k] = along.get(k, 0) + tau
                 moved = loads_on_child(model, state, joint, along, free=True)
-                F[i] = plus((n, f), plus(enforced, minus(moved, _of_ball(model, state, joint.links, resisting))))
+                F[i] = plus(
+                    (n, f), plus(enforced, minus(moved, _of_ball(model, state, joint.links, resisting)))
+                )
         parent = model.links[i].parent
         if parent != GROUND:
             R, p, _ = state.joint(i)

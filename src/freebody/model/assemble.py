@@ -222,8 +222,8 @@ def _rotors(system: System) -> dict[str, list[Rotor]]:
         for joint, rotor in load.rotors:
             if joint.closes:
                 raise ModelError(
-                    f"{load.title[0].upper()}{load.title[1:]}: joint '{joint.name}' closes a loop and has no displacement. "
-                    f"Name a joint of the tree."
+                    f"{load.heading}: joint '{joint.name}' closes a loop and has no displacement. Name a joint of the "
+                    f"tree."
                 )
             result[joint.name].append(own_rotor(system, load.title, rotor, joint.primitives))
     return result

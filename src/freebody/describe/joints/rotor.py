@@ -1,8 +1,8 @@
 """Inertia that turns with a joint's displacement: the rotor of a motor behind a gear, and plain armature.
 
 The rotor, of moment of inertia J about its axis n in the parent, turns at the rate G y' relative to the parent, where y
-is the joint's displacement and G the ratio of the gear. At rest in the parent it is part of the parent's mass. Its turning
-adds to the kinetic energy
+is the joint's displacement and G the ratio of the gear. At rest in the parent it is part of the parent's mass. Its
+turning adds to the kinetic energy
 
     T = J G y' n·w_P + ½ J G² y'²,
 
@@ -65,24 +65,33 @@ def with_inertia(
     """Return the primitive motions of a joint with its armature and rotor, checked."""
     if closes and (rotor is not None or (armature is not None and armature != 0)):
         raise ModelError(
-            f"{what[0].upper()}{what[1:]} closes a loop and has no displacement of its own, so it takes no armature= or "
-            f"rotor=. Give it to a joint of the tree, or declare this joint before the one that is to close the loop."
+            f"{what[0].upper()}{what[1:]} closes a loop and has no displacement of its own, so it takes no "
+            f"armature= or rotor=. Give it to a joint of the tree, or declare this joint before the one that is to "
+            f"close the loop."
         )
     result = list(primitives)
     if armature is not None and armature != 0:
-        result = [replace(p, armature=a) for p, a in zip(result, _each(system, what, result, armature), strict=True)]
+        result = [
+            replace(p, armature=a) for p, a in zip(result, _each(system, what, result, armature), strict=True)
+        ]
     if rotor is not None:
         result = [replace(result[0], rotor=own_rotor(system, what, rotor, result))]
     return result
 
 
-def _each(system: Description, what: str, primitives: Sequence[Any], armature: Any) -> Iterator[tuple[Any, ...]]:
+def _each(
+    system: Description, what: str, primitives: Sequence[Any], armature: Any
+) -> Iterator[tuple[Any, ...]]:
     """Yield the armature of each motion of each primitive: one number for all, or one for each displacement."""
     kind = primitives[0].kind
     count = len(primitives) if kind in SINGLE else {"ball": 1, "free": 2}[kind]
     several = list(armature) if isinstance(armature, list | tuple) else [armature] * count
     if len(several) != count:
-        sort = "one for its turning and one for its sliding" if kind == "free" else f"{count}, one a displacement"
+        sort = (
+            "one for its turning and one for its sliding"
+            if kind == "free"
+            else f"{count}, one a displacement"
+        )
         raise ModelError(f"Expected one armature for {what}, or {sort}, got {shown(armature)}.")
     values = [constant(system, value, f"the armature of {what}") for value in several]
     if kind in SINGLE:
@@ -98,15 +107,18 @@ def own_rotor(system: Description, what: str, rotor: Any, primitives: Sequence[A
     check_single(what, primitives)
     axis = None if rotor.axis is None else direction(system, rotor.axis, f"the axis of the rotor of {what}")
     inertia = constant(system, rotor.inertia, f"the inertia of the rotor of {what}")
-    return Rotor(inertia, constant(system, rotor.ratio, f"the ratio of the gear of {what}", any_sign=True), axis)
+    return Rotor(
+        inertia, constant(system, rotor.ratio, f"the ratio of the gear of {what}", any_sign=True), axis
+    )
 
 
 def check_single(what: str, primitives: Sequence[Any]) -> None:
     """Refuse a rotor on a joint with more than one displacement, or none."""
     if len(primitives) != 1 or primitives[0].kind not in SINGLE:
         raise ModelError(
-            f"The rotor of {what} turns with a single displacement, and the joint does not have just one. Put the motor "
-            f"on a hinge, a slider or a screw; several of these in a row, with bodies between them, make any joint."
+            f"The rotor of {what} turns with a single displacement, and the joint does not have just one. Put the "
+            f"motor on a hinge, a slider or a screw; several of these in a row, with bodies between them, make any "
+            f"joint."
         )
 
 
@@ -116,8 +128,8 @@ def constant(system: Description, value: Any, what: str, *, any_sign: bool = Fal
     moving = varying(system, expression)
     if moving:
         raise ModelError(
-            f"{what[0].upper()}{what[1:]} must be constant, but it depends on {', '.join(moving)}. A clutch or a gear that "
-            f"changes is a run for each of its states."
+            f"{what[0].upper()}{what[1:]} must be constant, but it depends on {', '.join(moving)}. A clutch or a gear "
+            f"that changes is a run for each of its states."
         )
     number = getattr(expression, "is_number", not hasattr(expression, "free_symbols"))
     if number and expression < 0 and not any_sign:

@@ -17,11 +17,11 @@ from typing import Any
 
 from ...errors import ModelError
 from ...scalar.algebra import HALF, FieldVector, Scalar, Vector, divide, multiply, transpose
-from ..description import varying
+from ..description import Description, varying
 from ..frame import Point
 from .action import Action, Couple, PointForce
 from .ends import check_ends
-from .load import Load
+from .load import Load, add
 
 
 class Bushing(Load, kind="bushing"):
@@ -46,8 +46,8 @@ class Bushing(Load, kind="bushing"):
                 moving = varying(system, value)
                 if moving:
                     raise ModelError(
-                        f"The {name} of {self.title} must be constant, but it depends on {', '.join(moving)}. Write the "
-                        f"law as a load of your own (docs/extending.md)."
+                        f"The {name} of {self.title} must be constant, but it depends on {', '.join(moving)}. Write "
+                        f"the law as a load of your own (docs/extending.md)."
                     )
 
     @property
@@ -89,7 +89,10 @@ class Bushing(Load, kind="bushing"):
             angles, dual = self._turned(at)
             relative = at.angular_velocity(second, first) - w
             moment = at.vector((0, 0, 0))
-            stiffness, damping = self._values(at, self.turning_stiffness), self._values(at, self.turning_damping)
+            stiffness, damping = (
+                self._values(at, self.turning_stiffness),
+                self._values(at, self.turning_damping),
+            )
             for k, c, angle, g in zip(stiffness, damping, angles, dual, strict=True):
                 moment = moment - (k * angle + c * g.dot(relative)) * g
             moment = at.vector(moment, first)
@@ -122,3 +125,40 @@ class Bushing(Load, kind="bushing"):
 def _three(components: Sequence[Scalar]) -> Vector:
     x, y, z = components
     return (x, y, z)
+
+
+def bushing(
+    system: Description,
+    name: str,
+    start: Any,
+    to: Any,
+    *,
+    stiffness: Any = (0, 0, 0),
+    damping: Any = (0, 0, 0),
+    turning_stiffness: Any = (0, 0, 0),
+    turning_damping: Any = (0, 0, 0),
+) -> Load:
+    """Add a linear spring and damper in all six directions between points of two bodies, along the axes of the first.
+
+    The angles are those of a gimbal "XYZ" from the first body to the second. They may be large, the second one below
+    90°.
+
+    Parameters
+    ----------
+    name : str
+    start, to : Point or Body (its origin)
+    stiffness, damping : three expressions
+        Along x, y, z of the first body [N/m], [N s/m].
+    turning_stiffness, turning_damping : three expressions
+        About x, y, z [N m/rad], [N m s/rad].
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("mount")
+    >>> engine = s.body("engine", fb.box(80, (0.6, 0.5, 0.4)))
+    >>> free = s.free("free", s.ground, engine)
+    >>> s.bushing("rubber", s.ground, engine, stiffness=(2e5, 2e5, 6e5), turning_stiffness=(900, 900, 400))
+    bushing 'rubber'
+    """
+    return add(system, name, Bushing(start, to, stiffness, damping, turning_stiffness, turning_damping))

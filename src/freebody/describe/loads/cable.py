@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ...scalar.algebra import HALF, Scalar, divide
+from ...scalar.algebra import HALF, Expression, Scalar, divide
+from ..description import Description
 from ..frame import Point
 from .action import Action, PointForce
 from .ends import check_ends
-from .load import Constant, Load, Look
+from .load import Constant, Load, Look, add
 
 
 class Cable(Load, kind="cable"):
@@ -57,3 +58,40 @@ class Cable(Load, kind="cable"):
         """Return ½ k (d - d_0)² of a taut cable, 0 of a slack one [J]."""
         stretch = at.line(self.start, self.end).norm() - at(self.length)
         return HALF * at(self.stiffness) * at.where(stretch, stretch * stretch, 0)
+
+
+def cable(
+    system: Description,
+    name: str,
+    start: Any,
+    to: Any,
+    *,
+    stiffness: Expression,
+    length: Expression,
+    damping: Expression = 0,
+) -> Load:
+    """Add an elastic cable between two points: it pulls when it is longer than ``length``, and never pushes.
+
+    Parameters
+    ----------
+    name : str
+    start, to : Point
+    stiffness : expression [N/m]
+    length : expression [m]
+        Its length without tension. A rope that does not stretch is :meth:`rope`.
+    damping : expression [N s/m]
+        Of the taut cable.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("bungee")
+    >>> m, g, k, L = s.parameters(m=70.0, g=9.81, k=100.0, L=20.0)
+    >>> s.gravity = (0, -g, 0)
+    >>> jumper = s.body("jumper", fb.particle(m))
+    >>> fall = s.slider("fall", s.ground, jumper, axis="-y", coordinate="y")
+    >>> rope = s.cable("rope", s.ground.origin, jumper.origin, stiffness=k, length=L)
+    >>> print(fb.simulate(s, 3, initial={"y": 1.0}).events)
+    t = 1.96815 s: rope becomes taut: rises through zero
+    """
+    return add(system, name, Cable(start, to, stiffness, length, damping))

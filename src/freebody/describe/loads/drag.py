@@ -10,9 +10,10 @@ from typing import Any
 
 from ...errors import ModelError
 from ...scalar.algebra import Expression, Vector
+from ..description import Description
 from ..frame import Point
 from .action import Action, Couple, PointForce
-from .load import Load
+from .load import Load, add
 
 
 class Drag(Load, kind="drag"):
@@ -50,3 +51,44 @@ class Drag(Load, kind="drag"):
             yield PointForce(self.point, -factor * v)
         if self.turning != 0:
             yield Couple(self.point.body, -at(self.turning) * at.angular_velocity(self.point.body))
+
+
+def drag(
+    system: Description,
+    name: str,
+    at: Any,
+    *,
+    quadratic: Expression = 0,
+    linear: Expression = 0,
+    turning: Expression = 0,
+    wind: Any = (0, 0, 0),
+) -> Load:
+    """Add the drag of a fluid at a point of a body: -(c + k |v|) v, v the velocity relative to the wind.
+
+    Parameters
+    ----------
+    name : str
+    at : Point, or Body (its mass centre)
+    quadratic : expression
+        k = ½ ρ C_d A [N s²/m²].
+    linear : expression
+        Stokes' c, 6 π μ R of a small sphere [N s/m].
+    turning : expression
+        Stokes' moment per angular velocity, 8 π μ R³ of a small sphere [N m s].
+    wind : three expressions
+        Velocity of the fluid in ground axes [m/s].
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("falling ball")
+    >>> m, g, k = s.parameters(m=1.0, g=9.81, k=0.1)
+    >>> s.gravity = (0, -g, 0)
+    >>> ball = s.body("ball", fb.particle(m))
+    >>> guide = s.slider("guide", s.ground, ball, axis="-y", coordinate="y")
+    >>> air = s.drag("air", ball, quadratic=k)
+    >>> print(fb.equations(s).text())
+    m*y'' - m*g = -k*y'*abs(y')
+    """
+    place = at.point(*at.mass_properties.center) if getattr(at, "mass_properties", None) is not None else at
+    return add(system, name, Drag(place, quadratic, linear, turning, wind))

@@ -17,18 +17,18 @@ from collections.abc import Iterator
 from typing import Any
 
 from ...errors import ModelError
-from ...scalar.algebra import HALF, FieldVector, Scalar, apply, apply_transpose, divide
+from ...scalar.algebra import HALF, Expression, FieldVector, Scalar, apply, apply_transpose, divide
 from ...space.mass import MassProperties
-from ..body import Body
-from ..frame import Point
+from ..description import Description
+from ..frame import Frame, Point
 from .action import Action, Couple, PointForce
-from .load import Constant, Load
+from .load import Constant, Load, add
 
 
 class Gravitation(Load, kind="gravitation"):
     """Attraction of a body to a point of another body or of the ground."""
 
-    body: Body
+    body: Frame
     toward: Point
     parameter: Constant  # μ, the constant of gravitation times the mass that attracts [m³/s²]
     extended: bool = False
@@ -38,7 +38,11 @@ class Gravitation(Load, kind="gravitation"):
     def check(self) -> None:
         """Refuse the ground, a body that attracts itself, and the inertia of a body that has none."""
         if self.body.is_ground or self.body is self.toward.body:
-            what = "the ground, which nothing moves" if self.body.is_ground else "a body toward a point of itself"
+            what = (
+                "the ground, which nothing moves"
+                if self.body.is_ground
+                else "a body toward a point of itself"
+            )
             raise ModelError(f"{self.heading} acts on {what}. Name a body, and a point of another one.")
         if not self.extended:
             return
@@ -86,3 +90,42 @@ class Gravitation(Load, kind="gravitation"):
             cube = d * d * d
             V = V - HALF * (divide(mu * trace, cube) - divide(3 * mu * r.dot(Jr), cube * d * d))
         return V
+
+
+def gravitation(
+    system: Description,
+    name: str,
+    body: Frame,
+    toward: Any = None,
+    *,
+    parameter: Expression,
+    extended: bool = False,
+) -> Load:
+    """Add the attraction of a body to a point: μ m/r², with the moment of the gradient of the field if ``extended``.
+
+    Parameters
+    ----------
+    name : str
+    body : Body
+    toward : Point, or Body (its mass centre), optional
+        What attracts, and is attracted; by default the ground's origin.
+    parameter : expression
+        μ: the constant of gravitation times the mass that attracts [m³/s²].
+    extended : bool
+        If true, the moment of inertia takes part, to second order in the body's size over the distance.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("satellite")
+    >>> m, mu = s.parameters(m=1.0, mu=398600.4418)
+    >>> moon = s.body("moon", fb.particle(m))
+    >>> orbit = s.free("orbit", s.ground, moon)
+    >>> s.gravitation("earth", moon, parameter=mu)
+    gravitation 'earth'
+    """
+    if toward is None:
+        toward = system.ground.origin
+    elif getattr(toward, "mass_properties", None) is not None:
+        toward = toward.point(*toward.mass_properties.center)
+    return add(system, name, Gravitation(body, toward, parameter, bool(extended)))

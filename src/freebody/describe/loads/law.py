@@ -60,7 +60,9 @@ class Law:
     def _energy(self) -> Any:
         """∫ f ds of a polynomial of the stretch, else None."""
         expression = sympy.sympify(self.expression)
-        if self.has_rate or any(a.args for a in expression.atoms(sympy.core.function.AppliedUndef, sympy.Derivative)):
+        if self.has_rate or any(
+            a.args for a in expression.atoms(sympy.core.function.AppliedUndef, sympy.Derivative)
+        ):
             return None
         if sympy.Symbol("t") in expression.free_symbols or not expression.is_polynomial(STRETCH):
             return None
@@ -107,7 +109,7 @@ class Law:
 
     @cached_property
     def _slopes(self) -> list[Fraction]:
-        """Slopes of the monotone cubics at the places of the table: harmonic means, which keep the rise of each chord."""
+        """Slopes of the monotone cubics at the places of the table: harmonic means of the chords."""
         pairs = list(zip(self.table, self.table[1:], strict=False))
         h = [Fraction(b[0] - a[0]) for a, b in pairs]
         chords = [(b[1] - a[1]) / width for (a, b), width in zip(pairs, h, strict=True)]
@@ -138,8 +140,8 @@ def law_of(system: Description, value: Any, what: str) -> Law:
     taken = [symbol.name for symbol in (STRETCH, RATE) if symbol.name in names.atoms]
     if taken:
         raise ModelError(
-            f"The law of {what} is an expression of `stretch` and `rate`, but this system has a {names.kinds[taken[0]]} "
-            f"'{taken[0]}'. Give that another name."
+            f"The law of {what} is an expression of `stretch` and `rate`, but this system has a "
+            f"{names.kinds[taken[0]]} '{taken[0]}'. Give that another name."
         )
     if isinstance(value, str):
         return Law(exact(parse(value, {**names.atoms, "stretch": STRETCH, "rate": RATE})))
@@ -151,7 +153,9 @@ def law_of(system: Description, value: Any, what: str) -> Law:
 
 
 def _table(system: Description, value: Sequence[Any], what: str) -> tuple[tuple[Any, Any], ...]:
-    pairs = [tuple(pair) if isinstance(pair, Sequence) and not isinstance(pair, str) else pair for pair in value]
+    pairs = [
+        tuple(pair) if isinstance(pair, Sequence) and not isinstance(pair, str) else pair for pair in value
+    ]
     if not 2 <= len(pairs) <= MOST or any(not isinstance(pair, tuple) or len(pair) != 2 for pair in pairs):
         raise ModelError(
             f"Expected a table of 2 to {MOST} pairs (stretch, force) for {what}, such as [(0, 0), (0.1, 5)], got "
@@ -162,8 +166,12 @@ def _table(system: Description, value: Sequence[Any], what: str) -> tuple[tuple[
         if not isinstance(x, int | Fraction):
             moving = varying(system, x)
             kind = f"which depends on {', '.join(moving)}" if moving else "a parameter"
-            raise ModelError(f"Expected numbers in the table of {what}, got '{x}', {kind}. Scale it by an expression.")
+            raise ModelError(
+                f"Expected numbers in the table of {what}, got '{x}', {kind}. Scale it by an expression."
+            )
     for (a, _), (b, _) in zip(rows, rows[1:], strict=False):
         if not a < b:
-            raise ModelError(f"Expected rising places in the table of {what}, got {float(a):g} and then {float(b):g}.")
+            raise ModelError(
+                f"Expected rising places in the table of {what}, got {float(a):g} and then {float(b):g}."
+            )
     return tuple((Fraction(x), Fraction(f)) for x, f in rows)

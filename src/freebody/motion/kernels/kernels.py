@@ -45,7 +45,6 @@ from ...dynamics.constrained import (
 )
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.linear import Factorization, Selection, applied, entries, products
-from ...dynamics.loading import value_of
 from ...dynamics.mobility import check_bodies
 from ...dynamics.motion import Motion, all_reactions, motion, total_power
 from ...dynamics.unilateral import NEGLIGIBLE, margins, sizes
@@ -57,6 +56,7 @@ from ...program.large.tree_loop import LoopedSet, is_large
 from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.trace import Tape
 from ..ode.dense_output import Rates, observe
+from .switches import value_of
 
 Array = NDArray[np.float64]
 
@@ -406,7 +406,8 @@ class Kernels:
     def expressions(self, expressions: Sequence[Expression]) -> Program:
         """Program with the function ``values``: expressions of the model's names."""
         return self.program(
-            ("values", tuple(expressions)), lambda state: {"values": [value_of(state, e) for e in expressions]}
+            ("values", tuple(expressions)),
+            lambda state: {"values": [value_of(state, e) for e in expressions]},
         )
 
 

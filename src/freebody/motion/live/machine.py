@@ -29,7 +29,6 @@ from ...dynamics.constrained import (
 )
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.linear import Selection, entries
-from ...dynamics.loading import value_of
 from ...dynamics.motion import motion, total_power
 from ...native.records import address
 from ...scalar.algebra import Scalar
@@ -37,6 +36,7 @@ from ...scalar.trace import Tape, Traced
 from ...space.rotation import Rotation
 from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
+from ..kernels.switches import value_of
 from ..ode import layout
 from ..ode.run import sizes
 from ..start.initial import named_numbers, quaternions_by_joint

@@ -11,13 +11,13 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ...dynamics.loading import Switch, switches
 from ...dynamics.unilateral import MotionWarning
 from ...errors import SimulationError, arguments_named
 from ...model import Model
 from ...scalar.algebra import Expression
 from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
+from ..kernels.switches import Switch, switches
 from ..ode.dense_output import Watch
 
 

@@ -2,7 +2,9 @@
 
     Σ F = m a_C,        Σ M_P = dH_C/dt + r_PC × m a_C
 
-The second holds about any point P, moving or not. H_C contains the spin of rotors that stand in the body. Source: chapter 6, eqs (6.3), (6.24), (6.25).
+The second holds about any point P, moving or not. H_C contains the spin of rotors that stand in the body.
+
+Source: chapter 6, eqs (6.3), (6.24), (6.25).
 """
 
 from __future__ import annotations
