@@ -34,6 +34,9 @@ class Bushing(Load, kind="bushing"):
     turning_stiffness: Vector = (0, 0, 0)  # about x, y, z [N m/rad]
     turning_damping: Vector = (0, 0, 0)  # [N m s/rad]
 
+    units = {
+        "stiffness": "N/m", "damping": "N s/m", "turning_stiffness": "N m/rad", "turning_damping": "N m s",
+    }  # fmt: skip
     noun = "bushing"
     words = {"start": "from", "end": "to"}
 

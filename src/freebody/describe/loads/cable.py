@@ -27,6 +27,7 @@ class Cable(Load, kind="cable"):
     length: Constant  # d_0 [m]
     damping: Constant = 0  # c [N s/m], while it is taut
 
+    units = {"stiffness": "N/m", "length": "m", "damping": "N s/m"}
     noun = "cable"
     words = {"start": "from", "end": "to"}
     look = Look("spring", "zigzag", "stiffness")

@@ -25,6 +25,7 @@ class Drag(Load, kind="drag"):
     turning: Expression = 0  # c_r [N m s/rad]
     wind: Vector = (0, 0, 0)  # velocity of the fluid, in ground axes [m/s]
 
+    units = {"quadratic": "N s^2/m^2", "linear": "N s/m", "turning": "N m s", "wind": "m/s"}
     noun = "drag"
     words = {"point": "at"}
 

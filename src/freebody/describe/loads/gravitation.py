@@ -33,6 +33,7 @@ class Gravitation(Load, kind="gravitation"):
     parameter: Constant  # μ, the constant of gravitation times the mass that attracts [m³/s²]
     extended: bool = False
 
+    units = {"parameter": "m^3/s^2"}
     noun = "gravitation"
 
     def check(self) -> None:

@@ -101,6 +101,10 @@ class Load(Named):
     """Keys in model files that are not the names of their fields."""
     labels: ClassVar[Mapping[str, str]] = {}
     """What messages call fields, if not by their names."""
+    units: ClassVar[Mapping[str, str]] = {}
+    """Units of fields; a parameter that stands in one may then be given in any unit of this sort."""
+    turning_units: ClassVar[Mapping[str, str]] = {}
+    """Units of fields of a load along a joint's turn, if they differ from those along its slide."""
     noun: ClassVar[str] = ""
     """What messages call the load, if not by the name of its class."""
     look: ClassVar[Look] = Look()
@@ -159,6 +163,13 @@ class Load(Named):
     def rotors(self) -> tuple[tuple[Joint, Rotor], ...]:
         """Rotors that the load brings along, with the joints that turn them, as a motor does."""
         return ()
+
+    @property
+    def data_units(self) -> dict[str, str]:
+        """Units of the data, by field."""
+        joint, index = getattr(self, "joint", None), getattr(self, "index", 0)
+        turns = joint is not None and joint.primitives[index].kind != "slider"
+        return {**self.units, **self.turning_units} if turns else dict(self.units)
 
     @property
     def points(self) -> dict[str, Point]:

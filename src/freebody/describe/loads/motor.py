@@ -33,6 +33,7 @@ class Motor(Load, kind="motor"):
     ratio: Constant = 1  # n, turns of the rotor per turn of the joint; on a slider [rad/m]
     inertia: Constant = 0  # J of the rotor [kg m²]
 
+    units = {"stall_torque": "N m", "slope": "N m s", "inertia": "kg m^2"}
     noun = "motor"
     look = Look("motor")
 
