@@ -62,7 +62,7 @@ def libration_frequency(orbit_rate: Any, along: Any, across: Any, vertical: Any)
 
     Examples
     --------
-    >>> libration_frequency(1.0, 1.0, 1.0, 0.0)
-    1.7320508075688772
+    >>> round(float(libration_frequency(1.0, 1.0, 1.0, 0.0)), 12)
+    1.732050807569
     """
     return orbit_rate * sqrt(3 * (along - vertical) / across)

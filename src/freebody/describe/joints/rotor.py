@@ -51,7 +51,7 @@ class Rotor:
     >>> arm = s.body("arm", fb.slender_bar(m, L, axis="x"))
     >>> pin = s.hinge("pin", s.ground, arm, to=(-L / 2, 0, 0), coordinate="q", rotor=fb.Rotor(J, ratio=n))
     >>> print(fb.equations(s).text())
-    (J*n^2 + m*L^2/3)*q'' = 0
+    (m*L^2/3 + J*n^2)*q'' = 0
     """
 
     inertia: Expression

@@ -7,7 +7,7 @@ F = -K d - C d',        τ_i = -k_i α_i - c_i α_i',        V = ½ d·K d + ½ 
 
 The moment is Σ τ_i g_i, where g is the basis dual to the three axes; it has the power Σ τ_i α_i'.
 
-Source: Roberson & Schwertassek, Dynamics of Multibody Systems (1988), §3.2 (Cardan angles and their rates).
+Source: the angles are those of :meth:`System.gimbal`; the basis dual to their axes follows from R.
 """
 
 from __future__ import annotations

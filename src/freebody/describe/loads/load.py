@@ -69,7 +69,7 @@ class Load(Named):
     formulas and compiled code have none; ``at.where``, ``at.sign``, ``at.min`` and ``at.max`` serve instead.
 
     A load may have a ``potential(at)`` [J], whose gradient is its force; its work is then not counted again.
-    ``class Drag(fb.Load, kind="drag")`` gives it a name in model files.
+    ``class Drag(fb.Load, kind="my_drag")`` gives it a name in model files.
 
     Examples
     --------

@@ -91,7 +91,7 @@ def motor(
     >>> pin = s.hinge("pin", s.ground, arm, coordinate="q")
     >>> drive = s.motor("drive", pin, stall_torque=T, no_load_speed=w, ratio=n, inertia=J)
     >>> print(fb.equations(s).text())
-    (I + J*n^2)*q'' = T*n*(1 - n*q'/w)
+    (I + n^2*J)*q'' = -T*n^2*q'/w + T*n
     """
     what = f"motor '{name}'"
     if (electric is None) == (stall_torque is None):

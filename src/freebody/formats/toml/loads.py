@@ -8,7 +8,7 @@ Kinds that users add stand in one section, by the name of the kind, which a pack
 ``freebody.kinds``:
 
 [loads.air]
-kind = "drag"
+kind = "gust"
 point = "ball"
 factor = 0.1
 """
