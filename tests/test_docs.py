@@ -124,7 +124,7 @@ def test_links_lead_somewhere(page: str) -> None:
             assert ((ROOT / page).parent / target).exists(), f"{page} links to {target}"
 
 
-@pytest.mark.parametrize("page", ["docs/analysis.md", *TUTORIAL])
+@pytest.mark.parametrize("page", ["docs/analysis.md", "docs/loads.md", *TUTORIAL])
 def test_a_page_prints_what_it_says(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

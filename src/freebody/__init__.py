@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .describe.body import Body as Body
     from .describe.frame import Point as Point
     from .describe.joints.joint import Joint as Joint
+    from .describe.joints.rotor import Rotor as Rotor
     from .describe.loads.action import Couple as Couple
     from .describe.loads.action import GeneralizedForce as GeneralizedForce
     from .describe.loads.action import JointForce as JointForce
@@ -115,6 +116,7 @@ _EXPORTS = {
     "PointForce": "describe.loads.action",
     "Pose": "space.pose",
     "Rotation": "space.rotation",
+    "Rotor": "describe.joints.rotor",
     "System": "describe.system",
     "Trajectory": "motion.trajectory.trajectory",
     "Vector": "scalar.algebra",

@@ -14,6 +14,7 @@ import numpy as np
 from mpmath import mp
 
 from .describe.description import coordinates_of
+from .describe.joints.rotor import Rotor
 from .describe.loads.load import Load, sort_of
 from .describe.system import System
 from .errors import ModelError
@@ -73,6 +74,7 @@ def random_system(
     loads: bool = True,
     driven: bool = False,
     small: bool = False,
+    armature: bool = False,
 ) -> System:
     """Return a tree of random bodies joined by random joints, with gravity, springs, dampers and forces.
 
@@ -90,6 +92,8 @@ def random_system(
         If true, the first hinge or slider is a given function of time.
     small : bool
         If true, numbers are small integers and axes exactly orthogonal, which exact symbols handle fast.
+    armature : bool
+        If true, joints with one displacement turn a rotor in their parent, and all others have armature.
     """
     rng = np.random.default_rng(seed)
 
@@ -122,6 +126,8 @@ def random_system(
         if driven and kind in ("hinge", "slider"):
             arguments["coordinate"] = 0.3 * s.t**2 + 0.2 * s.t
             driven = False
+        if armature:
+            arguments |= _armature(kind, i)
         joint = getattr(s, kind)(f"j{i}", parent, body, **arguments)
         if loads and kind in ("hinge", "slider", "screw", "planar"):
             s.spring(f"k{i}", joint, stiffness=2.5, rest=0.1)
@@ -136,6 +142,13 @@ def random_system(
         if coordinates_of(s):
             s.generalized_force(next(iter(coordinates_of(s))), 1.25)
     return s
+
+
+def _armature(kind: str, i: int) -> dict[str, Any]:
+    """Armature of the i-th joint, or a rotor: about the joint's axis, and about another one."""
+    if kind in ("hinge", "slider", "screw"):
+        return {"rotor": Rotor(Fraction(i + 2, 4), 2 - 5 * (i % 2), axis=None if i % 2 else (1, 2, 2))}
+    return {} if kind == "weld" else {"armature": (2, 3) if kind == "free" else 2}
 
 
 def random_chain(seed: int, links: int, axes: Sequence[Any] = ("x", "y", "z")) -> System:
@@ -179,7 +192,8 @@ def polynomial_value(x: Any, values: Mapping[Any, float], digits: int = 100) -> 
             elif g.kind == "constant":
                 generators[g.index] = mp.mpf(g.atom.evalf(digits))
             elif arguments:
-                generators[g.index] = getattr(mp, _MPMATH.get(g.name or g.kind, g.name or g.kind))(*arguments)
+                name = g.name or g.kind
+                generators[g.index] = (_CHOICES.get(name) or getattr(mp, _MPMATH.get(name, name)))(*arguments)
             else:
                 generators[g.index] = mp.mpf(values[g.atom])
         return generators[g.index]
@@ -200,6 +214,7 @@ def polynomial_value(x: Any, values: Mapping[Any, float], digits: int = 100) -> 
 
 
 _MPMATH = {"abs": "fabs"}
+_CHOICES: dict[str, Any] = {"max": max, "min": min}
 
 
 def state_values(model: Model, q: Sequence[float], u: Sequence[float], t: float = 0) -> dict[Any, float]:
@@ -322,7 +337,9 @@ def _machine_with(kind: type[Load], seed: int, data: Mapping[str, Any]) -> Syste
         if field.name == "name" or field.name in data:
             continue
         if sort == "Point":
-            values[field.name] = points.pop(0)
+            bodies_of_data = [value for value in values.values() if value in (last, first)]
+            values[field.name] = next(point for point in points if point.body not in bodies_of_data)
+            points.remove(values[field.name])
         elif sort == "Body" and field.default is MISSING:
             values[field.name] = bodies.pop(0)
         elif sort == "Joint":
@@ -331,6 +348,8 @@ def _machine_with(kind: type[Load], seed: int, data: Mapping[str, Any]) -> Syste
             values[field.name] = "phi"
         elif sort in ("Expression", "Constant"):
             values[field.name] = drawn(field.name)
+        elif sort == "Law":
+            values[field.name] = f"{drawn('linear')}*stretch + {drawn('cubic')}*stretch^3"
         elif sort == "Vector":
             values[field.name] = tuple(drawn(f"{field.name}_{axis}") for axis in "xyz")
         elif field.default is MISSING and field.default_factory is MISSING:

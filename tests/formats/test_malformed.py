@@ -158,7 +158,9 @@ def test_too_many_entities() -> None:
 def test_too_large(tmp_path: Path) -> None:
     path = tmp_path / "large.toml"
     path.write_bytes(b"#" * (MAX_SIZE[".toml"] + 1))
-    with pytest.raises(FormatError, match=f"large.toml: expected at most {MAX_SIZE['.toml']} bytes, got more"):
+    with pytest.raises(
+        FormatError, match=f"large.toml: expected at most {MAX_SIZE['.toml']} bytes, got more"
+    ):
         fb.read(path)
 
 

@@ -51,11 +51,14 @@ T = 0.3
 
 @pytest.fixture(params=[*SEEDS, "solved", "together"])
 def machine(request):
-    """A random tree of five bodies, loaded; every third with a driven joint. Two with coordinates as expressions."""
+    """A random tree of five bodies, loaded; every third with a driven joint, every second with rotors and armature.
+
+    Two have coordinates that are expressions.
+    """
     if request.param in COUPLED:
         return Machine(coupled(COUPLED[request.param]), 3)
     seed = request.param
-    s = random_system(seed, 5, driven=seed % 3 == 0)
+    s = random_system(seed, 5, driven=seed % 3 == 0, armature=seed % 2 == 1)
     return Machine(s, seed)
 
 
@@ -79,6 +82,7 @@ def coupled(coordinates):
         given = {"at": rng.normal(size=3), "to": rng.normal(size=3), "axis": rng.normal(size=3)}
         if kind == "screw":
             given["pitch"] = 0.3
+        given["rotor"] = fb.Rotor(0.5, ratio=i + 1)
         joint = getattr(s, kind)(f"j{i}", parent, body, coordinate=s.expression(coordinate), **given)
         s.spring(f"k{i}", joint, stiffness=2, rest=0.2)
         s.damper(f"c{i}", joint, damping=0.5)
@@ -127,7 +131,7 @@ def matrix(model, state):
 
 def test_kinetic_energy_is_half_u_M_u():
     for seed in SEEDS:
-        m = Machine(random_system(seed, 5), seed)
+        m = Machine(random_system(seed, 5, armature=seed % 2 == 1), seed)
         state = m.state()
         u = np.array(m.u)
         close(u @ matrix(m.model, state) @ u / 2, kinetic_energy(m.model, state), EXACT)
@@ -224,7 +228,7 @@ def test_jacobian_gives_the_velocity_beyond_that_of_the_drives(machine):
 
 
 def test_translation_theorem_and_momentum_of_each_body(machine):
-    """H_0 = r_C x p + H_C with H_C = R I_C Rᵀ w, from poses and velocities of points only."""
+    """H_0 = r_C x p + H_C with H_C = R I_C Rᵀ w + spin of rotors, from poses and velocities of points only."""
     model, state = machine.model, machine.state()
     for name, body in machine.system.bodies.items():
         mass = body.mass_properties
@@ -232,6 +236,10 @@ def test_translation_theorem_and_momentum_of_each_body(machine):
         p = mass.mass * np.array(point_velocity(model, state, body.center), float)
         R = np.array(poses(model, state)[name].rotation, float)
         H_C = R @ np.array(mass.inertia, float) @ R.T @ np.array(angular_velocity(model, state, body), float)
+        for link in model.links:
+            if link.parent == model.bodies[name].link and any(link.rotor):
+                spin = np.array(link.rotation, float) @ np.array(link.rotor, float)
+                H_C = H_C + R @ spin * state.rate(link)
         about_0 = momentum(model, state, bodies={name})
         about_C = momentum(model, state, about=tuple(r), bodies={name})
         scale = np.abs(r).max() * np.abs(p).max()

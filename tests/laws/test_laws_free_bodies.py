@@ -46,11 +46,12 @@ def check(eq, values, tolerance, **options):
             assert abs(left - right) <= tolerance * size
 
 
+@pytest.mark.parametrize("armature", [False, True])
 @pytest.mark.parametrize("kind", JOINTS)
-def test_six_equations_of_every_body_hold_with_the_reactions(kind):
+def test_six_equations_of_every_body_hold_with_the_reactions(kind, armature):
     """All loads act: springs and dampers along the joints and between points, forces, couples, generalized forces."""
     bodies = 1 if kind in ("free", "ball", "gimbal", "universal") else 2
-    system = random_system(4, bodies, [kind], small=True, branching=False)
+    system = random_system(4, bodies, [kind], small=True, branching=False, armature=armature)
     eq, values, condition = on_a_motion(system, 4)
     check(eq, values, EXACT * condition)
     last = list(system.bodies.values())[-1]

@@ -81,7 +81,7 @@ def test_energy_ledger_balances(seed):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_energy_is_kept_without_loads(seed):
-    s = random_system(seed, bodies=4, loads=False)
+    s = random_system(seed, bodies=4, loads=False, armature=True)
     _, initial = start_of(s, seed)
     motion = fb.simulate(s, 3, initial=initial, tolerance=TOLERANCE)
     assert not motion.kernels.works

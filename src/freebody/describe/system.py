@@ -33,6 +33,11 @@ from .description import (
 )
 from .joints import system_joints as _joints
 from .joints.joint import Joint
+from .loads import bushing as _bushing
+from .loads import cable as _cable
+from .loads import drag as _drag
+from .loads import gravitation as _gravitation
+from .loads import motor as _motor
 from .loads import system_loads as _loads
 from .loads.load import Load, add
 from .looks import drawn_as, solid_of
@@ -210,6 +215,11 @@ class System(Description):
     damper = arguments_named(_loads.damper)
     torsion_spring = arguments_named(_loads.torsion_spring)
     generalized_force = arguments_named(_loads.generalized_force)
+    drag = arguments_named(_drag.drag)
+    motor = arguments_named(_motor.motor)
+    gravitation = arguments_named(_gravitation.gravitation)
+    bushing = arguments_named(_bushing.bushing)
+    cable = arguments_named(_cable.cable)
     constrain = arguments_named(_constraints.constrain)
     constrain_speed = arguments_named(_constraints.constrain_speed)
     gear = arguments_named(_constraints.gear)

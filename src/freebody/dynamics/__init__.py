@@ -2,6 +2,7 @@
 
 from .articulated import forward_dynamics
 from .composite import mass_matrix
+from .coriolis import coriolis_matrix, gravity_forces
 from .energy import kinetic_energy, mechanical_power, potential_energy
 from .kinematics import coordinate_rates, jacobian, poses
 from .momentum import momentum
@@ -12,8 +13,10 @@ __all__ = [
     "State",
     "bias",
     "coordinate_rates",
+    "coriolis_matrix",
     "float_state",
     "forward_dynamics",
+    "gravity_forces",
     "inverse_dynamics",
     "jacobian",
     "kinetic_energy",

@@ -4,7 +4,7 @@ Inward:    U = I^A S,   D = Sᵀ U,   m = τ - Sᵀ p^A,
            I^a = I^A - U D⁻¹ Uᵀ,    p^a = p^A + I^a c + U D⁻¹ m        to the parent
 Outward:   y'' = D⁻¹ (m - Uᵀ A'),   A = A' + S y''
 
-A driven displacement has no D: its y'' is known and moves into c.
+A driven displacement has no D: its y'' is known and moves into c. Armature adds to D, and rotors in the parent to U.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §7.3.
 """
@@ -15,8 +15,9 @@ from collections.abc import Sequence
 
 from ..errors import ModelError
 from ..model.model import GROUND, Link, Model
-from ..scalar.algebra import IDENTITY, ZERO, Matrix, Scalar, divide, negate
+from ..scalar.algebra import IDENTITY, ZERO, Matrix, Scalar, add, cross, divide, dot, negate, scale, subtract
 from ..space.spatial import (
+    ZERO6,
     Blocks,
     Spatial,
     blocks,
@@ -34,6 +35,7 @@ from ..space.spatial import (
     power,
     times,
 )
+from .armature import turned_slides
 from .composite import mass_matrix
 from .coordinates import accelerations_of_coordinates, forces_on_displacements
 from .kinematics import velocities
@@ -87,14 +89,17 @@ def forward_dynamics(
                 [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
             )
             U, m = pivot(motion, tau, inertia[i], p[i])
-            with_inertia[i] = _with_inertia(model, i, motion, U, tau, loads.wrench(i))
-            motion, tau, U, m = ([x[k] for k in with_inertia[i]] for x in (motion, tau, U, m))
-        if motion:
-            D = Factorization([[power(S, W) for W in U] for S in motion])
-            terms[i] = (motion, U, m, D)
+            D = [[power(S, W) for W in U] for S in motion]
+            if link.armature:
+                U, m = add_armature(state, i, c[i], U, m, D)
+            with_inertia[i] = kept = _with_inertia(model, i, motion, D, tau, loads.wrench(i))
+            motion, tau, U, m = ([x[k] for k in kept] for x in (motion, tau, U, m))
+            if kept:
+                terms[i] = (motion, U, m, Factorization([[D[j][k] for k in kept] for j in kept]))
         if link.parent == GROUND:
             continue
-        I_a, p_a = apparent_inertia(inertia[i], p[i], c[i], tau, terms[i])
+        p[i] = plus(p[i], _spin_moment(state, i, V[i]))
+        I_a, p_a = apparent_inertia(inertia[i], p[i], c[i], tau, terms[i], alone=not link.armature)
         R, r, _ = state.joint(i)
         inertia[link.parent] = blocks_sum(inertia[link.parent], blocks_to_parent(R, r, I_a))
         p[link.parent] = plus(p[link.parent], force_to_parent(R, r, p_a))
@@ -141,22 +146,61 @@ def pivot(
     return U, [t - power(S, p_A) for t, S in zip(tau, motion, strict=True)]
 
 
+def add_armature(
+    state: State, i: int, c: Spatial, U: Sequence[Spatial], m: Sequence[Scalar], D: list[list[Scalar]]
+) -> tuple[list[Spatial], list[Scalar]]:
+    """Return U and m with armature and rotors, of which the spin s couples y'' with the turning of the parent.
+
+    D gets the armature on its diagonal:  (D + A) y'' = m + s·c - (U + s)·A',  where c is not of the parent.
+    """
+    for k, x in enumerate(state.armature(i)):
+        D[k][k] = D[k][k] + x
+    if not state.model.links[i].one_dof:
+        armature, turned = state.armature(i), turned_slides(state, i)
+        return list(U), [force - a * x for force, a, x in zip(m, armature, turned, strict=True)]
+    spin = state.spin(i)
+    if spin is None or state.model.links[i].parent == GROUND:
+        return list(U), list(m)
+    return [plus(U[0], (spin[1], ZERO))], [m[0] + dot(spin[1], c[0])]
+
+
+def _spin_moment(state: State, i: int, V: Spatial) -> Spatial:
+    """Return the moment of the rotors that link ``i`` turns on its parent, without the part with y'', in its axes."""
+    link, spin = state.model.links[i], state.spin(i)
+    if spin is None:
+        return ZERO6
+    turning = state.joint(i)[2][0]
+    moment = cross(subtract(V[0], turning), scale(state.rate(link), spin[1]))
+    if link.driven:
+        moment = add(moment, scale(state.second_rate(link, None), spin[1]))
+    return (moment, ZERO)
+
+
 def apparent_inertia(
-    I_A: Blocks, p_A: Spatial, c: Spatial, tau: Sequence[Scalar], terms: LinkTerms | None
+    I_A: Blocks,
+    p_A: Spatial,
+    c: Spatial,
+    tau: Sequence[Scalar],
+    terms: LinkTerms | None,
+    *,
+    alone: bool = True,
 ) -> tuple[Blocks, Spatial]:
-    """Return I^a and p^a, the link as its parent feels it, in its own axes; ``terms`` None: it does not move in it."""
+    """Return I^a and p^a, the link as its parent feels it, in its own axes; ``terms`` None: it does not move in it.
+
+    ``alone`` is true if forces along its motions meet the inertia of links alone; then I^a S = 0 and Sᵀ p^a = τ.
+    """
     if terms is None:
         return I_A, plus(p_A, blocks_times(I_A, c))
     motion, U, m, D = terms
     I_a = I_A
     for W, x in zip(U, columns_solved(D, U), strict=True):
         I_a = blocks_less_outer(I_a, W, x)
-    for S in motion:
+    for S in motion if alone else ():
         I_a = _cleared(I_a, S)
     p_a = plus(p_A, blocks_times(I_a, c))
     for W, x in zip(U, D.solve(m), strict=True):
         p_a = plus(p_a, times(x, W))
-    for S, force in zip(motion, tau, strict=True):
+    for S, force in zip(motion, tau, strict=True) if alone else ():
         p_a = _replaced(p_a, S, force)
     return I_a, p_a
 
@@ -171,7 +215,7 @@ def joint_acceleration(a: Spatial, terms: LinkTerms) -> tuple[list[Scalar], Spat
 
 
 def _with_inertia(
-    model: Model, i: int, motion: list[Spatial], U: list[Spatial], tau: list[Scalar], wrench: Spatial
+    model: Model, i: int, motion: list[Spatial], D: list[list[Scalar]], tau: list[Scalar], wrench: Spatial
 ) -> list[int]:
     """Return the indices of a link's motions that meet inertia; ``tau`` and ``wrench`` are the loads along and on it.
 
@@ -179,8 +223,8 @@ def _with_inertia(
     displaces it has the equation 0 = 0 if no torque drives it: it keeps its rate.
     """
     result, link = [], model.links[i]
-    for k, (S, W, force) in enumerate(zip(motion, U, tau, strict=True)):
-        if not is_zero(power(S, W)):
+    for k, (S, force) in enumerate(zip(motion, tau, strict=True)):
+        if not is_zero(D[k][k]):
             result.append(k)
         elif not (S[1] == ZERO and is_zero(force + power(S, wrench)) and _is_displaced_tip(model, i)):
             raise ModelError(

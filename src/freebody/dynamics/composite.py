@@ -2,14 +2,27 @@
 
     I^c_i = I_i + Σ I^c_child,        M_jk = S_jᵀ X* (I^c_k S_k)   for k outward of j.
 
+Armature adds to M_jj, and the spin of rotors in the parent of link k to I^c_k S_k at the parent.
+
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §6.2.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Scalar
-from ..space.spatial import Inertia, force_to_parent, inertia_sum, inertia_to_parent, momentum_of, power
+from ..scalar.algebra import Scalar, add
+from ..space.spatial import (
+    Inertia,
+    Spatial,
+    force_to_parent,
+    inertia_sum,
+    inertia_to_parent,
+    momentum_of,
+    power,
+)
 from .kinematics import motions
 from .state import State
 
@@ -22,12 +35,13 @@ def mass_matrix(model: Model, state: State) -> tuple[tuple[Scalar, ...], ...]:
     for i in range(len(model.links)):
         for place, (j, weight, S) in enumerate(moves[i]):
             F = momentum_of(composite[i], S)
+            own = _own_inertias(model, state, i, moves[i])
             for earlier, (k, weight_k, S_k) in enumerate(moves[i][: place + 1]):
-                _put(M, j, k, weight * weight_k * power(S_k, F), same=earlier == place)
+                inertia = power(S_k, F) + own.get((earlier, place), 0)
+                _put(M, j, k, weight * weight_k * inertia, same=earlier == place)
             inner = i
             while model.links[inner].parent != GROUND:
-                R, p, _ = state.joint(inner)
-                F = force_to_parent(R, p, F)
+                F = _inward(state, inner, F, with_spin=inner == i)
                 inner = model.links[inner].parent
                 for k, weight_k, S_k in moves[inner]:
                     _put(M, j, k, weight * weight_k * power(S_k, F), same=False)
@@ -47,19 +61,39 @@ def mass_diagonal(model: Model, state: State) -> list[Scalar]:
         for j, _, _ in link_moves:
             first.setdefault(j, i)
     for i, link_moves in enumerate(moves):
-        for j, weight, S in link_moves:
+        for place, (j, weight, S) in enumerate(link_moves):
             F = momentum_of(composite[i], S)
-            same = [(weight_k, S_k) for k, weight_k, S_k in link_moves if k == j]
-            diagonal[j] = diagonal[j] + sum((weight * b * power(S_k, F) for b, S_k in same), 0)
+            own = _own_inertias(model, state, i, link_moves)
+            for other, (k, weight_k, S_k) in enumerate(link_moves):
+                if k == j:
+                    inertia = power(S_k, F) + own.get((other, place), 0)
+                    diagonal[j] = diagonal[j] + weight * weight_k * inertia
             inner = i
             while model.links[inner].parent >= first[j]:
-                R, p, _ = state.joint(inner)
-                F = force_to_parent(R, p, F)
+                F = _inward(state, inner, F, with_spin=inner == i)
                 inner = model.links[inner].parent
                 for k, weight_k, S_k in moves[inner]:
                     if k == j:
                         diagonal[j] = diagonal[j] + 2 * (weight * weight_k * power(S_k, F))
     return diagonal
+
+
+def _own_inertias(model: Model, state: State, i: int, moves: Sequence[Any]) -> dict[tuple[int, int], Scalar]:
+    """Return the armature that two motions of a link, by their places, move together."""
+    armature = state.armature(i)
+    if not armature:
+        return {}
+    if model.links[i].one_dof:  # all its motions are along one displacement
+        return {(j, k): armature[0] for j in range(len(moves)) for k in range(len(moves))}
+    return {(k, k): x for k, x in enumerate(armature)}
+
+
+def _inward(state: State, i: int, F: Spatial, *, with_spin: bool) -> Spatial:
+    """Return the momentum of link ``i`` at its parent, with that of the parent's rotors that the link turns."""
+    R, p, _ = state.joint(i)
+    F = force_to_parent(R, p, F)
+    spin = state.spin(i) if with_spin else None
+    return F if spin is None else (add(F[0], spin[0]), F[1])
 
 
 def _composite_inertias(model: Model, state: State) -> list[Inertia]:

@@ -41,7 +41,6 @@ from ..scalar.algebra import (
     subtract,
 )
 from ..scalar.series import Series
-from .along import replaced, state_along
 from .contact import ContactRows, rows_of, touch
 from .dependence import dependence, directions
 from .kinematics import (
@@ -51,7 +50,9 @@ from .kinematics import (
     place_of,
     point_position,
     point_velocity,
+    replaced,
     rotation,
+    state_along,
 )
 from .linear import entries
 from .loop_ends import carrier_of, ends, last_link, loop_rows

@@ -41,8 +41,7 @@ from ..scalar.algebra import (
 )
 from ..scalar.expression import evaluate
 from ..scalar.series import Series
-from .along import state_along, state_moving
-from .kinematics import link_postures, motions, place_of, rotation, velocities
+from .kinematics import link_postures, motions, place_of, rotation, state_along, state_moving, velocities
 from .state import State
 
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from ..model.model import Model
 from ..scalar.algebra import HALF, Scalar, add, apply, dot, scale
 from ..space.spatial import momentum_of, power
+from .armature import armature_energy, has_armature
 from .kinematics import link_postures, velocities
 from .loading import Loading, load_potential, load_power
 from .newton_euler import drive_power
@@ -19,11 +20,15 @@ from .state import State
 
 
 def kinetic_energy(model: Model, state: State) -> Scalar:
-    """Return the kinetic energy of all bodies [J]."""
+    """Return the kinetic energy of all bodies, and of the armature of joints [J]."""
     total: Scalar = 0
-    for i, V in enumerate(velocities(model, state)):
-        total = total + power(V, momentum_of(state.inertia(i), V))
-    return HALF * total
+    V = velocities(model, state)
+    for i, V_i in enumerate(V):
+        total = total + power(V_i, momentum_of(state.inertia(i), V_i))
+    total = HALF * total
+    for i in range(len(V)) if has_armature(model) else ():
+        total = total + armature_energy(state, i, V)
+    return total
 
 
 def potential_energy(model: Model, state: State) -> Scalar:

@@ -18,7 +18,19 @@ from typing import Any
 
 from ..describe.constraints.constraint import Gear
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Scalar, Vector, add, apply, apply_transpose, cross, divide, scale, subtract
+from ..scalar.algebra import (
+    ZERO,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    apply_transpose,
+    cross,
+    divide,
+    dot,
+    scale,
+    subtract,
+)
 from ..space.spatial import (
     ZERO6,
     Spatial,
@@ -171,6 +183,12 @@ def impulsive_reactions(
     needs = []
     for i in range(len(model.links)):
         needs.append(minus(momentum_of(state.inertia(i), jumps[i]), blows.wrench(i)))
+    for i, link in enumerate(model.links):
+        spin = state.spin(i)
+        if spin is not None and link.parent != GROUND:
+            needs[link.parent] = plus(
+                needs[link.parent], (scale(_rate_jump(model, state, i, jumps), spin[0]), ZERO)
+            )
     F = _inward(model, state, needs)
     result = {}
     for name, joint in model.joints.items():
@@ -179,6 +197,15 @@ def impulsive_reactions(
         R = rotation(model, state, last)
         result[name] = (apply(R, f), apply(R, n))
     return result
+
+
+def _rate_jump(model: Model, state: State, i: int, jumps: Sequence[Spatial]) -> Scalar:
+    """Return Δy' of a link with one displacement, from the jumps of the link and of its parent."""
+    R, p, _ = state.joint(i)
+    S, parent = state.subspace(i), model.links[i].parent
+    change = minus(jumps[i], ZERO6 if parent == GROUND else motion_to_child(R, p, jumps[parent]))
+    turn = S[0] != ZERO
+    return dot(S[0], change[0]) if turn else dot(S[1], change[1])
 
 
 def _inward(model: Model, state: State, wrenches: Sequence[Spatial]) -> list[Spatial]:

@@ -6,7 +6,7 @@ of actions, and no kind of load.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,7 @@ from ..errors import FreebodyError, ModelError, nearest, shown
 from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import (
     FUNCTIONS,
+    HALF,
     ZERO,
     Expression,
     FieldVector,
@@ -49,10 +50,33 @@ class Instant:
         self._model = model
         self._state = state
         self._load = load
+        self.field = state.field
+        self.conditions: list[Scalar] = []
+        """Conditions of :meth:`where` so far."""
 
     def __call__(self, expression: Expression) -> Scalar:
         """Return the value of an expression of the system's names."""
         return self._state(expression)
+
+    def of(self, expression: Expression, values: Mapping[Any, Scalar]) -> Scalar:
+        """Return the value of an expression with symbols of its own, which have these values."""
+        return self._state.with_values(expression, values)
+
+    def where(self, condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
+        """Return a if the condition is greater than zero, else b; both are computed.
+
+        A motion locates the times at which the condition passes through zero; there the value is (a + b)/2.
+        """
+        self.conditions.append(condition)
+        return b + (a - b) * (1 + self._state.field.apply("sign", condition)) * HALF
+
+    def acceleration(self, *_: Any) -> NoReturn:
+        """Refuse what would change the masses."""
+        raise ModelError(
+            f"{_begin(self._load)}a load that depends on accelerations changes the mass matrix, so it is no load. "
+            f"Added mass is a body of its own, on a weld; inertia along a joint is armature= or rotor= of "
+            f"the joint."
+        )
 
     def __getattr__(self, function: str) -> Callable[..., Scalar]:
         """Return a function of scalars: ``at.sqrt``, ``at.tanh``, ``at.atan2``."""
@@ -165,6 +189,14 @@ def actions(model: Model, state: State, name: str) -> tuple[Action, ...]:
         result = _asked(load, lambda: tuple(load.actions(Instant(model, state, load))))
         state.cache[key] = tuple(_own_action(model, load, action) for action in result)
     return state.cache[key]
+
+
+def conditions(model: Model, state: State, name: str) -> list[Scalar]:
+    """Return the conditions on which a load switches (:meth:`Instant.where`), in the order in which it asks."""
+    load = model.loads[name]
+    at = Instant(model, state, load)
+    _asked(load, lambda: tuple(load.actions(at)))
+    return at.conditions
 
 
 def places(model: Model) -> dict[str, tuple[Action, ...]]:

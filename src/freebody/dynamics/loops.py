@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Scalar, divide
+from ..scalar.algebra import ZERO, Scalar, Vector, divide
 from ..space.spatial import (
     ZERO6,
     Spatial,
@@ -87,7 +87,7 @@ def articulated_masses(model: Model, state: State, speeds: Sequence[Sequence[int
     recursion.solved()
     result: list[Scalar] = [0] * model.n_u
     for terms in (terms for joint in recursion.joint_terms for terms in joint):
-        result[terms.speed] = power(terms.S, terms.U)
+        result[terms.speed] = terms.D
     return result
 
 
@@ -98,6 +98,7 @@ class _JointTerms:
     S: Spatial
     speed: int
     U: Spatial
+    D: Scalar
     inverse: Scalar  # 1/D
     m: Scalar
     mu: dict[int, Scalar]
@@ -151,8 +152,10 @@ class _Recursion:
                 self.eliminate_loop(i, c)
             link = self.model.links[i]
             subspace = self.state.subspace(i) if link.one_dof and not link.driven else None
-            for S, j in zip(free_motions(link, subspace), self.speeds[i], strict=True):
-                self.eliminate_motion(i, S, j)
+            armature = self.state.armature(i) or (0,) * len(self.speeds[i])
+            spin = self.state.spin(i) if link.one_dof and link.parent != GROUND else None
+            for S, j, x in zip(free_motions(link, subspace), self.speeds[i], armature, strict=True):
+                self.eliminate_motion(i, S, j, x, ZERO if spin is None else spin[1])
             if link.parent != GROUND:
                 self.add_to_parent(i, link.parent)
         for terms in reversed([self.eliminate(c) for c in self.loops_of.get(GROUND, ())]):
@@ -184,15 +187,17 @@ class _Recursion:
             self.P[i][k] = plus(self.P[i].get(k, ZERO6), times(-x, weighed))
         self.loop_terms[i].append((terms, force))
 
-    def eliminate_motion(self, i: int, S: Spatial, j: int) -> None:
-        """Eliminate the motion S of link i, whose speed is j."""
+    def eliminate_motion(self, i: int, S: Spatial, j: int, armature: Scalar, spin: Vector) -> None:
+        """Eliminate the motion S of link i, whose speed is j; ``spin`` is that of rotors in the parent."""
         P, L = self.P[i], self.L
         U = blocks_times(self.I[i], S)
-        w = _inverse(power(S, U), None if self.selection is None else self.selection.free[j])
+        D = power(S, U) + armature
+        U = plus(U, (spin, ZERO))
+        w = _inverse(D, None if self.selection is None else self.selection.free[j])
         m = self.f[j] - power(S, self.p[i])
         column = self.columns.get(j, {})
         mu = {c: column.get(c, 0) - power(S, P.get(c, ZERO6)) for c in {**P, **column}}
-        self.joint_terms[i].append(_JointTerms(S, j, U, w, m, mu))
+        self.joint_terms[i].append(_JointTerms(S, j, U, D, w, m, mu))
         self.I[i] = blocks_less_outer(self.I[i], U, times(w, U))
         self.p[i] = plus(self.p[i], times(m * w, U))
         for c, x in mu.items():

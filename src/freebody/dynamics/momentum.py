@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..model.model import Model
+from ..model.model import GROUND, Model
 from ..scalar.algebra import ZERO, Scalar, Vector, add, apply, cross, divide, scale, subtract
 from ..space.spatial import momentum_of
-from .kinematics import link_postures, velocities
+from .kinematics import link_postures, rotation, velocities
 from .state import State
 
 
@@ -30,7 +30,10 @@ class Momentum:
 
 
 def momentum(model: Model, state: State, about: Vector = ZERO, bodies: set[str] | None = None) -> Momentum:
-    """Return the momentum of all bodies, or of those named, about a point of the ground in ground axes."""
+    """Return the momentum of all bodies, or of those named, about a point of the ground in ground axes.
+
+    Rotors that a joint turns belong to the joint's parent; armature has no momentum but that along its joint.
+    """
     linear, angular = ZERO, ZERO
     V, postures = velocities(model, state), link_postures(model, state)
     for i, link in enumerate(model.links):
@@ -41,6 +44,12 @@ def momentum(model: Model, state: State, about: Vector = ZERO, bodies: set[str] 
         p_N = apply(R, p)
         linear = add(linear, p_N)
         angular = add(angular, add(apply(R, n), cross(r, p_N)))
+    for i, link in enumerate(model.links):
+        carrier = model.links[link.parent].body if link.parent != GROUND else "ground"
+        spin = state.spin(i)
+        if spin is not None and (bodies is None or carrier in bodies):  # rotors in the ground turn, too
+            R = rotation(model, state, link.parent)
+            angular = add(angular, apply(R, scale(state.rate(link), spin[0])))
     return Momentum(linear, angular, ZERO).shifted(about)
 
 

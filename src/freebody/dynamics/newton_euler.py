@@ -5,7 +5,8 @@ Outward, the accelerations with the ground accelerated by -g; then for each link
     n_i = J α + w × J w + h × a,    f_i = m a + ([α]× + [w]×²) h,    h = m c
     F_i = (n_i, f_i) - (loads on i) + Σ F_child,        τ_i = Sᵀ F_i,
 
-where F_i is the wrench that the joint transmits to link i, and a is the acceleration of its origin.
+where F_i is the wrench that the joint transmits to link i, and a is the acceleration of its origin. Armature needs
+forces along the joints, too, and rotors a moment on the link that they stand in (:mod:`freebody.dynamics.armature`).
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.3; chapter 6, eqs (6.1), (6.24), (6.25).
 """
@@ -13,36 +14,43 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.3; chapter 6, e
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Scalar, Vector, add, apply, cross, negate, scale
-from ..space.spatial import Spatial, force_to_parent, minus, plus, power
+from ..scalar.algebra import IDENTITY, ZERO, Scalar, Vector, add, apply, apply_transpose, cross, negate, scale
+from ..space.spatial import ZERO6, Spatial, force_to_parent, minus, plus, power
+from .armature import has_armature, resistance, spin_rate
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
 from .joint_freedom import loads_on_child, transmissible
 from .kinematics import accelerations, rotation, turning, velocities
 from .loading import Loading, loading
 from .state import State
 
+Resisting = dict[int, tuple[Scalar, ...]]
+"""Forces that the armature of a joint needs along the motions of its link, by link."""
+
 
 def joint_wrenches(
     model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None
-) -> list[Spatial]:
-    """Return the wrench F_i on every link from its parent, about the link's origin in its axes.
+) -> tuple[list[Spatial], Resisting]:
+    """Return the wrench F_i on every link from its parent, about the link's origin in its axes, and those of armature.
 
     ``loads`` None leaves out the loads and gravity; ``udot`` None leaves out the part linear in accelerations.
     """
-    F = _needs(model, state, udot, loads)
+    F, resisting = _needs(model, state, udot, loads)
     for i in range(len(model.links) - 1, -1, -1):
         link = model.links[i]
         F[i] = state.intermediate("force", i, F[i])
         if link.parent != GROUND:
             R, p, _ = state.joint(i)
             F[link.parent] = plus(F[link.parent], force_to_parent(R, p, F[i]))
-    return F
+    return F, resisting
 
 
-def _needs(model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None) -> list[Spatial]:
-    """Return the wrench that the motion of every link alone needs: (n, f) less the loads."""
+def _needs(
+    model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loading | None
+) -> tuple[list[Spatial], Resisting]:
+    """Return the wrench that the motion of a link alone needs, (n, f) less the loads, and the forces of armature."""
     V = velocities(model, state)
     ground = (0, 0, 0) if loads is None else negate(state.vector(model.gravity))
     A = accelerations(model, state, udot, ground)
@@ -53,7 +61,13 @@ def _needs(model: Model, state: State, udot: Sequence[Scalar] | None, loads: Loa
         n = add(add(apply(J, alpha), cross(w, apply(J, w))), cross(h, a))
         force = (n, add(scale(m, a), apply(turning(w, alpha), h)))
         F.append(force if loads is None else minus(force, loads.wrench(i)))
-    return F
+    along: Resisting = {}
+    for i, link in enumerate(model.links) if has_armature(model) else ():
+        if link.armature:
+            along[i] = resistance(state, i, udot, A)
+        if link.parent != GROUND:
+            F[link.parent] = plus(F[link.parent], (spin_rate(state, i, udot, V), ZERO))
+    return F, along
 
 
 def inverse_dynamics(
@@ -71,10 +85,12 @@ def inverse_dynamics(
     """
     acting = loading(model, state) if loads == "all" else loads
     assert not isinstance(acting, str)
-    F = joint_wrenches(model, state, udot, acting)
+    F, resisting = joint_wrenches(model, state, udot, acting)
     tau: list[Scalar] = []
     for i, link in enumerate(model.links):
         along = power(state.subspace(i), F[i]) if link.one_dof else 0
+        if link.one_dof and i in resisting:
+            along = along + resisting[i][0]
         tau.append(along if acting is None else along - acting.along.get(i, 0))
     total = forces_on_coordinates(model, state, tau)
     for i, link in enumerate(model.links):
@@ -84,6 +100,8 @@ def inverse_dynamics(
                 total[link.u + k] = n[k]
                 if link.kind == "free":
                     total[link.u + 3 + k] = f[k]
+            for k, force in enumerate(resisting.get(i, ())):
+                total[link.u + k] = total[link.u + k] + force
     if acting is not None:
         for j, force in acting.generalized.items():
             total[j] = total[j] - force
@@ -115,7 +133,8 @@ def reactions(
         Loads in place of the model's own, if constraints act too.
     """
     loads = loading(model, state) if loads is None else loads
-    F = _needs(model, state, udot, loads)
+    F, resisting = _needs(model, state, udot, loads)
+    loads = _with_resistance(model, loads, resisting)
     ends = {joint.links[-1]: (name, joint) for name, joint in model.joints.items()}
     result = {}
     for i in range(len(model.links) - 1, -1, -1):
@@ -131,12 +150,34 @@ def reactions(
                     for k, tau in forces_on_free_displacements(model, state, j, force).items():
                         along[k] = along.get(k, 0) + tau
                 moved = loads_on_child(model, state, joint, along, free=True)
-                F[i] = plus((n, f), plus(enforced, moved))
+                F[i] = plus(
+                    (n, f), plus(enforced, minus(moved, _of_ball(model, state, joint.links, resisting)))
+                )
         parent = model.links[i].parent
         if parent != GROUND:
             R, p, _ = state.joint(i)
             F[parent] = plus(F[parent], force_to_parent(R, p, F[i]))
     return {name: result[name] for name in model.joints}
+
+
+def _with_resistance(model: Model, loads: Loading, resisting: Resisting) -> Loading:
+    """Return the loads with those that armature puts on the displacements of joints."""
+    along = dict(loads.along)
+    for i, forces in resisting.items():
+        if model.links[i].one_dof:
+            along[i] = along.get(i, 0) - forces[0]
+    return replace(loads, along=along)
+
+
+def _of_ball(model: Model, state: State, links: Sequence[int], resisting: Resisting) -> Spatial:
+    """Return the wrench that the armature of a ball or free joint needs, in the axes of the joint's last link."""
+    first, last = links[0], links[-1]
+    if model.links[first].one_dof or first not in resisting:
+        return ZERO6
+    x = (*resisting[first], *ZERO)
+    n, f = (x[0], x[1], x[2]), (x[3], x[4], x[5])
+    R = IDENTITY if first == last else state.joint(last)[0]
+    return (apply_transpose(R, n), apply_transpose(R, f))
 
 
 def drive_power(model: Model, state: State, udot: Sequence[Scalar], loads: Loading | None = None) -> Scalar:
@@ -145,9 +186,11 @@ def drive_power(model: Model, state: State, udot: Sequence[Scalar], loads: Loadi
     if not driven:
         return 0
     loads = loading(model, state) if loads is None else loads
-    F = joint_wrenches(model, state, udot, loads)
+    F, resisting = joint_wrenches(model, state, udot, loads)
     total: Scalar = 0
     for i in driven:
         force = power(state.subspace(i), F[i]) - loads.along.get(i, 0)
+        if i in resisting:
+            force = force + resisting[i][0]
         total = total + force * state(model.links[i].drift)
     return total

@@ -16,6 +16,8 @@ from ..scalar.algebra import (
     Vector,
     add,
     apply,
+    apply_transpose,
+    cross,
     floats,
     multiply,
     scale,
@@ -63,6 +65,11 @@ class State:
     def __call__(self, expression: Expression) -> Scalar:
         """Return the value of an expression of the model's names."""
         return evaluate(expression, self._memo, self.field, self._memo)
+
+    def with_values(self, expression: Expression, values: Mapping[Any, Scalar]) -> Scalar:
+        """Return the value of an expression with further symbols, which have these values."""
+        names = {**self._memo, **values}
+        return evaluate(expression, names, self.field, names)
 
     def vector(self, components: Sequence[Expression]) -> Vector:
         """Return the values of three expressions."""
@@ -120,6 +127,24 @@ class State:
             for j, partial in link.partials:
                 total = total + self(partial) * udot[j]
         return total
+
+    def armature(self, i: int) -> tuple[Scalar, ...]:
+        """Return the inertia that each speed of link ``i`` alone moves; () if there is none."""
+        return tuple(self(x) for x in self.model.links[i].armature)
+
+    def spin(self, i: int) -> tuple[Vector, Vector] | None:
+        """Return the angular momentum of rotors in the parent of link ``i`` per unit rate of its displacement.
+
+        Its components are in the parent's axes, and in those of the link. None if there is no rotor.
+        """
+        link = self.model.links[i]
+        if link.rotor == ZERO:
+            return None
+        s = self.vector(link.rotor)
+        of_parent = apply(self.matrix(link.rotation), s)
+        if link.kind == "slider" or all(x == 0 for x in cross(link.rotor, link.axis)):
+            return of_parent, s  # the joint does not turn it
+        return of_parent, apply_transpose(self.joint(i)[0], of_parent)
 
     def intermediate(self, what: str, of: Any, value: Any) -> Any:
         """Return a velocity, acceleration or force of a link, or span and pull of a load, for further use: unchanged.

@@ -18,6 +18,8 @@ planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged
 sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
                         :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
+loads                   :func:`fall_with_drag`, :func:`fall_in_syrup`, :func:`motor_start`, :func:`kepler_orbit`,
+                        :func:`libration_frequency`
 Euler's disk            :func:`euler_disk_turn`, :func:`euler_disk_energy`, :func:`euler_disk_end`, :func:`rolling_disk`
 """
 
@@ -38,6 +40,7 @@ from .contact import (
     sliding_body,
 )
 from .coupled import airfoil, airfoil_motion, folding_equilibrium, folding_links
+from .drag import Fall, fall_in_syrup, fall_with_drag
 from .euler_disk import RollingDisk, euler_disk_end, euler_disk_energy, euler_disk_turn, rolling_disk
 from .falling import (
     BarInCylinder,
@@ -64,6 +67,8 @@ from .gyroscope import (
 )
 from .heavy_top import TopPath, asymptotic_top, top
 from .hinged import disk_pendulum, door_frequency, struck_bar
+from .motor import MotorStart, motor_start
+from .orbit import Kepler, kepler_orbit, libration_frequency
 from .planar import (
     CartAndBar,
     DoublePendulum,
@@ -90,10 +95,13 @@ __all__ = [
     "DiskInCylinder",
     "DiskOffLedge",
     "DoublePendulum",
+    "Fall",
     "FallingBar",
     "HingedBar",
+    "Kepler",
     "LeaningBoard",
     "MonorailCar",
+    "MotorStart",
     "PrecessionResponse",
     "PulledDisk",
     "RollingDisk",
@@ -124,6 +132,8 @@ __all__ = [
     "euler_disk_end",
     "euler_disk_energy",
     "euler_disk_turn",
+    "fall_in_syrup",
+    "fall_with_drag",
     "falling_bar",
     "folding_equilibrium",
     "folding_links",
@@ -132,11 +142,14 @@ __all__ = [
     "hinged_bar",
     "jeffcott",
     "jeffcott_start",
+    "kepler_orbit",
     "leaning_board",
     "least_spin",
+    "libration_frequency",
     "monorail",
     "monorail_car",
     "monorail_speed",
+    "motor_start",
     "pendulum",
     "pendulum_period",
     "pitching_moment",

@@ -35,4 +35,5 @@ def _function(name: str) -> Callable[..., Any]:
 
 sin, cos, tan = _function("sin"), _function("cos"), _function("tan")
 arcsin, arccos, arctan, arctan2 = (_function(name) for name in ("arcsin", "arccos", "arctan", "arctan2"))
-sqrt, log = _function("sqrt"), _function("log")
+sqrt, log, exp = _function("sqrt"), _function("log"), _function("exp")
+cosh, tanh = _function("cosh"), _function("tanh")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,10 +11,11 @@ import sympy
 
 from ..describe.description import about_of, changes_of, coordinates_of, names_of, parameters_of, positive_in
 from ..describe.joints.joint import Joint, Primitive
+from ..describe.joints.rotor import Rotor, own_rotor
 from ..describe.names import TIME, rate
 from ..describe.system import System
 from ..errors import ModelError, shown
-from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, subtract, transpose
+from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, scale, subtract, transpose
 from ..scalar.expression import exact
 from .closure import closure
 from .contact import contacts
@@ -62,6 +64,7 @@ def assemble(system: System) -> Model:
     links: list[Link] = []
     bodies: dict[str, Place] = {}
     joints: dict[str, JointPlace] = {}
+    rotors = _rotors(system)
     for joint in _outward(system):
         place = (
             Place(GROUND, ZERO, 0, ZERO, IDENTITY) if joint.parent.is_ground else bodies[joint.parent.name]
@@ -70,6 +73,7 @@ def assemble(system: System) -> Model:
         last = len(joint.primitives) - 1
         parent, position, rotation = place.link, _plus(place.origin, joint.at), joint.parent_axes
         primitives = list(joint.primitives)
+        mounted = rotors.get(joint.name, ())
         if primitives[last].kind in ("ball", "free") and joint.child_axes != IDENTITY:
             primitives.append(Primitive("weld"))
             last += 1
@@ -80,7 +84,8 @@ def assemble(system: System) -> Model:
                 axis = tuple(map(exact, apply(joint.child_axes, primitive.axis)))
                 primitive, body = replace(primitive, axis=axis), joint.child
             numbers.append(len(links))
-            links.append(_link(joint, primitive, parent, (rotation, position), body, index, positions))
+            link = _link(joint, primitive, parent, (rotation, position), body, index, positions)
+            links.append(_with_rotors(link, mounted, joint.child_axes))
             parent, position, rotation = numbers[-1], ZERO, IDENTITY
         mass = joint.child.mass_properties
         assert mass is not None
@@ -204,8 +209,37 @@ def _link(
     return Link(
         joint.name, None if body is None else body.name, primitive.kind, parent, *pose, primitive.axis,
         primitive.pitch, y if primitive.kind in ("hinge", "slider", "screw") else 0, partials, drift, bias, q, u,
-        mass, center, inertia,
+        mass, center, inertia, primitive.armature,
     )  # fmt: skip
+
+
+def _rotors(system: System) -> dict[str, list[Rotor]]:
+    """Rotors of each joint: its own, and those of the motors on it."""
+    result: dict[str, list[Rotor]] = {}
+    for joint in system.joints.values():
+        result[joint.name] = [p.rotor for p in joint.primitives if p.rotor is not None]
+    for load in system.loads.values():
+        for joint, rotor in load.rotors:
+            if joint.closes:
+                raise ModelError(
+                    f"{load.heading}: joint '{joint.name}' closes a loop and has no displacement. Name a joint of the "
+                    f"tree."
+                )
+            result[joint.name].append(own_rotor(system, load.title, rotor, joint.primitives))
+    return result
+
+
+def _with_rotors(link: Link, rotors: Sequence[Rotor], child_axes: Matrix) -> Link:
+    """The link of a joint with rotors: reflected inertia J G², and spin J G about the axis of each."""
+    inertia: Any = sum((exact(rotor.inertia * rotor.ratio**2) for rotor in rotors), 0)
+    if inertia == 0:
+        return link
+    spin = ZERO
+    for rotor in rotors:
+        axis = link.axis if rotor.axis is None else apply(child_axes, rotor.axis)
+        spin = _plus(spin, scale(rotor.inertia * rotor.ratio, axis))
+    (own,) = link.armature or (0,)
+    return replace(link, armature=(exact(own + inertia),), rotor=spin)
 
 
 def _rates(y: Any, index: dict[Any, int]) -> tuple[tuple[tuple[int, Any], ...], Any, Any]:
@@ -288,7 +322,8 @@ def _check_tips(model: Model) -> None:
     parents = {link.parent for link in model.links}
     tips, speeds_of_others = set(), set()
     for i, link in enumerate(model.links):
-        massless = link.mass == 0 and all(entry == 0 for row in link.inertia for entry in row)
+        entries = (link.mass, *link.armature, *(entry for row in link.inertia for entry in row))
+        massless = all(entry == 0 for entry in entries)
         if i not in parents and massless and (link.kind in ("ball", "free") or link.partials):
             tips.add(i)
         else:

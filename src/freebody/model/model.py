@@ -217,7 +217,7 @@ def _unit_by_use(model: Model, name: str) -> str:
     """Unit of a parameter, from its use in the machine; "" if the uses give none or different units.
 
     A use that gives a unit is the parameter, or a number times it, as a mass, a length of a solid, a component of a
-    joint's point or of gravity, or the pressure angle of a gear.
+    joint's point or of gravity, the pressure angle of a gear, or a datum of a load.
     """
     used: list[tuple[str, Any]] = [("m/s^2", g) for g in model.gravity]
     for place in model.bodies.values():
@@ -231,5 +231,9 @@ def _unit_by_use(model: Model, name: str) -> str:
     used += [("m", x) for joint in model.joints.values() for x in (*joint.at, *joint.to)]
     gears = [constraint for constraint in model.constraints.values() if isinstance(constraint, Gear)]
     used += [("rad", gear.pressure_angle) for gear in gears]
+    for load in model.loads.values():
+        for field_name, unit in load.data_units.items():
+            value = getattr(load, field_name)
+            used += [(unit, x) for x in (value if isinstance(value, tuple) else (value,))]
     units = {unit for unit, x in used if isinstance(x, sympy.Expr) and str(x.as_coeff_Mul()[1]) == name}
     return units.pop() if len(units) == 1 else ""

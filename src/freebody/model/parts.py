@@ -58,6 +58,12 @@ class Link:
     mass: Expression
     center: Vector
     inertia: Matrix  # about the mass centre
+    armature: tuple[Expression, ...] = ()  # inertia that each speed of the motion alone moves, or none
+    rotor: Vector = (
+        0,
+        0,
+        0,
+    )  # spin of rotors in the parent per unit rate, in the link's axes at no displacement
 
     @property
     def one_dof(self) -> bool:

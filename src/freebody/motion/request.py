@@ -32,7 +32,7 @@ from .start.arguments import (
 from .start.initial import asks_for_many, initial_state, number
 from .start.loop_closure import closed_start
 from .start.signals import at_time, check_signals
-from .trajectory.event import EventSpec, expressions_of, specs_of
+from .trajectory.event import EventSpec, expressions_of, specs_of, switch_specs
 from .trajectory.progress import Progress
 
 
@@ -240,7 +240,7 @@ def problem_of(request: Request) -> Problem:
     if method != "timestepping":
         check_steps(begin, end, request.step, request.max_step, most)
     times = output_times(request.times, begin, end)
-    specs = specs_of(request.events)
+    specs = (*specs_of(request.events), *switch_specs(model))
     expressions = expressions_of(model, specs)
     check_signals(model)
     initial = {} if request.initial is None else request.initial

@@ -16,7 +16,9 @@ from ..dynamics import (
     State,
     bias,
     coordinate_rates,
+    coriolis_matrix,
     forward_dynamics,
+    gravity_forces,
     inverse_dynamics,
     jacobian,
     kinetic_energy,
@@ -240,6 +242,10 @@ PRODUCTS: dict[str, Product] = {
         ("q", "u", "udot"), lambda r: inverse_dynamics(r.model, r.state, r.udot), _speeds
     ),
     "mass_matrix": Product(("q",), lambda r: _flat(mass_matrix(r.model, r.state)), lambda m: (m.n_u, m.n_u)),
+    "coriolis_matrix": Product(
+        ("q", "u"), lambda r: _flat(coriolis_matrix(r.model, r.state)), lambda m: (m.n_u, m.n_u)
+    ),
+    "gravity_forces": Product(("q",), lambda r: gravity_forces(r.model, r.state), _speeds),
     "bias": Product(("q", "u"), lambda r: bias(r.model, r.state), _speeds),
     "coordinate_rates": Product(("q", "u"), lambda r: coordinate_rates(r.model, r.state), lambda m: (m.n_q,)),
     "kinetic_energy": Product(("q", "u"), lambda r: [kinetic_energy(r.model, r.state)], _number),

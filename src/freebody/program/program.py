@@ -359,6 +359,22 @@ class Program:
         """Bias h: the value of M u' + h at u' = 0, including the model's loads, shape (n_u,) [N, N m]."""
         return self._run("bias", {"q": q, "u": u}, t, values, named)
 
+    def coriolis_matrix(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
+    ) -> Array:
+        """Coriolis matrix C, shape (n_u, n_u): M u' + C u + g = τ, and Ṁ - 2 C is skew.
+
+        C u is the part of the bias that is quadratic in u, without loads. With Ṁ - 2 C skew, passivity-based
+        controllers and momentum observers work.
+        """
+        return self._run("coriolis_matrix", {"q": q, "u": u}, t, values, named)
+
+    def gravity_forces(
+        self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
+    ) -> Array:
+        """Generalized forces g that hold the machine against gravity at rest, shape (n_u,) [N, N m]."""
+        return self._run("gravity_forces", {"q": q}, t, values, named)
+
     def coordinate_rates(
         self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:
@@ -479,8 +495,9 @@ class Program:
         ----------
         product : str
             ``"forward_dynamics"``, ``"forced_dynamics"`` (with forces), ``"inverse_dynamics"``, ``"mass_matrix"``,
-            ``"bias"``, ``"coordinate_rates"``, ``"kinetic_energy"``, ``"potential_energy"``, ``"momentum"``,
-            ``"poses"``, ``"velocities"``, ``"reactions"``, ``"reactions_at"`` (with u'), ``"jacobian"`` (of ``point``),
+            ``"coriolis_matrix"``, ``"gravity_forces"``, ``"bias"``, ``"coordinate_rates"``, ``"kinetic_energy"``,
+            ``"potential_energy"``, ``"momentum"``, ``"poses"``, ``"velocities"``, ``"reactions"``, ``"reactions_at"``
+            (with u'), ``"jacobian"`` (of ``point``),
             and with constraints ``"conditions"`` (G and γ of G u' + γ = 0, by rows).
         by : str or Symbol
             An input of the product (``"q"``, ``"u"``, ``"udot"``, ``"forces"``), ``"t"``, ``"parameters"`` (all, in the

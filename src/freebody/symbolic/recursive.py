@@ -252,6 +252,12 @@ class _Working(State):
             self._inertias[i] = (m, apply(R, h), J if R == IDENTITY else congruence(R, J))
         return self._inertias[i]
 
+    def spin(self, i: int) -> tuple[Vector, Vector] | None:
+        spin = self._base.spin(i)
+        if spin is None:
+            return None
+        return apply(self.axes(self.model.links[i].parent), spin[0]), apply(self.axes(i), spin[1])
+
     def subspace(self, i: int) -> Spatial:
         n, s = self._base.subspace(i)
         return apply(self.axes(i), n), apply(self.axes(i), s)

@@ -9,8 +9,8 @@ import pytest
 
 import freebody as fb
 from freebody.dynamics import float_state
-from freebody.dynamics.along import state_along
 from freebody.dynamics.constraints import linearized, residuals
+from freebody.dynamics.kinematics import state_along
 from freebody.errors import ModelError, SimulationError
 from freebody.scalar.series import Series
 

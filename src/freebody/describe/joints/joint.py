@@ -11,6 +11,7 @@ from typing import Any
 
 from ...scalar.algebra import Matrix, Scalar, Vector
 from ..frame import Frame
+from .rotor import Rotor
 
 
 @dataclass(frozen=True)
@@ -19,13 +20,15 @@ class Primitive:
 
     ``kind`` is hinge, slider, screw, ball, free or weld; ``axis`` in joint axes; ``coordinate`` the
     displacement, an expression of coordinates and time (1-dof kinds), or the tuple of the names of
-    the joint's own coordinates (ball, free).
+    the joint's own coordinates (ball, free). ``armature`` has an entry for each of its speeds, or none.
     """
 
     kind: str
     axis: Vector = (0, 0, 0)
     coordinate: Any = None
     pitch: Scalar = 0
+    armature: tuple[Scalar, ...] = ()
+    rotor: Rotor | None = None
 
 
 @dataclass(frozen=True, eq=False)

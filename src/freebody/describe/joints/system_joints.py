@@ -31,6 +31,7 @@ from ..description import (
 from ..frame import Frame, Point, closes_loop, own_body
 from ..names import is_identifier
 from .joint import Joint, Primitive
+from .rotor import Rotor, with_inertia
 
 Arguments = ParamSpec("Arguments")
 
@@ -62,6 +63,7 @@ def _whole(make: Callable[Arguments, Joint]) -> Callable[Arguments, Joint]:
 def hinge(
     system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: Any = "z",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+    armature: Expression = 0, rotor: Rotor | None = None,
 ) -> Joint:  # fmt: skip
     """Add a hinge: one turn about ``axis`` by the angle ``coordinate`` [rad].
 
@@ -76,6 +78,10 @@ def hinge(
     parent_axes, child_axes : Rotation or 3 x 3 matrix, optional
     coordinate : str or expression, optional
         A new name, or an expression of declared coordinates and time; by default the joint's name.
+    armature : expression, optional
+        Inertia that the joint's speed alone moves, ½ A θ'² of the kinetic energy [kg m²], as in MuJoCo.
+    rotor : Rotor, optional
+        Rotor of a motor in the parent, behind a gear: reflected inertia, and the gyroscopic moments of its spin.
 
     Raises
     ------
@@ -94,38 +100,41 @@ def hinge(
     n = direction(system, axis, f"the axis of hinge '{name}'")
     (angle,) = _coordinates(system, child, name, coordinate, [name])
     return _add(system, "hinge", name, Ends(parent, child, at, to, parent_axes, child_axes),
-                [Primitive("hinge", n, angle)], {"axis": axis, "coordinate": coordinate})  # fmt: skip
+                [Primitive("hinge", n, angle)], {"axis": axis, "coordinate": coordinate}, armature, rotor)  # fmt: skip
 
 
 @_whole
 def slider(
     system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: Any = "x",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+    armature: Expression = 0, rotor: Rotor | None = None,
 ) -> Joint:  # fmt: skip
     """Add a slider: one displacement ``coordinate`` [m] along ``axis``, without turning. Arguments as :meth:`hinge`."""
     n = direction(system, axis, f"the axis of slider '{name}'")
     (slide,) = _coordinates(system, child, name, coordinate, [name])
     return _add(system, "slider", name, Ends(parent, child, at, to, parent_axes, child_axes),
-                [Primitive("slider", n, slide)], {"axis": axis, "coordinate": coordinate})  # fmt: skip
+                [Primitive("slider", n, slide)], {"axis": axis, "coordinate": coordinate}, armature, rotor)  # fmt: skip
 
 
 @_whole
 def cylindrical(
     system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: Any = "z",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+    armature: Any = 0,
 ) -> Joint:  # fmt: skip
     """Add a displacement along ``axis`` and a turn about it; ``coordinate`` is (displacement, angle)."""
     n = direction(system, axis, f"the axis of cylindrical joint '{name}'")
     slide, turn = _coordinates(system, child, name, coordinate, [f"{name}_slide", f"{name}_turn"])
     return _add(system, "cylindrical", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("slider", n, slide), Primitive("hinge", n, turn)],
-                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+                {"axis": axis, "coordinate": coordinate}, armature)  # fmt: skip
 
 
 @_whole
 def screw(
     system: Description, name: str, parent: Frame, child: Frame, *, pitch: Expression, at: Any = None, to: Any = None,
     axis: Any = "z", parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+    armature: Expression = 0, rotor: Rotor | None = None,
 ) -> Joint:  # fmt: skip
     """Add a turn by ``coordinate`` [rad] about ``axis`` that advances ``pitch`` [m] per radian along it."""
     n = direction(system, axis, f"the axis of screw '{name}'")
@@ -138,13 +147,14 @@ def screw(
         )
     return _add(system, "screw", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("screw", n, turn, advance)],
-                {"axis": axis, "coordinate": coordinate, "pitch": pitch})  # fmt: skip
+                {"axis": axis, "coordinate": coordinate, "pitch": pitch}, armature, rotor)  # fmt: skip
 
 
 @_whole
 def universal(
     system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None,
     axis: Any = ("x", "y"), parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+    armature: Any = 0,
 ) -> Joint:  # fmt: skip
     """Add two turns: about the first ``axis``, fixed in the parent, then about the second, fixed in the child."""
     if isinstance(axis, str) or not hasattr(axis, "__len__") or len(axis) != 2:
@@ -160,13 +170,14 @@ def universal(
     angles = _coordinates(system, child, name, coordinate, [f"{name}_1", f"{name}_2"])
     return _add(system, "universal", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("hinge", n, angle) for n, angle in zip(axes, angles, strict=True)],
-                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+                {"axis": axis, "coordinate": coordinate}, armature)  # fmt: skip
 
 
 @_whole
 def gimbal(
     system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: str = "ZXZ",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+    armature: Any = 0,
 ) -> Joint:  # fmt: skip
     """Add all turns about a point, by three Euler angles in the body-fixed sequence ``axis``, such as "ZXZ"."""
     if not isinstance(axis, str) or len(axis) != 3:
@@ -185,13 +196,14 @@ def gimbal(
     angles = _coordinates(system, child, name, coordinate, [f"{name}_1", f"{name}_2", f"{name}_3"])
     return _add(system, "gimbal", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("hinge", UNIT[letter.lower()], angle) for letter, angle in zip(axis, angles, strict=True)],
-                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+                {"axis": axis, "coordinate": coordinate}, armature)  # fmt: skip
 
 
 @_whole
 def planar(
     system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None, axis: Any = "z",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+    armature: Any = 0,
 ) -> Joint:  # fmt: skip
     """Add motion in the plane normal to ``axis``: two displacements and a turn, (x, y, angle) for axis z.
 
@@ -211,13 +223,13 @@ def planar(
     return _add(system, "planar", name, Ends(parent, child, at, to, parent_axes, child_axes),
                 [Primitive("slider", UNIT[first], a), Primitive("slider", UNIT[second], b),
                  Primitive("hinge", UNIT[axis], turn)],
-                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+                {"axis": axis, "coordinate": coordinate}, armature)  # fmt: skip
 
 
 @_whole
 def ball(
     system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None,
-    parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
+    parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None, armature: Any = 0,
 ) -> Joint:  # fmt: skip
     """Add all turns about a point, by a unit quaternion; no attitude is singular.
 
@@ -232,13 +244,13 @@ def ball(
         )
         _components(system, name if coordinate is None else coordinate, ["wx", "wy", "wz"], "speed")
     return _add(system, "ball", name, Ends(parent, child, at, to, parent_axes, child_axes),
-                [Primitive("ball", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
+                [Primitive("ball", coordinate=tuple(q))], {"coordinate": coordinate}, armature)  # fmt: skip
 
 
 @_whole
 def free(
     system: Description, name: str, parent: Frame, child: Frame, *, at: Any = None, to: Any = None,
-    parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
+    parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None, armature: Any = 0,
 ) -> Joint:  # fmt: skip
     """Add six degrees of freedom.
 
@@ -256,7 +268,7 @@ def free(
     q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
     _components(system, prefix, ["wx", "wy", "wz", "vx", "vy", "vz"], "speed")
     return _add(system, "free", name, Ends(parent, child, at, to, parent_axes, child_axes),
-                [Primitive("free", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
+                [Primitive("free", coordinate=tuple(q))], {"coordinate": coordinate}, armature)  # fmt: skip
 
 
 @_whole
@@ -374,6 +386,8 @@ def _add(
     ends: Ends,
     primitives: list[Primitive],
     arguments: dict[str, Any],
+    armature: Any = 0,
+    rotor: Rotor | None = None,
 ) -> Joint:
     claim(system, name, "joint")
     what = f"{kind} '{name}'"
@@ -382,13 +396,15 @@ def _add(
         raise ModelError(
             f"{what[0].upper()}{what[1:]} joins body '{parent.name}' to itself. Name two different bodies."
         )
+    closes = closes_loop(system, child)
+    primitives = with_inertia(system, what, primitives, armature, rotor, closes)
     joint = Joint(
         name, kind, parent, child,
         _place(system, ends.at, parent, f"at= of {what}"), _place(system, ends.to, child, f"to= of {what}"),
         orientation(system, ends.parent_axes, f"parent_axes= of {what}"),
         orientation(system, ends.child_axes, f"child_axes= of {what}"),
         tuple(primitives), {**arguments, "parent_axes": ends.parent_axes, "child_axes": ends.child_axes},
-        closes_loop(system, child),
+        closes,
     )  # fmt: skip
     system.joints[name] = joint
     children_of(system).add(child.name)

@@ -19,6 +19,7 @@ class Damper(Load, kind="damper", sections=("dampers",)):
     end: Point
     damping: Constant  # c [N s/m]
 
+    units = {"damping": "N s/m"}
     noun = "damper"
     words = {"start": "from", "end": "to"}
     look = Look("damper", "dashpot", "damping")

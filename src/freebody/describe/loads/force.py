@@ -19,6 +19,7 @@ class Force(Load, kind="force", sections=("forces",)):
     components: Vector
     frame: Frame | None = None
 
+    units = {"components": "N"}
     noun = "force"
     words = {"point": "at"}
 

@@ -18,6 +18,8 @@ class JointDamper(Load, kind="joint_damper", sections=("dampers",)):
     damping: Constant  # c [N s/m] or [N m s/rad]
     index: int = 0
 
+    units = {"damping": "N s/m"}
+    turning_units = {"damping": "N m s/rad"}
     noun = "damper"
     words = {"index": "coordinate"}
     look = Look("damper", "dashpot", "damping")

@@ -19,6 +19,8 @@ class JointEffort(Load, kind="joint_effort", sections=("forces", "torques")):
     joint: Joint
     value: Expression
 
+    units = {"value": "N"}
+    turning_units = {"value": "N m"}
     look = Look("motor")
 
     @property

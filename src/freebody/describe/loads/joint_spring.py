@@ -23,6 +23,8 @@ class JointSpring(Load, kind="joint_spring", sections=("springs",)):
     rest: Constant = 0  # y_0 [m] or [rad]
     index: int = 0
 
+    units = {"stiffness": "N/m", "rest": "m"}
+    turning_units = {"stiffness": "N m/rad", "rest": "rad"}
     noun = "spring"
     words = {"index": "coordinate"}
     labels = {"rest": "rest length"}

@@ -12,8 +12,10 @@ from ...scalar.algebra import Expression, Scalar
 from ..description import Description, claim, coordinates_of, varying, vector
 from ..frame import Point, own_body, own_point
 from ..joints.joint import Joint
+from ..joints.rotor import Rotor
 from ..labels import Named
 from .action import Action
+from .law import law_of
 
 Constant: TypeAlias = Expression
 """An expression that does not change during a motion."""
@@ -60,13 +62,14 @@ class Load(Named):
     - ``at.position(point)``, ``at.velocity(point)``, ``at.angular_velocity(body)``: vectors in ground axes, or in
       those of ``frame=``; ``at.rotation(body)``: the matrix R_NB; ``at.line(start, end)``: the vector between points,
     - ``at.displacement(joint, index)``, ``at.rate(joint, index)``,
-    - ``at.sqrt(x)``, ``at.tanh(x)``, ``at.atan2(y, x)`` and all other functions of expressions.
+    - ``at.sqrt(x)``, ``at.tanh(x)``, ``at.atan2(y, x)`` and all other functions of expressions,
+    - ``at.where(x, a, b)``: a if x > 0, else b; a motion locates the times at which x passes through zero.
 
     Vectors have ``+ - * /``, ``v.dot(w)``, ``v.cross(w)`` and ``v.norm()``. An ``if`` on a value is refused, since
-    formulas and compiled code have none; ``at.sign``, ``at.min`` and ``at.max`` serve instead.
+    formulas and compiled code have none; ``at.where``, ``at.sign``, ``at.min`` and ``at.max`` serve instead.
 
     A load may have a ``potential(at)`` [J], whose gradient is its force; its work is then not counted again.
-    ``class Drag(fb.Load, kind="drag")`` gives it a name in model files.
+    ``class Drag(fb.Load, kind="my_drag")`` gives it a name in model files.
 
     Examples
     --------
@@ -98,9 +101,15 @@ class Load(Named):
     """Keys in model files that are not the names of their fields."""
     labels: ClassVar[Mapping[str, str]] = {}
     """What messages call fields, if not by their names."""
+    units: ClassVar[Mapping[str, str]] = {}
+    """Units of fields; a parameter that stands in one may then be given in any unit of this sort."""
+    turning_units: ClassVar[Mapping[str, str]] = {}
+    """Units of fields of a load along a joint's turn, if they differ from those along its slide."""
     noun: ClassVar[str] = ""
     """What messages call the load, if not by the name of its class."""
     look: ClassVar[Look] = Look()
+    switches: ClassVar[tuple[str, str]] = ("switches", "switches back")
+    """What events say when a condition of ``at.where`` rises through zero, and when it falls."""
 
     def __init_subclass__(cls, *, kind: str = "", sections: tuple[str, ...] = ("loads",)) -> None:
         super().__init_subclass__()
@@ -136,6 +145,11 @@ class Load(Named):
         return f"{self.noun} '{self.name}'" if self.noun else repr(self)
 
     @property
+    def heading(self) -> str:
+        """Kind and name at the beginning of a sentence."""
+        return f"{self.title[0].upper()}{self.title[1:]}"
+
+    @property
     def section(self) -> str:
         """Section of model files in which the load stands."""
         return self.sections[0]
@@ -144,6 +158,18 @@ class Load(Named):
     def is_conservative(self) -> bool:
         """True if the load has a potential."""
         return type(self).potential is not Load.potential
+
+    @property
+    def rotors(self) -> tuple[tuple[Joint, Rotor], ...]:
+        """Rotors that the load brings along, with the joints that turn them, as a motor does."""
+        return ()
+
+    @property
+    def data_units(self) -> dict[str, str]:
+        """Units of the data, by field."""
+        joint, index = getattr(self, "joint", None), getattr(self, "index", 0)
+        turns = joint is not None and joint.primitives[index].kind != "slider"
+        return {**self.units, **self.turning_units} if turns else dict(self.units)
 
     @property
     def points(self) -> dict[str, Point]:
@@ -257,4 +283,5 @@ _SORTS: dict[str, Callable[[Description, Any, Load, str], Any]] = {
     "Expression": _expression,
     "Constant": _constant,
     "Vector": lambda system, value, load, name: vector(system, value, load.title),
+    "Law": lambda system, value, load, name: law_of(system, value, load.title),
 }

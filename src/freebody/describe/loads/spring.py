@@ -23,6 +23,7 @@ class Spring(Load, kind="spring", sections=("springs",)):
     stiffness: Constant  # k [N/m]
     rest: Constant = 0  # d_0 [m]
 
+    units = {"stiffness": "N/m", "rest": "m"}
     noun = "spring"
     words = {"start": "from", "end": "to"}
     labels = {"rest": "rest length"}

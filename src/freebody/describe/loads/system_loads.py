@@ -18,6 +18,7 @@ from .joint_effort import JointEffort
 from .joint_spring import JointSpring
 from .load import Load, add, own_coordinate
 from .spring import Spring
+from .spring_law import JointSpringLaw, SpringLaw
 from .torque import Torque
 
 
@@ -70,11 +71,12 @@ def spring(
     on: Any,
     to: Any = None,
     *,
-    stiffness: Expression,
+    stiffness: Expression = None,
     rest: Expression = 0,
     coordinate: int = 0,
+    force: Any = None,
 ) -> Load:
-    """Add a linear spring along a joint's displacement, or straight between two points.
+    """Add a spring along a joint's displacement, or straight between two points.
 
     Parameters
     ----------
@@ -83,11 +85,35 @@ def spring(
     to : Point, optional
         The second point.
     stiffness : expression [N/m], or [N m/rad] on a hinge
+        Of a linear spring.
     rest : expression
         Displacement or distance at which the spring force is zero.
     coordinate : int
         Index of the displacement of a joint that has several, counted from 0.
+    force : text, expression or table, optional
+        In place of ``stiffness``, any law of ``stretch`` (from ``rest``) and its ``rate``, which resists a positive
+        stretch: ``"k*stretch + k3*stretch^3 + c*rate*abs(rate)"``, or pairs (stretch, force) that monotone cubics join,
+        ``[(-0.1, -8), (0, 0), (0.1, 2)]``.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("hardening spring")
+    >>> k, k3, m = s.parameters(k=100.0, k3=2000.0, m=1.0)
+    >>> body = s.body("body", fb.particle(m))
+    >>> guide = s.slider("guide", s.ground, body, coordinate="x")
+    >>> spring = s.spring("spring", guide, force="k*stretch + k3*stretch^3")
+    >>> print(fb.equations(s).text())
+    m*x'' + k*x + k3*x^3 = 0
     """
+    if (stiffness is None) == (force is None):
+        raise ModelError(
+            f"Expected either stiffness= or force= of spring '{name}', got {'neither' if force is None else 'both'}."
+        )
+    if force is not None:
+        if isinstance(on, Joint):
+            return add(system, name, JointSpringLaw(on, force, rest, coordinate))
+        return add(system, name, SpringLaw(on, _second(to, f"spring '{name}'"), force, rest))
     if isinstance(on, Joint):
         return add(system, name, JointSpring(on, stiffness, rest, coordinate))
     return add(system, name, Spring(on, _second(to, f"spring '{name}'"), stiffness, rest))

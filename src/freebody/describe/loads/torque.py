@@ -23,6 +23,7 @@ class Torque(Load, kind="torque", sections=("torques",)):
     frame: Frame | None = None
     reaction_on: Frame | None = None
 
+    units = {"components": "N m"}
     noun = "torque"
     words = {"body": "on"}
 

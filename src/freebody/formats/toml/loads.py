@@ -8,7 +8,7 @@ Kinds that users add stand in one section, by the name of the kind, which a pack
 ``freebody.kinds``:
 
 [loads.air]
-kind = "drag"
+kind = "gust"
 point = "ball"
 factor = 0.1
 """
@@ -17,13 +17,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING, fields
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from ...describe.frame import Point, own_body
+from ...describe.loads.law import RATE, STRETCH, Law
 from ...describe.loads.load import KINDS, Load, add, sort_of
 from ...describe.system import System
 from ...errors import FormatError, nearest
+from ..text import expression_text
 from .table import Table
 from .value_texts import ValueTexts, quoted
 
@@ -66,7 +68,7 @@ def _named_kind(table: Table) -> type[Load]:
     name = table.text("kind")
     if name not in KINDS:
         for entry in entry_points(group="freebody.kinds", name=name):
-            entry.load()
+            _import(table, entry)
     if name not in KINDS or KINDS[name].sections != ("loads",):
         table.fail(
             f"Unknown kind of load '{name}'; {nearest(name, _own_kinds())} Import the module that defines it, as "
@@ -76,8 +78,28 @@ def _named_kind(table: Table) -> type[Load]:
     return KINDS[name]
 
 
+def _import(table: Table, entry: EntryPoint) -> None:
+    """Import the class that a package names for a kind of load."""
+    package = "a package" if entry.dist is None else f"the package '{entry.dist.name}'"
+    try:
+        found = entry.load()
+    except Exception as error:
+        table.fail(
+            f"The kind of load '{entry.name}' is that of {package}, whose {entry.value} cannot be imported: "
+            f"{type(error).__name__}: {error}. Repair or remove the package.",
+            "kind",
+        )
+    if not (isinstance(found, type) and issubclass(found, Load) and found.kind == entry.name):
+        table.fail(
+            f"The kind of load '{entry.name}' is that of {package}, but its {entry.value} is not a class "
+            f"(fb.Load, kind='{entry.name}').",
+            "kind",
+        )
+
+
 def _own_kinds() -> list[str]:
-    return [name for name, kind in KINDS.items() if kind.sections == ("loads",)]
+    known = [name for name, kind in KINDS.items() if kind.sections == ("loads",)]
+    return [*known, *entry_points(group="freebody.kinds").names]
 
 
 def _kind_in(section: str, on_joint: bool) -> type[Load]:
@@ -138,6 +160,7 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
     "int": lambda table, key: table.whole(key, 0),
     "bool": lambda table, key: table.flag(key),
     "str": lambda table, key: table.text(key),
+    "Law": lambda table, key: table.raw(key),
 }
 
 
@@ -183,4 +206,12 @@ _WRITERS: dict[str, Callable[[ValueTexts, Any], str]] = {
     "int": lambda writer, value: str(value),
     "bool": lambda writer, value: str(value).lower(),
     "str": lambda writer, value: quoted(value),
+    "Law": lambda writer, value: _law(writer, value),
 }
+
+
+def _law(writer: ValueTexts, law: Law) -> str:
+    """Return the text of an expression of stretch and rate, or the pairs of a table."""
+    if law.table:
+        return writer.matrix(law.table)
+    return quoted(expression_text(law.expression, {**writer.texts, STRETCH: "stretch", RATE: "rate"}))

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from ...describe.description import names_of, varying
+from ...describe.joints.rotor import Rotor
 from ...describe.system import System
 from ...errors import FormatError, nearest
 from ...space import solids
@@ -31,15 +32,15 @@ SOLIDS = (
 )  # fmt: skip
 
 JOINTS = {
-    "hinge": ("axis", "coordinate"),
-    "slider": ("axis", "coordinate"),
-    "cylindrical": ("axis", "coordinate"),
-    "screw": ("axis", "coordinate", "pitch"),
-    "universal": ("axis", "coordinate"),
-    "gimbal": ("axis", "coordinate"),
-    "planar": ("axis", "coordinate"),
-    "ball": ("coordinate",),
-    "free": ("coordinate",),
+    "hinge": ("axis", "coordinate", "armature", "rotor"),
+    "slider": ("axis", "coordinate", "armature", "rotor"),
+    "cylindrical": ("axis", "coordinate", "armature"),
+    "screw": ("axis", "coordinate", "pitch", "armature", "rotor"),
+    "universal": ("axis", "coordinate", "armature"),
+    "gimbal": ("axis", "coordinate", "armature"),
+    "planar": ("axis", "coordinate", "armature"),
+    "ball": ("coordinate", "armature"),
+    "free": ("coordinate", "armature"),
     "weld": (),
 }
 
@@ -247,9 +248,24 @@ def _joint(system: System, name: str, table: Table) -> None:
         arguments["coordinate"] = _coordinate(table, table.data["coordinate"])
     if "pitch" in JOINTS[kind]:
         arguments["pitch"] = table.expression("pitch")
+    if "armature" in JOINTS[kind] and table.has("armature"):
+        value = table.data["armature"]
+        several = isinstance(value, list)
+        arguments["armature"] = (
+            [table.read(x, "armature") for x in value] if several else table.read(value, "armature")
+        )
+    if "rotor" in JOINTS[kind] and table.has("rotor"):
+        arguments["rotor"] = _rotor(table.table("rotor"))
     parent, child = table.text("parent", "ground"), table.text("child")
     table.done()
     table.guard(lambda: getattr(system, kind)(name, parent, child, **arguments))
+
+
+def _rotor(table: Table) -> Rotor:
+    axis = _axis(table, table.data["axis"], "rotor") if table.has("axis") else None
+    rotor = Rotor(table.expression("inertia"), table.expression("ratio", 1), axis)
+    table.done()
+    return rotor
 
 
 def _axis(table: Table, value: Any, kind: str) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 from ...describe.description import names_of
 from ...describe.frame import Point
 from ...describe.system import System
-from ...scalar.algebra import ZERO, Matrix, Scalar
+from ...scalar.algebra import ZERO, Scalar
 from ..text import expression_text, toml_number
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+\Z")
@@ -38,7 +38,7 @@ class ValueTexts:
             return self.row(value)
         return quoted(value) if isinstance(value, str) else self.value(value)
 
-    def matrix(self, rows: Matrix) -> str:
+    def matrix(self, rows: Iterable[Iterable[Scalar]]) -> str:
         """Return a list of rows."""
         return f"[{', '.join(map(self.row, rows))}]"
 

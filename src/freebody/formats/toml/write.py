@@ -238,6 +238,7 @@ class Writer(ValueTexts):
             keys["axis"] = self.axis(joint.arguments["axis"])
         if "pitch" in JOINTS[joint.type]:
             keys["pitch"] = self.value(joint.primitives[0].pitch)
+        keys |= self.inertia(joint)
         if joint.closes:
             return keys  # it has no coordinates
         if joint.type in ("ball", "free"):
@@ -247,6 +248,22 @@ class Writer(ValueTexts):
         elif joint.type != "weld":
             coordinates = [self.coordinate(primitive.coordinate) for primitive in joint.primitives]
             keys["coordinate"] = coordinates[0] if len(coordinates) == 1 else f"[{', '.join(coordinates)}]"
+        return keys
+
+    def inertia(self, joint: Joint) -> dict[str, str]:
+        """Return the keys of a joint's armature and rotor."""
+        keys: dict[str, str] = {}
+        armature = [a for primitive in joint.primitives for a in primitive.armature]
+        several = armature[::3] if joint.type in ("ball", "free") else armature
+        if several:
+            keys["armature"] = self.value(several[0])
+            if len(set(several)) > 1:
+                keys["armature"] = f"[{', '.join(map(self.value, several))}]"
+        rotor = joint.primitives[0].rotor
+        if rotor is not None:
+            parts = [f"inertia = {self.value(rotor.inertia)}", f"ratio = {self.value(rotor.ratio)}"]
+            parts += [] if rotor.axis is None else [f"axis = {self.axis(rotor.axis)}"]
+            keys["rotor"] = f"{{ {', '.join(parts)} }}"
         return keys
 
     def coordinate(self, coordinate: Any) -> str:

@@ -56,6 +56,7 @@ from ...program.large.tree_loop import LoopedSet, is_large
 from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.trace import Tape
 from ..ode.dense_output import Rates, observe
+from .switches import value_of
 
 Array = NDArray[np.float64]
 
@@ -405,7 +406,8 @@ class Kernels:
     def expressions(self, expressions: Sequence[Expression]) -> Program:
         """Program with the function ``values``: expressions of the model's names."""
         return self.program(
-            ("values", tuple(expressions)), lambda state: {"values": [state(e) for e in expressions]}
+            ("values", tuple(expressions)),
+            lambda state: {"values": [value_of(state, e) for e in expressions]},
         )
 
 

@@ -240,6 +240,8 @@ def _check_inputs(model: Model) -> None:
             link.mass,
             link.center,
             link.inertia,
+            link.armature,
+            link.rotor,
             link.rotation,
             link.position,
             link.axis,

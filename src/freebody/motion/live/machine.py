@@ -36,6 +36,7 @@ from ...scalar.trace import Tape, Traced
 from ...space.rotation import Rotation
 from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
+from ..kernels.switches import value_of
 from ..ode import layout
 from ..ode.run import sizes
 from ..start.initial import named_numbers, quaternions_by_joint
@@ -139,7 +140,7 @@ class LiveMachine:
             "observation": list(observed(state, moving)),
             "conditions": [state(x) for x in model.assumed],
             "answering": list(answers(state)),
-            "events": [state(x) for x in events],
+            "events": [value_of(state, x) for x in events],
         }
         if works:
             result["energies"] = [kinetic_energy(model, state), potential_energy(model, state)]

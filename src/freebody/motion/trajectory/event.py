@@ -17,6 +17,7 @@ from ...model import Model
 from ...scalar.algebra import Expression
 from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
+from ..kernels.switches import Switch, switches
 from ..ode.dense_output import Watch
 
 
@@ -142,10 +143,22 @@ def specs_of(events: Any) -> tuple[EventSpec, ...]:
     return tuple(spec if isinstance(spec, EventSpec) else event(spec) for spec in events)
 
 
+def switch_specs(model: Model) -> tuple[EventSpec, ...]:
+    """Return the events at which loads switch: a condition of ``at.where`` rises through zero, or falls."""
+    return tuple(
+        EventSpec(switch, f"{switch.load} {word}", direction)
+        for switch in switches(model)
+        for word, direction in zip(model.loads[switch.load].switches, (1, -1), strict=True)
+    )
+
+
 def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Expression, ...]:
     """Return the expressions of events in the names of the model."""
     result = []
     for spec in specs:
+        if isinstance(spec.expression, Switch):
+            result.append(spec.expression)
+            continue
         value = expression_of(model, spec.expression, f"event '{spec.name}'")
         if not model.names.depends(value, "coordinate", "speed", "time"):
             raise SimulationError(

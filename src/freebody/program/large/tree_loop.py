@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 import sympy
 
+from ...dynamics.armature import has_armature
 from ...dynamics.state import float_state
 from ...model.model import Model
 from ...native import codegen
@@ -51,10 +52,10 @@ which takes seconds to compile. Measured in `docs/compiled.md`."""
 def applies(model: Model) -> bool:
     """Return whether a model can be looped over.
 
-    It must be a tree whose displacements determine the coordinates one after another, and its dimensions and masses
-    must be functions of the parameters alone.
+    It must be a tree without armature whose displacements determine the coordinates one after another, and its
+    dimensions and masses must be functions of the parameters alone.
     """
-    if model.constraints or model.order is None:
+    if model.constraints or model.order is None or has_armature(model):
         return False
     symbols = {parameter.symbol for parameter in model.parameters}
 

@@ -2,7 +2,9 @@
 
     Σ F = m a_C,        Σ M_P = dH_C/dt + r_PC × m a_C
 
-The second holds about any point P, moving or not. Source: chapter 6, eqs (6.3), (6.24), (6.25).
+The second holds about any point P, moving or not. H_C contains the spin of rotors that stand in the body.
+
+Source: chapter 6, eqs (6.3), (6.24), (6.25).
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from ...describe.constraints.constraint import Gear
 from ...describe.frame import Point
 from ...describe.loads.action import Couple, GeneralizedForce, JointForce, PointForce
 from ...describe.loads.load import Load
+from ...dynamics.armature import resistance, spin_rate
 from ...dynamics.constraints import Row, rows, torques
 from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joint_freedom import unit_load_wrench
@@ -23,6 +26,7 @@ from ...dynamics.kinematics import point_position, rotation, velocities
 from ...dynamics.loading import actions, joint_link, speed_of, weight
 from ...errors import ModelError, nearest
 from ...model.contact import Touching
+from ...model.model import JointPlace
 from ...scalar.algebra import (
     IDENTITY,
     ZERO,
@@ -112,6 +116,7 @@ class BodyBalance:
                 force, moment = scale(sign * value, c.force), scale(sign * value, c.moment)
                 other = joint.parent if sign == 1 else joint.child
                 result.append(Action(c.name, "reaction", force, moment, at, f"joint '{name}', {other}"))
+            result.extend(self._armature_actions(name, joint))
         for row, symbol, pair in zip(rows(model), e.multipliers, e.constraint_wrenches, strict=True):
             result.extend(self._constraint_actions(row, symbol, pair))
         for gear, symbol in radial_symbols(e).items():
@@ -129,6 +134,25 @@ class BodyBalance:
         """Lines of text: the laws, and the forces that no equation determines."""
         laws = [equation_text(left, right, self._e.ring) for left, right in self.laws]
         return [f"  {line}" for line in (*laws, *undetermined_by_gears(self._e, body=self.body))]
+
+    def _armature_actions(self, name: str, joint: JointPlace) -> list[Action]:
+        """The force with which armature and rotors resist along a joint: on its child, and opposite on its parent."""
+        e, model, state = self._e, self._e.model, self._e.state
+        result: list[Action] = []
+        for i in joint.links:
+            forces = resistance(state, i, e.udot, e.accelerations)
+            sign = -1 if joint.child == self.body else 1
+            label = f"{name}_rotor" if model.links[i].rotor != ZERO else f"{name}_armature"
+            if model.links[i].one_dof and forces:
+                several = sum(bool(model.links[k].armature) for k in joint.links) > 1
+                label = f"{label}_{joint.links.index(i) + 1}" if several else label
+                result += self._along_joint(label, name, i, -forces[0], "motor")
+            elif forces:
+                R = rotation(model, state, i)
+                moment, force = apply(R, forces[:3]), apply(R, forces[3:] or ZERO)
+                force, moment = scale(sign, force), scale(sign, moment)
+                result.append(Action(label, "motor", force, moment, e.joint_points[name], f"joint '{name}'"))
+        return result
 
     def _constraint_actions(self, row: Row, symbol: Any, pair: Any) -> list[Action]:
         """Forces of one condition on this body: of a loop-closing joint, contact or rope, or along the joints."""
@@ -238,9 +262,19 @@ class BodyBalance:
         wdot, _ = e.accelerations[link]
         inertia = state.matrix(self._place.inertia)
         rate = add(apply(inertia, wdot), cross(w, apply(inertia, w)))
+        rate = add(rate, self.spin_rate)
         arm = subtract(self._centre, self._about)
         ma = scale(state(self._place.mass), e.center_acceleration(self.body))
         return self._in_axes(add(apply(self._R, rate), cross(arm, ma)))
+
+    @cached_property
+    def spin_rate(self) -> Vector:
+        """Rate of change of the spin of the rotors in the body, in its axes [N m], canonical."""
+        e, model, total = self._e, self._e.model, ZERO
+        for i, link in enumerate(model.links):
+            if link.parent == self._place.link:
+                total = add(total, spin_rate(e.state, i, e.udot, velocities(model, e.state)))
+        return total
 
     def _in_axes(self, v_N: Vector) -> Vector:
         """Return the components of a vector in the axes of the equations, from those in ground axes."""

@@ -81,6 +81,8 @@ class MomentForm:
             f"{name} alpha": apply(body._R, apply(inertia, wdot)),
             f"omega x {name} omega": apply(body._R, cross(w, apply(inertia, w))),
         }
+        if body.spin_rate != ZERO:
+            terms["rate of the rotors' spin"] = apply(body._R, body.spin_rate)
         if not self.of_body:
             relative = subtract(e.center_acceleration(self.body), acceleration)
             terms["rho x m rho''"] = cross(rho, scale(mass, relative))
