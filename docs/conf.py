@@ -17,13 +17,15 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "formulas",
     "gallery_pages",
     "reference_pages",
     "bibliography_page",
 ]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build", "_ext"]
-myst_enable_extensions = ["colon_fence"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+html_math_renderer = "freebody"
 myst_heading_anchors = 3
 highlight_language = "text"
 

@@ -29,10 +29,10 @@ from freebody.picture.page.animation import frames_of, scene_of
 from freebody.picture.page.page import page, stage
 from freebody.picture.page.report import charts
 from freebody.picture.page.simulator import simulator
+from freebody.picture.page.symbols import Symbols
+from freebody.symbolic.printing.latex import label_latex
 
 FOLDER = "systems"
-LONGEST = 60_000
-"""Characters of MathML of one set of equations that a page still shows."""
 LIVE = "pages/live"
 """Folder of the pages in frames, which the site has as ``live``."""
 KEYS = 5e-3
@@ -161,12 +161,13 @@ class Page:
     def __init__(self, entry: Any, folder: Path, outcome: Any) -> None:
         self.entry, self.folder, self.outcome = entry, folder, outcome
         self.made: list[Path] = []
+        self.symbols = Symbols() if outcome is None else Symbols.of(outcome.equations.model, *outcome.answers)
 
     def write(self) -> list[Path]:
         parts = [f"# {plain(self.entry.title)}\n", self._statement()]
         if self.outcome is not None:
             parts += [self._live(), self._machine(), self._free_bodies(), self._answers(), self._plots()]
-        parts.append(self._code())
+        parts += [self._code(), _html(self.symbols.table())]
         text = "\n".join(part for part in parts if part)
         self.made.append(write(self.folder / f"{self.entry.name}.md", text))
         return self.made
@@ -189,10 +190,11 @@ class Page:
         with suppress(SimulationError):
             scene["live"] = simulator(self.outcome.system, motion, keys, scene, {})
         live = "live" in scene
-        body = f"{stage(live)}\n{charts(scene)}"
+        symbols = Symbols.of(motion.kernels.model)
+        body = f"{stage(live)}\n{charts(scene, symbols)}"
         folder = self.folder / LIVE
         folder.mkdir(parents=True, exist_ok=True)
-        self.made.append(write(folder / f"{name}.html", page(self.entry.title, scene, body)))
+        self.made.append(write(folder / f"{name}.html", page(self.entry.title, scene, body, symbols=symbols)))
         title = escape(self.entry.title)
         heading = "## Try it\n" if live else "## The motion\n"
         said = (
@@ -205,14 +207,18 @@ class Page:
         )
         return f"{heading}{said}\n{_html(frame)}"
 
+    def _formulas(self, tex: str) -> str:
+        return _html(self.symbols.formula(tex))
+
     def _machine(self) -> str:
         shown = _drawing(self.entry, self.outcome.equations)
         about = about_of(self.outcome.system)
         rows = [
             (
-                f"<math><mrow>{_named(name)}</mrow></math>",
+                self.symbols.name(name),
                 f"{value:.6g}",
-                *map(escape, about.get(name, ("", ""))),
+                escape(about.get(name, ("", ""))[0]),
+                self.symbols.words(about.get(name, ("", ""))[1]),
             )
             for name, value in self.outcome.values.items()
         ]
@@ -241,9 +247,9 @@ class Page:
             parts += [
                 f"### {plain(name)}\n",
                 self._figures([(self._drawn(drawn, f"body-{name}"), f"Free-body diagram of {name}")]),
-                _formulas(body.mathml()),
+                self._formulas(body.latex()),
             ]
-        return "\n".join([*parts, "## Equations of motion\n", _formulas(e.mathml())])
+        return "\n".join([*parts, "## Equations of motion\n", self._formulas(e.latex())])
 
     def _answers(self) -> str:
         from freebody.scalar.digits import significant
@@ -258,20 +264,18 @@ class Page:
                 else f"{significant(answer.value)} {answer.unit if answer.unit != '1' else ''}"
             )
             rows.append(
-                f"<tr><td><code>{escape(key)}</code></td><td>{escape(answer.question)}</td><td>{escape(shown)}</td></tr>"
+                f"<tr><td>{self.symbols.name(key)}</td><td>{self.symbols.words(answer.question)}</td><td>{escape(shown)}</td></tr>"
             )
             if answer.formula is not None:
-                formula = _math(answer.mathml)
-                if len(formula) > LONGEST:
-                    formula = f"<code>{escape(answer.text)}</code>"
-                rows.append(f'<tr class="formula"><td></td><td colspan="2"><div>{formula}</div></td></tr>')
+                formula = self.symbols.formula(answer.latex) if answer.latex else escape(answer.text)
+                rows.append(f'<tr class="formulas"><td></td><td colspan="2"><div>{formula}</div></td></tr>')
             meant |= answer.meanings
         head = "<thead><tr><th>Key</th><th>Question</th><th>Value</th></tr></thead>"
         body = "\n".join(rows)
         parts = ["## Answers\n", _html(f'<table class="answers">{head}<tbody>\n{body}\n</tbody></table>')]
         if meant:
-            lines = [_math(f"{_named(name)}<mo>=</mo>{x.mathml}", block=True) for name, x in meant.items()]
-            parts += ["with\n", _html(f'<div class="formulas">{"".join(lines)}</div>')]
+            lines = [self.symbols.formula(f"{label_latex(name)} = {x.latex}") for name, x in meant.items()]
+            parts += ["with\n", _html("\n".join(lines))]
         checks = [f"- {plain(check.sentence)}" for check in self.outcome.checks]
         if checks:
             parts += ["Checks:\n", "\n".join(checks) + "\n"]
@@ -450,24 +454,6 @@ def _end(node: ast.expr | ast.keyword) -> tuple[int, int]:
 
 def _html(text: str) -> str:
     return f"```{{raw}} html\n{text}\n```\n"
-
-
-def _math(inside: str, block: bool = False) -> str:
-    inside = inside.replace("<mo>-</mo>", "<mo>−</mo>")
-    display = ' display="block"' if block else ' displaystyle="true"'
-    return f"<math{display}><mrow>{inside}</mrow></math>"
-
-
-def _named(name: str) -> str:
-    from freebody.symbolic.printing.show import shown_name
-
-    return shown_name(name)
-
-
-def _formulas(text: str) -> str:
-    if len(text) > LONGEST:
-        return f"Too long to be read here ({len(text):,} characters of MathML).\n"
-    return _html(f'<div class="formulas">\n{text}\n</div>')
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]], number: int) -> str:

@@ -22,6 +22,7 @@ from ..model.model import Model
 from ..scalar.algebra import Expression, Scalar, Vector
 from ..scalar.budget import WORK
 from ..scalar.polynomial import Polynomial
+from ..typesetting.html import block
 from .derivation.contact_modes import model_in_modes, modes_in_words
 from .derivation.derivation import Derivation
 from .derivation.questions import named
@@ -34,10 +35,10 @@ from .integrals.routh import Routh, routh
 from .printing.arrange import PRINTED
 from .printing.display import displayed, lines_of
 from .printing.latex import Latex
-from .printing.mathml import MathML, document
 from .printing.printer import Printer
-from .printing.show import latex_words, words
+from .printing.show import latex_words
 from .printing.text import Text
+from .printing.typeset import Typeset
 from .solving.eliminate import Elimination, eliminate
 from .solving.solution import SolveResult
 from .solving.solve import solve
@@ -59,7 +60,7 @@ def equations(
     return Equations(model_in_modes(model, modes), form)
 
 
-class Equations(Derivation):
+class Equations(Derivation, Typeset):
     """Symbolic products of one model. Made by :func:`equations`; every product is formed once, when asked for."""
 
     def __init__(self, model: Model, form: str = "auto", chosen: str = "") -> None:
@@ -401,18 +402,9 @@ class Equations(Derivation):
         above = [f"&{latex_words(line)}" for line in self.heading]
         return "\\begin{aligned}\n" + " \\\\\n".join([*above, *lines, *names]) + "\n\\end{aligned}"
 
-    def mathml(self, *, solved: bool = False) -> str:
-        """The equations of motion as presentation MathML, with ``solved`` as in `text`."""
-        if solved:
-            return self._solved.mathml()
-        if self.form == "recursive":
-            parts = self.recursive.written(MathML, "<mo>=</mo>")
-            return "\n".join(document(x) for head, lines in parts for x in (words(head), *lines))
-        lines, names = self._shown(MathML, "<mo>=</mo>")
-        return "\n".join(map(document, [*map(words, self.heading), *lines, *names]))
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
+    def html(self, *, solved: bool = False) -> str:
+        """The equations of motion as HTML that needs no other file, with ``solved`` as in `text`."""
+        return block(self.latex(solved=solved))
 
     def __repr__(self) -> str:
         contacts = "" if self.chosen else modes_in_words(self.model)

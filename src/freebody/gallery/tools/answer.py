@@ -13,8 +13,7 @@ import freebody as fb
 
 from ...symbolic.printing.closed.answers import shown
 from ...symbolic.printing.latex import Latex
-from ...symbolic.printing.mathml import MathML
-from ...symbolic.printing.show import latex_of, mathml_of, text_of
+from ...symbolic.printing.show import latex_of, text_of
 from ...symbolic.printing.text import Text
 
 Plots = dict[str, Callable[[Path], Any]]
@@ -22,32 +21,31 @@ Plots = dict[str, Callable[[Path], Any]]
 
 @dataclass(frozen=True)
 class Printed:
-    """A formula as plain text, LaTeX and MathML inside a formula."""
+    """A formula as plain text and LaTeX."""
 
     text: str
     latex: str
-    mathml: str
 
     @classmethod
     def of(cls, formula: Any) -> Printed:
         """Return a SymPy expression as printed."""
-        return cls(text_of(formula), latex_of(formula), mathml_of(formula))
+        return cls(text_of(formula), latex_of(formula))
 
     @classmethod
     def closed(cls, x: Any, ring: Any) -> Printed:
         """Return an element of a ring in its closed form."""
-        return cls(*(shown(kind, x, ring, closed=True) for kind in (Text, Latex, MathML)))
+        return cls(*(shown(kind, x, ring, closed=True) for kind in (Text, Latex)))
 
     @classmethod
     def line(cls, text: str) -> Printed:
         """Return a line of plain text that has no other print."""
-        return cls(text, "", "")
+        return cls(text, "")
 
     @classmethod
     def equation(cls, left: Any, right: Any, ring: Any) -> Printed:
         """Return an equation of two elements, each in its closed form."""
         a, b = cls.closed(left, ring), cls.closed(right, ring)
-        return cls(f"{a.text} = {b.text}", f"{a.latex} = {b.latex}", f"{a.mathml}<mo>=</mo>{b.mathml}")
+        return cls(f"{a.text} = {b.text}", f"{a.latex} = {b.latex}")
 
 
 @dataclass(frozen=True)
@@ -103,15 +101,10 @@ class Answer:
         return self._printed.latex
 
     @property
-    def mathml(self) -> str:
-        """The formula as MathML, without its ``math`` element; empty if there is none."""
-        return self._printed.mathml
-
-    @property
     def _printed(self) -> Printed:
         if self.printed is not None:
             return self.printed
-        return Printed("", "", "") if self.formula is None else Printed.of(self.formula)
+        return Printed("", "") if self.formula is None else Printed.of(self.formula)
 
 
 Answers = dict[str, Answer]

@@ -7,19 +7,16 @@ from html import escape
 from typing import Any
 
 from ...scalar.digits import significant
-from ...symbolic.printing.mathml import document
-
-LONGEST = 20_000
-"""Most characters of a formula in MathML; a longer one is not shown (``freebody run`` prints it)."""
+from .symbols import Symbols
 
 
-def answers_table(answers: Mapping[str, Any]) -> str:
+def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
     """Return answers as an HTML table, or the empty text if there are none.
 
     An answer is a value, a pair (value, unit), or an object with ``question``, ``value``, ``unit``, ``formula``
-    and ``mathml``, such as an answer of the gallery.
+    and ``latex``, such as an answer of the gallery.
 
-    >>> "<td>period</td>" in answers_table({"period": (2.5, "s")})
+    >>> "<td>period</td>" in answers_table({"period": (2.5, "s")}, Symbols())
     True
     """
     if not answers:
@@ -31,11 +28,17 @@ def answers_table(answers: Mapping[str, Any]) -> str:
         question, value, unit, formula = _parts(answer)
         # a live page writes other numbers here; words hold whatever the numbers are
         mark = "" if isinstance(value, str) else f' data-answer="{escape(str(name))}"'
-        number = f'<td class="number"{mark}>{escape(significant(value, 8))}</td>'
-        middle = f"<td>{escape(question)}</td>" if questions else ""
-        rows.append(f"<tr><td>{escape(str(name))}</td>{middle}{number}<td>{escape(unit)}</td></tr>")
+        if isinstance(value, str) and formula:
+            shown, formula = symbols.formula(formula), ""
+        else:
+            shown = escape(significant(value, 8))
+        number = f'<td class="number"{mark}>{shown}</td>'
+        middle = f"<td>{symbols.words(question)}</td>" if questions else ""
+        rows.append(f"<tr><td>{symbols.name(str(name))}</td>{middle}{number}<td>{escape(unit)}</td></tr>")
         if formula:
-            rows.append(f'<tr><td></td><td colspan="{len(head) - 1}">{formula}</td></tr>')
+            rows.append(
+                f'<tr class="set"><td></td><td colspan="{len(head) - 1}">{symbols.formula(formula)}</td></tr>'
+            )
     top = "".join(f"<th>{name}</th>" for name in head)
     body = "".join(rows)
     table = f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
@@ -43,12 +46,11 @@ def answers_table(answers: Mapping[str, Any]) -> str:
 
 
 def _parts(answer: Any) -> tuple[str, Any, str, str]:
-    """(question, value, unit, formula as MathML) of an answer."""
+    """(question, value, unit, formula as LaTeX) of an answer."""
     if hasattr(answer, "question"):
-        is_text = isinstance(answer.value, str) and not answer.unit
-        formula = "" if answer.formula is None or is_text else document(answer.mathml)
+        formula = "" if answer.formula is None else answer.latex
         unit = "" if answer.unit == "1" else answer.unit
-        return answer.question, answer.value, unit, formula if len(formula) <= LONGEST else ""
+        return answer.question, answer.value, unit, formula
     if isinstance(answer, tuple) and len(answer) == 2 and isinstance(answer[1], str):
         return "", answer[0], answer[1], ""
     return "", answer, "", ""

@@ -6,7 +6,7 @@ const DASHES = ["", "7 3", "2 3", "9 3 2 3", "12 4", "4 2"];
 const WIDTH = 720, HEIGHT = 230, LEFT = 62, RIGHT = 14, TOP = 26, BOTTOM = 34;
 
 // Draws a chart; returns a function that moves its cursor to the time of the motion.
-function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
+function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek) {
   const svg = drawing("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "chart", role: "img" }, root);
   drawing("title", {}, svg, spec.title);
   const curves = spec.curves.map(([key, component, label]) => ({ ...motion.channels[key], component, label, unit: units[key] }));
@@ -58,7 +58,9 @@ function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
     const entry = element("span", {}, legend);
     const swatch = drawing("svg", { viewBox: "0 0 28 8", class: "swatch" }, entry);
     drawing("line", { x1: 0, x2: 28, y1: 4, y2: 4, stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, swatch);
-    entry.append(` ${label} = `);
+    entry.append(" ");
+    symbol(entry, symbols, label);
+    entry.append(" = ");
     return element("output", {}, entry);
   });
   const pick = (event) => {

@@ -14,7 +14,8 @@
     return answer.json();
   }
   // Shows a new motion in place of the old one; with ``keep``, from the same eye and at the same time.
-  function put({ scene, charts }, keep) {
+  function put({ scene, charts, glyphs }, keep) {
+    at("glyphs").innerHTML = glyphs;
     const old = shown && shown.state;
     const canvases = shown && shown.dispose();
     at("player").replaceChildren();
@@ -63,11 +64,12 @@
   async function showMachine(data) {
     document.title = at("name").textContent = data.name;
     at("equations").innerHTML = data.equations;
+    copyable(at("equations"));
     at("text").value = data.text;
     number();
     put(data, false);
     if (data.scene.live && (await control(data.scene, shown, redraw))) return;
-    panel = sliders(at("sliders"), data.sliders, data.until, move);
+    panel = sliders(at("sliders"), data.sliders, data.until, data.scene.symbols, move);
     at("reset").hidden = false;
     at("reset").onclick = () => panel.reset();
   }

@@ -20,9 +20,10 @@ from ..moving.keyframes import TOLERANCE
 from .animation import frames_of, scene_of
 from .longest_phases import longest_contact
 from .page import stage
-from .report import LARGEST, charts, formulas
+from .report import LARGEST, charts
 from .simulator import simulator
 from .sliders import sliders, start_of
+from .symbols import Symbols
 
 LENGTH = 10.0
 """Length of the run if the model gives none [s]."""
@@ -58,6 +59,7 @@ class Live:
         until = LENGTH if case.until is None else float(state(case.system.expression(case.until)))
         self.case, self.model, self.text = case, model, text
         self.values, self.until = values, until
+        self._symbols = Symbols.of(model)
 
     def machine(self) -> dict[str, Any]:
         """Return everything that the page shows of the machine: sliders, equations, text and first motion."""
@@ -71,13 +73,16 @@ class Live:
             motion["scene"]["live"] = simulator(
                 case.system, self._trajectory, self._keys, motion["scene"], {}
             )
+        panel = sliders(case.system, model, self.values, case.initial, case.near)
+        motion["scene"]["symbols"] |= self._symbols.labels(slider["name"] for slider in panel)
         return {
             "name": self.model.name,
             "text": self.text,
             "until": self.until,
-            "sliders": sliders(case.system, model, self.values, case.initial, case.near),
-            "equations": self._equations(),
+            "sliders": panel,
             **motion,
+            "equations": self._equations(),
+            "glyphs": self._symbols.table(),
         }
 
     def motion(self, values: Mapping[str, Any], initial: Mapping[str, Any], until: Any) -> dict[str, Any]:
@@ -142,7 +147,13 @@ class Live:
         self._trajectory, self._keys = trajectory, frames_of(trajectory, TOLERANCE)
         scene = scene_of(trajectory, self._keys)
         given = start_of(self.case.system, self.model, values, self.case.initial)
-        return {"scene": scene, "charts": charts(scene), "start": given}
+        symbols = self._symbols
+        return {
+            "scene": symbols.scene(scene),
+            "charts": charts(scene, symbols),
+            "start": given,
+            "glyphs": symbols.table(),
+        }
 
     def _equations(self) -> str:
         """Equations as HTML, or the reason why they cannot be written; the machine moves in either case."""
@@ -156,10 +167,10 @@ class Live:
             return "<p>Not shown for a machine of this size.</p>"
         modes = longest_contact(self._trajectory)
         if modes is None:
-            return formulas(Equations(self.model).mathml())
+            return self._symbols.formula(Equations(self.model).latex())
         words = ", ".join(f"{name} {mode}" for name, mode in modes.items())
-        return f"<p>While contacts are: {escape(words)}</p>" + formulas(
-            equations(self.model, modes=modes).mathml()
+        return f"<p>While contacts are: {escape(words)}</p>" + self._symbols.formula(
+            equations(self.model, modes=modes).latex()
         )
 
 
@@ -183,6 +194,7 @@ def _number(name: str, value: Any) -> float:
 def body(name: str) -> str:
     """Return the HTML of the live page's body."""
     return (
+        '<div id="glyphs"></div>\n'
         f'<h1 id="name">{escape(name)}</h1>\n{stage(True)}\n<h2>Plots</h2><div id="charts"></div>\n'
         '<h2>Equations of motion</h2><div id="equations"></div>\n'
         '<h2>Model</h2><div class="editor"><pre id="lines" aria-hidden="true"></pre>'

@@ -15,7 +15,10 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
+from .symbols import Symbols
+
 SCRIPTS = (
+    "formulas.js",
     "geometry.js",
     "solids.js",
     "renderer.js",
@@ -76,7 +79,15 @@ def embedded(data: Mapping[str, Any]) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False, view: bool = False) -> str:
+def page(
+    title: str,
+    scene: Mapping[str, Any],
+    body: str,
+    *,
+    bare: bool = False,
+    view: bool = False,
+    symbols: Symbols | None = None,
+) -> str:
     """Return a whole HTML document.
 
     Parameters
@@ -92,8 +103,12 @@ def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False,
         Let the player fill the window.
     view : bool
         Return the page of ``freebody view``, which sends requests to its own server only.
+    symbols : Symbols, optional
+        The symbols of the formulas in the body.
     """
     live = view or "live" in scene
+    symbols = symbols or Symbols()
+    scene = scene if view else symbols.scene(scene)
     code = script(VIEW if view else LIVE if live else SCRIPTS)
     allowed = policy(code, "'self'" if view else "", live)
     attribute = ' class="bare"' if bare else ""
@@ -104,7 +119,7 @@ def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False,
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<link rel="icon" href="data:,">\n'
         f"<title>{escape(title)}</title>\n<style>\n{style()}</style>\n</head>\n"
-        f"<body{attribute}>\n<main>\n{body}\n</main>\n"
+        f"<body{attribute}>\n{symbols.table()}<main>\n{body}\n</main>\n"
         f'<script type="application/json" id="scene">{embedded(scene)}</script>\n'
         f"<script>{code}</script>\n</body>\n</html>\n"
     )

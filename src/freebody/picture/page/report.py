@@ -30,15 +30,13 @@ from .animation import frames_of, scene_of
 from .answers import answers_table
 from .longest_phases import lasting
 from .page import page, stage
+from .symbols import Symbols
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
 
 OPEN = 3
 """Number of charts up to which all are open at the beginning."""
-
-LONGEST = 60_000
-"""Most characters of a system of equations in MathML."""
 
 LARGEST = 6
 """Most speeds of a machine whose equations are shown by default."""
@@ -162,19 +160,20 @@ def document(
 
         scene["live"] = simulator(s, trajectory, keys, scene, answers or {})
     shown = model.n_u <= LARGEST if equations is None else equations
+    symbols = Symbols.of(model, *(answers or {}))
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
-        f'<p class="sub">{escape(about or _sentence(trajectory))}</p>',
+        f'<p class="sub">{symbols.words(about or _sentence(trajectory))}</p>',
         _warnings(trajectory),
         stage(live),
-        answers_table(answers or {}),
-        "<h2>Plots</h2>\n" + charts(scene),
-        _phases(trajectory) if shown else _withheld(),
-        _model(s, trajectory),
+        answers_table(answers or {}, symbols),
+        "<h2>Plots</h2>\n" + charts(scene, symbols),
+        _phases(trajectory, symbols) if shown else _withheld(),
+        _model(s, trajectory, symbols),
         _figures(figures or {}),
         _footer(trajectory, scene),
     ]
-    return page(title or s.name, scene, "\n".join(part for part in parts if part))
+    return page(title or s.name, scene, "\n".join(part for part in parts if part), symbols=symbols)
 
 
 # -- sections ----------------------------------------------------------------------------------------------
@@ -192,20 +191,27 @@ def _warnings(trajectory: Trajectory) -> str:
     return f"<h2>Warnings</h2>\n<ul>{lines}</ul>" if lines else ""
 
 
+class Html(str):
+    """Text that is HTML."""
+
+
 def _table(head: tuple[str, ...], rows: list[tuple[Any, ...]], number: int = -1) -> str:
     """HTML table; ``number`` is the column of numbers."""
     top = "".join(f"<th>{escape(name)}</th>" for name in head)
     lines = []
     for row in rows:
         kinds = (' class="number"' if i == number else "" for i in range(len(row)))
-        cells = (f"<td{kind}>{escape(str(x))}</td>" for kind, x in zip(kinds, row, strict=True))
+        cells = (
+            f"<td{kind}>{x if isinstance(x, Html) else escape(str(x))}</td>"
+            for kind, x in zip(kinds, row, strict=True)
+        )
         lines.append(f"<tr>{''.join(cells)}</tr>")
     return (
         f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
     )
 
 
-def charts(scene: Mapping[str, Any]) -> str:
+def charts(scene: Mapping[str, Any], symbols: Symbols) -> str:
     """Charts of a page as HTML that can be folded; the first chart of coordinates and of energy is open."""
     opened = {
         next((i for i, chart in enumerate(scene["charts"]) if chart["group"] == group), -1)
@@ -214,7 +220,7 @@ def charts(scene: Mapping[str, Any]) -> str:
     parts = []
     for i, chart in enumerate(scene["charts"]):
         state = " open" if i in opened or len(scene["charts"]) <= OPEN else ""
-        summary = f"<summary>{escape(chart['title'])}</summary>"
+        summary = f"<summary>{symbols.words(chart['title'])}</summary>"
         parts.append(f'<details{state}>{summary}<div data-chart="{i}"></div></details>')
     return "\n".join(parts)
 
@@ -227,17 +233,17 @@ def _withheld() -> str:
     )
 
 
-def _phases(trajectory: Trajectory) -> str:
+def _phases(trajectory: Trajectory, symbols: Symbols) -> str:
     """Drawing, diagrams and equations; for a motion with contacts in each of the modes that lasted longest."""
     model = trajectory.kernels.model
     sets = lasting(trajectory)
     if not sets:
-        return _equations(equations_of(model), trajectory)
+        return _equations(equations_of(model), trajectory, symbols)
     parts: list[str] = []
     for modes, time in sets:
         words = ", ".join(f"{name} {mode}" for name, mode in _by_owner(modes, model).items())
         heading = f" <small>({escape(words)}; {time:.4g} s of the motion)</small>"
-        parts.append(_equations(equations_of(model, modes=modes), trajectory, heading, not parts))
+        parts.append(_equations(equations_of(model, modes=modes), trajectory, symbols, heading, not parts))
     return "\n".join(parts)
 
 
@@ -253,7 +259,9 @@ def _by_owner(modes: Mapping[str, str], model: Model) -> dict[str, str]:
     return result
 
 
-def _equations(e: Equations, trajectory: Trajectory, heading: str = "", drawing: bool = True) -> str:
+def _equations(
+    e: Equations, trajectory: Trajectory, symbols: Symbols, heading: str = "", drawing: bool = True
+) -> str:
     """Diagrams, free-body equations and equations of motion."""
     parts = [
         _or_refusal(lambda: _drawings(e, trajectory, heading, drawing)),
@@ -261,13 +269,13 @@ def _equations(e: Equations, trajectory: Trajectory, heading: str = "", drawing:
     ]
     for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
-        parts.append(_or_refusal(partial(_free_body, e, name)))
-    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: formulas(e.mathml()))]
+        parts.append(_or_refusal(partial(_free_body, e, name, symbols)))
+    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: symbols.formula(e.latex()))]
     return "\n".join(parts)
 
 
-def _free_body(e: Equations, name: str) -> str:
-    return formulas(e.free_body(name).mathml())
+def _free_body(e: Equations, name: str, symbols: Symbols) -> str:
+    return symbols.formula(e.free_body(name).latex())
 
 
 def _or_refusal(part: Callable[[], str]) -> str:
@@ -278,14 +286,7 @@ def _or_refusal(part: Callable[[], str]) -> str:
         return f"<p>{escape(str(error))}</p>"
 
 
-def formulas(text: str) -> str:
-    """Return lines of MathML, each in its own block."""
-    if len(text) > LONGEST:
-        return f"<p>Too long to show ({len(text):,} characters of MathML).</p>"
-    return "\n".join(f'<div class="equation">{line}</div>' for line in text.splitlines())
-
-
-def _model(s: System, trajectory: Trajectory) -> str:
+def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
     """Tables of bodies, joints, contacts, loads, constraints and parameters."""
     model = trajectory.kernels.model
     state = float_state(model, values=trajectory.values)
@@ -330,7 +331,8 @@ def _model(s: System, trajectory: Trajectory) -> str:
     rows = []
     for parameter in parameters_of(s):
         unit, text = about_of(s).get(parameter.name, ("", ""))
-        rows.append((parameter.name, f"{trajectory.values[parameter.name]:.8g}", unit, text))
+        value = f"{trajectory.values[parameter.name]:.8g}"
+        rows.append((Html(symbols.name(parameter.name)), value, unit, Html(symbols.words(text))))
     if rows:
         parts.append(_table(("Parameter", "Value", "Unit", "What it is"), rows, 1))
     return "\n".join(parts)

@@ -1,14 +1,14 @@
 "use strict";
 // Sliders for parameters, initial values and the length of the run, and the control of a page that computes its motion.
 
-// Makes sliders. ``state`` holds the values that the user chose, ``moved`` is called when one changes.
-function sliders(root, list, length, moved) {
+// Makes sliders, whose names are set as ``symbols``. ``state`` holds the values that the user chose, ``moved`` is called when one changes.
+function sliders(root, list, length, symbols, moved) {
   const state = { values: {}, initial: {}, until: length }, places = {}, resets = [];
   root.replaceChildren();
   const run = { group: "", name: "until", value: length, low: length / 10, high: 4 * length, unit: "s", about: "length of the run", follows: [] };
   for (const { group, name, value, low, high, unit, about, follows } of [...list, run]) {
     const row = element("label", { class: "slider", title: about }, root);
-    element("span", {}, row, name);
+    symbol(element("span", { class: "name" }, row), symbols, name);
     const step = ticks(0, high - low, 250)[1], least = low > 0 ? Math.max(1, Math.round(low / step)) : Math.floor(low / step);
     const range = element("input", { type: "range", min: least * step, max: Math.ceil(high / step) * step, step, name }, row);
     const box = element("input", { type: "number", step: "any", "aria-label": `${name}, number` }, row);
@@ -73,7 +73,7 @@ async function control(scene, shown, redraw) {
     return false;
   }
   const cells = [...document.querySelectorAll("[data-answer]")].map((cell) => [cell, live.answers.indexOf(cell.dataset.answer)]);
-  const panel = sliders(at("sliders"), live.sliders, live.length, () => {
+  const panel = sliders(at("sliders"), live.sliders, live.length, scene.symbols, () => {
     if (!waiting) requestAnimationFrame(update);
     waiting = true;
   });

@@ -1,11 +1,10 @@
 """Formulas as outlines of their letters: they look the same in every browser and on paper, and can be measured.
 
-matplotlib's mathtext sets them in the STIX letters that it ships. The unit of length is one em.
+The unit of length is one em.
 """
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -13,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FreebodyError
+from ...typesetting.boxes import Placed, Rule, bounds, flat
+from ...typesetting.glyphs import EM
+from ...typesetting.setting import line
 
 Array = NDArray[np.float64]
 
@@ -38,23 +39,21 @@ def outline(tex: str) -> Outline:
     >>> right - left > 1 and bottom < 0
     True
     """
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
-
-    # TeX sets a space before a function, mathtext does not
-    tex = re.sub(r"(?<![-+=(]) (\\(?:sin|cos|tan|operatorname))", r" \, \1", tex)
-    font = FontProperties(family=["STIXGeneral"], math_fontfamily="stix")
-    math = "$" in tex
-    try:
-        vertices, codes = text_to_path.get_text_path(font, tex, ismath=math)
-    except ValueError as error:
-        raise FreebodyError(f"Expected a formula that can be set, got '{tex}': {error}") from None
-    vertices = np.asarray(vertices, dtype=float).reshape(-1, 2) / text_to_path.FONT_SCALE
-    if not len(vertices):
-        return Outline(vertices, [], (0.0, 0.0, 0.0, 0.0))
-    left, bottom = vertices.min(axis=0)
-    right, top = vertices.max(axis=0)
-    return Outline(vertices, list(codes), (float(left), float(bottom), float(right), float(top)))
+    box = line(tex)
+    vertices: list[Array] = []
+    codes: list[int] = []
+    for item in flat(box).items:
+        if isinstance(item, Rule):
+            corners = np.array([[0, 0], [0, 1], [1, 1], [1, 0], [0, 0]]) * (item.width, item.height)
+            vertices.append(corners + (item.x, item.y))
+            codes += (1, 2, 2, 2, 79)
+        elif isinstance(item, Placed):
+            vertices.append(item.glyph.vertices * (item.across, item.up) + (item.x, item.y))
+            codes += item.glyph.codes
+    if not codes:
+        return Outline(np.zeros((0, 2)), [], (0.0, 0.0, 0.0, 0.0))
+    left, bottom, right, top = (x / EM for x in bounds(box))
+    return Outline(np.vstack(vertices) / EM, codes, (left, bottom, right, top))
 
 
 def size_of(tex: str, size: float) -> tuple[float, float]:

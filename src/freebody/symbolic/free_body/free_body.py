@@ -22,13 +22,13 @@ from ...scalar.substitute import Substitution
 from ..derivation.bodies import own_body
 from ..derivation.derivation import Derivation
 from ..derivation.questions import named
-from ..printing.display import equation_latex, equation_mathml, equation_text, text
-from ..printing.mathml import document
-from ..printing.show import latex_words, words
+from ..printing.display import equation_latex, equation_text, text
+from ..printing.show import latex_words
+from ..printing.typeset import Typeset
 from .action import TITLES, Action
 from .balance import BodyBalance
 from .moment_form import MomentForm
-from .planar import planar_balances, planar_equations, planar_latex, planar_text, plane_in
+from .planar import planar_equations, planar_latex, planar_text, plane_in
 
 
 @named("the free body")
@@ -40,7 +40,7 @@ def free_body(e: Derivation, body: Any, about: Any = None, frame: Any = None) ->
     return FreeBody(e, name, about, frame)
 
 
-class FreeBody(BodyBalance):
+class FreeBody(BodyBalance, Typeset):
     """Free-body diagram and kinetic diagram of one body, as equations. Made by :meth:`Equations.free_body`."""
 
     @cached_property
@@ -151,18 +151,6 @@ class FreeBody(BodyBalance):
         ]
         above = [f"&{latex_words(line)}" for line in self._e.heading]
         return "\\begin{aligned}\n" + " \\\\\n".join([*above, *rows]) + "\n\\end{aligned}"
-
-    @named("the free body")
-    def mathml(self) -> str:
-        """The equations as presentation MathML, an element each; for a planar model, the equations in the plane."""
-        pairs = [pair for pair in self.balances if pair != (0, 0)]
-        if not isinstance(plane_in(self), str):
-            pairs = [(left, right) for _, left, right in planar_balances(self)]
-        lines = [equation_mathml(left, right, self._e.ring) for left, right in (*pairs, *self.laws)]
-        return "\n".join([*(document(words(line)) for line in self._e.heading), *lines])
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         return self.text()

@@ -41,14 +41,13 @@ from ...scalar.algebra import (
 )
 from ..derivation.bodies import NamedBody, PointOf, own_body
 from ..printing.display import latex, text
-from ..printing.mathml import MathML
-from ..printing.show import EQUALS, elements, inner
+from ..printing.typeset import Typeset
 from .balance import BodyBalance, body_balance
 from .planar import plane_in
 from .reaction import LETTERS
 
 
-class MomentForm:
+class MomentForm(Typeset):
     """Moment equations of a free body about a point, term by term. Made by :meth:`FreeBody.moment_form`.
 
     Attributes
@@ -192,19 +191,6 @@ class MomentForm:
             right = " + ".join(rf"\left({part}\right)" for part in parts) or "0"
             rows.append(f"{latex(self.moments[k], ring, closed=False)} &= {right}")
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-
-    def mathml(self) -> str:
-        """The components as presentation MathML, an element each."""
-        ring = self._e.ring
-        lines = []
-        for k in self._rows():
-            parts = [inner(v[k], ring) for v in self.canonical_terms.values() if v[k] != 0]
-            right = "<mo>+</mo>".join(f"<mrow><mo>(</mo>{part}<mo>)</mo></mrow>" for part in parts)
-            lines.append(MathML(ring).show(self.moments[k]) + EQUALS + (right or "<mn>0</mn>"))
-        return elements(lines)
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         return self.text()

@@ -30,7 +30,8 @@ from ...scalar.algebra import (
     scale,
     transpose,
 )
-from ..printing.show import EQUALS, aligned, column_latex, column_mathml, elements, text_of
+from ..printing.show import aligned, column_latex, text_of
+from ..printing.typeset import Typeset
 
 LETTERS = "xyz"
 
@@ -46,7 +47,7 @@ class Component:
 
 
 @dataclass(frozen=True)
-class Reaction:
+class Reaction(Typeset):
     """Force and moment of a joint on its child body.
 
     Attributes
@@ -85,14 +86,6 @@ class Reaction:
         """Force and moment as a LaTeX ``aligned`` block."""
         named = (("F", self.force), ("M", self.moment))
         return aligned(rf"\mathbf{{{name}}} &= {column_latex(v)}" for name, v in named)
-
-    def mathml(self) -> str:
-        """Force and moment as presentation MathML."""
-        named = (("F", self.force), ("M", self.moment))
-        return elements(f"<mi mathvariant='bold'>{name}</mi>{EQUALS}{column_mathml(v)}" for name, v in named)
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         return self.text()

@@ -40,20 +40,16 @@ from ...scalar.substitute import Substitution
 from ..equations import Equations
 from ..free_body.gears import undetermined_by_gears
 from ..free_body.reaction import unknowns
-from ..printing.fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
+from ..printing.fractions import ratio_displayed, ratio_latex, ratio_text
 from ..printing.latex import latex_name
 from ..printing.show import (
-    EQUALS,
     aligned,
-    elements,
     latex_of,
     latex_words,
-    mathml_of,
-    shown_name,
     text_of,
-    words,
 )
 from ..printing.systems import collect
+from ..printing.typeset import Typeset
 from ..solving.request import Request
 from ..solving.solution import SolveResult
 from ..solving.solve import solution_of
@@ -61,7 +57,7 @@ from ..solving.vocabulary import Vocabulary
 from .impulse_jumps import Jumps
 
 
-class ImpulsiveReaction:
+class ImpulsiveReaction(Typeset):
     """Impulse of a joint on its child [N s], and moment impulse about the joint's point on it [N m s], ground axes.
 
     Attributes
@@ -96,22 +92,12 @@ class ImpulsiveReaction:
         """The named components as a LaTeX ``aligned`` block."""
         return aligned(rf"\hat{{{latex_name(name)}}} &= {latex_of(x)}" for name, x in self.components.items())
 
-    def mathml(self) -> str:
-        """The named components as presentation MathML, an element each."""
-        return elements(
-            f"<mover>{shown_name(name)}<mo>^</mo></mover>{EQUALS}{mathml_of(x)}"
-            for name, x in self.components.items()
-        )
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
     def __repr__(self) -> str:
         parts = [", ".join(map(str, v)) for v in (self.impulse, self.moment)]
         return f"Impulse of joint '{self.joint}' on '{self.on}': ({parts[0]}), moment impulse ({parts[1]})"
 
 
-class Struck:
+class Struck(Typeset):
     """Effect of an impulse. Made by :func:`freebody.impulse`; SymPy expressions for an exact result, else numbers.
 
     Attributes
@@ -380,31 +366,8 @@ class Struck:
                 lines.append(rf"&{latex_words(f'{name}: {what} ')}\left({shown}\right)")
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
-    def mathml(self) -> str:
-        """The speeds and the impulsive reactions as presentation MathML, an element each."""
-        lines = []
-        for speed, x in zip(self.model.speeds, self._reached.u, strict=True):
-            lines.append(f"<msup>{mathml_of(speed.symbol)}<mo>+</mo></msup>{EQUALS}{self._mathml(x)}")
-        if self.exact:
-            for name, x in self.canonical_components.items():
-                if not _is_zero(x):
-                    lines.append(f"<mover>{shown_name(name)}<mo>^</mo></mover>{EQUALS}{self._mathml(x)}")
-        for name, vectors in {} if self.exact else self._wrenches.items():
-            for what, v in zip(("impulse", "moment impulse"), vectors, strict=False):
-                shown = "<mo>,</mo>".join(map(self._mathml, v))
-                lines.append(f"{words(f'{name}: {what} ')}<mrow><mo>(</mo>{shown}<mo>)</mo></mrow>")
-        return elements(lines)
-
-    def _mathml(self, x: Scalar) -> str:
-        if self.exact:
-            return ratio_mathml(self._tidy(x), self._e.ring)
-        return f"<mn>{float(x):.9g}</mn>"
-
     def _latex(self, x: Scalar) -> str:
         return ratio_latex(self._tidy(x), self._e.ring) if self.exact else f"{float(x):.9g}"
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         return self.text()

@@ -27,12 +27,13 @@ from ...scalar.substitute import Substitution, arrays
 from ..derivation.along_motion import numbers, random_numbers, rate_of, residuals_of
 from ..derivation.derivation import Derivation
 from ..printing.display import latex, text
-from ..printing.show import EQUALS, aligned, elements, inner, latex_of, latex_words, mathml_of, words
+from ..printing.show import aligned, latex_of, latex_words
+from ..printing.typeset import Typeset
 from .candidates import candidates
 
 
 @dataclass(frozen=True)
-class Proof:
+class Proof(Typeset):
     """dI/dt = Σ μ_j E_j + Σ ν_i ψ_i, an identity of polynomials in q, u, u'.
 
     Attributes
@@ -66,25 +67,11 @@ class Proof:
         left = rf"\frac{{d}}{{dt}}\,{latex_words(self.name)} = "
         return left + (" + ".join(parts) or "0")
 
-    def mathml(self) -> str:
-        """The identity as presentation MathML."""
-        named = [(x, "E", name) for name, x in self.multipliers.items()]
-        named += [(x, "ψ", name) for name, x in self.constraints.items()]
-        parts = [
-            f"<mrow><mo>(</mo>{mathml_of(x)}<mo>)</mo></mrow><msub><mi>{letter}</mi>{words(name)}</msub>"
-            for x, letter, name in named
-        ]
-        left = f"<mfrac><mi>d</mi><mi>dt</mi></mfrac>{words(self.name)}{EQUALS}"
-        return elements([left + ("<mo>+</mo>".join(parts) or "<mn>0</mn>")])
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
     def __repr__(self) -> str:
         return self.statement
 
 
-class Integral:
+class Integral(Typeset):
     """A quantity that keeps its value along every motion.
 
     Attributes
@@ -154,21 +141,11 @@ class Integral:
         """The expression as LaTeX, = const."""
         return latex(self.canonical, self._e.ring) + r" = \text{const}"
 
-    def mathml(self) -> str:
-        """The expression as presentation MathML, = const."""
-        return elements([self._formula()])
-
-    def _formula(self) -> str:
-        return inner(self.canonical, self._e.ring) + EQUALS + words("const")
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
     def __repr__(self) -> str:
         return self.text()
 
 
-class Integrals(Sequence[Integral]):
+class Integrals(Typeset, Sequence[Integral]):
     """The conserved quantities of a system, in a stable order, by index or name."""
 
     def __init__(self, integrals: Sequence[Integral]) -> None:
@@ -206,15 +183,6 @@ class Integrals(Sequence[Integral]):
         return aligned(
             rf"&{latex_words(integral.name + ':')}\quad {integral.latex()}" for integral in self._integrals
         )
-
-    def mathml(self) -> str:
-        """The quantities as presentation MathML, an element each."""
-        if not self._integrals:
-            return elements([words("No conserved quantities.")])
-        return elements(words(integral.name + ": ") + integral._formula() for integral in self._integrals)
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         return self.text()

@@ -22,7 +22,7 @@ from ...scalar.polynomial import Polynomial, Ring
 from ..printing.display import displayed, text
 from ..printing.lines import Result
 from ..printing.rational import Rationals, S
-from ..printing.show import elements, latex_of, mathml_of
+from ..printing.show import latex_of
 from ..printing.show import text_of as text_expression
 from .modes import Mode, Modes
 
@@ -90,10 +90,6 @@ class Characteristic(Result):
     def latex(self) -> str:
         """The polynomial as LaTeX."""
         return latex_of(self.expression)
-
-    def mathml(self) -> str:
-        """The polynomial as presentation MathML."""
-        return elements([mathml_of(self.expression)])
 
     def roots(self) -> list[Any]:
         """All roots, with repetitions."""

@@ -27,8 +27,9 @@ from ...model.model import Model
 from ...model.values import check_assumptions
 from ...scalar.algebra import Expression
 from ...scalar.polynomial import Ring
-from ..printing.display import displayed, equation_latex, equation_mathml, equation_text
+from ..printing.display import displayed, equation_latex, equation_text
 from ..printing.show import aligned
+from ..printing.typeset import Typeset
 from . import characteristic, linear_text, modes, response
 from .modes import Modes
 from .operating_point import SINGULAR
@@ -36,7 +37,7 @@ from .response import ExactResponse, Response
 from .state_space import StateSpace
 
 
-class LinearModel:
+class LinearModel(Typeset):
     """Linear equations of small motions. Made by :func:`freebody.linearize`.
 
     A symbolic model has SymPy matrices, a numeric one has arrays. Along a trajectory, or with arrays of values, the
@@ -429,14 +430,6 @@ class LinearModel:
         ring = self.ring
         lines = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for a, b in self._balances(ring)]
         return aligned(lines)
-
-    def mathml(self) -> str:
-        """The linear equations as presentation MathML."""
-        self._require_one_state("mathml()")
-        if self.ring is None:
-            return linear_text.mathml(linear_text.rows_of(self))
-        ring = self.ring
-        return "\n".join(equation_mathml(a, b, ring) for a, b in self._balances(ring))
 
     def _repr_latex_(self) -> str | None:
         if self._shape:

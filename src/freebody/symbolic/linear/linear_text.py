@@ -1,4 +1,4 @@
-"""Linear equations in numbers as text, LaTeX and MathML: six digits, terms in the order ξ'', ξ', ξ."""
+"""Linear equations in numbers as text and LaTeX: six digits, terms in the order ξ'', ξ', ξ."""
 
 from __future__ import annotations
 
@@ -48,15 +48,6 @@ def latex(rows: Rows) -> str:
     return aligned(lines)
 
 
-def mathml(rows: Rows) -> str:
-    """Return the equations as presentation MathML, an element each."""
-    return "\n".join(
-        '<math xmlns="http://www.w3.org/1998/Math/MathML"><mrow>'
-        f"{_mathml_sum(a)}<mo>=</mo>{_mathml_sum(b)}</mrow></math>"
-        for a, b in rows
-    )
-
-
 def _live(terms: Sequence[tuple[float, str, int]]) -> list[tuple[float, str, int]]:
     return [(x, name, dots) for x, name, dots in terms if f"{x:.6g}" not in ("0", "-0")]
 
@@ -73,15 +64,3 @@ def _sum(terms: Sequence[tuple[float, str, int]], write: Callable[[str, int], st
 
 def _text(name: str, dots: int) -> str:
     return name + "'" * dots
-
-
-def _mathml_sum(terms: Sequence[tuple[float, str, int]]) -> str:
-    result = ""
-    for x, name, dots in _live(terms):
-        if x < 0 or result:
-            result += f"<mo>{'-' if x < 0 else '+'}</mo>"
-        body = f"<mi>{name}</mi>"
-        body = f"<mover>{body}<mo>{'.' * dots}</mo></mover>" if dots else body
-        size = f"{abs(x):.6g}"
-        result += body if size == "1" else f"<mn>{size}</mn>{body}"
-    return result or "<mn>0</mn>"

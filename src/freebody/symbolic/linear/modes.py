@@ -19,7 +19,6 @@ import sympy
 from numpy.typing import NDArray
 
 from ..printing.lines import Lines, Result, assignments
-from ..printing.show import mathml_of, shown_name, words
 
 Array = NDArray[Any]
 NULL = 10**-10
@@ -104,17 +103,6 @@ class Modes(Result, Sequence[Mode]):
             rf"\begin{{array}}{{rl{'r' * (len(head) - 2)}}}" + "\n" + "\n".join(lines) + "\n" + r"\end{array}"
         )
 
-    def mathml(self) -> str:
-        """The table as presentation MathML."""
-        head, rows = self._rows()
-
-        def row(cells: Sequence[str]) -> str:
-            return f"<mtr>{''.join(f'<mtd>{cell}</mtd>' for cell in cells)}</mtr>"
-
-        body = "".join(row([_mathml(x) for x in line]) for line in rows)
-        title = row([words(x) for x in head[:4]] + [shown_name(x) for x in head[4:]])
-        return f'<math xmlns="http://www.w3.org/1998/Math/MathML"><mtable>{title}{body}</mtable></math>'
-
 
 def _rounded(x: Any) -> Any:
     if isinstance(x, complex | np.complexfloating):
@@ -139,12 +127,6 @@ def _latex(x: Any) -> str:
     if isinstance(x, complex):
         return f"{x.real:g}{x.imag:+g} i"
     return sympy.latex(x) if isinstance(x, sympy.Basic) else f"{x:g}" if isinstance(x, float) else str(x)
-
-
-def _mathml(x: Any) -> str:
-    if isinstance(x, sympy.Basic):
-        return mathml_of(x)
-    return f"<mtext>{x}</mtext>" if isinstance(x, str) else f"<mn>{_text(x)}</mn>"
 
 
 # -- numbers --------------------------------------------------------------------------------------

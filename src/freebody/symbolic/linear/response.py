@@ -24,15 +24,10 @@ from ...scalar.algebra import Expression
 from ..printing.latex import latex_name
 from ..printing.lines import Result
 from ..printing.show import (
-    EQUALS,
     aligned,
-    elements,
     latex_of,
     latex_words,
-    mathml_of,
-    shown_name,
     text_of,
-    words,
 )
 from .forcing import Term, terms_of
 from .operating_point import value_of_name
@@ -72,11 +67,6 @@ class ExactResponse(Result, Mapping[str, Any]):
         """A LaTeX ``aligned`` block."""
         rows = [f"{sympy.latex(sympy.Symbol(n))}(t) &= {sympy.latex(x)}" for n, x in self.items()]
         return aligned(rows)
-
-    def mathml(self) -> str:
-        """Presentation MathML, an element for each coordinate."""
-        head = "<mo>(</mo><mi>t</mi><mo>)</mo>"
-        return elements(shown_name(name) + head + EQUALS + mathml_of(x) for name, x in self.items())
 
 
 class Response(Result):
@@ -152,12 +142,6 @@ class Response(Result):
         """The same as a LaTeX ``aligned`` block."""
         lines = [f"{latex_name(name)}(t) &= {latex_of(x)}" for name, x in self._written.items()]
         return aligned(lines or ["&" + latex_words(repr(self))])
-
-    def mathml(self) -> str:
-        """The same as presentation MathML, an element for each coordinate."""
-        head = "<mo>(</mo><mi>t</mi><mo>)</mo>"
-        lines = [shown_name(name) + head + EQUALS + mathml_of(x) for name, x in self._written.items()]
-        return elements(lines or [words(repr(self))])
 
     def __repr__(self) -> str:
         return f"Response of {', '.join(self.names)}: call it with times"

@@ -11,7 +11,7 @@ import sympy
 
 from ...errors import ModelError, nearest
 from ..printing.lines import Result
-from ..printing.show import EQUALS, aligned, elements, latex_of, matrix_mathml, text_of
+from ..printing.show import aligned, latex_of, text_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,13 +124,6 @@ class StateSpace(Result):
             rows = [" & ".join(latex_of(_rounded(x)) for x in row) for row in table]
             lines.append(rf"{name} &= \begin{{bmatrix}}" + r" \\ ".join(rows) + r"\end{bmatrix}")
         return aligned(lines)
-
-    def mathml(self) -> str:
-        """The matrices as presentation MathML, an element each."""
-        return elements(
-            f"<mi>{name}</mi>{EQUALS}{matrix_mathml([[_rounded(x) for x in row] for row in table])}"
-            for name, table in self._tables()
-        )
 
     def __repr__(self) -> str:
         def listed(names: Sequence[str]) -> str:

@@ -15,7 +15,6 @@ from .closed.answers import shown
 from .grouped import Grouped
 from .latex import Latex
 from .lines import Result
-from .mathml import MathML, document
 from .printer import Printer
 from .show import aligned
 from .text import Text
@@ -58,12 +57,6 @@ def latex(x: Scalar, ring: Ring, lump: bool | Lumps = False, closed: bool | None
     return _lumped(Latex, x, ring, lump, closed)
 
 
-def mathml(x: Scalar, ring: Ring, lump: bool | Lumps = False, closed: bool | None = None) -> Any:
-    """Return an element as a MathML ``math`` element; see `text`."""
-    result = _lumped(MathML, x, ring, lump, closed)
-    return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
-
-
 def displayed(x: Scalar, ring: Ring) -> Any:
     """Return an element as a SymPy expression, grouped as its text is."""
     return Grouped(ring).show(x)
@@ -77,12 +70,6 @@ def equation_text(left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps = 
 def equation_latex(left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
     """Return ``left = right`` as LaTeX."""
     return _equation(Latex, left, right, ring, lump, " = ")
-
-
-def equation_mathml(left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """Return ``left = right`` as a MathML ``math`` element."""
-    result = _equation(MathML, left, right, ring, lump, "<mo>=</mo>")
-    return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
 
 
 def lines_of(
@@ -112,10 +99,6 @@ class Formulas(Result):
         """The equations as a LaTeX ``aligned`` block."""
         rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
         return aligned(rows)
-
-    def mathml(self) -> str:
-        """The equations as presentation MathML, an element each."""
-        return "\n".join(self._lines(equation_mathml))
 
 
 def _lumped(kind: type[Printer], x: Scalar, ring: Ring, lump: bool | Lumps, closed: bool | None) -> Any:

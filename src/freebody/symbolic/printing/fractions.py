@@ -12,7 +12,6 @@ from ...scalar.ratio import Ratio
 from .closed.answers import answer, is_answer
 from .display import displayed, latex, text
 from .latex import Latex
-from .mathml import MathML
 from .printer import Printer
 from .text import Text
 
@@ -80,18 +79,6 @@ def ratio_latex(r: Any, ring: Ring) -> str:
     if over.startswith("-") and _bracketed(over) == over:
         return f"-\\frac{{{over[1:].strip()}}}{{{latex(den, ring, closed=False)}}}"
     return f"\\frac{{{over}}}{{{latex(den, ring, closed=False)}}}"
-
-
-def ratio_mathml(r: Any, ring: Ring) -> str:
-    """Return a ratio as MathML inside a formula."""
-    form = _closed(MathML, r, ring)
-    if form is not None:
-        return str(form)
-    num, den, ring = parts(r, ring)
-    printer = MathML(ring)
-    if den == 1:
-        return printer.show(num)
-    return f"<mfrac><mrow>{printer.show(num)}</mrow><mrow>{printer.show(den)}</mrow></mfrac>"
 
 
 def ratio_displayed(r: Any, ring: Ring) -> Any:

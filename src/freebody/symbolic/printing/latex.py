@@ -2,6 +2,7 @@ r"""LaTeX: ``m a \left(\ddot{\theta} \cos\theta - \dot{\theta}^{2} \sin\theta\ri
 
 from __future__ import annotations
 
+import re
 from functools import cache
 
 from .names import GREEK, parts
@@ -29,8 +30,38 @@ def latex_name(name: str, dots: int = 0) -> str:
     base = _DOTS[dots].format(base)
     if not below:
         return base
-    below = ", ".join("\\" + b if b in GREEK else b for b in below.split(", "))
+    below = ", ".join(map(_below, below.split(", ")))
     return f"{base}_{{{below}}}"
+
+
+def _below(part: str) -> str:
+    """Return a subscript: words upright, indices such as xx not."""
+    if part in GREEK:
+        return "\\" + part
+    return rf"\mathrm{{{part}}}" if len(part) > 2 and part.isalpha() else part
+
+
+_LABEL = re.compile(r"([A-Za-z]+[0-9]*)('*)((?:_[A-Za-z0-9]+)*)('*)(?:\((.+)\))?")
+
+
+def label_latex(label: str) -> str | None:
+    r"""Return what a result is called as LaTeX; None if it is words.
+
+    >>> print(label_latex("psi'_fast"), label_latex("x(t_1)"), label_latex("largest angle"))
+    \dot{\psi}_{fast} x\left(t_{1}\right) None
+    """
+    match = _LABEL.fullmatch(label)
+    if match is None:
+        return None
+    base, before, below, after, arguments = match.groups()
+    dots = len(before + after)
+    if dots > max(_DOTS):
+        return None
+    name = latex_name(base + below, dots)
+    if arguments is None:
+        return name
+    parts = [label_latex(x) or rf"\text{{{x}}}" for x in arguments.split(", ")]
+    return rf"{name}\left({', '.join(parts)}\right)"
 
 
 def _joined(factors: list[str]) -> str:

@@ -1,6 +1,6 @@
 """Results that print themselves: base classes, and lines of words, names and formulas.
 
-One description of lines gives text, LaTeX and MathML.
+One description of lines gives text and LaTeX.
 """
 
 from __future__ import annotations
@@ -15,20 +15,15 @@ from .latex import latex_name
 from .show import (
     aligned,
     column_latex,
-    column_mathml,
     column_text,
-    elements,
     latex_of,
     latex_words,
-    mathml_of,
-    shown_name,
     split,
     text_of,
-    words,
 )
+from .typeset import Typeset
 
 SIGNS = {"=": "=", "->": r"\to", ",": ","}
-MATHML_SIGNS = {"=": "=", "->": "→", ",": ","}
 
 
 @dataclass(frozen=True)
@@ -51,23 +46,12 @@ Piece = Any
 """Words (str), a Name, a Sign, a number, a SymPy expression or column."""
 
 
-class Result:
-    """A result with ``text``, ``latex`` and ``mathml``; notebooks show its LaTeX, a console its text."""
+class Result(Typeset):
+    """A result with ``text``, ``latex`` and ``html``; notebooks show it set, a console its text."""
 
     def text(self) -> str:
         """Return the result as plain text."""
         raise NotImplementedError
-
-    def latex(self) -> str:
-        """Return the result as LaTeX."""
-        raise NotImplementedError
-
-    def mathml(self) -> str:
-        """Return the result as presentation MathML."""
-        raise NotImplementedError
-
-    def _repr_latex_(self) -> str | None:
-        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         return self.text()
@@ -87,10 +71,6 @@ class Lines(Result):
         """The result as a LaTeX ``aligned`` block."""
         return aligned("&" + " ".join(map(_latex, line)) for line in self._lines())
 
-    def mathml(self) -> str:
-        """The result as presentation MathML, an element for each line."""
-        return elements("".join(map(_mathml, line)) for line in self._lines())
-
 
 class Shown(Result):
     """A result that consists of other results, shown one after another."""
@@ -105,10 +85,6 @@ class Shown(Result):
     def latex(self) -> str:
         """All parts as a LaTeX ``aligned`` block."""
         return aligned("&" + part.latex() for part in self._parts())
-
-    def mathml(self) -> str:
-        """All parts as presentation MathML."""
-        return "\n".join(part.mathml() for part in self._parts())
 
 
 def assignments(values: Iterable[tuple[str, Any]]) -> list[Piece]:
@@ -159,15 +135,3 @@ def _latex(x: Piece) -> str:
     if isinstance(x, sympy.MatrixBase):
         return column_latex(x)
     return latex_of(_formula(x))
-
-
-def _mathml(x: Piece) -> str:
-    if isinstance(x, str):
-        return words(x)
-    if isinstance(x, Name):
-        return shown_name(x.text)
-    if isinstance(x, Sign):
-        return f"<mo>{MATHML_SIGNS[x.text]}</mo>"
-    if isinstance(x, sympy.MatrixBase):
-        return column_mathml(x)
-    return mathml_of(_formula(x))

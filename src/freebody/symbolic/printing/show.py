@@ -1,37 +1,17 @@
-"""SymPy expressions in the names of the model, words in formulas, and blocks of formulas, in LaTeX and MathML.
+"""SymPy expressions in the names of the model, words in formulas, and blocks of formulas in LaTeX.
 
 Canonical polynomials are printed by `display`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from html import escape
+from collections.abc import Iterable
 from typing import Any
 
 import sympy
 
-from ...scalar.algebra import Scalar
-from ...scalar.polynomial import Ring
-from .closed.answers import shown
 from .latex import latex_name
-from .mathml import MathML, document, mathml_name
 from .printer import name_of
-
-EQUALS = "<mo>=</mo>"
-ENTITIES = {"InvisibleTimes": "&#x2062;", "ImaginaryI": "i", "ExponentialE": "e", "pi": "π", "dd": "d"}
-"""Entities that HTML defines and XML does not."""
-COMMA = "<mo>,</mo><mspace width='0.5em'/>"
-
-
-def inner(x: Scalar, ring: Ring) -> str:
-    """Return an element of a ring as MathML inside a formula."""
-    return shown(MathML, x, ring)
-
-
-def words(text: str) -> str:
-    """Return words in a formula as MathML."""
-    return f"<mtext>{escape(text)}</mtext>"
 
 
 def latex_words(text: str) -> str:
@@ -43,11 +23,6 @@ def latex_words(text: str) -> str:
     for c in "&%$#_{}":
         text = text.replace(c, "\\" + c)
     return rf"\text{{{text}}}"
-
-
-def elements(lines: Iterable[str]) -> str:
-    """Return MathML formulas, an element each."""
-    return "\n".join(document(line) for line in lines)
 
 
 def aligned(lines: Iterable[str]) -> str:
@@ -63,11 +38,6 @@ def split(name: str) -> tuple[str, int]:
     """
     base = name.rstrip("'")
     return base, len(name) - len(base)
-
-
-def shown_name(name: str) -> str:
-    """Return a name with primes as MathML."""
-    return mathml_name(*split(name))
 
 
 def text_of(x: Any) -> str:
@@ -95,24 +65,6 @@ def latex_of(x: Any) -> str:
     return sympy.latex(sympy.sympify(x).xreplace(named), symbol_names=written)
 
 
-def mathml_of(x: Any) -> str:
-    """Return a SymPy expression as MathML inside a formula.
-
-    >>> t = sympy.Symbol("t")
-    >>> mathml_of(sympy.Function("theta")(t).diff(t)**2)
-    '<msup><mover><mi>θ</mi><mo>˙</mo></mover><mn>2</mn></msup>'
-    """
-    names = _names(x)
-    placeholders = {atom: f"freebody{chr(97 + k // 26)}{chr(97 + k % 26)}" for k, atom in enumerate(names)}
-    named = {atom: sympy.Symbol(placeholder) for atom, placeholder in placeholders.items()}
-    result = sympy.mathml(sympy.sympify(x).xreplace(named), printer="presentation")
-    for entity, sign in ENTITIES.items():
-        result = result.replace(f"&{entity};", sign)
-    for atom, placeholder in placeholders.items():
-        result = result.replace(f"<mi>{placeholder}</mi>", mathml_name(*names[atom]))
-    return result
-
-
 def _names(x: Any) -> dict[Any, tuple[str, int]]:
     """Return name and number of primes of every symbol, function of time and derivative, sorted."""
     x = sympy.sympify(x)
@@ -137,14 +89,3 @@ def column_text(v: Any) -> str:
 def column_latex(v: Any) -> str:
     """Return components as a LaTeX column."""
     return r"\begin{bmatrix}" + r" \\ ".join(map(latex_of, v)) + r"\end{bmatrix}"
-
-
-def column_mathml(v: Any) -> str:
-    """Return components as a MathML column."""
-    return matrix_mathml([[x] for x in v])
-
-
-def matrix_mathml(table: Sequence[Sequence[Any]]) -> str:
-    """Return a matrix as MathML in brackets."""
-    body = "".join("<mtr>" + "".join(f"<mtd>{mathml_of(x)}</mtd>" for x in row) + "</mtr>" for row in table)
-    return f"<mrow><mo>[</mo><mtable>{body}</mtable><mo>]</mo></mrow>"

@@ -29,8 +29,9 @@ from ..derivation.derivation import Derivation
 from ..free_body.action import TITLES
 from ..free_body.free_body import FreeBody
 from ..printing.display import equation_latex, equation_text, latex, text
-from ..printing.show import EQUALS, elements, inner, latex_words, words
+from ..printing.show import latex_words
 from ..printing.systems import Row, Terms, best_pivot, collect
+from ..printing.typeset import Typeset
 from .solve import free_bodies
 from .vocabulary import Vocabulary
 
@@ -46,7 +47,7 @@ class Combination:
     balance: tuple[Scalar, Scalar]
 
 
-class Elimination:
+class Elimination(Typeset):
     """Reactions eliminated from the free-body equations. Made by :meth:`Equations.eliminate`.
 
     Attributes
@@ -100,23 +101,6 @@ class Elimination:
             rows.append(" + ".join(parts).replace("[", "&\\,[", 1))
             rows.append("\\Rightarrow\\quad &" + equation_latex(*step.balance, ring))
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-
-    def mathml(self) -> str:
-        """The combinations and the resulting equations, as presentation MathML, two elements each."""
-        ring = self._e.ring
-        lines = []
-        for step in self.steps:
-            parts = [
-                f"<mrow><mo>(</mo>{inner(c, ring)}<mo>)</mo></mrow>{words(f' [{body}: {title}]')}"
-                for (body, title), c in step.coefficients.items()
-            ]
-            left, right = step.balance
-            lines.append("<mo>+</mo>".join(parts))
-            lines.append("<mo>⇒</mo>" + inner(left, ring) + EQUALS + inner(right, ring))
-        return elements(lines)
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         return self.text()

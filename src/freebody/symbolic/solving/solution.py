@@ -14,8 +14,8 @@ from ...scalar.algebra import Scalar
 from ...scalar.ratio import Ratio
 from ..derivation.derivation import Derivation
 from ..printing.display import equation_latex, equation_text
-from ..printing.fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
-from ..printing.show import EQUALS, elements, inner, mathml_of
+from ..printing.fractions import ratio_displayed, ratio_latex, ratio_text
+from ..printing.typeset import Typeset
 from .vocabulary import Vocabulary
 
 
@@ -37,7 +37,7 @@ class Branch:
         return [*self.lines] or [(name, self.ratios.get(name)) for name in self.values]
 
 
-class SolveResult(Mapping[str, Any]):
+class SolveResult(Typeset, Mapping[str, Any]):
     """Solution of :meth:`Equations.solve`: SymPy expressions by the unknown's name (or SymPy atom).
 
     A long solution is printed in steps: see :attr:`steps`.
@@ -135,22 +135,8 @@ class SolveResult(Mapping[str, Any]):
         lines += [equation_latex(c, 0, self._ring).replace(" = ", " &= ", 1) for c in self._conditions]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
-    def mathml(self) -> str:
-        """The solution as presentation MathML, an element for each unknown and condition."""
-        lines = []
-        for s in self._solutions:
-            for name, r in (*s.printed, *s.names):
-                left = mathml_of(self._vocabulary.expression(name, "the unknown"))
-                right = mathml_of(s.values[name]) if r is None else ratio_mathml(r, self._ring)
-                lines.append(left + EQUALS + right)
-        lines += [inner(c, self._ring) + EQUALS + "<mn>0</mn>" for c in self._conditions]
-        return elements(lines)
-
     def _unknown_latex(self, name: str) -> str:
         return self._vocabulary.latex(self._vocabulary.expression(name, "the unknown"))
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         return self.text()

@@ -20,7 +20,7 @@ from ...scalar.algebra import Expression, floats
 from ..linear.checks import scale_of
 from ..linear.linearize import linearize, terms_at
 from ..printing.lines import Result
-from ..printing.show import aligned, elements, latex_words, words
+from ..printing.show import aligned, latex_words
 from .motion import SteadyState
 from .stability import Spectrum, Stability, spectral_verdict
 
@@ -74,10 +74,6 @@ class SteadyNear(Result, Sequence[SteadyState]):
             *("&" + state.latex() for state in self.states),
         ]
         return aligned(rows)
-
-    def mathml(self) -> str:
-        """The motion as presentation MathML."""
-        return "\n".join([elements(map(words, self._words())), *(state.mathml() for state in self.states)])
 
 
 def steady_near(

@@ -13,8 +13,7 @@ from ..printing.closed.answers import closed
 from ..printing.display import displayed
 from ..printing.latex import Latex, latex_name
 from ..printing.lines import Result
-from ..printing.mathml import MathML
-from ..printing.show import COMMA, EQUALS, elements, latex_words, shown_name, split, words
+from ..printing.show import latex_words, split
 from ..printing.text import Text
 from .factors import signed_part
 from .problem import Problem
@@ -46,13 +45,8 @@ TEXT = Words(" = ", ", ", ", any ", "  if ", " >= 0", "  where ", " = 0")
 LATEX = Words(
     " = ", ", ", r",\ \text{any } ", r"\quad\text{if } ", r" \ge 0", r"\quad\text{where } ", " = 0"
 )  # fmt: skip
-MATHML = Words(
-    EQUALS, COMMA, COMMA + words("any "), words("  if "), "<mo>≥</mo><mn>0</mn>", words("  where "),
-    EQUALS + "<mn>0</mn>", "<mo>-</mo>",
-)  # fmt: skip
 
-
-_text, _latex, _mathml = (partial(closed, kind) for kind in (Text, Latex, MathML))
+_text, _latex = (partial(closed, kind) for kind in (Text, Latex))
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,12 +84,6 @@ class SteadyState(Result):
         parts = [f"{latex_name(*split(name))} = {value:.8g}" for name, value in self.values.items()]
         label = latex_words(f"{self.name}: ") + " " if self.name else ""
         return label + r",\ ".join(parts) + r"\quad" + latex_words(str(self.stability))
-
-    def mathml(self) -> str:
-        """The motion as presentation MathML."""
-        parts = [f"{shown_name(name)}{EQUALS}<mn>{value:.8g}</mn>" for name, value in self.values.items()]
-        label = words(f"{self.name}: ") if self.name else ""
-        return elements([label + COMMA.join(parts) + words(f"; {self.stability}")])
 
 
 class SteadyMotion(Result):
@@ -260,11 +248,3 @@ class SteadyMotion(Result):
         label = latex_words(f"{self.name}: ") + " " if self.canonical.labels else ""
         mark = r"\quad" + latex_words(f"({SINGULAR})") if self.singular else ""
         return label + self._shown(_latex, LATEX) + mark
-
-    def mathml(self) -> str:
-        """The motion as presentation MathML."""
-        return elements([self._formula()])
-
-    def _formula(self) -> str:
-        label = words(f"{self.name}: ") if self.canonical.labels else ""
-        return label + self._shown(_mathml, MATHML) + (words(f" ({SINGULAR})") if self.singular else "")

@@ -26,7 +26,7 @@ from ..derivation.along_motion import numbers
 from ..derivation.contact_modes import check_modes_are_chosen
 from ..printing.display import displayed, equation_latex, equation_text, text
 from ..printing.lines import Result
-from ..printing.show import EQUALS, aligned, elements, inner, latex_words, words
+from ..printing.show import aligned, latex_words
 from .factors import excluded, factors, product
 from .motion import SteadyMotion, SteadyState
 from .problem import Problem
@@ -582,17 +582,6 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         lines += ["&" + motion.latex() for motion in self._motions]
         lines += ["&" + latex_words(line) for line in self._handed_over()]
         return aligned(lines)
-
-    def mathml(self) -> str:
-        """Conditions and motions as presentation MathML, an element each."""
-        ring = self.problem.ring
-        lines = []
-        for x in self.problem.conditions:
-            parts = [inner(f, ring) + EQUALS + "<mn>0</mn>" for f in self._factors(x)]
-            lines.append(words("  or  ").join(parts))
-            if zero := [inner(f, ring) + EQUALS + "<mn>0</mn>" for f in self._excluded(x)]:
-                lines[-1] += words("  unless  ") + words("  or  ").join(zero)
-        return elements([*lines, *(motion._formula() for motion in self._motions)])
 
     def __repr__(self) -> str:
         head = f"Steady motions of '{self.problem.e.model.name}'"

@@ -85,7 +85,7 @@ def test_the_equations_are_those_of_the_start_and_say_so():
     assert rolling.free_body("disk").text().startswith(f"Contacts: floor stick ({STARTS})\nFree body 'disk'")
     for product in (rolling, rolling.free_body("disk")):
         assert "Contacts: floor stick" in product.latex().splitlines()[1]
-        assert "Contacts: floor stick" in product.mathml().splitlines()[0]
+        assert "Contacts: floor stick" in product.html()
     slips = fb.equations(s, initial={"y": 0.2}, values={"F": 40})
     assert "floor slip+" in slips.text() and "N_floor" in slips.text()
     assert "floor open" in fb.equations(s, initial={"y": 0.3}).text()

@@ -434,16 +434,22 @@ def test_command_line(tmp_path):
 def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
     from freebody.gallery import entries
     from freebody.picture.page.answers import answers_table
+    from freebody.picture.page.symbols import Symbols
 
     answers = entries()["ex-6-2"].run({}).answers
-    shown = answers_table(answers)
+    symbols = Symbols()
+    shown = answers_table(answers, symbols)
     assert "Answer(" not in shown
     for key, answer in answers.items():
-        assert f"<td>{key}</td><td>{answer.question}</td>" in shown
-    assert shown.count("<math") == sum(answer.formula is not None for answer in answers.values()) > 0
+        assert f"<td>{symbols.name(key)}</td><td>{answer.question}</td>" in shown
+    assert (
+        shown.count('<div class="equation">')
+        == sum(answer.formula is not None for answer in answers.values())
+        > 0
+    )
     assert '">-9.81</td><td>rad/s²</td>' in shown
-    assert answers_table({}) == ""
-    hostile = answers_table({"<b>": ("<i>", "<u>")})
+    assert answers_table({}, symbols) == ""
+    hostile = answers_table({"<b>": ("<i>", "<u>")}, symbols)
     assert "&lt;b&gt;" in hostile and "<b>" not in hostile and "<i>" not in hostile
 
 

@@ -480,7 +480,7 @@ def test_carried_deviations_in_text_with_numbers():
     numbers = fb.linearize(s, {"x'": 3}, values={}, independent="x f")
     assert numbers.text() == "2*x'' = 0\n0.333333*f'' = 0\ny' = 3*f"
     assert numbers.latex().splitlines()[-2] == r"\dot{y} &= 3 f"
-    assert "<mover><mi>y</mi><mo>.</mo></mover><mo>=</mo><mn>3</mn><mi>f</mi>" in numbers.mathml()
+    assert 'aria-label="ẏ = 3 f"' in numbers.html()
     # symbols with the same numbers put in print the same lines
     symbols = fb.linearize(s, {"x'": sympy.Symbol("V")}, independent="x f")
     assert symbols.numeric({"V": 3}).text() == numbers.text()

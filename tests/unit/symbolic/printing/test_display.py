@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import xml.etree.ElementTree as ElementTree
 from fractions import Fraction
 
 import pytest
@@ -15,10 +14,8 @@ from freebody.symbolic.printing.display import (
     Lumps,
     displayed,
     equation_latex,
-    equation_mathml,
     equation_text,
     latex,
-    mathml,
     text,
 )
 
@@ -269,7 +266,7 @@ def test_only_parallel_angles_are_added():
     assert shown == "(M*sin(theta1 + theta2) + m*cos(theta1 + theta2)*sin(psi))*sin(psi)"
 
 
-# ------------------------------------------------------------------------------ names, LaTeX, MathML
+# ------------------------------------------------------------------------------ names, LaTeX
 def test_latex_of_names():
     ring = Ring()
     names = ["theta_1", "theta1", "I_xx", "mass", "Omega_zeta", "k", "pin_x", "a_b_c"]
@@ -297,19 +294,6 @@ def test_latex_of_functions():
     }
     for expr, expected in shown.items():
         assert latex(ring.from_sympy(expr), ring) == expected
-
-
-def test_mathml_is_well_formed():
-    ring = ring_of([M, m, a, k, F], [x, theta])
-    expr = (M + m) * x.diff(t, 2) + m * a * (theta.diff(t) ** 2 / (M + m) - sp.Abs(x) * sp.sin(theta) / 2)
-    expr += sp.sqrt(M**2 + m**2) * sp.atan2(x, a) + sp.exp(-k * t) + x ** sp.Rational(1, 3)
-    shown = mathml(ring.from_sympy(expr), ring)
-    root = ElementTree.fromstring(shown.replace("&#x2061;", "").replace("&#x2062;", ""))
-    tags = {e.tag.split("}")[1] for e in root.iter()}
-    assert {"math", "mi", "mo", "mn", "mfrac", "msup", "mover", "msqrt"} <= tags
-    assert "<mover><mi>x</mi><mo>¨</mo></mover>" in shown and "<mi>θ</mi>" in shown
-    equation = equation_mathml(ring.generator(k), 0, ring)
-    assert "<mi>k</mi><mo>=</mo><mn>0</mn>" in equation
 
 
 # ------------------------------------------------------------------------------ lumped parameters

@@ -1,0 +1,55 @@
+"use strict";
+// Formulas as text: what is copied of a formula is its LaTeX, and a button copies it in one click.
+
+// Appends a name: as a symbol, if it is one.
+function symbol(parent, symbols, name) {
+  if (symbols && symbols[name]) parent.insertAdjacentHTML("beforeend", symbols[name]);
+  else parent.append(name);
+}
+
+// Puts buttons beside the equations of a part of the page that copy one as LaTeX or as text.
+function copyable(root) {
+  for (const equation of root.querySelectorAll(".equation")) {
+    const formula = equation.querySelector(".formula");
+    if (!formula || equation.querySelector("button")) continue;
+    const box = document.createElement("span");
+    box.className = "copy";
+    for (const [title, text] of [["LaTeX", formula.dataset.tex], ["text", formula.getAttribute("aria-label")]]) {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = title;
+      button.setAttribute("aria-label", `Copy this equation as ${title}`);
+      button.addEventListener("click", () => {
+        const put = (event) => (event.clipboardData.setData("text/plain", text), event.preventDefault());
+        document.addEventListener("copy", put, { once: true });
+        button.textContent = document.execCommand("copy") ? "copied" : "not allowed";
+        document.removeEventListener("copy", put);
+        setTimeout(() => (button.textContent = title), 1200);
+      });
+      box.append(button);
+    }
+    equation.append(box);
+  }
+}
+
+// Returns the text of what is selected, with formulas as LaTeX between dollar signs; nothing if there are none.
+function selected(selection) {
+  if (!selection.rangeCount || selection.isCollapsed) return "";
+  const range = selection.getRangeAt(0), near = range.commonAncestorContainer, holder = document.createElement("div");
+  const around = (near.nodeType === 1 ? near : near.parentElement).closest(".formula");
+  if (around) return `$${around.dataset.tex}$`;
+  holder.append(range.cloneContents());
+  const formulas = [...holder.querySelectorAll(".formula")];
+  for (const formula of formulas) formula.replaceWith(`$${formula.dataset.tex}$`);
+  for (const block of holder.querySelectorAll("div, p, tr, li, h2, h3")) block.append("\n");
+  for (const box of holder.querySelectorAll(".copy, svg")) box.remove();
+  return formulas.length ? holder.textContent : "";
+}
+
+document.addEventListener("copy", (event) => {
+  const text = !event.defaultPrevented && selected(document.getSelection());
+  if (!text) return;
+  event.clipboardData.setData("text/plain", text);
+  event.preventDefault();
+});
+copyable(document);

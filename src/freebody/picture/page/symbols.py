@@ -1,0 +1,79 @@
+"""Formulas and names of a page, set in outlines over one table of glyphs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from html import escape
+from typing import Any
+
+from ...model.model import Model
+from ...symbolic.printing.latex import label_latex
+from ...symbolic.printing.names import GREEK
+from ...typesetting.html import Glyphs
+
+LONGEST = 30_000
+"""Most characters of a formula in LaTeX; a longer one is not shown."""
+
+_TOKEN = re.compile(r"[A-Za-z]\w*'*(?:_\w+)?'*")
+
+
+class Symbols:
+    """Formulas and names of one page; ``names`` are those that are set wherever they stand between words.
+
+    >>> page = Symbols(["theta_1", "h"])
+    >>> page.words("largest theta_1").startswith('largest <span class="formula"')
+    True
+    """
+
+    def __init__(self, names: Iterable[str] = ()) -> None:
+        self.glyphs = Glyphs()
+        self.names = {name for name in names if name not in ("a", "A", "I")}
+
+    @classmethod
+    def of(cls, model: Model, *more: str) -> Symbols:
+        """Return the symbols of a machine's page."""
+        states = (*model.coordinate_names, *model.speed_names)
+        parameters = (parameter.name for parameter in model.parameters)
+        return cls(
+            (*states, *parameters, *(f"{name}{dots}" for name in states for dots in ("'", "''")), *more)
+        )
+
+    def name(self, name: str) -> str:
+        """Return a name as HTML: a symbol, or words."""
+        tex = None if _is_word(name) else label_latex(name)
+        return escape(name) if tex is None else self.glyphs.line(tex)
+
+    def words(self, text: str) -> str:
+        """Return words as HTML, with the names between them set."""
+        parts, end = [], 0
+        for match in _TOKEN.finditer(text):
+            if match[0] in self.names:
+                parts += [escape(text[end : match.start()]), self.name(match[0])]
+                end = match.end()
+        return "".join(parts) + escape(text[end:])
+
+    def formula(self, tex: str) -> str:
+        """Return a formula as HTML that wraps, or the reason why it is not shown."""
+        if len(tex) > LONGEST:
+            return f"<p>Too long to show ({len(tex):,} characters of LaTeX).</p>"
+        return self.glyphs.block(tex)
+
+    def scene(self, scene: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the data of a page with the labels of its charts and sliders as HTML."""
+        labels = {label for chart in scene["charts"] for _, _, label in chart["curves"]}
+        labels |= {slider["name"] for slider in scene.get("live", {}).get("sliders", ())}
+        return {**scene, "symbols": self.labels(labels)}
+
+    def labels(self, names: Iterable[str]) -> dict[str, str]:
+        """Return the names that are symbols as HTML."""
+        shown = {name: self.name(name) for name in sorted(names)}
+        return {name: html for name, html in shown.items() if html != escape(name)}
+
+    def table(self) -> str:
+        """Return the glyphs of all that was set so far."""
+        return self.glyphs.svg()
+
+
+def _is_word(name: str) -> bool:
+    return name.isalpha() and len(name) > 1 and name not in GREEK
