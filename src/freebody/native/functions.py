@@ -208,7 +208,7 @@ def signature(compiled: Compiled, lanes: int) -> list[Any]:
 
 
 def _each(builder: Any, c: Any) -> Any:
-    raise Refusal("a loop over each(c)", "Write for lane in each(c).")
+    raise Refusal("a loop", "Write for lane in each(c), or for i in unrolled(a, b) or components(n).")
 
 
 def _rare(builder: Any, c: Any) -> Any:
@@ -221,3 +221,5 @@ rare = Instruction(_rare, "Truth")
 """``if rare(c)``: c, which seldom holds, so that what follows stands aside from the path of the code."""
 unrolled = Instruction(_each)
 """``for i in unrolled(1, 12)``: i = 1 ... 11, a constant in each round, which is translated anew."""
+components = Instruction(_each)
+"""``for i in components(n)``: i = 0 ... n - 1, components of rows that do not depend on each other (`rows`)."""

@@ -6,6 +6,7 @@
     root(a), whole(a)                      sqrt(a), int(a)
     with_bits(i), bits(a)                  the real number of 64 bits, and the bits of a number
     fma(a, b, c)                           a b + c with one rounding
+    muladd(a, b, c)                        a b + c with one rounding if the processor has such an instruction
     where(c, a, b)                         a where c holds, b elsewhere
 
 A kernel has the signature ``void f(double t, const double *y, const double *c, double *out)``. It is called through
@@ -134,6 +135,12 @@ def root(builder: Any, a: Any) -> Any:
 def fma(builder: Any, a: Any, b: Any, c: Any) -> Any:
     """Return a b + c with one rounding."""
     return mathematical(builder, "fma", a, b, c)
+
+
+@instruction("Real", "Real", "Real")
+def muladd(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c, with one rounding if the processor has a fused multiply-add."""
+    return mathematical(builder, "fmuladd", a, b, c)
 
 
 @instruction("Real")

@@ -24,7 +24,7 @@ from freebody.native.records import (
     record,
     record_of_lanes,
 )
-from freebody.native.row_arithmetic import chain, combination, rowwise
+from freebody.native.rows import chain, combination, rowwise
 from freebody.native.translation import translated
 
 WEIGHTS = {0: 0.25, 1: 0.5, 2: -1.5}

@@ -26,7 +26,7 @@ from collections.abc import Mapping
 
 from ...native.functions import unrolled
 from ...native.instructions import Real, compiled, greater, root, where
-from ...native.row_arithmetic import chain, combination
+from ...native.rows import chain, combination
 from .run import Run
 from .step_control import Functions, Method, cubic, lift_stages
 
