@@ -32,7 +32,18 @@ from .arithmetic import (
     opposite,
     wide,
 )
-from .functions import EQUIVALENTS, Compiled, Inlined, Instruction, components, is_wide, rare, type_of, unrolled, variable
+from .functions import (
+    EQUIVALENTS,
+    Compiled,
+    Inlined,
+    Instruction,
+    components,
+    is_wide,
+    rare,
+    type_of,
+    unrolled,
+    variable,
+)
 from .record_access import RecordPointer, Table, assigned_place, field_of, is_record
 from .record_access import value as field_value
 from .records import Record
@@ -507,7 +518,8 @@ class Expressions(Ways):
         values = [self.value(argument) for argument in node.args]
         kinds: tuple[Any, ...]
         if function is unrolled or function is components:
-            raise self.refused(node, "a loop", "Write for i in unrolled(1, 12), or for i in components(n).")
+            cure = "Write for i in unrolled(1, 12), or for i in components(n)."
+            raise self.refused(node, "a loop over unrolled(...) or components(n)", cure)
         if isinstance(function, Instruction):
             kinds = function.kinds
         elif isinstance(function, Compiled):

@@ -208,7 +208,7 @@ def signature(compiled: Compiled, lanes: int) -> list[Any]:
 
 
 def _each(builder: Any, c: Any) -> Any:
-    raise Refusal("a loop", "Write for lane in each(c), or for i in unrolled(a, b) or components(n).")
+    raise Refusal("a loop over each(c)", "Write for lane in each(c).")
 
 
 def _rare(builder: Any, c: Any) -> Any:

@@ -3,6 +3,7 @@
     @compiled                              a function to be translated (`translation`)
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
+    maximum(a, b)                          the greater one, nan if one is nan
     root(a), whole(a)                      sqrt(a), int(a)
     with_bits(i), bits(a)                  the real number of 64 bits, and the bits of a number
     fma(a, b, c)                           a b + c with one rounding
@@ -123,6 +124,13 @@ def greater(builder: Any, a: Any, b: Any) -> Any:
 def lesser(builder: Any, a: Any, b: Any) -> Any:
     """Return a if a < b, else b."""
     return builder.select(builder.fcmp_ordered("<", a, b), a, b)
+
+
+@instruction("Real", "Real")
+def maximum(builder: Any, a: Any, b: Any) -> Any:
+    """Return the greater number; nan if one is nan."""
+    first = builder.or_(builder.fcmp_ordered(">", a, b), builder.fcmp_unordered("uno", a, a))
+    return builder.select(first, a, b)
 
 
 @instruction("Real")

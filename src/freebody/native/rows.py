@@ -9,13 +9,14 @@ rounding if the processor has a fused multiply-add.
 
 In a loop over components, ``for i in components(run.n)``, ``row[i]`` is a vector, of this component and of the seven
 after it, and so are the names that the body gives to numbers (`Components`). Names from before the loop collect the
-greatest or the least of the components, or their sum. Of lanes, a component is a vector already.
+greatest of the components, or their sum. Of lanes, a component is a vector already.
 """
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from llvmlite import ir
@@ -25,6 +26,7 @@ from .arithmetic import (
     WHOLE,
     Refusal,
     cast,
+    element_of,
     kind_of,
     lanes_of,
     mathematical,
@@ -34,8 +36,8 @@ from .arithmetic import (
     wide,
 )
 from .functions import instruction, unrolled
-from .instructions import greater, lesser, where
-from .record_access import Table, length_of
+from .instructions import maximum, where
+from .record_access import length_of
 from .records import WIDTH
 
 # -- loops over components -----------------------------------------------------------------------------
@@ -74,11 +76,8 @@ def reduced(builder: Any, operation: Any, vector: Any) -> Any:
     for k in (4, 2, 1):
         places = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [(i + k) % WIDTH for i in range(WIDTH)])
         other = builder.shuffle_vector(vector, vector, places)
-        vector = (
-            builder.fadd(vector, other)
-            if operation is ast.Add
-            else operation.write(builder, vector, other)
-        )
+        is_sum = operation is ast.Add
+        vector = (builder.fadd if is_sum else partial(maximum.write, builder))(vector, other)
     return builder.extract_element(vector, ir.IntType(32)(0))
 
 
@@ -89,12 +88,12 @@ class LoopOverComponents:
     except through a reduction, and what the loop writes are rows.
     """
 
-    def __init__(self, node: ast.For, known: set[str], value: Callable[[ast.expr], Any]) -> None:
-        """``known`` are the names that have a value before the loop; ``value`` is that of a global."""
+    def __init__(self, node: ast.For, known: dict[str, Any], value: Callable[[ast.expr], Any]) -> None:
+        """``known`` are the types of the names that have a value before the loop; ``value`` is that of a global."""
         self.node, self.known, self.value = node, known, value
         self.name = node.target.id if isinstance(node.target, ast.Name) else ""
         self.reductions: dict[str, Any] = {}
-        """Operation by name: `greater`, `lesser` or ast.Add."""
+        """Operation by name: `maximum` or ast.Add. Neither depends on the order, but for the rounding of a sum."""
         self.new: set[str] = set()
         """Names of the body."""
 
@@ -110,10 +109,14 @@ class LoopOverComponents:
                 base = x.value.id if isinstance(x.value, ast.Name) else ""
                 if isinstance(last, ast.Name) and last.id == self.name:
                     allowed.add(last)
-                elif not base or base in self.known | self.new:
+                elif not base or (base in self.known or base in self.new):
                     yield x, "a component of a row at the place of the loop", f"Write row[{self.name}]."
             elif isinstance(x, ast.Call) and self.value(x.func) in (any, all):
-                yield x, "a number for each component", "Collect one with greater, and test it behind the loop."
+                yield (
+                    x,
+                    "a number for each component",
+                    "Collect one with maximum, and test it behind the loop.",
+                )
         for x in self._parts():
             if isinstance(x, ast.Name) and x.id == self.name and x not in allowed:
                 yield x, "the component as a place in rows", "Its number is known in a loop over range."
@@ -124,7 +127,11 @@ class LoopOverComponents:
 
     def _of_statements(self, statements: Sequence[ast.stmt]) -> Iterator[tuple[ast.AST, str, str]]:
         for x in statements:
-            if isinstance(x, ast.For) and isinstance(x.iter, ast.Call) and self.value(x.iter.func) is unrolled:
+            if (
+                isinstance(x, ast.For)
+                and isinstance(x.iter, ast.Call)
+                and self.value(x.iter.func) is unrolled
+            ):
                 self.new |= {x.target.id} if isinstance(x.target, ast.Name) else set()
                 yield from self._of_statements(x.body)
             elif isinstance(x, ast.Assign | ast.AugAssign):
@@ -132,11 +139,19 @@ class LoopOverComponents:
                 parts = [y for t in targets for y in (t.elts if isinstance(t, ast.Tuple) else [t])]
                 for target in parts:
                     if isinstance(target, ast.Name):
-                        self.new |= {target.id} - self.known
+                        self.new |= {target.id} - {*self.known}
                     elif not isinstance(target, ast.Subscript):
-                        yield target, "a component or a name of the body", "Assign to the field behind the loop."
+                        yield (
+                            target,
+                            "a component or a name of the body",
+                            "Assign to the field behind the loop.",
+                        )
             else:
-                yield x, "assignments in a loop over components", "Other statements stand in a loop over range."
+                yield (
+                    x,
+                    "assignments in a loop over components",
+                    "Other statements stand in a loop over range.",
+                )
 
     def _of_reductions(self) -> Iterator[tuple[ast.AST, str, str]]:
         """Find the reductions, and whether their names serve nothing else."""
@@ -146,26 +161,34 @@ class LoopOverComponents:
             if operation is not None and name in self.known:
                 uses[name] = uses.get(name, 0) + (1 if operation is ast.Add else 2)
                 if self.reductions.setdefault(name, operation) is not operation:
-                    yield x, f"one reduction to '{name}'", "Collect in a second name, and join them behind the loop."
+                    yield (
+                        x,
+                        f"one reduction to '{name}'",
+                        "Collect in a second name, and join them behind the loop.",
+                    )
         for x in self._parts():
             if isinstance(x, ast.Name) and x.id in self.known:
                 changes = isinstance(x.ctx, ast.Store) and x.id not in self.reductions
                 if changes or x.id in self.reductions and self._count(x.id) != uses[x.id]:
-                    cure = f"Write {x.id} = greater({x.id}, y), or lesser, or {x.id} += y, and use it behind the loop."
+                    cure = f"Write {x.id} = maximum({x.id}, y) or {x.id} += y, and use it behind the loop."
                     yield x, f"a reduction to '{x.id}'", cure
+        for name in self.reductions:
+            if element_of(self.known[name]) != REAL:
+                yield self.node, f"a real number '{name}'", f"Write {name}: Real = 0.0 before the loop."
 
     def _count(self, name: str) -> int:
         return sum(isinstance(x, ast.Name) and x.id == name for x in self._parts())
 
     def _reduction(self, x: ast.AST) -> tuple[Any, str]:
         """Operation and name of a statement that collects; (None, "") of another."""
-        if isinstance(x, ast.AugAssign) and isinstance(x.op, ast.Add) and isinstance(x.target, ast.Name):
-            return ast.Add, x.target.id
-        if isinstance(x, ast.Assign) and len(x.targets) == 1 and isinstance(x.value, ast.Call) and x.value.args:
-            target, first, operation = x.targets[0], x.value.args[0], self.value(x.value.func)
-            same = isinstance(target, ast.Name) and isinstance(first, ast.Name) and target.id == first.id
-            if same and operation in (greater, lesser):
-                return operation, target.id  # type: ignore[union-attr]
+        match x:
+            case ast.AugAssign(target=ast.Name(id=name), op=ast.Add()):
+                return ast.Add, name
+            case ast.Assign(
+                targets=[ast.Name(id=name)], value=ast.Call(func=f, args=[ast.Name(id=first), _])
+            ):
+                if name == first and self.value(f) is maximum:
+                    return maximum, name
         return None, ""
 
 

@@ -310,7 +310,8 @@ class Body(Expressions):
         """Translate a loop over the components of rows: eight at a time, and of lanes one after the other."""
         if len(values) != 1 or self.in_components:
             raise self.refused(node, "one number of components", "Write for i in components(n), in no other.")
-        count, loop = self.cast(node, values[0], WHOLE), LoopOverComponents(node, {*self.values}, self.value)
+        count = self.cast(node, values[0], WHOLE)
+        loop = LoopOverComponents(node, {name: self.kinds.get(name) for name in self.values}, self.value)
         for part, expected, cure in loop.refusals():
             raise self.refused(part, expected, cure)
         builder, self.in_components = self.builder, True
@@ -320,8 +321,8 @@ class Body(Expressions):
                 self.body(node, again, done)
         else:
             for name, operation in loop.reductions.items():
-                first = self.cast(node, self.values[name], REAL)
-                self.values[name], self.kinds[name] = begun(builder, operation, first), wide(REAL, WIDTH)
+                first = begun(builder, operation, self.cast(node, self.values[name], REAL))
+                self.values[name], self.kinds[name] = first, first.type
             rounds = builder.ashr(builder.add(count, WHOLE(WIDTH - 1)), WHOLE(3))
             with self.counter(node, WHOLE(0), rounds, 1) as (number, again, _):
                 before = {name: self.values[name] for name in loop.reductions}

@@ -268,7 +268,6 @@ class Series(Record):
     ``lost``, ``loses``, ``saved``    rounding error of the sum before this step, in it, and in the saved step
     ``coarsest``, ``logarithm``       r, and log₂ r^(1/p)
     ``error``           error of a step that continued past a bend
-    ``scale``           1 / (a + r |y|)
     """
 
     coefficients: Kernel
@@ -281,7 +280,6 @@ class Series(Record):
     lost: Annotated[Row, "width"]
     loses: Annotated[Row, "width"]
     saved: Annotated[Row, "width"]
-    scale: Annotated[Row, "width"]
     terms: Annotated[Rows, COEFFICIENTS, "width"]
 
 

@@ -34,7 +34,19 @@ import math
 
 from ...native.functions import components, each, unrolled
 from ...native.instructions import (
-    EPS, Real, Truth, bits, compiled, greater, inlined, lanes, lesser, muladd, root, where, with_bits,
+    EPS,
+    Real,
+    Truth,
+    bits,
+    compiled,
+    inlined,
+    lanes,
+    lesser,
+    maximum,
+    muladd,
+    root,
+    where,
+    with_bits,
 )  # fmt: skip
 from .layout import ORDERS
 from .run import OneRun, Run, Series
@@ -79,10 +91,13 @@ def power2(x: Real) -> Real:
 
 @inlined
 def logarithm2(x: Real) -> Real:
-    """Return log₂ x of x >= 0 within 0.01, -1023 of 0: the exponent plus a parabola of the mantissa 1 <= m < 2."""
+    """Return log₂ x of x >= 0 within 0.01: the exponent plus a parabola of the mantissa 1 <= m < 2.
+
+    It is -1023 of 0, and nan of infinity and nan.
+    """
     exponent = with_bits(bits(x) >> 52 | INTEGER) - (TO_INTEGER + 1023.0)
     m = with_bits(bits(x) & MANTISSA | ONE)
-    return exponent + ((2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0)
+    return exponent + ((2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0) + 0.0 * x
 
 
 @compiled
@@ -119,32 +134,24 @@ def blamed(run: Run, own: Series, lane: int) -> int:
 def inverse_length(run: Run, own: Series) -> Real:
     """Return the largest log₂ (1 / h) over the lengths h that the last terms allow; nan if a term is not finite."""
     logarithm: Real = -math.inf
-    doubt: Real = 0.0
     for i in components(run.n):
-        own.scale[i] = 1.0 / (run.absolute[i] + run.relative[i] * abs(run.y[i]))
-    for m in unrolled(P, P - TERMS, -1):
-        size: Real = 0.0
-        for i in components(run.n):
-            term = abs(own.terms[m, i]) * own.scale[i]
-            size = greater(size, term)
-            doubt += 0.0 * term
-        stricter = (P - lesser(m + 1, P)) * own.logarithm
-        logarithm = greater(logarithm, (logarithm2(size) + stricter) * (1.0 / m))
-    return logarithm + doubt
+        scale = 1.0 / (run.absolute[i] + run.relative[i] * abs(run.y[i]))
+        for m in unrolled(P, P - TERMS, -1):
+            term = abs(own.terms[m, i]) * scale
+            stricter = (P - lesser(m + 1, P)) * own.logarithm
+            logarithm = maximum(logarithm, (logarithm2(term) + stricter) * (1.0 / m))
+    return logarithm
 
 
 @compiled
 def straight(run: Run, own: Series, bent: Truth) -> Real:
     """Replace the series by that of a straight line where ``bent``; return the greatest rate |y_1| / (a + r |y|)."""
     rate: Real = 0.0
-    doubt: Real = 0.0
     for i in components(run.n):
-        ratio = abs(own.terms[1, i]) / (run.absolute[i] + run.relative[i] * abs(run.y[i]))
-        rate = greater(rate, ratio)
-        doubt += 0.0 * ratio
+        rate = maximum(rate, abs(own.terms[1, i]) / (run.absolute[i] + run.relative[i] * abs(run.y[i])))
     for k in unrolled(2, P + 1):
-        own.terms[k][:] = where(bent and 0.0 < rate + doubt < math.inf, 0.0, own.terms[k])
-    return rate + doubt
+        own.terms[k][:] = where(bent and 0.0 < rate < math.inf, 0.0, own.terms[k])
+    return rate
 
 
 @compiled
@@ -155,7 +162,7 @@ def length(run: Run) -> Real:
     run.evaluated += 1
     coarsest: Real = 1e-16
     for i in components(run.n):
-        coarsest = greater(coarsest, run.relative[i])
+        coarsest = maximum(coarsest, run.relative[i])
     if any(own.coarsest != coarsest):  # at the start, and when a long run tightens it
         own.coarsest = coarsest
         own.logarithm = math.log2(coarsest) / P
@@ -188,22 +195,19 @@ def misfit(run: Run, own: Series, h: Real) -> Real:
     is not finite.
     """
     error: Real = 0.0
-    doubt: Real = 0.0
     for i in components(run.n):
         slope = P * own.terms[P, i]
         for k in unrolled(P - 1, 0, -1):
             slope = muladd(slope, h, k * own.terms[k, i])
         change = h * run.k[12, i]
         allowed = BEND * (run.absolute[i] + run.relative[i] * abs(run.y_new[i])) + ROUNDED * abs(change)
-        ratio = abs(change - h * slope) / allowed
-        error = greater(error, ratio)
-        doubt += 0.0 * ratio
-    return error + doubt
+        error = maximum(error, abs(change - h * slope) / allowed)
+    return error
 
 
 @compiled
 def attempt(run: Run, h: Real) -> int:
-    """Compute the state at the time ``h`` of the step, y + (h (y_1 + ...) + lost), and the rounding error of the sum."""
+    """Compute the state at the time ``h`` of the step, y + (h (y_1 + ...) + lost), and the rounding error."""
     own = Series(run.own)
     doubt: Real = 0.0
     for i in components(run.n):
