@@ -24,7 +24,6 @@ from ..ode.loops import place
 from ..ode.run import OneRun, Run
 from ..ode.states import state_in_step
 from ..ode.step_control import (
-    begin_runs,
     change_length,
     choose_length,
     clear,
@@ -32,7 +31,6 @@ from ..ode.step_control import (
     follow_events,
     is_stiff,
     pass_step,
-    set_allowed,
 )
 from . import lane as one_lane
 from .batch_memory import CONTRADICTED, TOO_MANY, Batch, Lane, OneLane
@@ -259,7 +257,6 @@ def tighten(batch: Batch, run: Run, lane: int) -> None:
         run.relative[i][lane] *= factor
         run.absolute[i][lane] *= factor
     run.h[lane] *= factor ** (1.0 / batch.order)
-    set_allowed(run)
 
 
 @part
@@ -300,9 +297,9 @@ def lanes(begin: int, end: int, batch: Batch, wide: Lane, own: OneLane) -> None:
                 enter_lane(batch, wide, own, lane, following)
                 fresh[lane] = True
                 following += 1
-        if any(fresh):
-            begin_runs(run, fresh)
-            fresh = False
+        if any(fresh) and method.prepare is not None:
+            method.prepare(run, fresh)
+        fresh = False
         code = choose_length(run, direction)
         for lane in each(wide.number >= 0 and code != RUNNING):
             end_lane(batch, wide, lane, code[lane])

@@ -80,7 +80,6 @@ class Run(Record):
     ``stop_if_stiff``, ``fixed``         1 to stop at a stiff step; 1 for steps of equal length
     ``required``        number of event functions that must have a value everywhere
     ``after``, ``last`` end of the step; 1 if the run ends there
-    ``allowed``         largest change by a projection that is no other branch
     ``quaternions``     components at which unit quaternions begin
     ``projection``      moves a state onto the constraints, or None
     ``own``             memory of the method
@@ -112,7 +111,6 @@ class Run(Record):
     required: Whole
     after: Real
     last: Whole
-    allowed: Real
     rates: Kernel
     c: Row
     quaternions: Wholes

@@ -50,6 +50,7 @@ from ...native.instructions import (
 )  # fmt: skip
 from .layout import ORDERS
 from .run import OneRun, Run, Series
+from .states import not_finite
 from .step_control import Functions, Method
 
 P = ORDERS["taylor"]
@@ -118,16 +119,13 @@ def blamed(run: Run, own: Series, lane: int) -> int:
     from it, in the rates at the end of a step, or in the state there.
     """
     for j in range(1, P + 1):
-        for i in range(run.n):
-            if not math.isfinite(own.terms[j, i][lane]):
-                return i
-    for i in range(run.n):
-        if not math.isfinite(run.k[12, i][lane]):
+        i = not_finite(own.terms[j], run.n, lane)
+        if i >= 0:
             return i
-    for i in range(run.n):
-        if not math.isfinite(run.y_new[i][lane]):
-            return i
-    return 0
+    i = not_finite(run.k[12], run.n, lane)
+    if i < 0:
+        i = not_finite(run.y_new, run.n, lane)
+    return i if i >= 0 else 0
 
 
 @compiled
