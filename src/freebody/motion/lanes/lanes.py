@@ -245,7 +245,7 @@ def end_lane(batch: Batch, wide: Lane, lane: int, code: int) -> None:
 
 @part
 def tighten(batch: Batch, run: Run, lane: int) -> None:
-    """Tighten the tolerances of a run that has used its budget of steps (`integrate`)."""
+    """Tighten the tolerances of a run that has used its budget of steps (`Integration`)."""
     finest, factor = run.relative[0][lane], 1.0
     for i in range(run.n):
         finest = lesser(run.relative[i][lane], finest)
