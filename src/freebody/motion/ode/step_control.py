@@ -183,9 +183,10 @@ def first_length(run: Run, direction: float, longest: float) -> float:
 
 
 @part.inlined
-def choose_length(run: Run, direction: float) -> Whole:
+def choose_length(run: Run) -> Whole:
     """Set h, the end of the step and whether it ends the run; return RUNNING, NOT_FINITE or COLLAPSED."""
     t, h = run.t, run.h
+    direction: Real = where(run.until >= t, 1.0, -1.0)
     status: Whole = RUNNING
     if method.length is not None:
         size = method.length(run)
@@ -353,17 +354,6 @@ def blamed(run: Run, lane: int) -> int:
     return i
 
 
-@part.inlined
-def store(run: Run) -> None:
-    """Write time, length and state at the start of an accepted step into the buffers."""
-    k = run.accepted
-    run.times[k], run.lengths[k] = run.t, run.h
-    for i in range(run.n):
-        run.states[k, i] = run.y[i]
-    run.accepted = k + 1
-    run.taken += 1
-
-
 @part
 def follow_events(run: Run) -> int:
     """Find and log the events of an accepted step; return RUNNING, TERMINAL, or UNDEFINED."""
@@ -396,8 +386,13 @@ def pass_step(run: Run, good: Truth) -> None:
 
 @part
 def accept(run: Run) -> int:
-    """Take a step; return RUNNING, FINISHED, TERMINAL, STIFF or UNDEFINED."""
-    store(run)
+    """Take a step, whose start goes to the buffers; return RUNNING, FINISHED, TERMINAL, STIFF or UNDEFINED."""
+    k = run.accepted
+    run.times[k], run.lengths[k] = run.t, run.h
+    for i in range(run.n):
+        run.states[k, i] = run.y[i]
+    run.accepted = k + 1
+    run.taken += 1
     if method.hold is not None:
         method.hold(run)
     status = RUNNING
@@ -419,13 +414,12 @@ def advance(run: Run) -> int:
 
     Return RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF or UNDEFINED.
     """
-    direction = 1.0 if run.until >= run.t else -1.0
     run.accepted = run.events = 0
     if run.taken == 0 and method.prepare is not None:
         method.prepare(run, True)
     status = RUNNING
     while status == RUNNING and run.accepted < run.room and run.events <= run.room:
-        status = choose_length(run, direction)
+        status = choose_length(run)
         if status == RUNNING:
             error = error_of_step(run)
             good = error <= 1.0
