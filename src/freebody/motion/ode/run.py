@@ -263,7 +263,7 @@ class Series(Record):
 
     ``coefficients``    kernel of the series of the motion; ``bends``: 1 if a function in the rates may bend, which the
                         series does not show
-    ``lost``, ``loses``, ``saved``    rounding error of the sum before this step, in it, and in the saved step
+    ``lost``, ``loses`` rounding error of the sum before this step, and in it
     ``coarsest``, ``logarithm``       r, and log₂ r^(1/p)
     ``error``           error of a step that continued past a bend
     """
@@ -277,7 +277,6 @@ class Series(Record):
     error: Real
     lost: Annotated[Row, "width"]
     loses: Annotated[Row, "width"]
-    saved: Annotated[Row, "width"]
     terms: Annotated[Rows, COEFFICIENTS, "width"]
 
 

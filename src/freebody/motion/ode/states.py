@@ -81,12 +81,15 @@ def dense_state(run: Run, x: float) -> None:
 
 @part
 def shorter_step(run: Run, x: float) -> None:
-    """Set the row point: the end of a step of the length x h from the same start."""
-    if method.attempt(run, x * run.h) != 0:
-        for i in range(run.n):
-            run.y_new[i] = math.nan
+    """Set the row point: the end of a step of the length x h from the same start; of a series, its value there."""
+    if method.length is not None:
+        method.interpolate(run, x)
+    else:
+        if method.attempt(run, x * run.h) != 0:
+            for i in range(run.n):
+                run.y_new[i] = math.nan
+        run.point[:] = run.y_new
     run.evaluated += method.cost
-    run.point[:] = run.y_new
     normalise(run, run.point)
     if run.projection is not None:
         project(run, run.t + x * run.h, run.point, True)

@@ -243,7 +243,6 @@ def lift(run: Run, lane: int, one: OneRun) -> None:
     """Copy the series of a lane into the memory of one run."""
     own, alone = Series(run.own), Series(one.own)
     for i in range(run.n):
-        alone.lost[i] = own.lost[i][lane]
         for j in range(P + 1):
             alone.terms[j, i] = own.terms[j, i][lane]
 
@@ -255,19 +254,10 @@ def interpolate(run: Run, x: float) -> None:
 
 
 @compiled
-def hold(run: Run) -> None:
-    """Save the rounding error of the sum while parts of the step are tried; those of a lane are tried elsewhere."""
-    own = Series(run.own)
-    if lanes(run.t) == 1:
-        own.saved[:] = own.loses
-
-
-@compiled
 def accept(run: Run, good: Truth) -> None:
     """Pass the rounding error of this sum to the next."""
     own = Series(run.own)
-    passed = own.saved if lanes(run.t) == 1 else own.loses
-    own.lost[:] = where(good, passed, own.lost)
+    own.lost[:] = where(good, own.loses, own.lost)
 
 
 @compiled
@@ -297,7 +287,7 @@ def limited(run: Run, h: Real) -> Truth:
 
 
 METHOD = Method(
-    name="taylor", order=P, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, hold=hold,
+    name="taylor", order=P, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare,
     accept=accept, length=length, limited=limited, lift=lift,
 )  # fmt: skip
 FUNCTIONS = Functions(METHOD)
