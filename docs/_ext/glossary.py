@@ -78,7 +78,7 @@ PROGRAMS = [
     Term("compiled language", "", "", "part of Python that is translated to LLVM", "native/translation.py:translated"),
 ]  # fmt: skip
 MOTION = [
-    Term("run", "", "", "call of the integrator from a start to an end or an event", "motion/ode/integration.py:integrate"),
+    Term("run", "", "", "call of the integrator from a start to an end or an event", "motion/ode/integration.py:Integration"),
     Term("initial values", "", "", "values of coordinates and speeds at the start", "motion/start/initial.py:initial_state"),
     Term("step-size control", "", "", "choice of the step length by an estimate of the error", "motion/ode/step_control.py:advance"),
     Term("dense output", "", "", "values between the ends of a step", "motion/ode/dense_output.py:Path"),

@@ -32,10 +32,22 @@ from .arithmetic import (
     opposite,
     wide,
 )
-from .functions import EQUIVALENTS, Compiled, Inlined, Instruction, is_wide, rare, type_of, unrolled, variable
+from .functions import (
+    EQUIVALENTS,
+    Compiled,
+    Inlined,
+    Instruction,
+    components,
+    is_wide,
+    rare,
+    type_of,
+    unrolled,
+    variable,
+)
 from .record_access import RecordPointer, Table, assigned_place, field_of, is_record
 from .record_access import value as field_value
 from .records import Record
+from .rows import Components
 
 _UNLIKELY = (1, 1 << 20)
 """Weights of the ways of a branch on ``rare(c)``."""
@@ -167,6 +179,7 @@ class Expressions(Ways):
     lanes: int
     locals: set[str]
     space: dict[str, Any]
+    in_components: bool
 
     def place(self, node: ast.expr) -> Any:
         """Pointer to a component, to a field, or to the number of one of these in a lane."""
@@ -190,6 +203,8 @@ class Expressions(Ways):
             pointer = pointer.row(self.builder, self.index(row))
         if not isinstance(kind_of(pointer), ir.PointerType) or is_record(pointer):
             raise self.refused(node, "an array that has components", "Arrays and rows of records have them.")
+        if isinstance(index, ast.Name) and isinstance(self.values.get(index.id), Components):
+            return self.values[index.id].of(pointer)
         return self.builder.gep(pointer, [self.index(index)])
 
     def of_lane(self, node: ast.Subscript) -> Any:
@@ -502,8 +517,9 @@ class Expressions(Ways):
             function = EQUIVALENTS[function]
         values = [self.value(argument) for argument in node.args]
         kinds: tuple[Any, ...]
-        if function is unrolled:
-            raise self.refused(node, "a loop over unrolled(...)", "Write for i in unrolled(1, 12).")
+        if function is unrolled or function is components:
+            cure = "Write for i in unrolled(1, 12), or for i in components(n)."
+            raise self.refused(node, "a loop over unrolled(...) or components(n)", cure)
         if isinstance(function, Instruction):
             kinds = function.kinds
         elif isinstance(function, Compiled):
@@ -518,6 +534,9 @@ class Expressions(Ways):
         if len(kinds) != len(values) or node.keywords:
             cure = "Pass each by position."
             raise self.refused(node, f"{len(kinds)} argument{'s'[: len(kinds) != 1]}", cure)
+        if self.in_components and any(isinstance(kind_of(value), ir.PointerType) for value in values):
+            cure = "What it reads or writes may be of another component."
+            raise self.refused(node, "arguments that are numbers, in a loop over components", cure)
         lanes = self.width_of_call(function, values, kinds)
         arguments = [
             value

@@ -221,3 +221,5 @@ rare = Instruction(_rare, "Truth")
 """``if rare(c)``: c, which seldom holds, so that what follows stands aside from the path of the code."""
 unrolled = Instruction(_each)
 """``for i in unrolled(1, 12)``: i = 1 ... 11, a constant in each round, which is translated anew."""
+components = Instruction(_each)
+"""``for i in components(n)``: i = 0 ... n - 1, components of rows that do not depend on each other (`rows`)."""

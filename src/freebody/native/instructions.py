@@ -3,9 +3,11 @@
     @compiled                              a function to be translated (`translation`)
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
+    maximum(a, b)                          the greater one, nan if one is nan
     root(a), whole(a)                      sqrt(a), int(a)
     with_bits(i), bits(a)                  the real number of 64 bits, and the bits of a number
     fma(a, b, c)                           a b + c with one rounding
+    muladd(a, b, c)                        a b + c with one rounding if the processor has such an instruction
     where(c, a, b)                         a where c holds, b elsewhere
 
 A kernel has the signature ``void f(double t, const double *y, const double *c, double *out)``. It is called through
@@ -124,6 +126,13 @@ def lesser(builder: Any, a: Any, b: Any) -> Any:
     return builder.select(builder.fcmp_ordered("<", a, b), a, b)
 
 
+@instruction("Real", "Real")
+def maximum(builder: Any, a: Any, b: Any) -> Any:
+    """Return the greater number; nan if one is nan."""
+    first = builder.or_(builder.fcmp_ordered(">", a, b), builder.fcmp_unordered("uno", a, a))
+    return builder.select(first, a, b)
+
+
 @instruction("Real")
 def root(builder: Any, a: Any) -> Any:
     """Square root; nan of a negative number."""
@@ -134,6 +143,12 @@ def root(builder: Any, a: Any) -> Any:
 def fma(builder: Any, a: Any, b: Any, c: Any) -> Any:
     """Return a b + c with one rounding."""
     return mathematical(builder, "fma", a, b, c)
+
+
+@instruction("Real", "Real", "Real")
+def muladd(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c, with one rounding if the processor has a fused multiply-add."""
+    return mathematical(builder, "fmuladd", a, b, c)
 
 
 @instruction("Real")

@@ -28,10 +28,10 @@ from .arithmetic import (
     wide,
 )
 from .expressions import Expressions, Join
-from .functions import Compiled, counted, each, is_wide, type_of, unrolled
+from .functions import Compiled, components, counted, each, is_wide, type_of, unrolled
 from .record_access import length_of
 from .records import WIDTH
-from .row_arithmetic import RowFormula
+from .rows import Components, LoopOverComponents, RowFormula, begun, reduced
 
 
 @cache
@@ -68,6 +68,7 @@ class Body(Expressions):
         self.kinds: dict[str, Any] = {}
         self.values: dict[str, Any] = {}
         self.loops: list[tuple[Join, Join]] = []
+        self.in_components = False
         self.builder = builder
         self.result: Any = None  # type of the result; several of a function that is inlined
         self.returned: Any = None  # the result of such a function
@@ -228,7 +229,7 @@ class Body(Expressions):
     def _For(self, node: ast.For) -> None:
         call = node.iter
         kind = self.value(call.func) if isinstance(call, ast.Call) else None
-        if kind not in (range, each, unrolled) or node.orelse or call.keywords:  # type: ignore[attr-defined]
+        if kind not in (range, each, unrolled, components) or node.orelse or call.keywords:  # type: ignore[attr-defined]
             raise self.refused(node, "a loop over range", "Write for i in range(n), or for lane in each(c).")
         values = [self.value(argument) for argument in call.args]  # type: ignore[attr-defined]
         if kind is unrolled:
@@ -236,6 +237,9 @@ class Body(Expressions):
             return
         if kind is each:
             self.over_lanes(node, values)
+            return
+        if kind is components:
+            self.over_components(node, values)
             return
         if not 1 <= len(values) <= 3:
             raise self.refused(
@@ -301,6 +305,39 @@ class Body(Expressions):
             self.goto(done)
         self.enter(done)
         self.values.pop(name, None)
+
+    def over_components(self, node: ast.For, values: Sequence[Any]) -> None:
+        """Translate a loop over the components of rows: eight at a time, and of lanes one after the other."""
+        if len(values) != 1 or self.in_components:
+            raise self.refused(node, "one number of components", "Write for i in components(n), in no other.")
+        count = self.cast(node, values[0], WHOLE)
+        loop = LoopOverComponents(node, {name: self.kinds.get(name) for name in self.values}, self.value)
+        for part, expected, cure in loop.refusals():
+            raise self.refused(part, expected, cure)
+        builder, self.in_components = self.builder, True
+        if self.lanes > 1:
+            with self.counter(node, WHOLE(0), count, 1) as (number, again, done):
+                self.put(node.target, number)
+                self.body(node, again, done)
+        else:
+            for name, operation in loop.reductions.items():
+                first = begun(builder, operation, self.cast(node, self.values[name], REAL))
+                self.values[name], self.kinds[name] = first, first.type
+            rounds = builder.ashr(builder.add(count, WHOLE(WIDTH - 1)), WHOLE(3))
+            with self.counter(node, WHOLE(0), rounds, 1) as (number, again, _):
+                before = {name: self.values[name] for name in loop.reductions}
+                eight = Components(builder, builder.mul(number, WHOLE(WIDTH)), count)
+                self.values[loop.name] = eight
+                self.block(node.body)
+                for name, value in before.items():
+                    self.values[name] = eight.without_padding(self.values[name], value)
+                self.finish(again)
+            for name, operation in loop.reductions.items():
+                self.values[name], self.kinds[name] = reduced(builder, operation, self.values[name]), REAL
+        self.in_components = False
+        for name in (loop.name, *loop.new):
+            self.values.pop(name, None)
+            self.kinds.pop(name, None)
 
     def over_lanes(self, node: ast.For, values: Sequence[Any]) -> None:
         """Translate a loop over the lanes in which a condition holds."""

@@ -20,11 +20,11 @@ from freebody.motion.ending import End
 from freebody.motion.lanes import loops as over_lanes
 from freebody.motion.ode import layout, loops
 from freebody.motion.ode.dense_output import Rates, Watch
-from freebody.motion.ode.integration import integrate
 from freebody.native import cache, codegen
 from freebody.native import loop as native
 from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
+from integrations import integrate
 
 HERE = Path(native.__file__).parent
 

@@ -11,7 +11,7 @@ import pytest
 from freebody.native import codegen
 from freebody.native.functions import Compiled, unrolled
 from freebody.native.records import Count, Kernel, Real, Row, Rows, Whole, Wholes, record
-from freebody.native.row_arithmetic import chain, combination
+from freebody.native.rows import chain, combination
 from freebody.native.translation import translated
 
 SIDES = 2

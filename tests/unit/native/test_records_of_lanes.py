@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from typing import Annotated
 
 import numpy as np
 import pytest
 
 from freebody.native import codegen
-from freebody.native.functions import Compiled, each
-from freebody.native.instructions import Reals, Truth, compiled, greater, where
+from freebody.native.functions import Compiled, components, each
+from freebody.native.instructions import Reals, Truth, compiled, greater, maximum, where
 from freebody.native.records import (
     Alone,
     Count,
@@ -24,7 +25,7 @@ from freebody.native.records import (
     record,
     record_of_lanes,
 )
-from freebody.native.row_arithmetic import chain, combination, rowwise
+from freebody.native.rows import chain, combination
 from freebody.native.translation import translated
 
 WEIGHTS = {0: 0.25, 1: 0.5, 2: -1.5}
@@ -67,14 +68,14 @@ def rates_of_lanes(t: Row, y: Row, c: Row, out: Row) -> None:
         out[i] = c[0] * y[i] + t[0]
 
 
-@rowwise
-def growth(row, c):
-    return abs(row.k[1]) * c
-
-
-largest = rowwise(
-    lambda row, c: [abs(row.y), abs(row.k[1])], lambda sizes, c: (sizes[0] * c).greater(sizes[1])
-)
+@compiled
+def growth(run: Run) -> Real:
+    """Largest |k[1]| t or |y|."""
+    result: Real = -math.inf
+    for i in components(run.n):
+        result = maximum(result, abs(run.k[1, i]) * run.t)
+        result = maximum(result, abs(run.y[i]))
+    return result
 
 
 @compiled
@@ -96,7 +97,7 @@ def step(run: Run) -> None:
     while any(size > 2.0):
         run.taken = where(size > 2.0, run.taken + 1, run.taken)
         size = where(size > 2.0, 0.5 * size, size)
-    run.h = size + growth(run, run.limits, run.t) + largest(run, run.limits, run.t)
+    run.h = size + growth(run)
 
 
 @compiled

@@ -21,7 +21,7 @@ import numpy as np
 from ...errors import SimulationError
 from ..ending import End
 from ..ode.dense_output import Array, Path, Rates, projected
-from ..ode.integration import integrate
+from ..ode.integration import Integration
 from ..phase.places import STOPPED
 from ..phase.scene import Ending, Modes, Phase, Snapshot
 from ..trajectory.phases import Phases, Segment
@@ -200,10 +200,10 @@ def _phase(
     first_step = min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None)
     if watch is not None:
         phase.closing_at(watch.keep, watch.constants, work.look(t, y).gap)
-    path = integrate(
-        rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
-        first_step=first_step, max_steps=work.steps_left, **work.options,
-    )  # fmt: skip
+    way = Integration(
+        rates, work.relative, watch, first_step=first_step, max_steps=work.steps_left, **work.options
+    )
+    path = way.path(y, t, end, work.absolute, between)
     work.steps_left = None if work.steps_left is None else work.steps_left - path.steps
     _check_depth(work, path, modes)
     _check_shared(work, phase, path, modes)

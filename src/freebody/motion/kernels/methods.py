@@ -29,7 +29,7 @@ from ...native import loop
 from ..ending import End
 from ..ode.crossing import CONSTANTS_OF_F, INDICES, N_PROJECTED, N_QUATERNIONS, ONTO, RATES, ROOM, SIZE
 from ..ode.dense_output import Path, Rates
-from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt, integrate
+from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt
 from ..ode.layout import EXPLICIT, ORDERS, SINGLE_STEPS
 from .kernels import Kernels, Program
 from .switching_laws import sticking
@@ -143,8 +143,8 @@ class Way:
             nonlocal compared
             if not compared:
                 compared = True
-                options = {**self.options, "absolute": absolute, "max_steps": COMPARED, "watch": None}
-                explicit = integrate(self.rates, state, start, t, method="dop853", **options)
+                options = {**self.options, "max_steps": COMPARED, "watch": None}
+                explicit = Integration(self.rates, method="dop853", **options).path(state, start, t, absolute)
                 if explicit.status == End.INTERRUPTED:
                     raise KeyboardInterrupt
                 if explicit.status == End.FINISHED:
@@ -158,7 +158,7 @@ class Way:
         self, state: Sequence[float] | NDArray[np.float64], start: float, until: float, absolute: ArrayLike,
         between: Callable[[float], None] | None = None, halt: Halt | None = None,
     ) -> Path:  # fmt: skip
-        """Return the path of one run (`integrate`)."""
+        """Return the path of one run (`Integration.path`)."""
         halt, callback = first_halt(halt, self.stick_halt), between
         if self.may_change and self.first.method == "taylor" and halt is None:
             callback = self._compared(state, start, absolute, between)

@@ -16,18 +16,7 @@ from ...native.instructions import EPS, Parts, Reals, greater
 from ..ode.layout import FINISHED, RUNNING, TERMINAL
 from ..ode.states import normalise
 from ..ode.step_control import clear, launch, look
-from .batch_memory import (
-    BLAMED,
-    GREATEST,
-    LAST,
-    OUTCOME_SIZE,
-    SMALLEST,
-    STATUS,
-    STEPS_REJECTED,
-    STEPS_TAKEN,
-    Batch,
-    OneLane,
-)
+from .batch_memory import GREATEST, LAST, SMALLEST, Batch, OneLane
 
 part = Parts()
 
@@ -129,19 +118,6 @@ def contradicted(batch: Batch, lane: OneLane, t: float, y: Reals) -> int:
     return 1 if batch.spare[residuals - 1] > 0.0 else 0
 
 
-@part
-def leave(batch: Batch, number: int, code: int, steps: int, rejected: int, blame: int, t: float) -> None:
-    """Store how a run has ended."""
-    outcome = batch.outcomes[OUTCOME_SIZE * number :]
-    outcome[STATUS], outcome[STEPS_TAKEN], outcome[STEPS_REJECTED], outcome[BLAMED] = (
-        code,
-        steps,
-        rejected,
-        blame,
-    )
-    batch.ends[number] = t
-
-
 # -- legs ----------------------------------------------------------------------------------------------
 
 
@@ -173,15 +149,6 @@ def jumped(batch: Batch, lane: OneLane, t: float) -> int:
                 if search.terminal[e] != 0:
                     result = 1
     return result
-
-
-@part
-def enter(batch: Batch, lane: OneLane, number: int) -> None:
-    """Put a run into a lane."""
-    lane.number, lane.leg, lane.outputs_done, lane.steps = number, 0, 0, 0
-    lane.energy, lane.stride, lane.run.rejected = 1.0, 0.0, 0
-    for i in range(lane.run.n):
-        lane.run.y[i] = batch.initial[number, i]
 
 
 @part

@@ -24,7 +24,6 @@ from ..ode.loops import place
 from ..ode.run import OneRun, Run
 from ..ode.states import state_in_step
 from ..ode.step_control import (
-    begin_runs,
     change_length,
     choose_length,
     clear,
@@ -32,11 +31,21 @@ from ..ode.step_control import (
     follow_events,
     is_stiff,
     pass_step,
-    set_allowed,
 )
 from . import lane as one_lane
-from .batch_memory import CONTRADICTED, TOO_MANY, Batch, Lane, OneLane
-from .lane import begin_leg, contradicted, direction_of, enter, leave, log_step_events, widen, write_outputs
+from .batch_memory import (
+    BLAMED,
+    CONTRADICTED,
+    OUTCOME_SIZE,
+    STATUS,
+    STEPS_REJECTED,
+    STEPS_TAKEN,
+    TOO_MANY,
+    Batch,
+    Lane,
+    OneLane,
+)  # fmt: skip
+from .lane import begin_leg, contradicted, direction_of, log_step_events, widen, write_outputs
 
 __all__ = ["functions"]
 
@@ -208,7 +217,10 @@ def enter_leg(batch: Batch, wide: Lane, own: OneLane, lane: int) -> int:
 def enter_lane(batch: Batch, wide: Lane, own: OneLane, lane: int, number: int) -> int:
     """Put a run into a lane; return its status."""
     one, run = alone(wide, own, lane), wide.run
-    enter(batch, one, number)
+    one.number, one.leg, one.outputs_done, one.steps, one.run.rejected = number, 0, 0, 0, 0
+    one.energy, one.stride = 1.0, 0.0
+    for i in range(run.n):
+        one.run.y[i] = batch.initial[number, i]
     wide.number[lane], wide.steps[lane], run.rejected[lane] = number, 0, 0
     code = enter_leg(batch, wide, own, lane)
     if code != RUNNING:
@@ -239,15 +251,16 @@ def end_lane(batch: Batch, wide: Lane, lane: int, code: int) -> None:
     run, number = wide.run, wide.number[lane]
     for i in range(run.n):
         batch.initial[number, i] = run.y[i][lane]
-    steps = wide.steps[lane] + run.taken[lane]
-    leave(batch, number, code, steps, run.rejected[lane], run.blame[lane], run.t[lane])
+    outcome, batch.ends[number] = batch.outcomes[OUTCOME_SIZE * number :], run.t[lane]
+    outcome[STATUS], outcome[STEPS_TAKEN] = code, wide.steps[lane] + run.taken[lane]
+    outcome[STEPS_REJECTED], outcome[BLAMED] = run.rejected[lane], run.blame[lane]
     wide.number[lane] = -1
     run.h[lane], run.until[lane] = 0.0, run.t[lane]
 
 
 @part
 def tighten(batch: Batch, run: Run, lane: int) -> None:
-    """Tighten the tolerances of a run that has used its budget of steps (`integrate`)."""
+    """Tighten the tolerances of a run that has used its budget of steps (`Integration`)."""
     finest, factor = run.relative[0][lane], 1.0
     for i in range(run.n):
         finest = lesser(run.relative[i][lane], finest)
@@ -259,7 +272,6 @@ def tighten(batch: Batch, run: Run, lane: int) -> None:
         run.relative[i][lane] *= factor
         run.absolute[i][lane] *= factor
     run.h[lane] *= factor ** (1.0 / batch.order)
-    set_allowed(run)
 
 
 @part
@@ -290,7 +302,7 @@ def take(batch: Batch, wide: Lane, own: OneLane, good: Truth) -> Whole:
 @part
 def lanes(begin: int, end: int, batch: Batch, wide: Lane, own: OneLane) -> None:
     """Compute the runs ``begin`` to ``end`` - 1."""
-    run, following, direction = wide.run, begin, direction_of(batch)
+    run, following = wide.run, begin
     fresh: Truth = False
     wide.number = -1
     run.t = run.until = run.h = 0.0
@@ -300,10 +312,10 @@ def lanes(begin: int, end: int, batch: Batch, wide: Lane, own: OneLane) -> None:
                 enter_lane(batch, wide, own, lane, following)
                 fresh[lane] = True
                 following += 1
-        if any(fresh):
-            begin_runs(run, fresh)
-            fresh = False
-        code = choose_length(run, direction)
+        if any(fresh) and method.prepare is not None:
+            method.prepare(run, fresh)
+        fresh = False
+        code = choose_length(run)
         for lane in each(wide.number >= 0 and code != RUNNING):
             end_lane(batch, wide, lane, code[lane])
         if any(wide.number >= 0):

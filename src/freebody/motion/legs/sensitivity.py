@@ -30,7 +30,7 @@ from ..ending import FAILED
 from ..kernels.methods import FINE
 from ..kernels.reading import expression_of
 from ..ode.dense_output import Path, observe
-from ..ode.integration import integrate
+from ..ode.integration import Integration
 from ..ode.layout import EXPLICIT
 from ..request import Problem, Request, problem_of
 from ..start.arguments import most_steps
@@ -131,11 +131,11 @@ def _sensitive_motion(problem: Problem, between: Progress) -> Trajectory:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
-    path = integrate(
-        rates, y, begin, p.end, relative=relative, absolute=absolute,
-        watch=watching(kernels, parameters, p.specs, p.expressions), method=method, step=request.step,
-        max_step=request.longest_step, max_steps=most_steps(request.max_steps, y.size + 2), between=between,
+    way = Integration(
+        rates, relative, watching(kernels, parameters, p.specs, p.expressions), method=method, step=request.step,
+        max_step=request.longest_step, max_steps=most_steps(request.max_steps, y.size + 2),
     )  # fmt: skip
+    path = way.path(y, begin, p.end, absolute, between)
     _refuse_jumps(variation, parameters, path)
     return Trajectory(*p.outcome(path), course=InLegs(derivatives=Derivatives(variation, shifts)))
 

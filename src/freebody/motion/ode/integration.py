@@ -47,59 +47,28 @@ _Piece = tuple[Array, Array, Array, list[Crossing], int]
 of the last; events; and the status."""
 
 
-def integrate(
-    rates: Rates,
-    state: Sequence[float] | Array,
-    start: float,
-    until: float,
-    *,
-    relative: ArrayLike = 1e-9,
-    absolute: ArrayLike = 1e-9,
-    watch: Watch | None = None,
-    max_step: float = math.inf,
-    first_step: float | None = None,
-    max_steps: int | None = None,
-    between: Callable[[float], None] | None = None,
-    method: str = "dop853",
-    step: float | None = None,
-    until_stiff: bool = False,
-    budget: int | None = None,
-    halt: Halt | None = None,
-) -> Path:
-    """Return the path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
+@dataclass(eq=False, slots=True)
+class Integration:
+    """How paths y' = f(t, y, c) are computed.
 
     The local error of component i is kept below absolute[i] + relative[i] |y_i|.
 
-    Parameters
+    Attributes
     ----------
     rates                right-hand side
-    state                shape (n,); its quaternions are normalised
-    relative, absolute   tolerances, scalar or shape (n,)
+    relative             tolerance, scalar or shape (n,)
     watch                event functions
     max_step, first_step longest and first step; by default the first is chosen automatically
     max_steps            maximum number of accepted steps
-    between              called with the reached time between two pieces of the run; KeyboardInterrupt, from it or
-                         from the keyboard, ends the run and keeps the computed steps
     method               a method of `layout.ORDERS`
     step                 length of all steps, whatever their error; shortened so that a whole number of steps fits
     until_stiff          stop, with the status STIFF, where stability limits an explicit method far from the end
     budget               after so many steps, tighten the tolerances so that the errors of all remaining steps together
                          stay within the errors of as many steps again
-    halt                 (times, states) of some steps -> index of the first of these states at which the run stops, the
-                         status, and the index to blame; None if it goes on
     """
-    common = Integration(
-        rates, relative, watch, max_step, first_step, max_steps, method, step, until_stiff, budget
-    )
-    return common.path(state, start, until, absolute, between, halt)
-
-
-@dataclass(eq=False, slots=True)
-class Integration:
-    """The common part of several paths, as arguments of `integrate`."""
 
     rates: Rates
-    relative: ArrayLike
+    relative: ArrayLike = 1e-9
     watch: Watch | None = None
     max_step: float = math.inf
     first_step: float | None = None
@@ -110,10 +79,20 @@ class Integration:
     budget: int | None = None
 
     def path(
-        self, state: Sequence[float] | Array, start: float, until: float, absolute: ArrayLike,
+        self, state: Sequence[float] | Array, start: float, until: float, absolute: ArrayLike = 1e-9,
         between: Callable[[float], None] | None = None, halt: Halt | None = None,
     ) -> Path:  # fmt: skip
-        """Return the path from one initial state (`integrate`)."""
+        """Return the path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
+
+        Parameters
+        ----------
+        state                shape (n,); its quaternions are normalised
+        absolute             tolerance, scalar or shape (n,)
+        between              called with the reached time between two pieces of the run; KeyboardInterrupt, from it or
+                             from the keyboard, ends the run and keeps the computed steps
+        halt                 (times, states) of some steps -> index of the first of these states at which the run stops,
+                             the status, and the index to blame; None if it goes on
+        """
         rates, method, budget = self.rates, self.method, self.budget
         shape = method, rates.size, 0 if self.watch is None else len(self.watch.directions)
         run = _SPARE.pop(shape, None) or _Run(*shape)

@@ -80,7 +80,6 @@ class Run(Record):
     ``stop_if_stiff``, ``fixed``         1 to stop at a stiff step; 1 for steps of equal length
     ``required``        number of event functions that must have a value everywhere
     ``after``, ``last`` end of the step; 1 if the run ends there
-    ``allowed``         largest change by a projection that is no other branch
     ``quaternions``     components at which unit quaternions begin
     ``projection``      moves a state onto the constraints, or None
     ``own``             memory of the method
@@ -112,7 +111,6 @@ class Run(Record):
     required: Whole
     after: Real
     last: Whole
-    allowed: Real
     rates: Kernel
     c: Row
     quaternions: Wholes
@@ -265,7 +263,7 @@ class Series(Record):
 
     ``coefficients``    kernel of the series of the motion; ``bends``: 1 if a function in the rates may bend, which the
                         series does not show
-    ``lost``, ``loses``, ``saved``    rounding error of the sum before this step, in it, and in the saved step
+    ``lost``, ``loses`` rounding error of the sum before this step, and in it
     ``coarsest``, ``logarithm``       r, and log₂ r^(1/p)
     ``error``           error of a step that continued past a bend
     """
@@ -279,7 +277,6 @@ class Series(Record):
     error: Real
     lost: Annotated[Row, "width"]
     loses: Annotated[Row, "width"]
-    saved: Annotated[Row, "width"]
     terms: Annotated[Rows, COEFFICIENTS, "width"]
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...native.instructions import Parts, Real, Reals, Row, Truth, call, greater, root, where
+from ...native.instructions import Parts, Real, Reals, Row, Truth, call, compiled, greater, root, where
 from .run import Run
 
 part = Parts()
@@ -19,7 +19,7 @@ method: Any = None
 """The method (`step_control.Method`), in the functions below."""
 
 
-@part
+@compiled
 def normalise(run: Run, row: Row) -> None:
     """Divide each quaternion of a row by its norm."""
     for k in range(run.n_quaternions):
@@ -30,7 +30,7 @@ def normalise(run: Run, row: Row) -> None:
             row[i + j] /= s
 
 
-@part
+@compiled
 def project(run: Run, t: Real, row: Row, moving: Truth) -> Real:
     """Move a row onto the constraints where ``moving`` holds. There are some.
 
@@ -54,7 +54,7 @@ def project(run: Run, t: Real, row: Row, moving: Truth) -> Real:
     return first
 
 
-@part
+@compiled
 def are_finite(row: Row, n: int) -> Truth:
     """Return whether n numbers are finite."""
     doubt: Real = 0.0
@@ -63,7 +63,7 @@ def are_finite(row: Row, n: int) -> Truth:
     return doubt == 0.0
 
 
-@part
+@compiled
 def not_finite(row: Row, n: int, lane: int) -> int:
     """Return the first of n numbers of a lane that is not finite, or -1."""
     for i in range(n):
@@ -81,12 +81,15 @@ def dense_state(run: Run, x: float) -> None:
 
 @part
 def shorter_step(run: Run, x: float) -> None:
-    """Set the row point: the end of a step of the length x h from the same start."""
-    if method.attempt(run, x * run.h) != 0:
-        for i in range(run.n):
-            run.y_new[i] = math.nan
+    """Set the row point: the end of a step of the length x h from the same start; of a series, its value there."""
+    if method.length is not None:
+        method.interpolate(run, x)
+    else:
+        if method.attempt(run, x * run.h) != 0:
+            for i in range(run.n):
+                run.y_new[i] = math.nan
+        run.point[:] = run.y_new
     run.evaluated += method.cost
-    run.point[:] = run.y_new
     normalise(run, run.point)
     if run.projection is not None:
         project(run, run.t + x * run.h, run.point, True)

@@ -31,7 +31,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from ...native.functions import each
+from ...native.functions import components, each
 from ...native.instructions import (
     EPS,
     Compiled,
@@ -42,6 +42,7 @@ from ...native.instructions import (
     compiled,
     greater,
     lesser,
+    maximum,
     root,
     where,
 )
@@ -160,24 +161,18 @@ def first_length(run: Run, direction: float, longest: float) -> float:
     if run.n == 0:
         return longest
     d0, d1, d2 = 0.0, 0.0, 0.0
-    for i in range(run.n):
+    for i in components(run.n):
         scale = run.absolute[i] + run.relative[i] * abs(run.y[i])
-        d0 = greater(d0, abs(run.y[i]) / scale)
-        d1 = greater(d1, abs(run.k[0, i]) / scale)
-    h0 = 1e-6
-    if not (d0 < 1e-5 or d1 < 1e-5):
-        h0 = 0.01 * d0 / d1
+        d0 = maximum(d0, abs(run.y[i]) / scale)
+        d1 = maximum(d1, abs(run.k[0, i]) / scale)
+    h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
     h0 = lesser(h0, longest)
-    for i in range(run.n):
+    for i in components(run.n):
         run.point[i] = run.y[i] + direction * h0 * run.k[0, i]
     run.rates(run.t + direction * h0, run.point, run.c, run.k[1])
-    for i in range(run.n):
+    for i in components(run.n):
         scale = run.absolute[i] + run.relative[i] * abs(run.y[i])
-        bend = abs(run.k[1, i] - run.k[0, i]) / scale
-        if not math.isfinite(bend):
-            return h0
-        d2 = greater(d2, bend)
-    d2 /= h0
+        d2 = maximum(d2, abs(run.k[1, i] - run.k[0, i]) / scale / h0)
     if not math.isfinite(d2):
         return h0
     h1 = greater(1e-6, h0 * 1e-3)
@@ -188,9 +183,10 @@ def first_length(run: Run, direction: float, longest: float) -> float:
 
 
 @part.inlined
-def choose_length(run: Run, direction: float) -> Whole:
+def choose_length(run: Run) -> Whole:
     """Set h, the end of the step and whether it ends the run; return RUNNING, NOT_FINITE or COLLAPSED."""
     t, h = run.t, run.h
+    direction: Real = where(run.until >= t, 1.0, -1.0)
     status: Whole = RUNNING
     if method.length is not None:
         size = method.length(run)
@@ -328,8 +324,13 @@ def error_of_step(run: Run) -> Real:
             error = where(error > 1.0 and run.fixed != 0, 1.0, error)
         if run.projection is not None and any(error <= 1.0):
             change = project(run, run.after, run.end, error <= 1.0)
-            # not a step error: another branch, or the constraints end or bend too sharply here
-            error = where(error <= 1.0 and not change <= run.allowed, 1e3, error)
+            relative: Real = 0.0
+            for i in components(run.n):
+                relative = maximum(relative, run.relative[i])
+            # a greater change is no error of the step: another branch, or constraints that end or bend sharply here.
+            # Steps of fixed length may have any error
+            allowed = where(run.fixed != 0, 0.1, 1e3 * relative)
+            error = where(error <= 1.0 and not change <= allowed, 1e3, error)
         if method.length is None and any(error <= 1.0):  # a state without rates is invalid
             run.rates(run.after, run.end, run.c, run.k[12])
             run.evaluated += 1
@@ -351,17 +352,6 @@ def blamed(run: Run, lane: int) -> int:
     if i < 0:
         i = not_finite(run.error3, run.n, lane)
     return i
-
-
-@part.inlined
-def store(run: Run) -> None:
-    """Write time, length and state at the start of an accepted step into the buffers."""
-    k = run.accepted
-    run.times[k], run.lengths[k] = run.t, run.h
-    for i in range(run.n):
-        run.states[k, i] = run.y[i]
-    run.accepted = k + 1
-    run.taken += 1
 
 
 @part
@@ -396,8 +386,13 @@ def pass_step(run: Run, good: Truth) -> None:
 
 @part
 def accept(run: Run) -> int:
-    """Take a step; return RUNNING, FINISHED, TERMINAL, STIFF or UNDEFINED."""
-    store(run)
+    """Take a step, whose start goes to the buffers; return RUNNING, FINISHED, TERMINAL, STIFF or UNDEFINED."""
+    k = run.accepted
+    run.times[k], run.lengths[k] = run.t, run.h
+    for i in range(run.n):
+        run.states[k, i] = run.y[i]
+    run.accepted = k + 1
+    run.taken += 1
     if method.hold is not None:
         method.hold(run)
     status = RUNNING
@@ -414,36 +409,17 @@ def accept(run: Run) -> int:
 
 
 @part
-def set_allowed(run: Run) -> None:
-    """Set the largest change by a projection: steps of fixed length may have any error."""
-    allowed: Real = 0.0
-    for i in range(run.n):
-        allowed = greater(allowed, 1e3 * run.relative[i])
-    run.allowed = where(run.fixed != 0, 0.1, allowed)
-
-
-@part
-def begin_runs(run: Run, fresh: Truth) -> None:
-    """Prepare the runs, or the legs of them, that begin."""
-    set_allowed(run)
-    if method.prepare is not None:
-        method.prepare(run, fresh)
-
-
-@part
 def advance(run: Run) -> int:
     """Step until the end, a terminal event, a failure, or until the buffers are full.
 
     Return RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF or UNDEFINED.
     """
-    direction = 1.0 if run.until >= run.t else -1.0
     run.accepted = run.events = 0
-    if run.taken == 0:
-        begin_runs(run, True)
-    set_allowed(run)
+    if run.taken == 0 and method.prepare is not None:
+        method.prepare(run, True)
     status = RUNNING
     while status == RUNNING and run.accepted < run.room and run.events <= run.room:
-        status = choose_length(run, direction)
+        status = choose_length(run)
         if status == RUNNING:
             error = error_of_step(run)
             good = error <= 1.0

@@ -31,14 +31,26 @@ Source: A. Jorba, M. Zou, A software package for the numerical integration of OD
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
-from ...native.functions import each
-from ...native.instructions import EPS, Real, Truth, bits, compiled, greater, lanes, root, where, with_bits
-from ...native.row_arithmetic import Eight, rowwise
+from ...native.functions import components, each, unrolled
+from ...native.instructions import (
+    EPS,
+    Real,
+    Truth,
+    bits,
+    compiled,
+    inlined,
+    lanes,
+    lesser,
+    maximum,
+    muladd,
+    root,
+    where,
+    with_bits,
+)  # fmt: skip
 from .layout import ORDERS
 from .run import OneRun, Run, Series
+from .states import not_finite
 from .step_control import Functions, Method
 
 P = ORDERS["taylor"]
@@ -51,8 +63,11 @@ BOUND = 6.0
 """h |λ| from which a decay is suspected to limit the step: a little less than 7.33, where |Σ_k (-x)^k / k!|, k <= P, is
 1."""
 
-TO_INTEGER = 2.0**52
-"""A number that leaves no bits for fractions of a smaller one that is added, and the integer in its lowest bits."""
+TO_INTEGER, INTEGER = 2.0**52, 0x433 << 52
+"""A number that leaves no bits for fractions of a smaller one that is added, and so has the integer in its lowest bits;
+its own bits."""
+ONE, MANTISSA = 0x3FF << 52, (1 << 52) - 1
+"""Bits of 1.0, and those of a mantissa."""
 EARLY = P // 4
 """m of a decay."""
 GROWN = math.factorial(P) / math.factorial(EARLY) / BOUND ** (P - EARLY) / P
@@ -65,7 +80,7 @@ def expand(run: Run, own: Series) -> None:
     own.coefficients(run.t, run.y, own.c, own.terms[0])
 
 
-@compiled
+@inlined
 def power2(x: Real) -> Real:
     """Return 2ˣ for |x| < 1000, within 0.2 %."""
     biased = x + 1023.0
@@ -73,6 +88,17 @@ def power2(x: Real) -> Real:
     exponent = where(nearest > biased, nearest - 1.0, nearest)
     r = x - (exponent - 1023.0)
     return with_bits(bits(exponent + TO_INTEGER) << 52) * (1.0 + r * (2.0 + r) / 3.0)
+
+
+@inlined
+def logarithm2(x: Real) -> Real:
+    """Return log₂ x of x >= 0 within 0.01: the exponent plus a parabola of the mantissa 1 <= m < 2.
+
+    It is -1023 of 0, and nan of infinity and nan.
+    """
+    exponent = with_bits(bits(x) >> 52 | INTEGER) - (TO_INTEGER + 1023.0)
+    m = with_bits(bits(x) & MANTISSA | ONE)
+    return exponent + ((2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0) + 0.0 * x
 
 
 @compiled
@@ -87,113 +113,43 @@ def prepare(run: Run, fresh: Truth) -> None:
         expand(run, own)
 
 
-def in_pairs(numbers: list[Any], of: Callable[[Any, Any], Any]) -> Any:
-    """Reduce numbers by ``of``, two at a time, so that few operations wait for each other."""
-    while len(numbers) > 1:
-        pairs = [of(a, b) for a, b in zip(numbers[::2], numbers[1::2], strict=False)]
-        numbers = [*pairs, *numbers[len(numbers) - len(numbers) % 2 :]]
-    return numbers[0]
-
-
 @compiled
 def blamed(run: Run, own: Series, lane: int) -> int:
     """Return the first component of a lane that is not finite: in the lowest order of the series, since others follow
     from it, in the rates at the end of a step, or in the state there.
     """
     for j in range(1, P + 1):
-        for i in range(run.n):
-            if not math.isfinite(own.terms[j, i][lane]):
-                return i
-    for i in range(run.n):
-        if not math.isfinite(run.k[12, i][lane]):
+        i = not_finite(own.terms[j], run.n, lane)
+        if i >= 0:
             return i
-    for i in range(run.n):
-        if not math.isfinite(run.y_new[i][lane]):
-            return i
-    return 0
+    i = not_finite(run.k[12], run.n, lane)
+    if i < 0:
+        i = not_finite(run.y_new, run.n, lane)
+    return i if i >= 0 else 0
 
 
-def last_terms(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
-    """Return the sizes of the last terms in units of the tolerance."""
-    scale = 1.0 / (absolute + relative * abs(row.y))
-    return [abs(row.terms[P - j]) * scale for j in range(TERMS)]
+@compiled
+def inverse_length(run: Run, own: Series) -> Real:
+    """Return the largest log₂ (1 / h) over the lengths h that the last terms allow; nan if a term is not finite."""
+    logarithm: Real = -math.inf
+    for i in components(run.n):
+        scale = 1.0 / (run.absolute[i] + run.relative[i] * abs(run.y[i]))
+        for m in unrolled(P, P - TERMS, -1):
+            term = abs(own.terms[m, i]) * scale
+            stricter = (P - lesser(m + 1, P)) * own.logarithm
+            logarithm = maximum(logarithm, (logarithm2(term) + stricter) * (1.0 / m))
+    return logarithm
 
 
-def inverse_length(sizes: Any, rate: Any) -> Any:
-    """Return the largest log₂ (1 / h) over the lengths h that terms of these sizes allow."""
-    logarithms = [(x.logarithm2() + max(0, j - 1) * rate) * (1.0 / (P - j)) for j, x in enumerate(sizes)]
-    return in_pairs(logarithms, Eight.greater)
-
-
-slowest = rowwise(last_terms, inverse_length)
-
-
-@rowwise
-def fastest(row: Any, relative: Any, absolute: Any) -> Any:
-    """Return the largest rate in units of the tolerance."""
-    return abs(row.terms[1]) / (absolute + relative * abs(row.y))
-
-
-@rowwise
-def straighten(row: Any, bent: Any) -> None:
-    """Replace the series by that of a straight line where ``bent`` is 1."""
-    curved = bent.compared("==", 0.0)
-    for k in range(2, P + 1):
-        row.terms[k] = row.terms[k].where(curved, 0.0)
-
-
-def polynomial(terms: list[Any], x: Any) -> Any:
-    """Return Σ_k x^k terms[k], computed in four parts, since each addition waits for the one before."""
-    double = x * x
-    fourth = double * double
-    parts = []
-    for k in range(4):
-        *rest, part = terms[k::4]
-        for term in reversed(rest):
-            part = part.times_plus(fourth, term)
-        parts.append(part)
-    low, high = (parts[k + 1].times_plus(x, parts[k]) for k in (0, 2))
-    return high.times_plus(double, low)
-
-
-def sum_of_series(row: Any, h: Any) -> Any:
-    """Set row y_new to the sum of the series, y + (h (y_1 + ...) + LOST), and row loses to its rounding error.
-
-    Return 0, or nan if a sum is not finite.
-    """
-    start = row.y
-    change = h * polynomial([row.terms[k] for k in range(1, P + 1)], h) + row.lost
-    end = start + change
-    part = end - start
-    row.loses = (start - (end - part)) + (change - part)
-    row.y_new = end
-    return end * 0.0
-
-
-@rowwise
-def summed(row: Any, h: Any) -> None:
-    """Set row point: the series at the time h."""
-    row.point = polynomial([row.terms[k] for k in range(P + 1)], h)
-
-
-def distance(row: Any, h: Any, relative: Any, absolute: Any) -> Any:
-    """Return the difference of the derivative of the series at the end of the step from the rates there, k[12].
-
-    It is multiplied by the step, and in units of the admissible error from the last terms and round-off.
-    """
-    slope = polynomial([row.terms[k] * float(k) for k in range(1, P + 1)], h)
-    allowed = BEND * (absolute + relative * abs(row.y_new)) + ROUNDED * abs(h * row.k[12])
-    return abs(h * (row.k[12] - slope)) / allowed
-
-
-added, missed = rowwise(sum_of_series), rowwise(distance)
-
-
-@rowwise
-def beyond(row: Any, h: Any) -> Any:
-    """Return a positive number if the term P y_P h is more than BOUND times the one before it."""
-    above, below = h * (P * 1.0) * row.terms[P], BOUND * row.terms[P - 1]
-    return above * above - below * below
+@compiled
+def straight(run: Run, own: Series, bent: Truth) -> Real:
+    """Replace the series by that of a straight line where ``bent``; return the greatest rate |y_1| / (a + r |y|)."""
+    rate: Real = 0.0
+    for i in components(run.n):
+        rate = maximum(rate, abs(own.terms[1, i]) / (run.absolute[i] + run.relative[i] * abs(run.y[i])))
+    for k in unrolled(2, P + 1):
+        own.terms[k][:] = where(bent and 0.0 < rate < math.inf, 0.0, own.terms[k])
+    return rate
 
 
 @compiled
@@ -203,36 +159,73 @@ def length(run: Run) -> Real:
     expand(run, own)
     run.evaluated += 1
     coarsest: Real = 1e-16
-    for i in range(run.n):
-        coarsest = greater(coarsest, run.relative[i])
+    for i in components(run.n):
+        coarsest = maximum(coarsest, run.relative[i])
     if any(own.coarsest != coarsest):  # at the start, and when a long run tightens it
         own.coarsest = coarsest
         own.logarithm = math.log2(coarsest) / P
-    logarithm = slowest(run, own, run.relative, run.absolute, own.logarithm)
+    logarithm = inverse_length(run, own)
     size = where(math.isfinite(logarithm), power2(-logarithm), math.nan)
     bent: Truth = not size > 8.0 * EPS * abs(run.t)  # a bend is closer than that
     if own.bends != 0 and any(bent):
-        greatest_rate = fastest(run, own, run.relative, run.absolute)
-        bent = bent and 0.0 < greatest_rate < math.inf
-        straighten(run, own, where(bent, 1.0, 0.0))
-        size = where(bent, BEND / greatest_rate, size)
+        rate = straight(run, own, bent)
+        size = where(bent and 0.0 < rate < math.inf, BEND / rate, size)
     for lane in each(size != size):
         run.blame[lane] = blamed(run, own, lane)
     return size
 
 
 @compiled
+def set_point(run: Run, own: Series, h: Real) -> None:
+    """Set row point: the series at the time h, by Horner's rule."""
+    for i in components(run.n):
+        p = own.terms[P, i]
+        for k in unrolled(P - 1, -1, -1):
+            p = muladd(p, h, own.terms[k, i])
+        run.point[i] = p
+
+
+@compiled
+def misfit(run: Run, own: Series, h: Real) -> Real:
+    """Return the difference of the derivative of the series at the time h from the rates there, k[12].
+
+    It is multiplied by h, and in units of the admissible error from the last terms and round-off. It is nan if a rate
+    is not finite.
+    """
+    error: Real = 0.0
+    for i in components(run.n):
+        slope = P * own.terms[P, i]
+        for k in unrolled(P - 1, 0, -1):
+            slope = muladd(slope, h, k * own.terms[k, i])
+        change = h * run.k[12, i]
+        allowed = BEND * (run.absolute[i] + run.relative[i] * abs(run.y_new[i])) + ROUNDED * abs(change)
+        error = maximum(error, abs(change - h * slope) / allowed)
+    return error
+
+
+@compiled
 def attempt(run: Run, h: Real) -> int:
-    """Compute the state at the time ``h`` of the step."""
+    """Compute the state at the time ``h`` of the step, y + (h (y_1 + ...) + lost), and the rounding error."""
     own = Series(run.own)
-    own.error = added(run, own, h)
+    doubt: Real = 0.0
+    for i in components(run.n):
+        p = own.terms[P, i]
+        for k in unrolled(P - 1, 0, -1):
+            p = muladd(p, h, own.terms[k, i])
+        y, change = run.y[i], h * p + own.lost[i]
+        end = y + change
+        part = end - y
+        own.loses[i] = (y - (end - part)) + (change - part)
+        run.y_new[i] = end
+        doubt += 0.0 * end
+    own.error = doubt
     if own.bends != 0:
         half = 0.5 * h
-        summed(run, own, half)
+        set_point(run, own, half)
         run.rates(run.t + half, run.point, run.c, run.k[12])
-        own.error += missed(run, own, half, run.relative, run.absolute)
+        own.error += misfit(run, own, half)
         run.rates(run.t + h, run.y_new, run.c, run.k[12])
-        own.error += missed(run, own, h, run.relative, run.absolute)
+        own.error += misfit(run, own, h)
     return 0
 
 
@@ -250,7 +243,6 @@ def lift(run: Run, lane: int, one: OneRun) -> None:
     """Copy the series of a lane into the memory of one run."""
     own, alone = Series(run.own), Series(one.own)
     for i in range(run.n):
-        alone.lost[i] = own.lost[i][lane]
         for j in range(P + 1):
             alone.terms[j, i] = own.terms[j, i][lane]
 
@@ -258,56 +250,44 @@ def lift(run: Run, lane: int, one: OneRun) -> None:
 @compiled
 def interpolate(run: Run, x: float) -> None:
     """Set the row point: the polynomial at the fraction ``x`` (0 to 1) of the step."""
-    summed(run, Series(run.own), x * run.h)
-
-
-@compiled
-def hold(run: Run) -> None:
-    """Save the rounding error of the sum while parts of the step are tried; those of a lane are tried elsewhere."""
-    own = Series(run.own)
-    if lanes(run.t) == 1:
-        own.saved[:] = own.loses
+    set_point(run, Series(run.own), x * run.h)
 
 
 @compiled
 def accept(run: Run, good: Truth) -> None:
     """Pass the rounding error of this sum to the next."""
     own = Series(run.own)
-    passed = own.saved if lanes(run.t) == 1 else own.loses
-    own.lost[:] = where(good, passed, own.lost)
+    own.lost[:] = where(good, own.loses, own.lost)
 
 
 @compiled
 def limited(run: Run, h: Real) -> Truth:
     """Return whether the step is as long as the region of stability allows, with λ of a decay."""
     own = Series(run.own)
-    suspect: Truth = True
-    if lanes(h) == 1:  # eight components at a time: if none does, their sums do not either
-        suspect = beyond(run, own, h) > 0.0
+    above: Real = 0.0
+    below: Real = 0.0
+    for i in components(run.n):
+        a, b = P * own.terms[P, i], own.terms[P - 1, i]
+        above += a * a
+        below += b * b
+    suspect = h * h * above > BOUND * BOUND * below and below > 0.0
     if any(suspect):
-        above: Real = 0.0
-        below: Real = 0.0
-        for i in range(run.n):
-            a, b = P * own.terms[P, i], own.terms[P - 1, i]
-            above += a * a
-            below += b * b
-        suspect = suspect and h * h * above > BOUND * BOUND * below and below > 0.0
-        if any(suspect):
-            across: Real = 0.0
-            early: Real = 0.0
-            for i in range(run.n):
-                across += P * own.terms[P, i] * own.terms[P - 1, i]
-                early += own.terms[EARLY, i] * own.terms[EARLY, i]
-            growth = GROWN * root(above)
-            for _ in range(P - EARLY):
-                growth *= abs(h)
-            suspect = suspect and h * across < 0.0 and 4.0 * across * across > above * below
-            suspect = suspect and root(early) <= growth
+        across: Real = 0.0
+        early: Real = 0.0
+        for i in components(run.n):
+            a, b, e = P * own.terms[P, i], own.terms[P - 1, i], own.terms[EARLY, i]
+            across += a * b
+            early += e * e
+        growth = GROWN * root(above)
+        for _ in range(P - EARLY):
+            growth *= abs(h)
+        suspect = suspect and h * across < 0.0 and 4.0 * across * across > above * below
+        suspect = suspect and root(early) <= growth
     return suspect
 
 
 METHOD = Method(
-    name="taylor", order=P, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare, hold=hold,
+    name="taylor", order=P, attempt=attempt, judge=judge, interpolate=interpolate, prepare=prepare,
     accept=accept, length=length, limited=limited, lift=lift,
 )  # fmt: skip
 FUNCTIONS = Functions(METHOD)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from ...native.functions import unrolled
 from ...native.instructions import Real, compiled
-from ...native.row_arithmetic import chain, combination
+from ...native.rows import chain, combination
 from .dop54 import judge
 from .run import Run
 from .step_control import Functions, Method, lift_stages

@@ -14,10 +14,10 @@ import pytest
 from freebody.motion.ending import End
 from freebody.motion.ode import dop853 as tableau
 from freebody.motion.ode.dense_output import Rates, Watch
-from freebody.motion.ode.integration import integrate
 from freebody.native import codegen
 from freebody.native.instructions import Reals, compiled, root
 from freebody.native.translation import translated
+from integrations import integrate
 
 
 class kernel:

@@ -15,13 +15,12 @@ from batch_machines import rail
 from freebody.errors import SimulationError
 from freebody.model import assemble
 from freebody.motion.ending import End
-from freebody.motion.kernels import method_kernels, methods
+from freebody.motion.kernels import method_kernels
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.kernels.methods import METHODS
 from freebody.motion.ode import integration
 from freebody.motion.ode.dense_output import observe
 from freebody.motion.ode.gauss import integrals, tables
-from freebody.motion.ode.integration import integrate
 from freebody.motion.ode.layout import EXPLICIT, SINGLE_STEPS
 from freebody.motion.ode.layout import ORDERS as LISTED
 from freebody.motion.ode.loops import place
@@ -474,11 +473,13 @@ def test_auto_keeps_to_the_series_in_a_longer_run():
 
 
 def test_an_interruption_while_two_methods_are_compared(monkeypatch):
-    def interrupted(*arguments, method, **options):
-        path = integrate(*arguments, method=method, **options)
-        return replace(path, status=End.INTERRUPTED) if method == "dop853" else path
+    path = integration.Integration.path
 
-    monkeypatch.setattr(methods, "integrate", interrupted)
+    def interrupted(how, *arguments):
+        found = path(how, *arguments)
+        return replace(found, status=End.INTERRUPTED) if how.method == "dop853" else found
+
+    monkeypatch.setattr(integration.Integration, "path", interrupted)
     motion = fb.simulate(heavy_top(), 60, initial={"theta": 1.0, "phi'": 100.0})
     assert motion.interrupted
     assert (motion.path.method, motion.steps) == ("taylor", 1024)
