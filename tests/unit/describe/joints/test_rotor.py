@@ -98,7 +98,11 @@ def test_a_motor_and_a_rotor_add_up():
             {"rotor": fb.Rotor(1, ratio="sin(t)")},
             "The ratio of the gear of hinge 'j' must be constant",
         ),
-        ("hinge", {"rotor": fb.Rotor(1, axis=(0, 0, 0))}, "The axis of the rotor of hinge 'j' has length zero"),
+        (
+            "hinge",
+            {"rotor": fb.Rotor(1, axis=(0, 0, 0))},
+            "The axis of the rotor of hinge 'j' has length zero",
+        ),
     ],
 )
 def test_refusals(joint, given, message):
