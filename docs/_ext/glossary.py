@@ -30,6 +30,8 @@ MACHINES = [
     Term("link", "", "", "body of a model with the joint that carries it", "model/parts.py:Link"),
     Term("ground", "`N`", "", "inertial frame with axes X, Y, Z", "model/parts.py:GROUND"),
     Term("joint", "", "", "connection that leaves a child body some freedom relative to its parent", "describe/joints/joint.py:Joint"),
+    Term("armature", "`A`", "kg m²", "inertia that the speed of a joint alone moves", "dynamics/armature.py:resistance"),
+    Term("rotor", "`J`, `n`", "kg m²", "part of a motor that a joint turns through a gear", "describe/joints/rotor.py:Rotor"),
     Term("load", "", "", "force or couple that acts on bodies, such as a spring's", "describe/loads/load.py:Load"),
     Term("parameter", "", "", "symbol with a default value", "describe/description.py:Parameter"),
     Term("feature", "", "", "point, edge or surface of a body that can touch another", "describe/contact_shapes.py:Plane"),

@@ -20,7 +20,7 @@ from typing import Any
 
 import sympy
 
-from ...errors import ModelError, shown
+from ...errors import ExpressionError, ModelError, shown
 from ...scalar.algebra import HALF, Scalar
 from ...scalar.expression import exact
 from ...scalar.parser import parse
@@ -144,7 +144,10 @@ def law_of(system: Description, value: Any, what: str) -> Law:
             f"{names.kinds[taken[0]]} '{taken[0]}'. Give that another name."
         )
     if isinstance(value, str):
-        return Law(exact(parse(value, {**names.atoms, "stretch": STRETCH, "rate": RATE})))
+        try:
+            return Law(exact(parse(value, {**names.atoms, "stretch": STRETCH, "rate": RATE})))
+        except ExpressionError as error:
+            raise ExpressionError(f"In the law of {what}: {error}") from None
     known = exact(value)
     plain = {STRETCH: sympy.Integer(1), RATE: sympy.Integer(1)}
     if isinstance(known, sympy.Basic):
