@@ -50,13 +50,13 @@ def test_circles_are_seen() -> None:
 
 
 def test_rooms_are_small() -> None:
-    """At most 25 files of code in a folder; more than 16 only where they are a list of equals."""
+    """At most 26 files of code in a folder; more than 16 only where they are a list of equals."""
     equals = {"describe.loads", "dynamics", "scalar", "exact", "gallery.beyond", "gallery.textbook.problems"}
     for room in (name for name, path in house.modules().items() if path.name == "__init__.py"):
         count = sum(
             x.rpartition(".")[0] == room and p.name != "__init__.py" for x, p in house.modules().items()
         )
-        assert count <= (25 if room in equals else 16), (room, count)
+        assert count <= (26 if room in equals else 16), (room, count)
 
 
 def test_one_model_goes_through_the_files_that_are_named(tmp_path: Path) -> None:

@@ -50,7 +50,8 @@ class System(Description):
     Any number may be given as int, float, Fraction, SymPy expression, or text over the system's own names.
 
     ``s.ground`` is the inertial frame. ``s.bodies`` (without the ground), ``s.joints``, ``s.loads``, ``s.constraints``,
-    ``s.contacts`` and ``s.controllers`` are dictionaries of the machine's parts by name.
+    ``s.contacts`` and ``s.controllers`` are dictionaries of the machine's parts by name. ``s.reading`` is the report of the
+    reader of a robot's file (:func:`freebody.read`): what was read, changed and left out; None for other machines.
 
     Examples
     --------
@@ -72,7 +73,6 @@ class System(Description):
     controllers: dict[str, Controller]
 
     reading: Any
-    """Report of the reader of a robot's file (`fb.read`): what was read, changed and left out; None for others."""
 
     def __init__(self, name: str = "system") -> None:
         super().__init__(name)
