@@ -50,8 +50,8 @@ class System(Description):
     Any number may be given as int, float, Fraction, SymPy expression, or text over the system's own names.
 
     ``s.ground`` is the inertial frame. ``s.bodies`` (without the ground), ``s.joints``, ``s.loads``, ``s.constraints``,
-    ``s.contacts`` and ``s.controllers`` are dictionaries of the machine's parts by name. ``s.reading`` is the report of the
-    reader of a robot's file (:func:`freebody.read`): what was read, changed and left out; None for other machines.
+    ``s.contacts`` and ``s.controllers`` are dictionaries of the machine's parts by name. ``s.reading`` is the report of
+    the reader of a robot's file (:func:`freebody.read`): what was read, changed and left out; None for other machines.
 
     Examples
     --------
