@@ -453,7 +453,7 @@ def _end(node: ast.expr | ast.keyword) -> tuple[int, int]:
 
 
 def _html(text: str) -> str:
-    return f"```{{raw}} html\n{text}\n```\n"
+    return f"```{{raw}} html\n{text}\n```\n" if text else ""
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]], number: int) -> str:

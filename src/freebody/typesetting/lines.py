@@ -41,7 +41,7 @@ def pieces(node: Node, width: float, column: float | None = None) -> list[Box]:
 
     >>> from .latex import parse
     >>> [round(box.width) for box in pieces(parse(r"a = b + c"), 18000)]
-    [501, 1057, 944]
+    [501, 1741, 1573]
     """
     runs = _runs(atoms(node, STYLE))
     result: list[list[Atom]] = []
@@ -52,7 +52,12 @@ def pieces(node: Node, width: float, column: float | None = None) -> list[Box]:
             runs = _runs(wider) + runs
         else:
             result.append(run)
-    if len(result) > 1 and _width(result[-1]) < SHORT and _width(result[-2] + result[-1]) <= width:
+    if (
+        len(result) > 1
+        and result[-1][0].kind == REL
+        and _width(result[-1]) < SHORT
+        and _width(result[-2] + result[-1]) <= width
+    ):
         result[-2:] = [result[-2] + result[-1]]  # no line has nothing but "= 0"
     return _boxes(result)
 

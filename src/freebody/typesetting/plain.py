@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
 
 from .latex import (
@@ -22,6 +23,7 @@ from .latex import (
     Space,
     Symbol,
     Words,
+    parse,
 )
 
 MARKS = {
@@ -45,6 +47,16 @@ def plain(node: Node) -> str:
     1/2 m (ẋ_1^2 − g) sin θ
     """
     return unicodedata.normalize("NFC", " ".join(_plain(node).split()))
+
+
+def plain_line(text: str) -> str:
+    r"""Return a line of text with formulas between dollar signs in words and signs.
+
+    >>> print(plain_line(r"mass $m_{1}$"))
+    mass m_1
+    """
+    parts = re.split(r"(?<!\\)\$", text)
+    return "".join(plain(parse(x)) if k % 2 else x.replace("\\$", "$") for k, x in enumerate(parts))
 
 
 def _plain(node: Node) -> str:

@@ -61,7 +61,7 @@ class Symbols:
 
     def scene(self, scene: Mapping[str, Any]) -> dict[str, Any]:
         """Return the data of a page with the labels of its charts and sliders as HTML."""
-        labels = {label for chart in scene["charts"] for _, _, label in chart["curves"]}
+        labels = {label for chart in scene.get("charts", ()) for _, _, label in chart["curves"]}
         labels |= {slider["name"] for slider in scene.get("live", {}).get("sliders", ())}
         return {**scene, "symbols": self.labels(labels)}
 

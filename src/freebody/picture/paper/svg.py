@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...typesetting.plain import plain_line
 from .labels import outline
 from .sheet import Arrow, Circle, Group, Label, Line, Sheet, Style
 
@@ -83,8 +84,9 @@ class _Writer:
             else:
                 parts.append("Z")
                 i += 1
+        words = escape(plain_line(label.tex))
         return (
-            f'<path class="label" data-tex="{escape(label.tex)}" aria-label="{escape(label.tex)}" '
+            f'<path class="label" data-tex="{escape(label.tex)}" role="img" aria-label="{words}" '
             f'd="{"".join(parts)}" fill="{label.color}"/>'
         )
 

@@ -48,7 +48,7 @@ def label_latex(label: str) -> str | None:
     r"""Return what a result is called as LaTeX; None if it is words.
 
     >>> print(label_latex("psi'_fast"), label_latex("x(t_1)"), label_latex("largest angle"))
-    \dot{\psi}_{fast} x\left(t_{1}\right) None
+    \dot{\psi}_{\mathrm{fast}} x\left(t_{1}\right) None
     """
     match = _LABEL.fullmatch(label)
     if match is None:
