@@ -128,7 +128,7 @@ def blamed(run: Run, own: Series, lane: int) -> int:
     return i if i >= 0 else 0
 
 
-@compiled
+@inlined
 def inverse_length(run: Run, own: Series) -> Real:
     """Return the largest log₂ (1 / h) over the lengths h that the last terms allow; nan if a term is not finite."""
     logarithm: Real = -math.inf
@@ -206,13 +206,13 @@ def misfit(run: Run, own: Series, h: Real) -> Real:
 @compiled
 def attempt(run: Run, h: Real) -> int:
     """Compute the state at the time ``h`` of the step, y + (h (y_1 + ...) + lost), and the rounding error."""
-    own = Series(run.own)
+    own, square = Series(run.own), h * h
     doubt: Real = 0.0
     for i in components(run.n):
-        p = own.terms[P, i]
-        for k in unrolled(P - 1, 0, -1):
-            p = muladd(p, h, own.terms[k, i])
-        y, change = run.y[i], h * p + own.lost[i]
+        even, odd = own.terms[P, i], own.terms[P - 1, i]
+        for k in unrolled(P - 2, 0, -2):
+            even, odd = muladd(even, square, own.terms[k, i]), muladd(odd, square, own.terms[k - 1, i])
+        y, change = run.y[i], h * muladd(even, h, odd) + own.lost[i]
         end = y + change
         part = end - y
         own.loses[i] = (y - (end - part)) + (change - part)
