@@ -57,7 +57,7 @@ class Contacts(Record):
     ``given``                  c; speeds just before an impact
     ``forces``, ``after``      λ and r
     ``problem``                the problem of the unknowns; ``place`` is the row of each in A, ``owner`` its contact
-    ``directions``             number of independent directions of A
+    ``directions``             number of independent directions of A;  ``most``: limit of the rows
     ``restitution``, ``poisson``, ``still``, ``energy``, ``part``    of an impact (`contact.collision`)
     """
 
@@ -70,6 +70,7 @@ class Contacts(Record):
     part: Real
     residual: Real
     directions: Whole
+    most: Count
     at: Annotated[Wholes, "k"]
     tangents: Annotated[Wholes, "k"]
     slides: Annotated[Wholes, "k"]
@@ -111,18 +112,8 @@ def contacts_of(
     friction.
     """
     k, m = len(contacts), len(c)
-    most = max(m, 1)
-    it = Contacts.made(k=k, k2=2 * k, most=most, n=most, square=most * most, ends=most + 1)
+    it = contacts_room(k, m)
     it.contacts, it.rows, it.equalities = k, m, len(equalities)
-    it.problem.W, it.problem.X = it.H, it.C
-    blocks = it.problem.blocks
-    blocks.count, blocks.starts, blocks.pieces, blocks.first, blocks.at = (
-        1,
-        it.starts,
-        it.pieces,
-        it.first,
-        it.ends,
-    )
     if m:
         it.A[: m * m], it.given[:m], it.equal[: len(equalities)] = np.ravel(A), c, equalities
     if k:
@@ -134,6 +125,17 @@ def contacts_of(
         if one.sliding is not None and not impact:
             it.slides[i] = 1
             it.way[2 * i : 2 * i + one.tangents] = one.sliding
+    return it
+
+
+def contacts_room(k: int, rows: int) -> Contacts:
+    """Return memory for up to ``k`` contacts with up to so many rows."""
+    most = max(rows, 1)
+    it = Contacts.made(k=k, k2=2 * k, most=most, n=most, square=most * most, ends=most + 1)
+    it.problem.W, it.problem.X = it.H, it.C
+    blocks = it.problem.blocks
+    blocks.count, blocks.starts, blocks.pieces = 1, it.starts, it.pieces
+    blocks.first, blocks.at = it.first, it.ends
     return it
 
 
