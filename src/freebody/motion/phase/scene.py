@@ -217,29 +217,26 @@ class Scene:
             outputs_at(program.address("looked"), program.outputs("looked"), t, y, constants)
         )
 
-    def evaluated(self, t: float, y: Array, values: Mapping[str, float]) -> Snapshot:
-        """Return the contacts at a state without compiled code: for one state this is cheaper."""
+    def outputs(self, t: float, y: Array, values: Mapping[str, float]) -> Array:
+        """Return the outputs of ``looked`` without compiled kernels: for one state this is cheaper."""
         model, n = self.model, self.model.n_q
         state = float_state(model, y[:n].tolist(), y[n : n + model.n_u].tolist(), t, values)
         seen, problem = contact_rows(model, state), contact_problem(model, state, self.kernels.active)
-        return self.snapshot(
-            np.array(
-                [
-                    *map(float, seen.gap),
-                    *(min(map(float, one.reach), default=np.inf) for one in touches(model, state)),
-                    *map(float, seen.rate),
-                    *map(float, problem.c),
-                    *map(float, problem.free),
-                    *(float(x) for row in seen.matrix for x in row),
-                    *(float(x) for row in problem.responses for x in row),
-                    *(
-                        float(state(x))
-                        for c in model.contacts
-                        for x in (c.friction, c.static_friction, c.restitution)
-                    ),
-                    *(self._away(state, c, y[:n]) for c in model.contacts),
-                ]
-            )
+        coefficients = (
+            state(x) for c in model.contacts for x in (c.friction, c.static_friction, c.restitution)
+        )
+        return np.array(
+            [
+                *map(float, seen.gap),
+                *(min(map(float, one.reach), default=np.inf) for one in touches(model, state)),
+                *map(float, seen.rate),
+                *map(float, problem.c),
+                *map(float, problem.free),
+                *(float(x) for row in seen.matrix for x in row),
+                *(float(x) for row in problem.responses for x in row),
+                *map(float, coefficients),
+                *(self._away(state, c, y[:n]) for c in model.contacts),
+            ]
         )
 
     def _away(self, state: State, contact: Any, q: Array) -> float:
