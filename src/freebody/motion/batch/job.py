@@ -18,7 +18,7 @@ from ...model.values import check_assumptions
 from ...native.records import WIDTH
 from ...program.large.tree_loop import is_large
 from ...scalar.algebra import Expression
-from ..contact.impacts import ORDERS
+from ..contact.event_run import ORDERS
 from ..ending import End
 from ..kernels.kernels import Kernels
 from ..kernels.methods import FINE, first_method

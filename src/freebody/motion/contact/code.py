@@ -6,8 +6,10 @@ from typing import Any
 
 from ...native.loop import Function, made, sibling
 
-_MODULES = tuple(sibling(__name__, name) for name in ("event_loop", "decision", "impulses", "moment", "setting"))
-_CALLED = ("go_on", "break_off", "strike", "find_closed", "choose", "decide", "find_dead")
+_MODULES = tuple(
+    sibling(__name__, name) for name in ("event_loop", "decision", "impulses", "moment", "setting")
+)
+_CALLED = ("go_on", "break_off", "strike", "find_closed", "choose", "decide", "find_dead", "unique", "depth")
 
 
 def code(name: str) -> Function:
@@ -19,5 +21,7 @@ def _functions() -> dict[str, Any]:
     from . import decision, event_loop, impulses, moment, setting
 
     return {
-        name: f for module in (moment, impulses, decision, setting, event_loop) for name, f in vars(module).items()
+        name: f
+        for module in (moment, impulses, decision, setting, event_loop)
+        for name, f in vars(module).items()
     }

@@ -201,7 +201,11 @@ def released(contacts: Contacts) -> int:
     """Give slips that begin the kinetic friction; return 1 if any has static friction yet, else 0."""
     found = 0
     for i in range(contacts.contacts):
-        if mode_of(contacts, i) == SLIDE and contacts.slides[i] == 0 and contacts.static[i] > contacts.friction[i]:
+        if (
+            mode_of(contacts, i) == SLIDE
+            and contacts.slides[i] == 0
+            and contacts.static[i] > contacts.friction[i]
+        ):
             contacts.static[i], found = contacts.friction[i], 1
     return found
 
@@ -245,9 +249,11 @@ def named(it: EventRun, contacts: Contacts) -> int:
         if mode == OPEN:
             least = contacts.after[at] * r
         elif mode == STICK and rests:
-            least = least if least < (contacts.static[i] * contacts.forces[at] - T) * f else (
-                contacts.static[i] * contacts.forces[at] - T
-            ) * f
+            least = (
+                least
+                if least < (contacts.static[i] * contacts.forces[at] - T) * f
+                else (contacts.static[i] * contacts.forces[at] - T) * f
+            )
         elif rests:
             least = least if least < speed * r else speed * r
         if not least > SMALL:
@@ -267,5 +273,3 @@ def named(it: EventRun, contacts: Contacts) -> int:
             elif n == 1:
                 it.mode[k] = SLIDE_BACK if it.way[k, 0] < 0.0 else SLIDE_ON
     return 1
-
-

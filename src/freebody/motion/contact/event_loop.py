@@ -66,7 +66,6 @@ from .event_run import (
     ONTO_SIDE,
     PASSED_OVER,
     PAUSE,
-    PHASES,
     PIECE,
     SERIES,
     SET_UP,
@@ -144,7 +143,7 @@ def arrive(it: EventRun) -> int:
         it.left[k] = 0
     find_closed(it)
     it.stage, it.resting = COLLIDE, 0
-    return TOO_MANY if it.crowd > ENDLESS or it.phases > PHASES else RUNNING
+    return TOO_MANY if it.crowd > ENDLESS or it.phases > it.most_phases else RUNNING
 
 
 @compiled
@@ -323,7 +322,9 @@ def follow(it: EventRun, run: Run) -> int:
         log_state(it, run.times[i], run.times[2 * n + 1 + i * n_y :], run.times[n + 1 + i])
     for e in range(run.events):
         if search.log_numbers[e] < it.asked:
-            log_crossing(it, search.log_times[e], search.log_numbers[e], search.log_signs[e], search.log_states[e])
+            log_crossing(
+                it, search.log_times[e], search.log_numbers[e], search.log_signs[e], search.log_states[e]
+            )
     it.steps_left -= n
     it.budget -= n
     it.t = run.times[n]
@@ -493,5 +494,3 @@ def judge(it: EventRun, run: Run) -> int:
         if it.halting != 0:
             begin_steps(it, run, it.target)
     return RUNNING
-
-

@@ -8,6 +8,8 @@ from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Who
 from ..ending import End
 from ..phase.places import STOPPED
 
+ORDERS = ("simultaneous", "sequential")
+"""Orders of the impacts at one moment."""
 STILL = 1e-10
 """Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
 SMALL = 1e-10
@@ -94,6 +96,7 @@ class EventRun(Record):
     ``stale``                     1 if the contacts are to be looked at anew
     ``t``, ``y``, ``target``      the moment, and where the run stops
     ``until``, ``resting``        end of the remaining bounces, and 1 while they last
+    ``most_phases``               limit of the phases
     ``crowd``, ``last``           events at one moment, and the time of the last one
     ``impulses``                  work of impacts and blows
     ``budget``, ``steps_left``    steps until the next pause, and until the run is given up
@@ -145,6 +148,7 @@ class EventRun(Record):
     target: Real
     until: Real
     resting: Whole
+    most_phases: Whole
     rest_left: Real
     crowd: Whole
     last: Real

@@ -1,8 +1,8 @@
-"""What happened in a run, read from the log of the compiled loop: phases, impacts, changes of modes, with their texts."""
+"""What happened in a run, read from the log of the compiled loop: phases, impacts, changes of modes, their texts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -14,6 +14,7 @@ from ...dynamics.constraints import linearized
 from ...dynamics.contact import contact_rows
 from ...dynamics.state import float_state
 from ...dynamics.unilateral import MotionWarning, limits, passed_by_impulse
+from ..cones.contacts import Touching
 from ..ending import ENDS, End
 from ..ode.dense_output import Array, Crossing, Path
 from ..phase.places import LIMIT, OPEN, STICK
@@ -41,9 +42,9 @@ from .event_run import (
     SERIES,
     SLIP_STOPPED,
     SLOW,
+    SMALL,
     TOLD,
 )
-from .impacts import undetermined
 from .state import ContactRun
 
 WHY = {
@@ -58,6 +59,10 @@ WHY = {
     BOUNCES_END: "end of the bounces, the limit of a geometric series",
 }
 """Reasons why a mode began."""
+
+
+SAME = 1e-8
+"""Relative difference up to which two outcomes count as the same."""
 
 
 class Entry(NamedTuple):
@@ -205,7 +210,9 @@ class History:
             k, before, after, code = marks[2 + E + i : 6 + E + i]
             name = work.names[k]
             why = WHY[code].format(measures[i // 4]) if code != NO_REASON else ""
-            why = why or ("the start" if before < 0 else "an impact" if hit else "a change at another contact")
+            why = why or (
+                "the start" if before < 0 else "an impact" if hit else "a change at another contact"
+            )
             if compliance and after != OPEN:
                 why += "; equal compliance shares the forces"
             if k in current:
@@ -333,7 +340,9 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
             speed = float(np.linalg.norm(v))
             if speed > 0:
                 rows[-1] = list(range(at, at + 1 + n))
-                columns[-1] = columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 1 + n]
+                columns[-1] = (
+                    columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 1 + n]
+                )
     mask = np.zeros(work.scene.rows, dtype=bool)
     if not rows:
         return mask
@@ -345,3 +354,33 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
         if np.abs(left[i, rank:]).max(initial=0) > 1e-7:
             mask[group] = True
     return mask
+
+
+def undetermined(
+    A: Array, contacts: Sequence[Touching], impulses: Array, after: Array, responses: Array
+) -> bool:
+    """Return True if impulses of the same modes distributed otherwise would change the motion."""
+    rows: list[int] = []
+    columns: list[Array] = []
+    unit = np.eye(len(A))
+    small = SAME * float(np.abs(impulses).max(initial=0))
+    for one in contacts:
+        at, n = one.row, one.tangents
+        if impulses[at] <= small:
+            continue
+        T, column = impulses[at + 1 : at + 1 + n], unit[at].copy()
+        rows.append(at)
+        v = after[at + 1 : at + 1 + n]
+        if one.friction > 0 and np.linalg.norm(v) > SAME * float(np.abs(after).max(initial=0)):
+            column[at + 1 : at + 1 + n] = T / impulses[at]
+            columns.append(column)
+        else:
+            rows += range(at + 1, at + 1 + (n if one.friction > 0 else 0))
+            columns += [column, *unit[at + 1 : at + 1 + (n if one.friction > 0 else 0)]]
+    if not rows:
+        return False
+    B = np.array(columns)
+    _, sizes, right = np.linalg.svd(A[rows] @ B.T)
+    loose = right[int((sizes > SMALL * sizes[0]).sum()) :]
+    moved = B @ responses
+    return bool(np.abs(loose @ moved).max(initial=0) > SAME * np.abs(moved).max())

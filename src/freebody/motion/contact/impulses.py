@@ -1,4 +1,24 @@
-"""Impulses at contacts in compiled code: impacts, and the least motion that takes speeds or gaps away."""
+"""Impulses at contacts in compiled code: impacts, and the least motion that takes speeds or gaps away.
+
+An impact is a contact problem of impulses (`cones.collision`):
+
+    v⁺ = A Λ + v⁻,     A = W M⁻¹ Wᵀ
+
+    Newton     0 <= Λ_N  ⟂  v_N⁺ + e v_N⁻ >= 0          -Λ_T in μ Λ_N Sgn(v_T⁺)
+    Poisson    compression: the same with e = 0, impulse Λ_C;
+               expansion:   0 <= Λ_E - e Λ_C  ⟂  v_N⁺ >= 0,  -Λ_TE in μ Λ_NE Sgn(v_T⁺)
+
+Either all closed contacts take part at once, including contacts at rest ("simultaneous"), or the contacts collide one
+after another, always the fastest approaching contact first ("sequential"). These are two different assumptions; the
+rigid-body model does not decide between them.
+
+Newton's law with friction can raise the kinetic energy if the slip reverses (Kane), Poisson's with several contacts
+(Glocker), and a wedged body has no rebound at all. The restitution of that impact is then halved until impulses exist
+and the energy falls, at last to zero: with e = 0 and no moving surface, ΔT = -Σ μ Λ_N |v_T⁺| - Λ A Λ/2 <= 0.
+
+Sources: J. J. Moreau (1988); C. Glocker, F. Pfeiffer (1996), chapter 8; T. R. Kane, Stanford Mechanics Alumni Club
+Newsletter (1984); C. Glocker, Energetic consistency conditions for standard impacts, Multibody System Dynamics (2013).
+"""
 
 from __future__ import annotations
 
@@ -104,8 +124,8 @@ def work_of_drives(it: EventRun) -> float:
         result += out[0] / 2.0 if turn == 0 else -out[0] / 2.0
     for i in range(it.n):
         state[it.n_q + i] = 0.0
-    rate(it.t, state, it.looking, it.speeds)
-    return result - product_of(it.whole, it.speeds, it.rows)
+    rate(it.t, state, it.looking, it.x)
+    return result - product_of(it.whole, it.x, it.rows)
 
 
 # -- impacts ---------------------------------------------------------------------------------------------
@@ -280,9 +300,7 @@ def impelled(it: EventRun, contacts: Contacts, count: int) -> float:
     A, S, order = contacts.A, contacts.chosen, contacts.order
     for a in range(count):
         for b in range(count):
-            A[a * count + b] = product_of(
-                row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n
-            )
+            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
             S[a * count + b] = ray_product(it, a, b)
     kept = factor(A, count, contacts.factors, SMALL, contacts.left, order)
     for a in range(count):
@@ -474,5 +492,3 @@ def lift(it: EventRun, contacts: Contacts) -> None:
     for i in range(it.n_q):
         it.y[i] += it.looking[T[MACHINE_AT] + i] - it.step[i]
     look(it)
-
-

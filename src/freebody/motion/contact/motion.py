@@ -20,8 +20,8 @@ from ..start.signals import refuse_switched
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
+from .event_run import ORDERS
 from .history import History
-from .impacts import ORDERS
 from .run import run
 from .state import CHOICES, ContactRun
 

@@ -40,6 +40,7 @@ from .event_run import (
     PASSED_OVER,
     PASSES,
     PAUSE,
+    PHASES,
     SEQUENCE,
     STRUCK,
     TOLD,
@@ -72,7 +73,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
     """Run from ``state`` (q, u) at ``begin`` to ``end``; ``work`` keeps the log. Return how the run ended."""
     it = work.it
     it.y[:], it.t = [*state, 0.0, 0.0], begin
-    it.stage, it.stale = ARRIVE, 1
+    it.stage, it.stale, it.most_phases = ARRIVE, 1, PHASES
     check_apart(work, np.array(it.y), work.look(begin, np.array(it.y)))
     loop, steps, clock = code("go_on"), FIRST, perf_counter()
     it.budget = steps
@@ -234,9 +235,7 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"law: impact='newton' or 'poisson'."
         )
     if why == NO_IMPULSES:
-        approach = ", ".join(
-            f"'{work.names[k]}' ({v:.6g} m/s)" for k, v in zip(chosen, speeds, strict=True)
-        )
+        approach = ", ".join(f"'{work.names[k]}' ({v:.6g} m/s)" for k, v in zip(chosen, speeds, strict=True))
         return SimulationError(
             f"{impact}No impulses were found that satisfy Coulomb friction at contacts {approach} (approach speed "
             f"along the normal), even without restitution: a law is still violated by {work.problem.residual:.3g} of "
@@ -267,5 +266,3 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
         f"has reached μ_s N, and the motion does not determine the shares beyond that. Rest the "
         f"body on fewer contacts, describe it in its plane of motion, or use method='timestepping'."
     )
-
-

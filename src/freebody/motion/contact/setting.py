@@ -10,6 +10,7 @@ from ..phase.places import (
     ACTIVE,
     BAND_AT,
     DIRECTION_AT,
+    FORCE_AT,
     LIMIT,
     OPEN,
     SLIDE,
@@ -33,6 +34,8 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
     find_dead(it, contacts)
     find_active(it, contacts)
     set_modes(T, it.mode, it.dead, it.active, it.actives)
+    for r in range(it.rows):
+        it.phase[T[FORCE_AT] + r] = 0.0
     for k in range(it.contacts):
         mode = it.mode[k]
         it.phase[T[BAND_AT] + k] = lesser(it.gap[k], 0.0)

@@ -219,5 +219,3 @@ def halt(it: EventRun, contacts: Contacts, k: int) -> int:
     stop(it, contacts, 0)  # the slip that remains after a straight step is of second order in its length
     log_leap(it, begun, length)
     return 1
-
-

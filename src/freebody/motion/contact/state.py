@@ -178,7 +178,9 @@ class ContactRun:
             state = float_state(
                 self.model, y[: self.n].tolist(), y[self.n :][: self.n_u].tolist(), it.t, self.values
             )
-            for value, rate, growth in reaches_along(self.model, state, self.model.contacts[k], udot.tolist()):
+            for value, rate, growth in reaches_along(
+                self.model, state, self.model.contacts[k], udot.tolist()
+            ):
                 rests = abs(rate) <= it.still and growth < -SMALL
                 if abs(value) <= it.near and (rate < -it.still or rests):
                     found.append(k)

@@ -179,7 +179,9 @@ class Scene:
         result: list[Ending] = []
         for k, n in enumerate(self.tangents):
             result += [Ending(k), *[Ending(k)] * (2 * (n == 1) + (n == 2))]
-            result += [Ending(k, place) for place in range(self.candidates.pattern.contacts[k][places.REACHES])]
+            result += [
+                Ending(k, place) for place in range(self.candidates.pattern.contacts[k][places.REACHES])
+            ]
             result += [Ending(side, place) for side, place in self.ends.get(k, ())]
         return tuple(result)
 
@@ -377,7 +379,10 @@ class Phase:
         )
 
     def whole(self, expressions: Sequence[Any]) -> DataProgram:
-        """Functions ``rates``, ``projection`` and ``watched`` with room for any modes."""
+        """Functions ``rates``, ``projection`` and ``watched`` with room for any modes.
+
+        The last gives the user's expressions, then the functions that end the phase (:attr:`Scene.endings`).
+        """
 
         def make() -> DataProgram:
             values = self.scene.kernels.expressions(expressions) if expressions else None
@@ -385,7 +390,41 @@ class Phase:
             sizes = {"rates": self.size, "projection": moved, "watched": count + len(self.scene.endings)}
             return self.data(sizes, values=values, count=count, whole=True)
 
-        return cast(DataProgram, self._program(("whole", tuple(expressions)), make))
+        return cast(DataProgram, self._program(tuple(expressions), make))
+
+    def rates_of(self, program: DataProgram, constants: Array) -> Rates:
+        """Return the right-hand side, and the projection, of a program with these constants."""
+        return Rates(
+            program.address("rates"), self.size, constants, self.model.quaternions, program,
+            projection=program.address("projection"), projected=program.outputs("projection"),
+        )  # fmt: skip
+
+    def rates(self, parameters: Array) -> Rates:
+        """Return the right-hand side with the constants of these parameters."""
+        program = self.motion()
+        result = Rates(
+            program.address("rates"), self.size, program.constants(parameters), self.model.quaternions, program,
+            recipe=(self.rates, parameters),
+        )  # fmt: skip
+        if not self.active:
+            return result
+        return replace(
+            result, projection=program.address("projection"), projected=program.outputs("projection")
+        )
+
+    def whole(self, expressions: Sequence[Any]) -> DataProgram:
+        """Functions ``rates``, ``projection`` and ``watched`` with room for any modes.
+
+        The last gives the user's expressions, then the functions that end the phase (:attr:`Scene.endings`).
+        """
+
+        def make() -> DataProgram:
+            values = self.scene.kernels.expressions(expressions) if expressions else None
+            moved, count = self.model.n_q + self.model.n_u, len(expressions)
+            sizes = {"rates": self.size, "projection": moved, "watched": count + len(self.scene.endings)}
+            return self.data(sizes, values=values, count=count, whole=True)
+
+        return cast(DataProgram, self._program(tuple(expressions), make))
 
     def rates_of(self, program: DataProgram, constants: Array) -> Rates:
         """Return the right-hand side, and the projection, of a program with these constants."""
@@ -533,7 +572,9 @@ class _Table:
         self.list(places.OWN_NUMBER, own)
         self.list(places.OWN_HOLONOMIC, [int(not kinds[i].on_speeds) for i in own])
         self.list(places.CONDITION, [0] * (places.CONDITION_SIZE * count))
-        self.list(places.ENDING, [x for end in scene.endings if endings for x in (0, end.contact, 0, end.place)])
+        self.list(
+            places.ENDING, [x for end in scene.endings if endings for x in (0, end.contact, 0, end.place)]
+        )
         self.list(places.CALLED, [0] * (1 + len(groups)))
         self.list(places.WATCHED, [0] * (1 + len(groups)))
 
