@@ -21,7 +21,7 @@ def looked_at_end(start, end, mode, wall=False):
     s.gravity = (0, -G, 0)
     rod = s.body("rod", fb.slender_bar(1, 2, axis="y"))
     s.planar("plane", s.ground, rod, coordinate="x y turn")
-    surface = s.ground.segment((0, 0, 0), (1, 0, 0)) if wall else s.ground.plane()
+    surface = s.ground.segment((0, 0, 0), (1, 0, 0), normal="y") if wall else s.ground.plane()
     s.contact("tip", rod.point(0, -1, 0), surface, friction=0.2)
     kernels = kernels_of(s)
     work = ContactRun(kernels, kernels.values(None))

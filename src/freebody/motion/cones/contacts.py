@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...native.instructions import compiled, greater, inlined, root
-from ...native.records import Real, Record, Row, Whole, Wholes, record
+from ...native.records import Count, Real, Record, Row, Whole, Wholes, record
 from .cone import set_scales, violation, violation_slopes
 from .contact_problem import DEPENDENT, EQUALITY, FIRST, GOAL, LINE, NORMAL, ContactProblem, Newton
 from .elimination import solved

@@ -1,4 +1,4 @@
-"""The end of a sequence of bounces, in compiled code: the sum of their geometric series once they are too low to follow.
+"""The end of a sequence of bounces, in compiled code: the sum of their geometric series once they are too low.
 
 v is the speed after the last bounce, a = -r_N the approach acceleration and e the ratio of the speeds after and before
 a bounce. All remaining bounces take the time

@@ -6,7 +6,7 @@ that the limit of equal compliance is taken. Otherwise Python compares all sets 
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, root
+from ...native.instructions import Reals, compiled, greater, lesser, root
 from ..cones.contacts import EXACT, Contacts, find
 from ..cones.elimination import solved
 from ..cones.newton import factor
@@ -16,7 +16,7 @@ from .impulses import gather
 from .moment import product_of
 
 WHOLE, MOST = 2, 1 << 8
-"""Largest number of contacts at rest in space, and of combinations of modes, for which all combinations are compared."""
+"""Largest number of contacts at rest in space, and of combinations of modes, for which all of them are compared."""
 ALIKE = 1e-9
 """Force or speed, relative to the greatest, that is zero in a solution."""
 
@@ -51,11 +51,35 @@ def unique(contacts: Contacts) -> int:
         if contacts.slides[i] == 0 and contacts.static[i] != contacts.friction[i]:
             return 0
         mu = greater(mu, contacts.friction[i])
-    H, G, P, M = contacts.factors, contacts.slope, contacts.H, contacts.normal
-    n = factor(contacts.A, m, H, SMALL, contacts.left, contacts.order)
+    n = factor(contacts.A, m, contacts.factors, SMALL, contacts.left, contacts.order)
     if mu == 0.0:
         return 1 if n == m else 0
-    across, along = 0.0, 0.0
+    across = normal_parts(contacts, n)
+    if across < 0.0:
+        return 0
+    H, P, M, along = contacts.factors, contacts.H, contacts.normal, 0.0
+    for i in range(contacts.contacts):
+        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + contacts.tangents[i]):
+            along += product_of(H[r * m :], H[r * m :], n)
+    if along == 0.0:
+        return 1
+    part = root(along / across)
+    for p in range(n * n):
+        M[p] = 0.0
+    for p in range(n):
+        M[p * n + p] = 2.0 / mu
+    for i in range(contacts.contacts):
+        a = contacts.at[i]
+        subtract(M, P[a * m :], part, n)
+        for r in range(a + 1, a + 1 + contacts.tangents[i]):
+            subtract(M, H[r * m :], 1.0 / part, n)
+    return definite(M, n)
+
+
+@compiled
+def normal_parts(contacts: Contacts, n: int) -> float:
+    """Set the rows of P; return |P|², or -1 if forces in balance have normal parts."""
+    m, H, G, P, square = contacts.rows, contacts.factors, contacts.slope, contacts.H, 0.0
     for i in range(contacts.contacts):
         a = contacts.at[i]
         for p in range(n):
@@ -65,25 +89,19 @@ def unique(contacts: Contacts) -> int:
                     G[p * n + q] += H[r * m + p] * H[r * m + q]
             P[a * m + p] = H[a * m + p]
         if solved(G, n, P[a * m :]) == 0:
-            return 0
+            return -1.0
         if n < m and abs(1.0 - product_of(P[a * m :], H[a * m :], n)) > root(SMALL):
-            return 0
-        across += product_of(P[a * m :], P[a * m :], n)
-        for j in range(contacts.tangents[i]):
-            along += product_of(H[(a + 1 + j) * m :], H[(a + 1 + j) * m :], n)
-    if along == 0.0:
-        return 1
-    part = root(along / across)
+            return -1.0
+        square += product_of(P[a * m :], P[a * m :], n)
+    return square
+
+
+@compiled
+def subtract(M: Reals, x: Reals, part: float, n: int) -> None:
+    """Subtract ``part`` x xᵀ from a matrix."""
     for p in range(n):
         for q in range(n):
-            M[p * n + q] = 2.0 / mu if p == q else 0.0
-            for i in range(contacts.contacts):
-                a = contacts.at[i]
-                M[p * n + q] -= part * P[a * m + p] * P[a * m + q]
-                for j in range(contacts.tangents[i]):
-                    row = (a + 1 + j) * m
-                    M[p * n + q] -= H[row + p] * H[row + q] / part
-    return definite(M, n)
+            M[p * n + q] -= part * x[p] * x[q]
 
 
 @compiled
@@ -105,8 +123,8 @@ def definite(M: Reals, n: int) -> int:
 def alone(contacts: Contacts) -> int:
     """Return 1 if all contacts slide, or have no friction, and every principal minor of S is positive, else 0.
 
-    S are the normal rates per unit of the forces along the rays; the forces are then unique, whatever c is (Cottle, Pang,
-    Stone, The Linear Complementarity Problem, theorem 3.3.7).
+    S are the normal rates per unit of the forces along the rays; the forces are then unique, whatever c is (R. Cottle,
+    J.-S. Pang, R. Stone, The Linear Complementarity Problem, theorem 3.3.7).
     """
     m, k, S = contacts.rows, contacts.contacts, contacts.H
     for i in range(k):
@@ -239,37 +257,50 @@ def named(it: EventRun, contacts: Contacts) -> int:
             most_force = greater(most_force, abs(contacts.given[a] / A[a * m + a]))
     f, r = 1.0 / most_force if most_force > 0.0 else 1.0, 1.0 / most_rate if most_rate > 0.0 else 1.0
     for i in range(contacts.contacts):
-        at, n, k, mode = contacts.at[i], contacts.tangents[i], it.chosen[i], mode_of(contacts, i)
-        rests = contacts.slides[i] == 0 and n > 0 and contacts.static[i] > 0.0
-        least, T, speed = contacts.forces[at] * f, 0.0, 0.0
-        for j in range(n):
-            T += contacts.forces[at + 1 + j] * contacts.forces[at + 1 + j]
-            speed += contacts.after[at + 1 + j] * contacts.after[at + 1 + j]
-        T, speed = root(T), root(speed)
-        if mode == OPEN:
-            least = contacts.after[at] * r
-        elif mode == STICK and rests:
-            least = (
-                least
-                if least < (contacts.static[i] * contacts.forces[at] - T) * f
-                else (contacts.static[i] * contacts.forces[at] - T) * f
-            )
-        elif rests:
-            least = least if least < speed * r else speed * r
-        if not least > SMALL:
+        at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
+        it.mode[k] = mode_of(contacts, i)
+        if not margin(contacts, i, it.mode[k], f, r) > SMALL:
             return 0
-        it.mode[k] = mode
-        if mode == SLIDE and rests:
-            for j in range(n):
-                it.way[k, j] = contacts.after[at + 1 + j] / speed
-        elif mode == SLIDE and contacts.slides[i] != 0:
-            for j in range(n):
-                it.way[k, j] = contacts.way[2 * i + j]
         for j in range(1 + n):
             it.force[it.first[k] + j] = contacts.forces[at + j]
-        if mode == SLIDE and it.rough[k] != 0:
+        if it.mode[k] == SLIDE and it.rough[k] != 0:
             if n == 0 or contacts.static[i] == 0.0:
                 it.mode[k] = SMOOTH
-            elif n == 1:
-                it.mode[k] = SLIDE_BACK if it.way[k, 0] < 0.0 else SLIDE_ON
+            else:
+                set_way(it, contacts, i)
     return 1
+
+
+@compiled
+def size_of(x: Reals, n: int) -> float:
+    """Return the length of a vector."""
+    return root(product_of(x, x, n))
+
+
+@compiled
+def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
+    """Return by how much the laws of a contact hold; f and r are the reciprocals of typical forces and rates."""
+    at, n = contacts.at[i], contacts.tangents[i]
+    rests = contacts.slides[i] == 0 and n > 0 and contacts.static[i] > 0.0
+    if mode == OPEN:
+        return contacts.after[at] * r
+    least = contacts.forces[at] * f
+    if mode == STICK:
+        least = lesser(
+            least, f * (contacts.static[i] * contacts.forces[at] - size_of(contacts.forces[at + 1 :], n))
+        )
+    elif rests:
+        least = lesser(least, r * size_of(contacts.after[at + 1 :], n))
+    return least
+
+
+@compiled
+def set_way(it: EventRun, contacts: Contacts, i: int) -> None:
+    """Set the direction of slip of a contact."""
+    at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
+    speed = size_of(contacts.after[at + 1 :], n)
+    for j in range(n):
+        slides = contacts.slides[i] != 0
+        it.way[k, j] = contacts.way[2 * i + j] if slides else contacts.after[at + 1 + j] / speed
+    if n == 1:
+        it.mode[k] = SLIDE_BACK if it.way[k, 0] < 0.0 else SLIDE_ON

@@ -161,7 +161,7 @@ def collision(it: EventRun, contacts: Contacts) -> int:
 
 @compiled
 def settle(it: EventRun, contacts: Contacts) -> None:
-    """End a series of bounces that are too low to follow: the contacts stay closed for the time that they would take."""
+    """End a series of bounces that are too low to follow: the contacts stay closed for the time that they take."""
     it.stage = CORRECT
     if it.hit == 0 or limited(it) == 0:
         return
@@ -438,7 +438,7 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
         why = END_OF_SIDE
     elif law == SIDE:
         why = ONTO_SIDE
-    elif law == CONE or law == LINE_CONE:
+    elif law == LINE_CONE or law == CONE:  # noqa: SIM109
         why = CONE_REACHED
         force(it.t, it.y, it.phase, it.speeds)
         square = 0.0
@@ -446,7 +446,8 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
             square += it.speeds[it.first[k] + 1 + j] * it.speeds[it.first[k] + 1 + j]
         it.measure[k] = root(square)
     it.reason[k] = why
-    if law == REACH or law == SIDE:  # the corner takes over from its side, or the side from the corner
+    # the corner takes over from its side, or the side from the corner
+    if law == REACH or law == SIDE:  # noqa: SIM109
         for j in range(it.contacts):
             if it.side[j] == k and it.end_of[j] == it.place[i]:
                 it.reason[j] = why

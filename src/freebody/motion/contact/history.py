@@ -106,7 +106,7 @@ class History:
         """Return the names of modes; ``directions`` has two numbers for each contact at its limit of friction."""
         result, at = [], 0
         for mode in numbers:
-            result.append(at_limit(directions[at : at + 2]) if mode == LIMIT else KINDS[mode])
+            result.append(at_limit(directions[at : at + 2].tolist()) if mode == LIMIT else KINDS[mode])
             at += 2 * (mode == LIMIT)
         return tuple(result)
 
@@ -133,9 +133,10 @@ class History:
         last = first + rows
         path = object.__new__(Leap if straight else Path)
         path.__dict__.update(
-            _recipe=(phase.rates, work.parameters), times=self.times[first:last], lengths=self.lengths[first : last - 1],
-            states=self.states[first:last], crossings=crossings, status=ENDS[status], blame=blame, rejected=rejected,
-            evaluations=evaluations, method="dop853" if straight else work.method,
+            _recipe=(phase.rates, work.parameters), times=self.times[first:last],
+            lengths=self.lengths[first : last - 1], states=self.states[first:last], crossings=crossings,
+            status=ENDS[status], blame=blame, rejected=rejected, evaluations=evaluations,
+            method="dop853" if straight else work.method,
             relative=None if straight else work.relative, absolute=None if straight else work.absolute, stiff=stiff,
             step=None,
         )  # fmt: skip

@@ -305,36 +305,39 @@ def impelled(it: EventRun, contacts: Contacts, count: int) -> float:
     kept = factor(A, count, contacts.factors, SMALL, contacts.left, order)
     for a in range(count):
         it.x[a] = 0.0
-    square, nu = contacts.slope, it.nu
-    for _ in range(2):  # what is left of g is solved for once more
-        i = 0
-        for a in range(count):
-            if order[a] != 0:
-                nu[i] = it.goal[a]
-                for b in range(count):
-                    nu[i] -= S[a * count + b] * it.x[b]
-                j = 0
-                for b in range(count):
-                    if order[b] != 0:
-                        square[i * kept + j] = S[a * count + b]
-                        if kept < count:
-                            square[i * kept + j] = 0.0
-                            for d in range(count):
-                                square[i * kept + j] += S[a * count + d] * A[d * count + b]
-                        j += 1
-                i += 1
-        if solved(square, kept, nu) == 0:
-            break
-        for a in range(count):
-            j = 0
+    turn, good = 0, 1
+    while turn < 2 and good != 0:  # what is left of g is solved for once more
+        good = improved(it, contacts, count, kept)
+        turn += 1
+    return applied(it, contacts, count)
+
+
+@compiled
+def improved(it: EventRun, contacts: Contacts, count: int, kept: int) -> int:
+    """Add the solution for what is left of g to x; return 0 if there is none, else 1."""
+    A, S, order, square, nu, i = contacts.A, contacts.chosen, contacts.order, contacts.slope, it.nu, 0
+    for a in range(count):
+        if order[a] != 0:
+            nu[i], j = it.goal[a] - product_of(S[a * count :], it.x, count), 0
             for b in range(count):
                 if order[b] != 0:
-                    if kept == count:
-                        it.x[a] += nu[j] if a == b else 0.0
-                    else:
-                        it.x[a] += A[a * count + b] * nu[j]
+                    square[i * kept + j] = S[a * count + b]
+                    if kept < count:  # A is symmetric
+                        square[i * kept + j] = product_of(S[a * count :], A[b * count :], count)
                     j += 1
-    return applied(it, contacts, count)
+            i += 1
+    if solved(square, kept, nu) == 0:
+        return 0
+    j = 0
+    for b in range(count):
+        if order[b] != 0:
+            if kept == count:
+                it.x[b] += nu[j]
+            else:
+                for a in range(count):
+                    it.x[a] += A[b * count + a] * nu[j]
+            j += 1
+    return 1
 
 
 @compiled

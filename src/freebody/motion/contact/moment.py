@@ -28,8 +28,8 @@ def look(it: EventRun) -> None:
 def find_closed(it: EventRun) -> None:
     """Find the contacts with zero gap and the foot on their side, or at its end and not leaving it.
 
-    At the end of a side, a round feature touches the side or the corner, never both. A feature that came around that end
-    is behind the side and does not touch it.
+    At the end of a side, a round feature touches the side or the corner, never both. A feature that came around that
+    end is behind the side and does not touch it.
     """
     speed = largest(it.y[it.n_q :], it.n)
     it.near, it.still = CLOSED * (1.0 + largest(it.y, it.n_q)), STILL * (1.0 + speed)

@@ -249,15 +249,15 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
         )
     if why == TURNED:
         return SimulationError(
-            f"Contact '{work.names[it.blame]}' of '{model}' changed its sense of slip between {start:.9g} and {t:.9g} s "
-            f"within one step of {h:.3g} s, and was passed over. Give a max_step shorter than that, or take "
+            f"Contact '{work.names[it.blame]}' of '{model}' changed its sense of slip between {start:.9g} and {t:.9g} "
+            f"s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than that, or take "
             f"method='timestepping' with step=."
         )
     if why == PASSED_OVER:
         return SimulationError(
-            f"Contact '{work.names[it.blame]}' of '{model}' closed between {start:.6g} and {t:.6g} s within one step of "
-            f"{h:.3g} s, and was passed over: it is {-it.gap[it.blame]:.3g} m deep. Give a max_step shorter than that "
-            f"contact lasts, or take method='timestepping' with step=."
+            f"Contact '{work.names[it.blame]}' of '{model}' closed between {start:.6g} and {t:.6g} s within one step "
+            f"of {h:.3g} s, and was passed over: it is {-it.gap[it.blame]:.3g} m deep. Give a max_step shorter than "
+            f"that contact lasts, or take method='timestepping' with step=."
         )
     assert why == UNDECIDED
     closed = ", ".join(f"'{work.names[k]}'" for k in chosen if it.mode[k] != OPEN)

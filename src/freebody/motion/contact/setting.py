@@ -41,7 +41,7 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
         it.phase[T[BAND_AT] + k] = lesser(it.gap[k], 0.0)
         for j in range(2):
             it.phase[T[DIRECTION_AT] + 2 * k + j] = it.way[k, j]
-        if mode == LIMIT or (it.dead[k] != 0 and (mode == SLIDE_ON or mode == SLIDE_BACK)):
+        if mode == LIMIT or (it.dead[k] != 0 and (mode == SLIDE_ON or mode == SLIDE_BACK)):  # noqa: SIM109
             mode = STICK
         elif mode == SMOOTH:
             mode = SLIDE
@@ -85,7 +85,7 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
         mode, it.dead[k] = it.mode[k], 0
         if mode == OPEN:
             it.dead[k] = 1 if abs(it.gap[k]) <= it.near else 0
-        elif mode == SLIDE_ON or mode == SLIDE_BACK:
+        elif mode == SLIDE_ON or mode == SLIDE_BACK:  # noqa: SIM109
             it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
         found += it.dead[k]
         for j in range(conditions_of(it.tangents[k], mode)):

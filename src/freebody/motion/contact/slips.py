@@ -16,7 +16,7 @@ from .moment import copy, is_smooth, look, product_of, row_of, slip_speed
 from .setting import begins_slip, project, set_up
 
 FADES, ALIKE = 100.0, 10.0
-"""Multiple of the speed at which slips end up to which other slips end together; by which part they must have slowed."""
+"""Multiple of the speed at which slips end up to which others end together; the part by which they must have slowed."""
 
 
 @compiled
@@ -69,7 +69,7 @@ def scale_of(it: EventRun) -> float:
 
 @compiled
 def nudge(it: EventRun, contacts: Contacts) -> int:
-    """Give a slip that begins without acceleration the speed `NUDGE`; return 0 if sticking contacts prevent it, else 1."""
+    """Give a slip that begins without acceleration the speed `NUDGE`; return 0 if others prevent it, else 1."""
     count = 0
     for k in range(it.contacts):
         if it.mode[k] != OPEN:
@@ -185,8 +185,8 @@ def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
 def halt(it: EventRun, contacts: Contacts, k: int) -> int:
     """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it.
 
-    Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops if it sticks then. The state is that
-    without slip, and ``kept`` the one before.
+    Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops if it sticks then. The state is
+    that without slip, and ``kept`` the one before.
     """
     speed, r = slip_speed(it, k), it.first[k] + 1
     if not speed > 0.0:
@@ -213,9 +213,9 @@ def halt(it: EventRun, contacts: Contacts, k: int) -> int:
     it.t = begun + length
     look(it)
     for j in range(it.contacts):
-        if it.mode[j] == SLIDE and it.tangents[j] == 2 and it.rough[j] != 0:
-            if it.measure[j] <= FADES * STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
-                it.stopped[j] = 1
+        slides = it.mode[j] == SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
+        if slides and it.measure[j] <= FADES * STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
+            it.stopped[j] = 1
     stop(it, contacts, 0)  # the slip that remains after a straight step is of second order in its length
     log_leap(it, begun, length)
     return 1

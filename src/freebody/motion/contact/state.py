@@ -34,7 +34,7 @@ LOG = 1 << 12
 class ContactRun:
     """One run of a machine with contacts. See :func:`run`.
 
-    ``it``         memory of the compiled loop;  ``steps``, ``problem``: memory of its integrator and of its contact problem
+    ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
     ``told``       happenings that Python adds to the log
     ``shared``     True if indeterminate forces are those of equal compliance
     """

@@ -190,7 +190,7 @@ def set_endings(T: Integers, modes: Integers, dead: Integers) -> None:
         law, sign, last = NEVER, 0, NEVER
         if mode == STICK:
             law, sign, last = LINE_CONE if n == 1 else (CONE if n == 2 else NEVER), 1, LINE_CONE
-        elif (mode == SLIDE_ON or mode == SLIDE_BACK) and dead[k] == 0:
+        elif (mode == SLIDE_ON or mode == SLIDE_BACK) and dead[k] == 0:  # noqa: SIM109
             law, sign = LINE_STOP, 1 if mode == SLIDE_ON else -1
         elif mode == SLIDE and n == 2 and rough != 0:
             law = STOP

@@ -71,8 +71,6 @@ class Snapshot:
     static: Array
     restitution: Array
     away: Array
-    closed: dict[frozenset[int], list[int]] = field(default_factory=dict)
-    """Cache: closed contacts, by those that begin to leave the end of their side."""
 
     @cached_property
     def A(self) -> Array:
@@ -255,9 +253,10 @@ class Scene:
             parts.append(values[at : at + size])
             at += size
         gap, reach, rate, c, free, matrix, responses, coefficients, away = parts
+        friction, static, restitution = coefficients.reshape(E, 3).T.copy()
         return Snapshot(
-            gap, reach, rate, c, free, matrix.reshape(m, n_u), responses.reshape(m, n_u),
-            *coefficients.reshape(E, 3).T.copy(), away,
+            gap, reach, rate, c, free, matrix.reshape(m, n_u), responses.reshape(m, n_u), friction, static,
+            restitution, away,
         )  # fmt: skip
 
     def phase(self, modes: Modes, seen: Snapshot | None = None) -> Phase:
@@ -376,40 +375,6 @@ class Phase:
             self._program(
                 "limits", lambda: self.data({}, derived=("limits", self.scene.candidates.limits()))
             ),
-        )
-
-    def whole(self, expressions: Sequence[Any]) -> DataProgram:
-        """Functions ``rates``, ``projection`` and ``watched`` with room for any modes.
-
-        The last gives the user's expressions, then the functions that end the phase (:attr:`Scene.endings`).
-        """
-
-        def make() -> DataProgram:
-            values = self.scene.kernels.expressions(expressions) if expressions else None
-            moved, count = self.model.n_q + self.model.n_u, len(expressions)
-            sizes = {"rates": self.size, "projection": moved, "watched": count + len(self.scene.endings)}
-            return self.data(sizes, values=values, count=count, whole=True)
-
-        return cast(DataProgram, self._program(tuple(expressions), make))
-
-    def rates_of(self, program: DataProgram, constants: Array) -> Rates:
-        """Return the right-hand side, and the projection, of a program with these constants."""
-        return Rates(
-            program.address("rates"), self.size, constants, self.model.quaternions, program,
-            projection=program.address("projection"), projected=program.outputs("projection"),
-        )  # fmt: skip
-
-    def rates(self, parameters: Array) -> Rates:
-        """Return the right-hand side with the constants of these parameters."""
-        program = self.motion()
-        result = Rates(
-            program.address("rates"), self.size, program.constants(parameters), self.model.quaternions, program,
-            recipe=(self.rates, parameters),
-        )  # fmt: skip
-        if not self.active:
-            return result
-        return replace(
-            result, projection=program.address("projection"), projected=program.outputs("projection")
         )
 
     def whole(self, expressions: Sequence[Any]) -> DataProgram:
