@@ -25,6 +25,8 @@ from .newton import factor, solve
 
 EXACT = 1e-10
 """Relative residual above which a result is not a solution."""
+ROUGH, FINE = 1e-5, 1e-13
+"""Relative residual from which the polish begins, and with which its result is accepted."""
 ROUNDS, LOOSE = 20, 1e-13
 """Limit on steps of the polish; δ relative to the scaled slopes, which are about 1."""
 
@@ -236,12 +238,27 @@ def step(it: Contacts) -> int:
 
 @compiled
 def answer(it: Contacts) -> float:
-    """Set x to the solution of r = A x + b from zero; return its residual."""
+    """Set x to the solution of r = A x + b from zero; return its residual.
+
+    If A is regular, the polish finds the solution from a rough one. Otherwise it would keep what that has of forces
+    without effect, and these are to be those of equal compliance.
+    """
     problem, size = it.problem, 0.0
     for a in range(problem.count):
         size = greater(size, greater(abs(problem.b[a]), problem.scale[a] * abs(problem.low[a])))
     problem.reference = size
-    solve(problem, it.newton, GOAL)
+    if it.directions == it.rows:
+        least = polished(it, ROUGH)
+        if least <= FINE:
+            return least
+    return polished(it, GOAL)
+
+
+@compiled
+def polished(it: Contacts, goal: float) -> float:
+    """Set x to a solution to within ``goal`` from zero, polished; return its residual."""
+    problem = it.problem
+    solve(problem, it.newton, goal)
     for a in range(problem.count):
         it.best[a] = problem.x[a]
     least = violated(it)
