@@ -13,6 +13,7 @@ blow, and where a law holds with equality or several motions may be consistent, 
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import Lock
 from time import perf_counter
 
 import numpy as np
@@ -52,6 +53,8 @@ from .history import History, impact_of
 from .modes import modes_at
 from .state import ContactRun
 
+_DECIDING = Lock()
+"""Held while modes are compared: the kernel of the derivatives is compiled at its first use."""
 PIECE, FIRST = 0.05, 1 << 14
 """Seconds between two looks at the keyboard, and the number of steps up to the first."""
 LOOKS = 32
@@ -132,7 +135,8 @@ def answered(work: ContactRun, question: int) -> int:
 def ask_modes(work: ContactRun) -> None:
     """Write the modes that the comparison of all sets gives, and their forces."""
     it, chosen = work.it, work.chosen()
-    modes, one = modes_at(work)
+    with _DECIDING:
+        modes, one = modes_at(work)
     it.mode[:] = [NUMBERS[mode] for mode in modes]
     it.way[:], it.force[:] = 0.0, 0.0
     if one is not None:

@@ -111,7 +111,8 @@ class DataProgram:
     def constants(self, parameters: Array) -> Array:
         """Return c for these parameters; it is memory of the functions too, so no two threads may share it."""
         key = parameters.tobytes()
-        if not self._last or self._last[0] != key:
+        last = self._last[0] if self._last else (b"", None)  # another thread may replace it meanwhile
+        if last[1] is None or last[0] != key:
             c = np.zeros(self.size)
             c.view(np.int64)[0] = loop.address(self.table)
             for at, program in self.parts:
@@ -119,8 +120,9 @@ class DataProgram:
                 c[at : at + own.size] = own
             for at, number in self.numbers:
                 c[at] = number
-            self._last[:] = [key, c]
-        return cast(Array, self._last[1].copy())
+            last = key, c
+            self._last[:] = [last]
+        return cast(Array, last[1].copy())
 
 
 def at_limit(direction: Sequence[float]) -> str:
