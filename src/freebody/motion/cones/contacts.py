@@ -297,8 +297,8 @@ def take(it: Contacts) -> None:
 
 
 @compiled
-def find(it: Contacts) -> None:
-    """Set forces, rates and residual of the problem."""
+def find(it: Contacts) -> int:
+    """Set forces, rates and residual of the problem; return 0."""
     lay_out(it)
     problem, a = it.problem, it.equalities
     for i in range(it.rows):
@@ -312,3 +312,4 @@ def find(it: Contacts) -> None:
             a += 1
     it.residual = answer(it)
     take(it)
+    return 0

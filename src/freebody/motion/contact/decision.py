@@ -6,8 +6,8 @@ that the limit of equal compliance is taken. Otherwise Python compares all sets 
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, lesser, root
-from ..cones.contacts import EXACT, Contacts, find
+from ...native.instructions import Reals, compiled, greater, lesser, root, run_by
+from ..cones.contacts import EXACT, Contacts
 from ..cones.elimination import solved
 from ..cones.newton import factor
 from ..phase.places import OPEN, SLIDE, SLIDE_BACK, SLIDE_ON, SMOOTH, STICK
@@ -195,11 +195,11 @@ def decide(it: EventRun, contacts: Contacts) -> int:
         return 0
     if are_many(contacts) == 0 and alone(contacts) == 0 and unique(contacts) == 0:
         return 0
-    find(contacts)
+    run_by(it.finding, contacts)
     if not contacts.residual <= EXACT:
         return 0
     while released(contacts) != 0:
-        find(contacts)
+        run_by(it.finding, contacts)
         if not contacts.residual <= EXACT:
             return 0
     return named(it, contacts)

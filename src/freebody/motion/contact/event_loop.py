@@ -15,7 +15,7 @@ from ...native.instructions import compiled, lesser, root, run_by
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED, RUNNING, TERMINAL
 from ..ode.run import Run
-from ..phase.closed_contacts import force, table
+from ..phase.mode_table import table
 from ..phase.places import (
     BAND_AT,
     CONE,
@@ -440,7 +440,7 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
         why = ONTO_SIDE
     elif law == LINE_CONE or law == CONE:  # noqa: SIM109
         why = CONE_REACHED
-        force(it.t, it.y, it.phase, it.speeds)
+        it.forces(it.t, it.y, it.phase, it.speeds)
         square = 0.0
         for j in range(it.tangents[k]):
             square += it.speeds[it.first[k] + 1 + j] * it.speeds[it.first[k] + 1 + j]

@@ -82,10 +82,12 @@ class EventRun(Record):
     ``n_q``, ``n``, ``n_y``       coordinates, speeds, and components of the state (q, u, work, heat)
     ``contacts``, ``rows``        numbers of contacts and of their rows
     ``moving``, ``energy``        1 if something moves with all speeds at zero, and the kernel of the energy
+    ``looked``, ``rates_at``      kernels of all contacts: what decides events, and the rates
+    ``rates``, ``projection``, ``accelerations``, ``forces``    kernels of the present phase
     ``sequential``, ``refuse``    1 if contacts collide one after another; if indeterminate forces are refused
     ``events``                    functions of the user; the first ``shown`` are asked for, others call blows
     ``final``                     1 for each function of the user that ends the run
-    ``piece``                     address of `step_control.piece`
+    ``piece``, ``finding``, ``colliding``    addresses of `step_control.piece`, `contacts.find`, `collision.collided`
     ``looking``, ``phase``        constants of the functions of all contacts, and of the present phase
     ``quaternions``               components at which the ``turned`` unit quaternions begin
     ``side``, ``end_of``          side that a corner ends, or -1, and which end that is
@@ -127,6 +129,14 @@ class EventRun(Record):
     events: Count
     asked: Count
     piece: Count
+    finding: Count
+    colliding: Count
+    looked: Kernel
+    rates_at: Kernel
+    rates: Kernel
+    projection: Kernel
+    accelerations: Kernel
+    forces: Kernel
     energy: Kernel
     energy_c: Row
     looking: Row

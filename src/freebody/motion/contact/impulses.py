@@ -22,12 +22,11 @@ Newsletter (1984); C. Glocker, Energetic consistency conditions for standard imp
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, greater, lesser
-from ..cones.collision import collided
+from ...native.instructions import compiled, greater, lesser, run_by
 from ..cones.contacts import EXACT, Contacts
 from ..cones.elimination import solved
 from ..cones.newton import factor
-from ..phase.closed_contacts import evaluated, rate, table
+from ..phase.mode_table import evaluated, table
 from ..phase.places import MACHINE_AT
 from .event_run import (
     BOUNCES,
@@ -124,7 +123,7 @@ def work_of_drives(it: EventRun) -> float:
         result += out[0] / 2.0 if turn == 0 else -out[0] / 2.0
     for i in range(it.n):
         state[it.n_q + i] = 0.0
-    rate(it.t, state, it.looking, it.x)
+    it.rates_at(it.t, state, it.looking, it.x)
     return result - product_of(it.whole, it.x, it.rows)
 
 
@@ -188,7 +187,7 @@ def together(it: EventRun, contacts: Contacts) -> int:
     if newton > 0 and poisson > 0:
         return MIXED
     contacts.poisson = 1 if poisson > 0 else 0
-    collided(contacts)
+    run_by(it.colliding, contacts)
     return 0 if contacts.residual <= EXACT else NO_IMPULSES
 
 
@@ -219,7 +218,7 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
         contacts.friction[0] = contacts.static[0] = it.coefficients[3 * k]
         contacts.poisson = it.poisson[k]
         copy(v, contacts.given, m)
-        collided(contacts)
+        run_by(it.colliding, contacts)
         residual, part = greater(residual, contacts.residual), lesser(part, contacts.part)
         if not residual <= EXACT:
             return NO_IMPULSES

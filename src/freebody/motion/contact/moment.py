@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, Truth, compiled, greater, inlined, root
-from ..phase.closed_contacts import looked
 from ..phase.places import CLOSED
 from .event_run import STILL, EventRun
 
@@ -20,7 +19,7 @@ def largest(x: Reals, n: int) -> float:
 @compiled
 def look(it: EventRun) -> None:
     """Evaluate the contacts at the present state, and find the closed ones."""
-    looked(it.t, it.y, it.looking, it.seen)
+    it.looked(it.t, it.y, it.looking, it.seen)
     find_closed(it)
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, lesser, root
 from ..cones.contacts import Contacts
-from ..phase.closed_contacts import acceleration, projection, table
-from ..phase.mode_table import conditions_of, set_modes
+from ..phase.mode_table import conditions_of, set_modes, table
 from ..phase.places import (
     ACTIVE,
     BAND_AT,
@@ -125,7 +124,7 @@ def project(it: EventRun) -> None:
     if T[ACTIVE] == 0:
         return
     for _ in range(3):
-        projection(it.t, it.y, it.phase, it.step)
+        it.projection(it.t, it.y, it.phase, it.step)
         for i in range(it.n_q + it.n):
             it.y[i] = it.step[i]
         normalise(it)
@@ -155,7 +154,7 @@ def find_flights(it: EventRun) -> int:
         leaving += 1 if leaves else 0
     if leaving == 0:
         return 0
-    acceleration(it.t, it.y, it.phase, it.speeds)
+    it.accelerations(it.t, it.y, it.phase, it.speeds)
     for k in range(it.contacts):
         if it.flight[k] != 0.0:
             v, a = it.rate[it.first[k]], -it.speeds[it.first[k]]

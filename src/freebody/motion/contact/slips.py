@@ -7,7 +7,7 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater, lesser, root
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED
-from ..phase.closed_contacts import acceleration, evaluated, rates, table
+from ..phase.mode_table import evaluated, table
 from ..phase.places import MACHINE_AT, OPEN, SLIDE, STICK, STOPPED
 from .event_run import LONGEST, NUDGE, SMALL, EventRun
 from .impulses import add_row, impelled, move_speeds
@@ -154,7 +154,7 @@ def fading(it: EventRun) -> int:
             slow += 1 if it.still < slip_speed(it, k) <= STOPPED else 0
     if slow == 0:
         return -1
-    acceleration(it.t, it.y, it.phase, it.speeds)
+    it.accelerations(it.t, it.y, it.phase, it.speeds)
     for k in range(it.contacts):
         if it.mode[k] == SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
             r = it.first[k] + 1
@@ -191,7 +191,7 @@ def halt(it: EventRun, contacts: Contacts, k: int) -> int:
     speed, r = slip_speed(it, k), it.first[k] + 1
     if not speed > 0.0:
         return 0
-    acceleration(it.t, it.y, it.phase, it.speeds)
+    it.accelerations(it.t, it.y, it.phase, it.speeds)
     slowing = -product_of(it.rate[r:], it.speeds[r:], 2) / speed
     for j in range(it.contacts):
         it.stopped[j] = 1 if j == k else 0
@@ -204,7 +204,7 @@ def halt(it: EventRun, contacts: Contacts, k: int) -> int:
         stop(it, contacts, 1)
         return -1
     copy(it.y, it.start, it.n_y)
-    rates(it.t, it.y, it.phase, it.step)
+    it.rates(it.t, it.y, it.phase, it.step)
     for j in range(it.contacts):  # a body that turns as it stops comes to rest at all its contacts at once
         it.measure[j] = slip_speed(it, j)
     begun = it.t

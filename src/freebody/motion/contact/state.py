@@ -11,13 +11,14 @@ import numpy as np
 from ...dynamics.contact import reaches_along
 from ...dynamics.state import float_state
 from ...native.records import address
+from ..cones.collision import compiled_code
 from ..cones.contacts import Touching, contacts_room
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of
 from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.run import equip, memory, most_events
-from ..phase.scene import Scene, Snapshot, scene_of
+from ..phase.scene import Scene, Snapshot, functions, scene_of
 from ..trajectory.event import EventSpec, expressions_of
 from .code import code
 from .complementarity import SLIP, SMALL, STICK, unknowns
@@ -25,6 +26,11 @@ from .event_run import PIECE, STILL, EventRun, event_run
 
 CHOICES = ("compliance", "refuse")
 """Values of ``indeterminate``: treatment of a motion that depends on the distribution of indeterminate forces."""
+KERNELS = {
+    "looked": "looked", "rates_at": "rate", "rates": "rates", "projection": "projection",
+    "accelerations": "acceleration", "forces": "force",
+}  # fmt: skip
+"""Functions of `closed_contacts` that the loop calls."""
 AT_ONCE = 300
 """Number of rows up to which the contact problem has room for all of them from the start."""
 LOG = 1 << 12
@@ -47,6 +53,8 @@ class ContactRun:
         self.n, self.n_u = self.model.n_q, self.model.n_u
         self.shared = True
         self.it: EventRun = event_run(self.scene, self.n + self.n_u + 2)
+        solvers = compiled_code()
+        self.it.finding, self.it.colliding = solvers["find"].address, solvers["collided"].address
         rows = self.scene.rows
         self.make_room(rows if rows <= AT_ONCE else AT_ONCE // 4)
 
@@ -98,6 +106,9 @@ class ContactRun:
         search.log_times, search.log_states = np.empty(logged), np.empty((logged, it.n_y))
         search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
         self.energy_constants = energy.constants(self.parameters)
+        compiled = functions()
+        for name, kernel in KERNELS.items():
+            setattr(it, name, compiled[kernel].address)
         it.energy, it.energy_c = energy.address("energy"), self.energy_constants
         it.moving, it.sequential, it.refuse = scene.candidates.moving, order == "sequential", not shared
         it.events, it.asked, it.crossed = len(self.specs), self.asked, logged if self.asked else 0

@@ -26,17 +26,16 @@ from __future__ import annotations
 from ...native.instructions import (
     Integers,
     Reals,
-    bits,
     call,
     compiled,
     greater,
     inlined,
-    integers_at,
     lesser,
     root,
     shifted,
 )
 from ..cones.elimination import solved
+from .mode_table import evaluated, table
 from .places import (
     ACTIVE,
     ALL_OWN,
@@ -78,7 +77,6 @@ from .places import (
     LAW,
     LINE_STOP,
     LOAD_AT,
-    MACHINE,
     MACHINE_AT,
     MINUS,
     MULTIPLIER_AT,
@@ -128,12 +126,6 @@ from .places import (
 )
 
 # --- evaluation ----------------------------------------------------------------------------------
-
-
-@inlined
-def evaluated(t: float, y: Reals, c: Reals, T: Integers) -> None:
-    """Call the kernel of the machine."""
-    call(T[MACHINE], t, y, 0, shifted(c, T[CONSTANTS]), c, T[MACHINE_AT])
 
 
 @compiled
@@ -402,12 +394,6 @@ def solve(t: float, y: Reals, c: Reals, T: Integers) -> int:
 
 
 # --- kernels of a phase --------------------------------------------------------------------------
-
-
-@inlined
-def table(c: Reals) -> Integers:
-    """Return the table of integers of a phase."""
-    return integers_at(bits(c[0]))
 
 
 @compiled

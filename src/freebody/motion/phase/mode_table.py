@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Integers, compiled, shifted
+from ...native.instructions import Integers, Reals, bits, call, compiled, inlined, integers_at, shifted
 from .places import (
     ACTIVE,
     ALONG,
@@ -11,6 +11,7 @@ from .places import (
     CONDITION_SIZE,
     CONDITIONS,
     CONE,
+    CONSTANTS,
     CONTACT,
     CONTACT_OF,
     CONTACT_SIZE,
@@ -32,6 +33,8 @@ from .places import (
     LIMIT,
     LINE_CONE,
     LINE_STOP,
+    MACHINE,
+    MACHINE_AT,
     MINUS,
     N_U,
     NEVER,
@@ -62,6 +65,18 @@ from .places import (
     WATCHED,
     Y_AT,
 )
+
+
+@inlined
+def table(c: Reals) -> Integers:
+    """Return the table of integers of a phase."""
+    return integers_at(bits(c[0]))
+
+
+@inlined
+def evaluated(t: float, y: Reals, c: Reals, T: Integers) -> None:
+    """Call the kernel of the machine."""
+    call(T[MACHINE], t, y, 0, shifted(c, T[CONSTANTS]), c, T[MACHINE_AT])
 
 
 @compiled
