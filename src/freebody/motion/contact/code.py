@@ -14,7 +14,7 @@ _CALLED = ("go_on", "break_off", "strike", "find_closed", "choose", "decide", "f
 
 def code(name: str) -> Function:
     """Return a compiled function: `event_loop.go_on`, or one for a single state."""
-    return made(_MODULES[0], _MODULES, _CALLED, _functions, short=True).functions[name]
+    return made(_MODULES[0], _MODULES, _CALLED, _functions, short=True, rare=True).functions[name]
 
 
 def _functions() -> dict[str, Any]:

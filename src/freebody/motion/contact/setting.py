@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, lesser, root
 from ..cones.contacts import Contacts
+from ..cones.newton import factor
 from ..phase.mode_table import conditions_of, set_modes, table
 from ..phase.places import (
     ACTIVE,
     BAND_AT,
+    DEPENDENT,
     DIRECTION_AT,
     FORCE_AT,
     LIMIT,
@@ -21,9 +23,6 @@ from ..phase.places import (
 from .event_run import LOW, SMALL, EventRun
 from .impulses import add_row, impelled
 from .moment import largest, product_of, row_of, slip_speed
-
-DEPENDENT = 1e-10
-"""Part of a row of A above which it counts as independent of the earlier rows."""
 
 
 @compiled
@@ -49,28 +48,24 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
 
 @compiled
 def find_active(it: EventRun, contacts: Contacts) -> None:
-    """Find independent conditions of closed contacts by Cholesky pivots of A; earlier ones take precedence."""
-    L, n = contacts.factors, contacts.most
-    i, it.actives = 0, 0
+    """Find independent conditions of closed contacts by Cholesky pivots of A, the largest first.
+
+    With small pivots the round-off of what follows would pass for independence.
+    """
+    count, A = 0, contacts.A
     for k in range(it.contacts):
         for j in range(conditions_of(it.tangents[k], it.mode[k])):
-            r, count = it.first[k] + j, it.actives
-            size = product_of(row_of(it, it.W, r), row_of(it, it.X, r), it.n)
-            left = size
-            for a in range(count):
-                x = product_of(row_of(it, it.W, r), row_of(it, it.X, it.list[a]), it.n)
-                for b in range(a):
-                    x -= L[a * n + b] * it.x[b]
-                it.x[a] = x / L[a * n + a]
-                left -= it.x[a] * it.x[a]
-            if left > DEPENDENT * size and count < it.n:
-                for a in range(count):
-                    L[count * n + a] = it.x[a]
-                L[count * n + count] = root(left)
-                it.list[count], it.active[count] = r, i
-                it.actives = count + 1
-            i += 1
-    it.spare_count = i - it.actives
+            count = add_row(it, count, it.first[k] + j, 0.0)
+    for a in range(count):
+        for b in range(count):
+            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
+    factor(A, count, contacts.factors, DEPENDENT, contacts.left, contacts.order)
+    it.actives = 0
+    for a in range(count):
+        if contacts.order[a] != 0 and it.actives < it.n:
+            it.active[it.actives] = a
+            it.actives += 1
+    it.spare_count = count - it.actives
 
 
 @compiled

@@ -106,3 +106,5 @@ STOPPED = 1e-8
 STOPPED_SQUARE = STOPPED**2
 CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""
+DEPENDENT = 1e-10
+"""Part of a row of A above which it counts as independent of others."""

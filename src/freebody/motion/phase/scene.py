@@ -25,13 +25,12 @@ from ...model import Model
 from ...native import loop
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
+from ..cones.dense_problem import code
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Rates, observe, outputs_at
 from . import places
 from .candidates import Candidates
 
-DEPENDENT = 1e-10
-"""Part of a row of A above which it counts as independent of the earlier rows."""
 Modes = tuple[str, ...]
 """Mode of every contact: open, stick, slip+, slip-, slip, smooth, or limit and a direction (:func:`at_limit`)."""
 
@@ -98,7 +97,7 @@ class DataProgram:
     size: int
     parts: Sequence[tuple[int, Any]]
     numbers: Sequence[tuple[int, float]]
-    _last: list[Any] = field(default_factory=list)
+    _last: list[tuple[bytes, Any]] = field(default_factory=list)
 
     def address(self, name: str) -> int:
         """Address of a function."""
@@ -111,7 +110,9 @@ class DataProgram:
     def constants(self, parameters: Array) -> Array:
         """Return c for these parameters; it is memory of the functions too, so no two threads may share it."""
         key = parameters.tobytes()
-        last = self._last[0] if self._last else (b"", None)  # another thread may replace it meanwhile
+        last: tuple[bytes, Any] = (
+            self._last[0] if self._last else (b"", None)
+        )  # another thread may replace it meanwhile
         if last[1] is None or last[0] != key:
             c = np.zeros(self.size)
             c.view(np.int64)[0] = loop.address(self.table)
@@ -285,22 +286,12 @@ class Scene:
         ]
 
     def _independent(self, modes: Modes, seen: Snapshot) -> list[int]:
-        """Return independent conditions of closed contacts by Cholesky pivots of A; earlier ones take precedence."""
+        """Return independent conditions of closed contacts by Cholesky pivots of A, the largest first."""
         held = [self.first[k] + j for k, j in self.conditions(modes)]
-        A = seen.between(held)
-        kept: list[int] = []
-        L = np.zeros(A.shape)
-        for i in range(len(held)):
-            count = len(kept)
-            row = A[i, kept]
-            for j in range(count):
-                row[j] = (row[j] - L[j, :j] @ row[:j]) / L[j, j]
-            left = A[i, i] - row @ row
-            if left > DEPENDENT * A[i, i]:
-                L[count, :count] = row
-                L[count, count] = np.sqrt(left)
-                kept.append(i)
-        return [self.candidates.own + i for i in kept]
+        m = len(held)
+        order = np.zeros(m, dtype=np.int64)
+        code("factor")(seen.between(held), m, np.zeros(m * m), places.DEPENDENT, np.zeros(m), order)
+        return [self.candidates.own + i for i in np.flatnonzero(order).tolist()]
 
 
 @dataclass(frozen=True)
