@@ -6,8 +6,8 @@ import pytest
 import freebody as fb
 from freebody.errors import SimulationError
 from freebody.motion.contact import run
-from freebody.motion.contact.code import code
 from freebody.motion.contact.state import ContactRun
+from freebody.motion.events.code import code
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.phase.scene import NUMBERS
 from freebody.motion.timestepping import failure, timestepping

@@ -16,13 +16,7 @@ from ...dynamics.state import float_state
 from ...dynamics.unilateral import MotionWarning, limits, passed_by_impulse
 from ..cones.contacts import Touching
 from ..ending import ENDS, End
-from ..ode.dense_output import Array, Crossing, Path
-from ..phase.places import LIMIT, OPEN, STICK
-from ..phase.scene import KINDS, Phase, Snapshot, at_limit, direction_of
-from ..trajectory.event import Happening
-from ..trajectory.phases import Phases, Segment
-from .course import Change, Leap, Timeline, shown
-from .event_run import (
+from ..events.event_run import (
     BLOW,
     BOUNCES_BELOW,
     BOUNCES_END,
@@ -45,6 +39,12 @@ from .event_run import (
     SMALL,
     TOLD,
 )
+from ..ode.dense_output import Array, Crossing, Path
+from ..phase.places import LIMIT, OPEN, STICK
+from ..phase.scene import KINDS, Phase, Snapshot, at_limit, direction_of
+from ..trajectory.event import Happening
+from ..trajectory.phases import Phases, Segment
+from .course import Change, Leap, Timeline, shown
 from .state import ContactRun
 
 WHY = {

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import SimulationError, nearest
 from ..ending import FAILED, End
+from ..events.event_run import ORDERS
 from ..legs.blow import blows_of, scheduled
 from ..legs.failure import failure
 from ..ode.dense_output import observe
@@ -20,7 +21,6 @@ from ..start.signals import refuse_switched
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
-from .event_run import ORDERS
 from .history import History
 from .run import run
 from .state import CHOICES, ContactRun

@@ -20,12 +20,8 @@ import numpy as np
 
 from ...errors import SimulationError
 from ..ending import ENDS, End
-from ..legs.blow import Blow, strike
-from ..ode.dense_output import Array
-from ..phase.places import CLOSED, OPEN
-from ..phase.scene import KINDS, NUMBERS, Snapshot
-from .code import code
-from .event_run import (
+from ..events.code import code
+from ..events.event_run import (
     ARRIVE,
     ASK_IMPACT,
     ASK_MODES,
@@ -49,6 +45,10 @@ from .event_run import (
     TURNED,
     UNDECIDED,
 )
+from ..legs.blow import Blow, strike
+from ..ode.dense_output import Array
+from ..phase.places import CLOSED, OPEN
+from ..phase.scene import KINDS, NUMBERS, Snapshot
 from .history import History, impact_of
 from .modes import modes_at
 from .state import ContactRun

@@ -14,13 +14,13 @@ import numpy as np
 from ...describe.system import System
 from ...errors import SimulationError
 from ...model.model import Model
+from ..events.code import code
 from ..kernels.kernels import Kernels, kernels_of
 from ..ode.dense_output import Array
 from ..phase.scene import NUMBERS, SMOOTH, Modes, Scene
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
 from ..start.signals import at_time
-from .code import code
 from .complementarity import SLIP, STICK
 from .modes import modes_at
 from .motion import check_coefficients

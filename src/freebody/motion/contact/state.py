@@ -13,6 +13,8 @@ from ...dynamics.state import float_state
 from ...native.records import address
 from ..cones.collision import compiled_code
 from ..cones.contacts import Touching, contacts_room
+from ..events.code import code
+from ..events.event_run import PIECE, STILL, EventRun, event_run
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of
 from ..ode import loops
@@ -20,9 +22,7 @@ from ..ode.dense_output import Array
 from ..ode.run import equip, memory, most_events
 from ..phase.scene import Scene, Snapshot, functions, scene_of
 from ..trajectory.event import EventSpec, expressions_of
-from .code import code
 from .complementarity import SLIP, SMALL, STICK, unknowns
-from .event_run import PIECE, STILL, EventRun, event_run
 
 CHOICES = ("compliance", "refuse")
 """Values of ``indeterminate``: treatment of a motion that depends on the distribution of indeterminate forces."""

@@ -8,8 +8,8 @@ import pytest
 
 from freebody.motion.cones.cone_problem import ConeProblem
 from freebody.motion.cones.contacts import EXACT, Touching, contacts_of
-from freebody.motion.contact.code import code
 from freebody.motion.contact.complementarity import _choices, distinct, solutions
+from freebody.motion.events.code import code
 from impacts import impact
 
 

@@ -1,6 +1,6 @@
 """The log of a run from event to event, in compiled code: entries of integers and of real numbers.
 
-marks      kind, number of its marks, number of its numbers, then what `history` reads
+marks      kind, number of its marks, number of its numbers, then what `contact.history` reads
 numbers    of the entries, one after another
 """
 

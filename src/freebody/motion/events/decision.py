@@ -1,7 +1,7 @@
 """The modes of closed contacts from the contact problem of their accelerations, in compiled code, where it decides.
 
 It decides if every law holds with a margin, and if the motion is the only one (`unique`) or the contacts are so many
-that the limit of equal compliance is taken. Otherwise Python compares all sets of modes (`modes`).
+that the limit of equal compliance is taken. Otherwise Python compares all sets of modes (`contact.modes`).
 """
 
 from __future__ import annotations
