@@ -1,43 +1,65 @@
 """Messages of motion with contact that a run reaches only in odd states: each from a scene or a state that has it."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 import freebody as fb
 from freebody.errors import SimulationError
 from freebody.motion.contact import run
+from freebody.motion.contact.state import ContactRun
+from freebody.motion.events.code import code
+from freebody.motion.kernels.kernels import kernels_of
+from freebody.motion.phase.scene import NUMBERS
 from freebody.motion.timestepping import failure, timestepping
 
 G = 9.81
 
 
-def state_with(gap=0.0, rate=(0.0, 0.0), reach=np.inf):
-    """A run, as far as the check at the end of a phase looks at it, and a path of one step."""
-    first, last = (
-        SimpleNamespace(gap=np.array([x]), reach=np.array([reach]), rate=np.array(rate)) for x in (0.0, gap)
-    )
-    work = SimpleNamespace(
-        look=lambda t, y: last if t > 0 else first, still=lambda y: 1e-10, near=lambda y: 1e-10, names=["tip"],
-        model=SimpleNamespace(name="rod"), scene=SimpleNamespace(first=[0]),
-    )  # fmt: skip
-    return work, SimpleNamespace(states=np.zeros((2, 4)), start=0.0, end=0.5, times=np.array([0.0, 0.5]))
+def looked_at_end(start, end, mode, wall=False):
+    """Raise what the check at the end of a phase says, of a rod between two states."""
+    s = fb.System("rod")
+    s.gravity = (0, -G, 0)
+    rod = s.body("rod", fb.slender_bar(1, 2, axis="y"))
+    s.planar("plane", s.ground, rod, coordinate="x y turn")
+    surface = s.ground.segment((0, 0, 0), (1, 0, 0), normal="y") if wall else s.ground.plane()
+    s.contact("tip", rod.point(0, -1, 0), surface, friction=0.2)
+    kernels = kernels_of(s)
+    work = ContactRun(kernels, kernels.values(None))
+    work.prepare((), (), np.full(8, 1e-9), np.full(8, 1e-9), "simultaneous", {"method": "dop853", "max_step": 1}, None, (), (), True)  # fmt: skip  # noqa: E501
+    it = work.it
+    it.times[:2], it.lengths[0], it.logged, it.t = (0, 0.5), 0.5, 2, 0.5
+    it.states[:6], it.y[:6] = start, end
+    it.mode[:] = NUMBERS[mode]
+    if why := code("depth")(it):
+        raise run.refusal(work, why)
 
 
 def test_a_contact_that_was_passed_over():
-    work, path = state_with(gap=-0.01)
+    deep = (0.5, 0.99, 0, 0, 0, 0)
     with pytest.raises(SimulationError, match=r"'tip' of 'rod' closed between 0 and 0.5 s within one step of .* s, and was passed over: it is 0.01 m deep. Give a max_step"):  # fmt: skip  # noqa: E501
-        run._check_depth(work, path, ("open",))
-    run._check_depth(work, path, ("stick",))
-    run._check_depth(*state_with(gap=-0.01, reach=-1), ("open",))  # beside its side it may be below
+        looked_at_end((0.5, 1, 0, 0, 0, 0), deep, "open")
+    looked_at_end((0.5, 1, 0, 0, 0, 0), deep, "stick")
+    looked_at_end(
+        (-1, 1, 0, 0, 0, 0), (-1, 0.99, 0, 0, 0, 0), "open", wall=True
+    )  # beside its side it may be below
 
 
 @pytest.mark.parametrize("mode,v", [("slip+", -1e-3), ("slip-", 1e-3)])
 def test_a_sense_of_slip_that_was_passed_over(mode, v):
     with pytest.raises(SimulationError, match="'tip' of 'rod' changed its sense of slip between 0 and 0.5 s within one step of .* s, and was passed over. Give a max_step shorter"):  # fmt: skip  # noqa: E501
-        run._check_depth(*state_with(rate=(0.0, v)), (mode,))
-    run._check_depth(*state_with(rate=(0.0, -v)), (mode,))
+        looked_at_end((0, 1, 0, 0, 0, 0), (0, 1, 0, v, 0, 0), mode)
+    looked_at_end((0, 1, 0, 0, 0, 0), (0, 1, 0, -v, 0, 0), mode)
+
+
+def test_two_laws_at_once_are_refused():
+    s = fb.System("box")
+    s.gravity = (0, -G, 0)
+    box = s.body("box", fb.box(1, (1, 1, 1)))
+    s.planar("plane", s.ground, box, coordinate="x y turn")
+    for name, x, law in (("a", -0.5, "newton"), ("b", 0.5, "poisson")):
+        s.contact(name, box.point(x, -0.5, 0), s.ground.plane(), restitution=0.5, impact=law)
+    with pytest.raises(SimulationError, match="Contacts 'a', 'b' collide at once, some by Newton's and some by Poisson's law"):  # fmt: skip  # noqa: E501
+        fb.simulate(s, 1, initial={"y": 0.6})
 
 
 def test_phases_without_end(monkeypatch):

@@ -185,11 +185,9 @@ def test_contacts_have_the_programs_of_their_modes() -> None:
     assert len({id(one) for one in phases}) == 4 and [one.modes for one in phases] == modes
     assert scene.phase(modes[0]) is phases[0] and scene_of(kernels_of(pulled_disk())) is not scene
     y = scene.model.names.atoms["y"]
-    watched = [
-        phases[0].watching(e, dead) for e in ((), (y,), (2 * y,)) for dead in (frozenset(), frozenset((0,)))
-    ]
-    assert len({id(program) for program, _ in watched}) == 6
-    assert [len(endings) for _, endings in watched] == [1, 0] * 3
+    watched = [phases[0].whole(e) for e in ((), (y,), (2 * y,))]
+    assert len({id(program) for program in watched}) == 3
+    assert [program.outputs("watched") - len(scene.endings) for program in watched] == [0, 1, 1]
 
 
 def test_a_run_kept_for_its_next_start_is_for_its_own_arguments() -> None:

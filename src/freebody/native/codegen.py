@@ -91,18 +91,21 @@ def object_code(text: str, optimisation: int | None = None, name: str = THIS) ->
     return machine.emit_object(module)
 
 
-def optimised_code(text: str, name: str = THIS, *, short: bool = False) -> tuple[bytes, list[str]]:
+def optimised_code(
+    text: str, name: str = THIS, *, short: bool = False, rare: bool = False
+) -> tuple[bytes, list[str]]:
     """Object code of a module in the compiled language for a target, after LLVM's passes, and the C functions that it
     calls.
 
     The passes are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code that
     is no faster. In code whose loops are ``short``, of a few rounds, vectorisation doubles the time of compilation for
-    nothing.
+    nothing. What is ``rare`` gets plain instructions without passes, in a tenth of the time.
     """
     initialize()
-    machine, module = _machine(name=name), llvm.parse_assembly(text, context=llvm.create_context())
+    machine = _machine(0 if rare else OPTIMISATION, name=name)
+    module = llvm.parse_assembly(text, context=llvm.create_context())
     module.triple, module.data_layout = target.named(name).triple, layout(name)
-    options = llvm.create_pipeline_tuning_options(speed_level=1)
+    options = llvm.create_pipeline_tuning_options(speed_level=0 if rare else 1)
     if short:
         options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
     passes = llvm.create_pass_builder(machine, options)

@@ -2,6 +2,7 @@
 
     @compiled                              a function to be translated (`translation`)
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
+    run_by(address, record)                f(&record)
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
     maximum(a, b)                          the greater one, nan if one is nan
     root(a), whole(a)                      sqrt(a), int(a)
@@ -94,6 +95,14 @@ def call(builder: Any, address: Any, t: Any, y: Any, i: Any, c: Any, out: Any, j
     builder.call(
         builder.inttoptr(address, kernel.as_pointer()), [t, builder.gep(y, [i]), c, builder.gep(out, [j])]
     )
+
+
+@instruction("int", "")
+def run_by(builder: Any, address: Any, record: Any) -> Any:
+    """Return what the function of a record at ``address`` returns, an integer."""
+    byte = ir.IntType(8).as_pointer()
+    function = ir.FunctionType(WHOLE, [byte]).as_pointer()
+    return builder.call(builder.inttoptr(address, function), [builder.bitcast(record, byte)])
 
 
 @instruction("int")

@@ -73,16 +73,18 @@ def made(
     make: Callable[[], Mapping[str, Any]],
     lanes: int = 1,
     short: bool = False,
+    rare: bool = False,
 ) -> Loop:
     """Return the functions ``names`` as a loop, made once in a process from the functions that ``make`` returns.
 
-    ``lanes`` is the width of the translation; ``short`` says that its loops have few rounds.
+    ``lanes`` is the width of the translation; ``short`` says that its loops have few rounds, ``rare`` that they
+    run between steps only.
     ``label`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
     the code.
     """
     with _LOCK:  # two threads would make two loops, and one would be unloaded while it runs
         if label not in _loops:
-            _loops[label] = _made(key(label, *modules), names, make, lanes, short)
+            _loops[label] = _made(key(label, *modules), names, make, lanes, short, rare)
         return _loops[label]
 
 
@@ -113,14 +115,15 @@ def key(label: str, *modules: str) -> str:
 
 
 def _made(
-    key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]], lanes: int = 1, short: bool = False
-) -> Loop:
+    key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]], lanes: int = 1, short: bool = False,
+    rare: bool = False,
+) -> Loop:  # fmt: skip
     """Return the loop from the disk, or compile and store it."""
     stored = disk.load(key)
     loaded = None if stored is None else _loaded(*stored, names)
     if loaded is not None:
         return Loop(*loaded, True)
-    header, code = _compiled(make(), names, lanes, short)
+    header, code = _compiled(make(), names, lanes, short, rare)
     loaded = _loaded(header, code, names)
     if loaded is None:
         raise RuntimeError(
@@ -158,14 +161,15 @@ def _loaded(
 
 
 def _compiled(
-    space: Mapping[str, Any], names: Sequence[str], lanes: int = 1, short: bool = False
-) -> tuple[dict[str, Any], bytes]:
+    space: Mapping[str, Any], names: Sequence[str], lanes: int = 1, short: bool = False,
+    rare: bool = False,
+) -> tuple[dict[str, Any], bytes]:  # fmt: skip
     """Header and object code of the functions ``names`` of a name space and of the functions that they call."""
     from .translation import translated  # imported late: not needed if the code is on the disk
 
     chosen = {name: space[name] for name in names}
     code, needed = codegen.optimised_code(
-        translated({f"loop_{name}": f for name, f in chosen.items()}, lanes), short=short
+        translated({f"loop_{name}": f for name, f in chosen.items()}, lanes), short=short, rare=rare
     )
     functions = {
         name: (f"loop_{name}", [getattr(x, "__name__", x) for x in f.arguments], f.result)

@@ -2,8 +2,7 @@
 
 These are machines with contacts, blows or sampled controllers, trees so large that kernels loop over their links, and
 methods for which there is no loop over lanes. Of the trajectory of a lane, the outputs are kept. Parameters are
-constants of the machine code: nothing is derived or compiled again for another lane, except the equations of contact
-modes that were not seen before.
+constants of the machine code: nothing is derived or compiled again for another lane.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from .results import Results
 from .threads import share
 
 _ONE_AT_A_TIME = Lock()
-"""Held by lanes that share Python objects: phases of contacts, states of controllers."""
+"""Held by lanes that share Python objects: states of controllers."""
 
 
 class Alone:
@@ -55,9 +54,8 @@ class Alone:
         )  # fmt: skip
 
     def _parallel(self) -> bool:
-        """Return True if threads gain time: events of contacts, and controllers, are handled in Python."""
-        model = self.job.kernels.model
-        return not model.controllers and (not model.contacts or self.job.request.method == "timestepping")
+        """Return True if threads gain time: controllers are handled in Python."""
+        return not self.job.kernels.model.controllers
 
     def chunk(self, lanes: NDArray[np.int64]) -> None:
         """Run some lanes, given by number, and put their results in place."""

@@ -18,8 +18,8 @@ from ...model.values import check_assumptions
 from ...native.records import WIDTH
 from ...program.large.tree_loop import is_large
 from ...scalar.algebra import Expression
-from ..contact.impacts import ORDERS
 from ..ending import End
+from ..events.event_run import ORDERS
 from ..kernels.kernels import Kernels
 from ..kernels.methods import FINE, first_method
 from ..lanes import batch_memory as at

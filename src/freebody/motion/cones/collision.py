@@ -43,8 +43,11 @@ def rebounded(it: Contacts, part: float) -> float:
 
 
 @compiled
-def collided(it: Contacts) -> None:
-    """Find the impulses, with the greatest of the parts of the restitution for which the energy does not grow."""
+def collided(it: Contacts) -> int:
+    """Find the impulses, with the greatest of the parts of the restitution for which the energy does not grow.
+
+    Return 0.
+    """
     lay_out(it)
     for turn in range(1 + HALVINGS):
         it.part = 0.0 if turn == HALVINGS else 1.0 / (1 << turn)
@@ -54,10 +57,12 @@ def collided(it: Contacts) -> None:
             it.energy += it.forces[i] * (it.given[i] + it.after[i]) / 2.0  # ΔT = Λ·(v⁻ + v⁺)/2
             size += abs(it.forces[i]) * (abs(it.given[i]) + abs(it.after[i]))
         if it.residual <= EXACT and it.energy <= EXACT * size:
-            return
+            return 0
+    return 0
 
 
 def compiled_code() -> Any:
     """Return the functions `find` and `collided` as machine code."""
     label = __name__.partition(".")[2]
-    return made(label, (label,), ("find", "collided"), lambda: {"find": find, "collided": collided}).functions
+    space = {"find": find, "collided": collided}
+    return made(label, (label,), tuple(space), lambda: space, short=True).functions

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...native.instructions import compiled, greater, inlined, root
-from ...native.records import Real, Record, Row, Whole, Wholes, record
+from ...native.records import Count, Real, Record, Row, Whole, Wholes, record
 from .cone import set_scales, violation, violation_slopes
 from .contact_problem import DEPENDENT, EQUALITY, FIRST, GOAL, LINE, NORMAL, ContactProblem, Newton
 from .elimination import solved
@@ -25,6 +25,8 @@ from .newton import factor, solve
 
 EXACT = 1e-10
 """Relative residual above which a result is not a solution."""
+ROUGH, FINE = 1e-5, 1e-13
+"""Relative residual from which the polish begins, and with which its result is accepted."""
 ROUNDS, LOOSE = 20, 1e-13
 """Limit on steps of the polish; δ relative to the scaled slopes, which are about 1."""
 
@@ -57,7 +59,7 @@ class Contacts(Record):
     ``given``                  c; speeds just before an impact
     ``forces``, ``after``      λ and r
     ``problem``                the problem of the unknowns; ``place`` is the row of each in A, ``owner`` its contact
-    ``directions``             number of independent directions of A
+    ``directions``             number of independent directions of A;  ``most``: limit of the rows
     ``restitution``, ``poisson``, ``still``, ``energy``, ``part``    of an impact (`contact.collision`)
     """
 
@@ -70,6 +72,7 @@ class Contacts(Record):
     part: Real
     residual: Real
     directions: Whole
+    most: Count
     at: Annotated[Wholes, "k"]
     tangents: Annotated[Wholes, "k"]
     slides: Annotated[Wholes, "k"]
@@ -111,18 +114,8 @@ def contacts_of(
     friction.
     """
     k, m = len(contacts), len(c)
-    most = max(m, 1)
-    it = Contacts.made(k=k, k2=2 * k, most=most, n=most, square=most * most, ends=most + 1)
+    it = contacts_room(k, m)
     it.contacts, it.rows, it.equalities = k, m, len(equalities)
-    it.problem.W, it.problem.X = it.H, it.C
-    blocks = it.problem.blocks
-    blocks.count, blocks.starts, blocks.pieces, blocks.first, blocks.at = (
-        1,
-        it.starts,
-        it.pieces,
-        it.first,
-        it.ends,
-    )
     if m:
         it.A[: m * m], it.given[:m], it.equal[: len(equalities)] = np.ravel(A), c, equalities
     if k:
@@ -134,6 +127,17 @@ def contacts_of(
         if one.sliding is not None and not impact:
             it.slides[i] = 1
             it.way[2 * i : 2 * i + one.tangents] = one.sliding
+    return it
+
+
+def contacts_room(k: int, rows: int) -> Contacts:
+    """Return memory for up to ``k`` contacts with up to so many rows."""
+    most = max(rows, 1)
+    it = Contacts.made(k=k, k2=2 * k, most=most, n=most, square=most * most, ends=most + 1)
+    it.problem.W, it.problem.X = it.H, it.C
+    blocks = it.problem.blocks
+    blocks.count, blocks.starts, blocks.pieces = 1, it.starts, it.pieces
+    blocks.first, blocks.at = it.first, it.ends
     return it
 
 
@@ -234,12 +238,27 @@ def step(it: Contacts) -> int:
 
 @compiled
 def answer(it: Contacts) -> float:
-    """Set x to the solution of r = A x + b from zero; return its residual."""
+    """Set x to the solution of r = A x + b from zero; return its residual.
+
+    If A is regular, the polish finds the solution from a rough one. Otherwise it would keep what that has of forces
+    without effect, and these are to be those of equal compliance.
+    """
     problem, size = it.problem, 0.0
     for a in range(problem.count):
         size = greater(size, greater(abs(problem.b[a]), problem.scale[a] * abs(problem.low[a])))
     problem.reference = size
-    solve(problem, it.newton, GOAL)
+    if it.directions == it.rows:
+        least = polished(it, ROUGH)
+        if least <= FINE:
+            return least
+    return polished(it, GOAL)
+
+
+@compiled
+def polished(it: Contacts, goal: float) -> float:
+    """Set x to a solution to within ``goal`` from zero, polished; return its residual."""
+    problem = it.problem
+    solve(problem, it.newton, goal)
     for a in range(problem.count):
         it.best[a] = problem.x[a]
     least = violated(it)
@@ -278,8 +297,8 @@ def take(it: Contacts) -> None:
 
 
 @compiled
-def find(it: Contacts) -> None:
-    """Set forces, rates and residual of the problem."""
+def find(it: Contacts) -> int:
+    """Set forces, rates and residual of the problem; return 0."""
     lay_out(it)
     problem, a = it.problem, it.equalities
     for i in range(it.rows):
@@ -293,3 +312,4 @@ def find(it: Contacts) -> None:
             a += 1
     it.residual = answer(it)
     take(it)
+    return 0

@@ -149,7 +149,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float) -> int:
         jacobian(problem, memory.G[0], soft, memory.J[0])
         if solved(memory.J[0], n, step) == 0:
             return turn
-        part, shorter = 1.0, True
+        part, shorter, new = 1.0, True, size
         while shorter:
             for k in range(n):
                 tried[k] = v[k] + part * step[k]
@@ -163,25 +163,33 @@ def balance(problem: ContactProblem, memory: Newton, soft: float) -> int:
                 kinks += 1
                 for k in range(n):
                     tried[k] = v[k] + BEYOND * step[k]
+                new = error(problem, memory.y, soft, tried, memory.there)
                 shorter = False
-        size = error(problem, memory.y, soft, tried, here)
+        size = new
         for k in range(n):
-            v[k] = tried[k]
+            v[k], here.F[k] = tried[k], memory.there.F[k]
+        for a in range(problem.count):
+            here.free[a], here.x[a] = memory.there.free[a], memory.there.x[a]
     return STEPS
 
 
 @compiled
 def error(problem: ContactProblem, y: Reals, soft: float, v: Reals, trial: Trial) -> float:
     """Set y - r/ε, λ and F(v); return |F|."""
-    n, blocks, F = problem.blocks.n, problem.blocks, trial.F
+    n, F, W, X = problem.blocks.n, trial.F, problem.W, problem.X
     for a in range(problem.count):
-        trial.free[a] = y[a] - (problem.b[a] + along(blocks, a, problem.W, v)) / soft
+        rate, at = problem.b[a], a * n
+        for k in range(n):
+            rate += W[at + k] * v[k]
+        trial.free[a] = y[a] - rate / soft
     project_all(problem, trial.free, trial.x)
     for k in range(n):
         F[k] = v[k]
     for a in range(problem.count):
-        if trial.x[a] != 0.0:
-            add(blocks, a, problem.X, -trial.x[a], F)
+        x, at = trial.x[a], a * n
+        if x != 0.0:
+            for k in range(n):
+                F[k] -= x * X[at + k]
     return root(dot(F, F, n))
 
 

@@ -64,8 +64,6 @@ class Solution:
 def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = None) -> list[Solution]:
     """Return all consistent sets of modes; beyond :data:`WHOLE` and :data:`MOST`, those of :func:`of_equal_compliance`.
 
-    So too where the motion is :func:`unique` and no inequality holds with equality: there is one set only.
-
     Parameters
     ----------
     A : array (m, m)
@@ -80,44 +78,14 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = Non
     count = math.prod(map(len, choices))
     if among is None:
         many = count > MOST or sum(map(_may_begin, choices)) > WHOLE
-        if many or unique(A, contacts):
-            found = of_equal_compliance(A, c, contacts)
-            if many or (found and not found[0].ties):
-                return found
+        if many:
+            return of_equal_compliance(A, c, contacts)
     return [
         one
         for modes in (itertools.product(*choices) if among is None else among)
         for one in _solved(A, c, contacts, modes)
         if one.residual <= SMALL
     ]
-
-
-def unique(A: Array, contacts: Sequence[Touching]) -> bool:
-    """Return True if it is proven that no two motions satisfy the laws, whatever c is.
-
-    For the differences δ of the forces of two solutions, A = H Hᵀ and w = Hᵀ δ, the laws of normal and friction give
-
-        w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + H_TᵀH_T/α) w μ/2     for every α > 0
-
-    with δN = P w, if no forces in balance have normal parts. So w = 0 where μ/2 times the greatest eigenvalue is below
-    1; α = |H_T|/|P|. The static coefficient must be the kinetic one.
-    """
-    if any(one.sliding is None and one.static != one.friction for one in contacts):
-        return False
-    mu = max(one.friction for one in contacts)
-    if mu == 0:
-        return False
-    sizes, U = np.linalg.eigh(A)
-    kept = sizes > SMALL * sizes[-1]
-    normal = U[[one.row for one in contacts]]
-    tangent = U[[one.row + 1 + j for one in contacts for j in range(one.tangents)]][:, kept]
-    if np.abs(normal[:, ~kept]).max(initial=0) > SMALL:
-        return False
-    square = np.sqrt(sizes[kept])
-    P, T = normal[:, kept] / square, tangent * square
-    across, along = P.T @ P, T.T @ T
-    part = math.sqrt(np.linalg.norm(along) / np.linalg.norm(across))
-    return bool(mu * np.linalg.eigvalsh(part * across + along / part)[-1] < 2)
 
 
 def of_equal_compliance(A: Array, c: Array, contacts: Sequence[Touching]) -> list[Solution]:

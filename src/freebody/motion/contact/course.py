@@ -5,21 +5,54 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
 from ...dynamics.unilateral import MotionWarning
 from ...errors import SimulationError, nearest
 from ..kernels.kernels import Program
-from ..ode.dense_output import Array, observe
+from ..ode.dense_output import Array, Path, observe
 from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.in_legs import InLegs, phases_of
 from ..trajectory.quantities import ByName, Energy
-from .run import Change
+
+
+@dataclass(frozen=True)
+class Change:
+    """Mode of a contact from ``start`` to ``end`` [s], and the reason why it began."""
+
+    contact: str
+    mode: str
+    start: float
+    end: float
+    why: str
+
+    def __str__(self) -> str:
+        return f"{self.contact}: {shown(self.mode)} from {self.start:.6g} to {self.end:.6g} s ({self.why})"
+
+
+def shown(mode: str) -> str:
+    """Return the printed form of a mode."""
+    return {"slip+": "slip +", "slip-": "slip -"}.get(mode, mode)
+
+
+@dataclass(eq=False)
+class Leap(Path):
+    """One straight step, so short that double precision does not resolve its curvature."""
+
+    curved = False
+
+    def sample(self, times: Any, dense: bool = False) -> Array:
+        """Return the states at ``times`` on the straight line between the two ends of the step."""
+        del dense
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        length = self.times[-1] - self.times[0]
+        x = (wanted - self.times[0]) / length if length > 0 else np.zeros_like(wanted)
+        return self.states[0] + x[:, None] * (self.states[-1] - self.states[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,21 +136,29 @@ def timeline(text: Any) -> Timeline:
 class Touching:
     """Course of a motion with contacts: phases, each with its modes.
 
-    ``legs``             course of the phases as legs, with blows, impacts and changes of mode
-    ``timeline``         modes of every contact, with their times and the reasons why they began
-    ``indeterminate``    contact forces that the motion does not determine at some time of the run
+    ``history``    blows, impacts and changes of mode; the timeline; forces that the motion does not determine
+                   (`history.History`, or `history.Told`)
     """
 
-    legs: InLegs
-    timeline: Timeline
-    indeterminate: tuple[str, ...]
+    history: Any
     stepping: None = None
     derivatives: None = None
+    legs: ClassVar[InLegs] = InLegs()
+
+    @property
+    def timeline(self) -> Timeline:
+        """Modes of every contact, with their times and the reasons why they began."""
+        return cast(Timeline, self.history.timeline)
+
+    @property
+    def indeterminate(self) -> tuple[str, ...]:
+        """Contact forces that the motion does not determine at some time of the run."""
+        return cast("tuple[str, ...]", self.history.indeterminate)
 
     @property
     def happenings(self) -> tuple[Happening, ...]:
         """Blows, impacts and changes of mode, in their order."""
-        return self.legs.happenings
+        return cast("tuple[Happening, ...]", self.history.happenings)
 
     def modes(self, motion: ComputedMotion) -> Timeline:
         """Return the modes of every contact."""
@@ -150,7 +191,7 @@ class Touching:
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
         """Return the warnings of blows and impacts."""
-        return self.legs.warnings(motion)
+        return InLegs(self.happenings).warnings(motion) if self.history.may_warn else ()
 
     def contacts(self, motion: ComputedMotion) -> dict[str, ContactMotion]:
         """Return gap, forces, slip and mode of every contact, by name."""
@@ -193,7 +234,7 @@ def _by_phase(motion: ComputedMotion, name: str, functions: Sequence[str]) -> li
             programs[id(segment.kernels)] = (program, program.constants(motion._parameters))
         program, constants = programs[id(segment.kernels)]
         times, states = motion.t[chosen], motion.states[chosen]
-        if type(segment.path).__name__ == "Leap":  # the start of a leap has no direction of slip yet
+        if isinstance(segment.path, Leap):  # the start of a leap has no direction of slip yet
             states, times = (
                 np.broadcast_to(segment.path.states[-1], states.shape),
                 times * 0 + segment.path.end,

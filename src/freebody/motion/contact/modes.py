@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import SimulationError
 from ..phase.places import ROUNDED
-from ..phase.scene import SMOOTH, Modes, Snapshot
+from ..phase.scene import KINDS, SMOOTH, Modes, Snapshot
 from .complementarity import (
     OPEN,
     SLIP,
@@ -32,19 +32,18 @@ from .slopes import slopes
 from .state import ContactRun
 
 
-def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Modes, Solution | None, Snapshot]:
-    """Modes of all contacts just after ``t``, in a state in which no contact approaches.
+def modes_at(work: ContactRun) -> tuple[Modes, Solution | None]:
+    """Return modes and forces of the chosen contacts at the present moment, in which no contact approaches.
 
     Raises
     ------
     SimulationError
         If no set of modes is consistent, or several sets with different motions are (Painlevé).
     """
-    seen = work.look(t, y)
-    still = work.still(y)
-    chosen = [k for k in work.closed(t, seen, y) if seen.rate[work.scene.first[k]] <= still]
+    it, seen, chosen = work.it, work.seen(), work.chosen()
+    t, y = it.t, np.array(it.y)
     if not chosen:
-        return (OPEN,) * len(work.names), None, seen
+        return (OPEN,) * len(work.names), None
     A, rows, responses, contacts = work.part(seen, chosen, y)
     found = solutions(A, seen.c[rows], contacts)
     kept = [one for one in found if lasts(work, t, y, seen, chosen, contacts, one)]
@@ -61,6 +60,7 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
         groups = [kept] if kept else []
     if len(groups) != 1:
         raise paradox(work, t, y, contacts, A, groups or distinct(found, responses), bool(groups))
+    current = [KINDS[mode] for mode in it.before]
 
     def worth(one: Solution) -> tuple[Any, ...]:
         modes = named(work, chosen, contacts, one)
@@ -72,11 +72,7 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
         return (not begins, -sticking if begins else sticking, pressing, same, -one.rank_lack)
 
     best = max(groups[0], key=worth)
-    off = work.begins_to_leave(t, y, seen, chosen, seen.free + best.forces @ responses)
-    if off:  # from rest at the end of its side: from now on the corner touches
-        work.left.update(off)
-        return modes_at(work, t, y, current)
-    return named(work, chosen, contacts, best), best, seen
+    return named(work, chosen, contacts, best), best
 
 
 def named(work: ContactRun, chosen: Sequence[int], contacts: Sequence[Touching], one: Solution) -> Modes:

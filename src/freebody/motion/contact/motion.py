@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import SimulationError, nearest
 from ..ending import FAILED, End
+from ..events.event_run import ORDERS
 from ..legs.blow import blows_of, scheduled
 from ..legs.failure import failure
 from ..ode.dense_output import observe
@@ -17,13 +18,11 @@ from ..request import Problem, Request, problem_of
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..start.signals import refuse_switched
-from ..trajectory.in_legs import InLegs
-from ..trajectory.phases import Phases
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
-from .course import Timeline, Touching
-from .impacts import ORDERS
-from .run import Change, run
+from .course import Touching
+from .history import History
+from .run import run
 from .state import CHOICES, ContactRun
 
 
@@ -63,9 +62,10 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
         "method": "dop853" if request.method == "auto" else request.method,
         "max_step": request.longest_step,
     }
-    work = ContactRun(
-        kernels, p.numbers, p.expressions, p.specs, relative, absolute, request.impacts, options, p.most_steps, timed,
-        called, request.indeterminate == "compliance",
+    work = ContactRun(kernels, p.numbers)
+    work.prepare(
+        p.expressions, p.specs, relative, absolute, request.impacts, options, p.most_steps, timed, called,
+        request.indeterminate == "compliance",
     )  # fmt: skip
     y = np.concatenate([p.state[:n], [0.0, 0.0]])
     program = kernels.motion()
@@ -75,29 +75,20 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
     size = float(np.abs(energies).max())
     absolute[-2:] *= size if 0 < size < math.inf else 1.0
     try:
-        path = run(work, p.state, p.begin, p.end, between)
+        status = run(work, p.state[:n], p.begin, p.end, between)
     except SimulationError as error:
-        if work.segments and getattr(error, "trajectory", None) is None:
-            error.trajectory = _trajectory(problem, work, _broken_off(work))  # type: ignore[attr-defined]
+        if work.it.phases and getattr(error, "trajectory", None) is None:
+            error.trajectory = _trajectory(problem, History(work, End.BROKEN_OFF))  # type: ignore[attr-defined]
         raise
-    trajectory = _trajectory(problem, work, path)
-    if path.status in FAILED:
-        raise failure(trajectory, path, kernels, p.end, work.specs)
+    history = History(work, status)
+    trajectory = _trajectory(problem, history)
+    if status in FAILED:
+        raise failure(trajectory, history.path, kernels, p.end, work.specs)
     return trajectory
 
 
-def _broken_off(work: ContactRun) -> Phases:
-    """Return the path of a run until an error."""
-    path = Phases(tuple(work.segments), End.BROKEN_OFF)
-    for change in work.changes:
-        change[3] = path.end if change[3] is None else change[3]
-    return path
-
-
-def _trajectory(problem: Problem, work: ContactRun, path: Phases) -> Trajectory:
-    timeline = Timeline(Change(*change) for change in work.changes)
-    course = Touching(InLegs(tuple(work.happenings)), timeline, tuple(work.indeterminate))
-    return Trajectory(*problem.outcome(path), course=course)
+def _trajectory(problem: Problem, history: History) -> Trajectory:
+    return Trajectory(*problem.outcome(history.path), course=Touching(history))
 
 
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:

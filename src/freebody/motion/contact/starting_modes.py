@@ -12,21 +12,20 @@ from typing import Any
 import numpy as np
 
 from ...describe.system import System
-from ...dynamics.unilateral import MotionWarning
 from ...errors import SimulationError
 from ...model.model import Model
+from ..events.code import code
 from ..kernels.kernels import Kernels, kernels_of
 from ..ode.dense_output import Array
-from ..phase.scene import SMOOTH, Scene, Snapshot
+from ..phase.scene import NUMBERS, SMOOTH, Modes, Scene
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
 from ..start.signals import at_time
-from .bounces import lifted
 from .complementarity import SLIP, STICK
 from .modes import modes_at
 from .motion import check_coefficients
-from .run import check_apart
-from .state import ContactRun
+from .run import check_apart, refusal
+from .state import ContactRun, found_closed
 
 
 def starting_modes(
@@ -52,58 +51,48 @@ def starting_modes(
     else:
         state = initial_state(kernels.model, numbers, initial or {})
     check_coefficients(kernels.model, numbers)
-    work = _Start(kernels, numbers)
-    y = np.concatenate([state[: work.n + work.model.n_u], [0, 0]])
+    work = ContactRun(kernels, numbers, Scene(kernels))
     try:
-        seen = work.look(0, y)
-        check_apart(work, y, seen)
-        y, _ = work.collide(0, y, seen)
-        y = lifted(work, 0, y)
-        modes, _, seen = modes_at(work, 0, y, ("",) * len(work.names))
+        modes, dead = _modes(work, np.concatenate([state[: work.n + work.n_u], [0, 0]]))
     except (ArithmeticError, ValueError) as error:
         raise SimulationError(
             f"The contacts of '{work.model.name}' have no direction at its start: {error}. "
             "Choose other initial values, initial=."
         ) from None
-    dead = work.dead(modes, seen, y)
     result = {}
-    for k, (name, mode) in enumerate(zip(work.names, modes, strict=True)):
-        held = k in dead and mode in ("slip+", "slip-")
-        result[name] = STICK if held else SLIP if mode == SMOOTH else mode
+    for name, mode, held in zip(work.names, modes, dead, strict=True):
+        rests = held and mode in ("slip+", "slip-")
+        result[name] = STICK if rests else SLIP if mode == SMOOTH else mode
     return result
 
 
-class _Start(ContactRun):
-    """A run that ends at its start."""
+def _modes(work: ContactRun, y: Array) -> tuple[Modes, list[int]]:
+    """Return the modes after the impacts at the start, and which contacts the others hold."""
+    it = work.it
+    see(work, y)
+    check_apart(work, y, work.seen())
+    reason = code("strike")(it, work.problem)
+    if reason:
+        raise refusal(work, reason)
+    y[work.n : work.n + work.n_u] += it.whole @ work.seen().responses
+    while True:
+        see(work, y)
+        modes, one = modes_at(work)
+        rows = [work.scene.first[k] + j for k in work.chosen() for j in range(1 + work.scene.tangents[k])]
+        seen = work.seen()
+        forces = np.zeros(0) if one is None else one.forces
+        leaving = work.begins_to_leave(seen.free + forces @ seen.responses[rows])
+        if not leaving:
+            break
+        it.left[leaving] = 1
+    it.mode[:] = [NUMBERS[mode] for mode in modes]
+    code("find_dead")(it, work.problem)
+    return modes, it.dead.tolist()
 
-    def __init__(self, kernels: Kernels, values: Mapping[str, float]) -> None:
-        none = np.empty(0)
-        super().__init__(
-            kernels, values, (), (), none, none, "simultaneous", {}, None, scene=_Evaluated(kernels, values)
-        )
 
-    def gained(self, t: float, y: Array, seen: Snapshot, impulses: Array) -> float:
-        """No ledger is kept."""
-        return 0
-
-    def tell(
-        self, t: float, name: str, before: Array, after: Array, text: str, warnings: tuple[MotionWarning, ...] = ()
-    ) -> None:  # fmt: skip
-        """No happening is recorded."""
-
-
-class _Evaluated(Scene):
-    """The contacts as numbers, evaluated without compilation: for one state this is cheaper than a kernel."""
-
-    def __init__(self, kernels: Kernels, values: Mapping[str, float]) -> None:
-        super().__init__(kernels)
-        self._given = values
-
-    def constants(self, parameters: Array) -> Array:
-        """Return the parameters themselves."""
-        return parameters
-
-    def at(self, t: float, y: Array, constants: Array) -> Snapshot:
-        """Return the contacts at a state."""
-        del constants
-        return self.evaluated(t, y, self._given)
+def see(work: ContactRun, y: Array) -> None:
+    """Look at the contacts at the start, and find those that are closed."""
+    it = work.it
+    it.y[:] = y
+    it.seen[:] = work.scene.outputs(0, y, work.values)
+    found_closed(work)

@@ -1,66 +1,70 @@
-"""Data of one run with contacts: contact quantities, compiled equations of each set of modes, happenings."""
+"""Data of one run with contacts: its compiled memory, and what Python decides or keeps of it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ...dynamics.composite import mass_matrix
-from ...dynamics.constraints import linearized
-from ...dynamics.contact import contact_rows, reaches_along
+from ...dynamics.contact import reaches_along
 from ...dynamics.state import float_state
-from ...dynamics.unilateral import MotionWarning, limits, passed_by_impulse
-from ...errors import SimulationError
+from ...native.records import address
+from ..cones.collision import compiled_code
+from ..cones.contacts import Touching, contacts_room
+from ..events.code import code
+from ..events.event_run import PIECE, STILL, EventRun, event_run
 from ..kernels.kernels import Kernels
-from ..legs.blow import Blow, call_of, strike
-from ..ode.dense_output import Array, Rates, Watch, observe, outputs_at
-from ..phase.places import STOPPED
-from ..phase.scene import LIMIT, SMOOTH, Modes, Phase, Scene, Snapshot, direction_of, scene_of
-from ..trajectory.event import EventSpec, Happening, expressions_of
-from ..trajectory.phases import Segment
-from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
-from .impacts import impact, undetermined
+from ..legs.blow import Blow, call_of
+from ..ode import loops
+from ..ode.dense_output import Array
+from ..ode.run import equip, memory, most_events
+from ..phase.scene import Scene, Snapshot, functions, scene_of
+from ..trajectory.event import EventSpec, expressions_of
+from .complementarity import SLIP, SMALL, STICK, unknowns
 
-CLOSED = 1e-10
-"""Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""
-STILL = 1e-10
-"""Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
-LOW = 1e-15
-"""Height of a flight, relative to 1 m or the greatest coordinate, that is lost in round-off."""
-NUDGE = 4 * STOPPED
-"""Initial speed of a slip in space that begins without acceleration, above the speed at which slips end [m/s]."""
-CROWD = 1e-7
-"""Time between two events below which they count as simultaneous [s]."""
-PHASES = 100_000
-"""Largest number of phases of one run."""
 CHOICES = ("compliance", "refuse")
 """Values of ``indeterminate``: treatment of a motion that depends on the distribution of indeterminate forces."""
-ENDLESS = 200
-"""Number of mode changes at one moment above which they are refused as endless."""
-_KEPT = 8  # number of snapshots kept
-
-
-@dataclass
-class Bounce:
-    """An impact of contacts, one of a possible series of bounces."""
-
-    time: float
-    contacts: frozenset[int]
-    speed: float  # greatest approach speed
-    stuck: bool  # True if none of the contacts slips after the impact
+KERNELS = {
+    "looked": "looked", "rates_at": "rate", "rates": "rates", "projection": "projection",
+    "accelerations": "acceleration", "forces": "force",
+}  # fmt: skip
+"""Functions of `closed_contacts` that the loop calls."""
+AT_ONCE = 300
+"""Number of rows up to which the contact problem has room for all of them from the start."""
+LOG = 1 << 12
+"""First number of rows of the log."""
 
 
 class ContactRun:
-    """One run of a machine with contacts. See :func:`run`."""
+    """One run of a machine with contacts. See :func:`run`.
 
-    def __init__(
+    ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
+    ``told``       happenings that Python adds to the log
+    ``shared``     True if indeterminate forces are those of equal compliance
+    """
+
+    def __init__(self, kernels: Kernels, values: Mapping[str, float], scene: Scene | None = None) -> None:
+        self.kernels, self.values, self.model = kernels, values, kernels.model
+        self.scene = scene_of(kernels) if scene is None else scene
+        self.parameters = kernels.parameters(values)
+        self.names = [c.name for c in self.model.contacts]
+        self.n, self.n_u = self.model.n_q, self.model.n_u
+        self.shared = True
+        self.it: EventRun = event_run(self.scene, self.n + self.n_u + 2)
+        solvers = compiled_code()
+        self.it.finding, self.it.colliding = solvers["find"].address, solvers["collided"].address
+        rows = self.scene.rows
+        self.make_room(rows if rows <= AT_ONCE else AT_ONCE // 4)
+
+    def make_room(self, rows: int) -> None:
+        """Make a contact problem with room for so many rows."""
+        rows = min(rows, self.scene.rows)
+        self.problem = contacts_room(min(rows, len(self.names)), rows)
+
+    def prepare(
         self,
-        kernels: Kernels,
-        values: Mapping[str, float],
         expressions: Sequence[Any],
         specs: Sequence[EventSpec],
         relative: Array,
@@ -68,66 +72,103 @@ class ContactRun:
         order: str,
         options: Mapping[str, Any],
         max_steps: int | None,
-        blows: Sequence[tuple[float, Blow]] = (),
-        called: Sequence[Blow] = (),
-        shared: bool = True,
-        scene: Scene | None = None,
+        blows: Sequence[tuple[float, Blow]],
+        called: Sequence[Blow],
+        shared: bool,
     ) -> None:
-        self.kernels, self.values = kernels, values
-        self.model = kernels.model
-        self.scene = scene_of(kernels) if scene is None else scene
-        self.parameters = kernels.parameters(values)
-        # events of the user, then events that trigger a blow
-        self.asked = len(specs)
-        calls = tuple(call_of(one) for one in called)
-        self.specs = (*specs, *calls)
-        self.expressions = (*expressions, *expressions_of(kernels.model, calls))
+        """Prepare the steps and the events of the run."""
+        it, scene = self.it, self.scene
+        calls = tuple(call_of(one) for one in called)  # events that trigger a blow, after those of the user
+        self.asked, self.specs, self.shared = len(specs), (*specs, *calls), shared
         self.blows, self.called = list(blows), tuple(called)
         self.counts = [math.inf if one.times is None else one.times for one in called]
-        self.relative, self.absolute = relative, absolute
-        self.order, self.options, self.shared = order, options, shared
-        self.steps_left = max_steps
-        self.names = [c.name for c in self.model.contacts]
-        self.n, self.n_u = self.model.n_q, self.model.n_u
-        self.segments: list[Segment] = []
-        self.happenings: list[Happening] = []
-        self.changes: list[list[Any]] = []  # [contact, mode, start, end, why]
-        self.impulses = 0.0
-        self.bounces: list[Bounce] = []
-        self.indeterminate: dict[str, float] = {}
-        self._setups: dict[Any, Any] = {}
-        self._programs: dict[Phase, Any] = {}
-        self._seen: dict[tuple[float, bytes], Snapshot] = {}
-        self._constants = self.scene.constants(self.parameters)
-        self.rates: Rates | None = None
-        self.left: set[int] = set()  # contacts that begin to leave the end of their side at this moment
-        self.met: tuple[float, frozenset[int]] = (
-            -math.inf,
-            frozenset(),
-        )  # contacts closed at a moment so far
+        self.relative, self.absolute, self.method = relative, absolute, options["method"]
+        phase = scene.holding(("open",) * len(self.names), self.kernels.active)
+        self.looking = scene.constants(self.parameters)
+        watched = (*expressions, *expressions_of(self.model, calls))
+        self.program = phase.whole(watched)
+        self.phase, self.table = self.program.constants(self.parameters), self.program.table.copy()
+        self.phase.view(np.int64)[0] = address(self.table)  # the loop writes into it
+        rates = phase.rates_of(self.program, self.phase)
+        m, energy = len(self.specs) + len(scene.endings), self.kernels.motion()
+        self.steps, own = memory(self.method, it.n_y, m)
+        run, search = self.steps, self.steps.search
+        equip(run, own, rates)
+        run.relative[:], run.absolute[:] = relative, absolute
+        run.required = len(self.specs)
+        search.functions, search.c = self.program.address("watched"), self.phase
+        search.directions[:] = [*(spec.direction for spec in self.specs), *[-1] * len(scene.endings)]
+        search.terminal[:] = [*(spec.terminal for spec in self.specs), *[1] * len(scene.endings)]
+        logged = PIECE + most_events(m) + 1
+        buffer = np.empty((PIECE + 1) * (2 + it.n_y))
+        run.times, run.lengths = buffer[: PIECE + 1], buffer[PIECE + 1 : 2 * PIECE + 2]
+        run.states = buffer[2 * PIECE + 2 :].reshape(PIECE + 1, it.n_y)
+        search.log_times, search.log_states = np.empty(logged), np.empty((logged, it.n_y))
+        search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
+        self.energy_constants = energy.constants(self.parameters)
+        compiled = functions()
+        for name, kernel in KERNELS.items():
+            setattr(it, name, compiled[kernel].address)
+        it.energy, it.energy_c = energy.address("energy"), self.energy_constants
+        it.moving, it.sequential, it.refuse = scene.candidates.moving, order == "sequential", not shared
+        it.events, it.asked, it.crossed = len(self.specs), self.asked, logged if self.asked else 0
+        self.constants_kept = rates
+        it.piece = loops.functions(self.method).functions["piece"].address
+        it.looking, it.phase = self.looking, self.phase
+        indices = np.array(self.model.quaternions or [0], dtype=np.int64)
+        it.turned, it.quaternions = len(self.model.quaternions), indices
+        it.ending = np.array([end.contact for end in scene.endings], dtype=np.int64)
+        it.place = np.array([end.place for end in scene.endings], dtype=np.int64)
+        it.final = np.array([*(spec.terminal for spec in self.specs), 0], dtype=np.int64)
+        it.longest = options["max_step"]
+        it.steps_left = 1 << 60 if max_steps is None else max_steps
+        it.past[:] = -1
+        it.last = it.met_at = -math.inf
+        self.told: list[Any] = []
+        self._log_rows(LOG, LOG, LOG)
 
-    # -- numbers ---------------------------------------------------------------------------------
+    def longer_log(self) -> None:
+        """Double what is full of the log."""
+        it = self.it
+        need = 64 + 4 * self.it.contacts, 64 + 8 * it.n_y
+        self._log_rows(
+            2 * it.marks_room + 40 * need[0] + 4 * it.crossed,
+            2 * it.numbers_room + 40 * (need[1] + it.rows) + (it.n_y + 4) * it.crossed,
+            2 * it.path_room + 2 * PIECE,
+        )
+
+    def _log_rows(self, marks: int, numbers: int, rows: int) -> None:
+        """Make longer rows for the log, with what is in it."""
+        it = self.it
+
+        def row(old: Any, length: int, shape: Any, kind: Any = np.float64) -> Any:
+            new = np.empty(shape, dtype=kind)
+            if length:
+                new[:length] = old[:length]
+            return new
+
+        arrays = it.arrays
+        it.marks = row(arrays.get("marks"), it.marked, marks, np.int64)
+        it.numbers = row(arrays.get("numbers"), it.numbered, numbers)
+        it.times = row(arrays.get("times"), it.logged, rows)
+        it.lengths = row(arrays.get("lengths"), it.logged, rows)
+        states = row(arrays.get("states"), it.logged * it.n_y, rows * it.n_y)
+        it.states = states
+        it.marks_room, it.numbers_room, it.path_room = marks, numbers, rows
+
+    # -- the moment --------------------------------------------------------------------------------
 
     def look(self, t: float, y: Array) -> Snapshot:
-        """Return the contacts at one moment. The last snapshots are kept, since each event needs them several times."""
-        key = (t, y.tobytes())
-        if key not in self._seen:
-            if len(self._seen) == _KEPT:
-                del self._seen[next(iter(self._seen))]
-            self._seen[key] = self.scene.at(t, y, self._constants)
-        return self._seen[key]
+        """Return the contacts at a moment."""
+        return self.scene.at(t, y, self.looking)
 
-    def u(self, y: Array) -> Array:
-        """Return the generalized speeds of a state."""
-        return y[self.n : self.n + self.n_u]
+    def seen(self) -> Snapshot:
+        """Return the contacts at the present moment."""
+        return self.scene.snapshot(np.array(self.it.seen))
 
-    def still(self, y: Array) -> float:
-        """Return the speed below which a contact counts as at rest [m/s]."""
-        return STILL * (1 + largest(y[self.n : self.n + self.n_u]))
-
-    def near(self, y: Array) -> float:
-        """Return the gap below which a contact counts as closed [m]."""
-        return CLOSED * (1 + largest(y[: self.n]))
+    def chosen(self) -> list[int]:
+        """Return the contacts that take part in the problem of the present moment."""
+        return list(self.it.chosen[: self.it.count].tolist())
 
     def slip(self, seen: Snapshot, k: int) -> Array:
         """Return the slip velocity of a contact along its tangents [m/s]."""
@@ -138,63 +179,23 @@ class ContactRun:
         """Return the slip speed of a contact [m/s]."""
         return math.hypot(*self.slip(seen, k).tolist())
 
-    def closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
-        """Return the contacts with zero gap and the foot on their side, or at its end and not leaving it.
-
-        At the end of a side, a round feature touches the side or the corner, never both. A feature that came around
-        that end is behind the side and does not touch it.
-        """
-        left = frozenset(self.left)
-        if left not in seen.closed:
-            seen.closed[left] = self._closed(t, seen, y)
-        return seen.closed[left]
-
-    def _closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
-        near = self.near(y)
-        deep = near * (1 + largest(self.u(y)))  # event times are located to round-off, gaps are not
-        gaps, reaches = seen.gap.tolist(), seen.reach.tolist()
-        found = [k for k, gap in enumerate(gaps) if -deep <= gap <= near and reaches[k] >= -near]
-        at_end = [k for k in found if seen.reach[k] <= near]
-        gone = {k for k in at_end if k in self.left or self._leaves(t, y, k)}
-        found = [k for k in found if k not in gone]
-        return [k for k in found if not any(side in found for side, _ in self.scene.ends.get(k, ()))]
-
-    def approaching(self, t: float, y: Array) -> bool:
-        """Return True if a closed contact approaches."""
-        seen, still = self.look(t, y), self.still(y)
-        return any(seen.rate[self.scene.first[k]] < -still for k in self.closed(t, seen, y))
-
-    def joined(self, t: float, y: Array) -> bool:
-        """Return True if a contact approaches beside those that were closed at this moment before.
-
-        A correction of the state closed it. Each True adds a contact to those of the moment, so their number is the
-        limit of such impacts.
-        """
-        if not self.approaching(t, y):
-            return False
-        closed = frozenset(self.closed(t, self.look(t, y), y))
-        before = self.met[1] if self.met[0] == t else frozenset()
-        self.met = (t, before | closed)
-        return not closed <= before
-
-    def _leaves(self, t: float, y: Array, k: int, udot: Array | None = None) -> bool:
-        """Return True if the foot of a contact moves off the end of its side or, with ``udot``, begins to."""
-        state = float_state(self.model, y[: self.n].tolist(), self.u(y).tolist(), t, self.values)
-        still = self.still(y)
-        given = np.zeros(self.model.n_u) if udot is None else udot
-        for value, rate, growth in reaches_along(self.model, state, self.model.contacts[k], given.tolist()):
-            if abs(value) > self.near(y):
-                continue
-            if rate < -still or (udot is not None and abs(rate) <= still and growth < -SMALL):
-                return True
-        return False
-
-    def begins_to_leave(
-        self, t: float, y: Array, seen: Snapshot, chosen: Sequence[int], udot: Array
-    ) -> list[int]:
+    def begins_to_leave(self, udot: Array) -> list[int]:
         """Return the contacts at rest at the end of their side that these accelerations move off it."""
-        near = self.near(y)
-        return [k for k in chosen if seen.reach[k] <= near and self._leaves(t, y, k, udot)]
+        it, found = self.it, []
+        y = np.array(it.y)
+        for k in self.chosen():
+            if it.reach[k] > it.near:
+                continue
+            state = float_state(
+                self.model, y[: self.n].tolist(), y[self.n :][: self.n_u].tolist(), it.t, self.values
+            )
+            for value, rate, growth in reaches_along(
+                self.model, state, self.model.contacts[k], udot.tolist()
+            ):
+                rests = abs(rate) <= it.still and growth < -SMALL
+                if abs(value) <= it.near and (rate < -it.still or rests):
+                    found.append(k)
+        return found
 
     def smooth(self, seen: Snapshot, k: int) -> bool:
         """Return True if the coefficients of friction are zero in this run."""
@@ -216,8 +217,12 @@ class ContactRun:
             for k, c in zip(chosen, contacts, strict=True)
             if c.sliding is not None and c.tangents == 2
         ]
-        noise = 1e-14 * (1 + float(np.abs(self.u(y)).max(initial=0)))
+        noise = 1e-14 * (1 + float(np.abs(y[self.n : self.n + self.n_u]).max(initial=0)))
         return max(1e-8, *(noise / v for v in slips)) if slips else 1e-8
+
+    def still(self, y: Array) -> float:
+        """Return the speed below which a contact counts as at rest [m/s]."""
+        return STILL * (1 + float(np.abs(y[self.n : self.n + self.n_u]).max(initial=0)))
 
     def part(self, seen: Snapshot, chosen: Sequence[int], y: Array) -> tuple[Any, ...]:
         """Return the problem of the chosen contacts: A, their rows, responses, and contacts with renumbered rows."""
@@ -228,267 +233,12 @@ class ContactRun:
             rows += range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
         return seen.between(rows), rows, seen.responses[rows], contacts
 
-    # -- impacts ---------------------------------------------------------------------------------
-
-    def collide(self, t: float, y: Array, seen: Snapshot) -> tuple[Array, bool]:
-        """Return the state after the impact of approaching contacts, and True if any contact approached."""
-        still = self.still(y)
-        closed = self.closed(t, seen, y)
-        speeds = {k: float(seen.rate[self.scene.first[k]]) for k in closed}
-        if not any(v < -still for v in speeds.values()):
-            return y, False
-        chosen = [k for k in closed if speeds[k] <= still]
-        A, rows, responses, contacts = self.part(seen, chosen, y)
-        before = seen.rate[rows]
-        laws = [self.model.contacts[k].impact for k in chosen]
-        e = [float(seen.restitution[k]) for k in chosen]
-        try:
-            hit = impact(A, before, contacts, e, laws, self.order, still)
-        except SimulationError as error:
-            raise SimulationError(f"Impact at t = {t:.9g} s of '{self.model.name}': {error}") from None
-        after = y.copy()
-        after[self.n : self.n + self.n_u] += hit.impulses @ responses
-        whole = np.zeros(self.scene.rows)
-        whole[rows] = hit.impulses
-        self.impulses += self.gained(t, y, seen, whole)
-        new = self.look(t, after)
-        parts = []
-        for k in chosen:
-            at = self.scene.first[k]
-            if speeds[k] < -still:
-                parts.append(
-                    f"{self.names[k]}: impact, normal speed {seen.rate[at]:.6g} → {_zero(new.rate[at], still):.6g} m/s"
-                )
-        if hit.part < 1:
-            parts.append(
-                f"restitution reduced to {hit.part:g} e: no impulses satisfy the law with e, or the energy would grow"
-            )
-        if not hit.certain and undetermined(A, contacts, hit.impulses, hit.after, responses):
-            names = ", ".join(f"'{self.names[k]}'" for k in chosen)
-            if not self.shared:
-                raise SimulationError(
-                    f"Impact at t = {t:.9g} s of '{self.model.name}': the impulses of contacts {names} are statically "
-                    f"indeterminate, and each distribution moves the machine differently through its friction. Change "
-                    f"the friction or the shapes, or take indeterminate='compliance', which decides for the limit of "
-                    f"equal compliance at all contacts."
-                )
-            parts.append("indeterminate impulses of equal compliance")
-        warnings = self.passed(t, y, after, whole)
-        parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
-        self.tell(t, "impact", y, after, "; ".join(parts), warnings)
-        moving = frozenset(k for k in chosen if speeds[k] < -still)
-        stuck = all(self.speed(new, k) <= still for k in moving)
-        self.bounces.append(Bounce(t, moving, max(-speeds[k] for k in moving), stuck))
-        return after, True
-
-    def gained(self, t: float, y: Array, seen: Snapshot, impulses: Array) -> float:
-        """Return the change of the kinetic energy T = uᵀM u/2 + b·u + T₀ by impulses on contacts.
-
-        With the contact rates r = W u + w it is ΔT = Λ·(r⁻ + r⁺)/2 - Λ·w + b·Δu. The last two terms are the work of
-        drives that impose their motion.
-        """
-        whole = float(impulses @ (2 * seen.rate + seen.matrix @ (impulses @ seen.responses))) / 2
-        if not self.scene.candidates.moving:
-            return whole
-        program = self.scene.kernels.motion()
-        states = np.array([y, y, y])
-        mine = slice(self.n, self.n + self.model.n_u)
-        states[:, mine] = np.outer([0, 1, -1], impulses @ seen.responses)
-        kinetic = observe(
-            program.address("energy"), 2, np.full(3, t), states, program.constants(self.parameters)
-        )[:, 0]
-        return whole - float(impulses @ self.look(t, states[0]).rate) + float(kinetic[1] - kinetic[2]) / 2
-
-    def passed(self, t: float, y: Array, after: Array, impulses: Array) -> tuple[MotionWarning, ...]:
-        """Return warnings of one-sided constraints whose limits an impact exceeds.
-
-        The impulses Λ of the constraints follow from Gᵀ Λ = M Δu - Wᵀ P.
-        """
-        if not limits(self.model):
-            return ()
-        mine, q = slice(self.n, self.n + self.model.n_u), y[: self.n].tolist()
-        state = float_state(self.model, q, y[mine].tolist(), t, self.values)
-        M: Any = np.array(mass_matrix(self.model, state))
-        W: Any = np.array(contact_rows(self.model, state).matrix)
-        active, conditions = list(self.scene.kernels.active), linearized(self.model, state).matrix
-        G = np.array([conditions[i] for i in active], dtype=float)
-        multipliers = np.zeros(len(conditions))
-        left = M @ (after - y)[mine] - impulses @ W
-        multipliers[active] = np.linalg.lstsq(G.T, left, rcond=None)[0]
-        largest = max(np.abs(multipliers).max(), np.abs(impulses).max())
-        return passed_by_impulse(
-            self.model, multipliers.tolist(), lambda mu: float(state(mu)), float(largest), t
-        )
-
-    def tell(
-        self, t: float, name: str, before: Array, after: Array, text: str, warnings: tuple[MotionWarning, ...] = ()
-    ) -> None:  # fmt: skip
-        """Record a happening."""
-        names = (*self.model.coordinate_names, *self.model.speed_names)
-        self.happenings.append(
-            Happening(
-                t,
-                name,
-                0,
-                dict(zip(names, before.tolist(), strict=False)),
-                text,
-                dict(zip(names, after.tolist(), strict=False)),
-                warnings,
-            )
-        )
-
-    # -- blows -----------------------------------------------------------------------------------
-
-    def target(self, end: float) -> float:
-        """Return the time of the next scheduled blow, or the end of the run."""
-        return self.blows[0][0] if self.blows else end
-
-    def blows_due(self, t: float) -> bool:
-        """Return True if a scheduled blow is due."""
-        return bool(self.blows) and self.blows[0][0] <= t
-
-    def struck(self, t: float, y: Array) -> Array:
-        """Return the state after all blows that are due. Approaching contacts then collide, as after any impact."""
-        while self.blows_due(t):
-            y = self._strike(t, y, self.blows.pop(0)[1])
-        return y
-
-    def struck_by(self, which: int, t: float, y: Array) -> Array:
-        """Return the state after a blow that an event triggers."""
-        if not self.counts[which] > 0:
-            return y
-        self.counts[which] -= 1
-        return self._strike(t, y, self.called[which])
-
-    def _strike(self, t: float, y: Array, one: Blow) -> Array:
-        after, gained, told = strike(self.kernels, self.values, t, y, one)
-        self.impulses += gained
-        self.happenings.append(told)
-        self.bounces.clear()
-        return np.asarray(after)
-
-    def along(self, phase: Phase, name: str, t: float, y: Array) -> Array:
-        """Return the rates, accelerations or forces of all contacts in a phase."""
-        if phase not in self._programs:
-            program = phase.contact()
-            self._programs[phase] = program, program.constants(self.parameters)
-        program, constants = self._programs[phase]
-        return outputs_at(program.address(name), program.outputs(name), t, y, constants)
-
-    # -- phases ----------------------------------------------------------------------------------
-
-    def setup(self, modes: Modes, y: Array, seen: Snapshot) -> tuple[Phase, Rates, Watch | None, Any]:
-        """Return the compiled equations of the modes and the functions to watch."""
-        phase = self.scene.phase(modes, seen)
-        dead = self.dead(modes, seen, y)
-        key = (id(phase), dead)
-        if key not in self._setups:
-            rates = phase.rates(self.parameters)
-            watcher, endings = phase.watching(self.expressions, dead)
-            directions = (*(spec.direction for spec in self.specs), *(-1 for _ in endings))
-            terminal = (*(spec.terminal for spec in self.specs), *(True for _ in endings))
-            watch = (
-                Watch(
-                    watcher.address("watched"),
-                    directions,
-                    terminal,
-                    watcher.constants(self.parameters),
-                    watcher,
-                    len(self.specs),
-                )
-                if directions
-                else None
-            )
-            self._setups[key] = (phase, rates, watch, endings)
-        phase.loose = self.loose_forces(modes, dead, seen)
-        phase.shown = tuple(
-            STICK
-            if (k in dead and mode in ("slip+", "slip-")) or mode.startswith(LIMIT)
-            else SLIP
-            if mode == SMOOTH
-            else mode
-            for k, mode in enumerate(modes)
-        )
-        return self._setups[key]
-
-    def loose_forces(self, modes: Modes, dead: frozenset[int], seen: Snapshot) -> Any:
-        """Return the mask of indeterminate contact forces: forces in combinations without effect on the motion."""
-        rows, columns = [], []
-        for k, mode in enumerate(modes):
-            if mode == OPEN and k not in dead:
-                continue
-            at, n = self.scene.first[k], self.scene.tangents[k]
-            rows.append([at])
-            columns.append(seen.responses[at])
-            if mode == STICK or (k in dead and n == 1):
-                for i in range(at + 1, at + 1 + n):
-                    rows.append([i])
-                    columns.append(seen.responses[i])
-            elif mode in ("slip+", "slip-"):
-                rows[-1] = [at, at + 1]
-                columns[-1] = (
-                    columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
-                )
-            elif (mode == SLIP and n == 2 and not self.model.contacts[k].frictionless) or mode.startswith(
-                LIMIT
-            ):
-                v = np.array(direction_of(mode)) if mode.startswith(LIMIT) else self.slip(seen, k)
-                speed = float(np.linalg.norm(v))
-                if speed > 0:
-                    rows[-1] = [at, at + 1, at + 2]
-                    columns[-1] = (
-                        columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 3]
-                    )
-        mask = np.zeros(self.scene.rows, dtype=bool)
-        if rows:
-            F = np.array(columns)
-            F = F / np.linalg.norm(F, axis=1, keepdims=True)
-            left, sizes, _ = np.linalg.svd(F)
-            rank = int((sizes > 1e-9 * sizes.max(initial=0)).sum())
-            for i, group in enumerate(rows):
-                if np.abs(left[i, rank:]).max(initial=0) > 1e-7:
-                    mask[group] = True
-        return mask
-
-    def dead(self, modes: Modes, seen: Snapshot, y: Array) -> frozenset[int]:
-        """Return the contacts that the others hold in place: open contacts at zero gap, or slip at zero slip velocity.
-
-        Their rows depend on the rows of the others, so the functions that end their modes stay at zero.
-        """
-        near, still = self.near(y), self.still(y)
-        candidates = [
-            (k, self.scene.first[k])
-            for k, mode in enumerate(modes)
-            if mode == OPEN and abs(seen.gap[k]) <= near
-        ]
-        candidates += [
-            (k, self.scene.first[k] + 1)
-            for k, mode in enumerate(modes)
-            if mode in ("slip+", "slip-") and abs(seen.rate[self.scene.first[k] + 1]) <= still
-        ]
-        if not candidates or all(mode == OPEN for mode in modes):
-            return frozenset()
-        held = []
-        for k, mode in enumerate(modes):
-            at, n = self.scene.first[k], self.scene.tangents[k]
-            if mode != OPEN:
-                held += list(range(at, at + 1 + (n if mode == STICK else 0)))
-        R = seen.responses
-        basis = R[held].T
-        dead = []
-        for k, i in candidates:
-            row = R[i]
-            rest = row - basis @ np.linalg.lstsq(basis, row, rcond=SMALL)[0]
-            if np.linalg.norm(rest) <= SMALL * np.linalg.norm(row):
-                dead.append(k)
-        return frozenset(dead)
-
-    def spread(self, modes: Modes, seen: Snapshot, y: Array) -> float:
+    def spread(self, modes: Sequence[str], seen: Snapshot, y: Array) -> float:
         """Ratio of the accelerations by indeterminate forces to the accelerations by general forces of that size.
 
         It is above 0 if the motion depends on the distribution of indeterminate forces, which friction causes.
         """
-        chosen = [k for k, mode in enumerate(modes) if mode != OPEN]
+        chosen = [k for k, mode in enumerate(modes) if mode != "open"]
         A, _, responses, contacts = self.part(seen, chosen, y)
         known = []
         for k, contact in zip(chosen, contacts, strict=True):
@@ -504,17 +254,15 @@ class ContactRun:
         moved = B @ responses
         return float(np.abs(loose @ moved).max(initial=0) / np.abs(moved).max())
 
-    # -- bounces ---------------------------------------------------------------------------------
-
-    def size(self, y: Array) -> float:
-        """Return the greatest coordinate in magnitude."""
-        return largest(y[: self.n])
-
-
-def largest(x: Array) -> float:
-    """Return the greatest of a few numbers in magnitude."""
-    return max(map(abs, x.tolist()), default=0.0)
+    def decides(self, modes: Sequence[str], t: float, y: Array) -> bool:
+        """Return True if the shares of indeterminate forces decide the motion with these modes."""
+        seen = self.look(t, y)
+        closed = [k for k, mode in enumerate(modes) if mode != "open"]
+        contacts = [self.touching(seen, k, self.still(y)) for k in closed]
+        return self.spread(modes, seen, y) > 10 * self.alike(contacts, seen, closed, y)
 
 
-def _zero(x: float, small: float) -> float:
-    return 0.0 if abs(x) <= small else float(x)
+def found_closed(work: ContactRun) -> None:
+    """Find the closed contacts of the present moment, and choose those that do not leave."""
+    code("find_closed")(work.it)
+    code("choose")(work.it)

@@ -20,8 +20,8 @@ from ...dynamics.unilateral import MotionWarning
 from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.toml.read import case_from_text
 from ...model import Model
-from ..contact.course import Timeline, Touching
-from ..contact.run import Change
+from ..contact.course import Change, Timeline, Touching
+from ..contact.history import Told
 from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
@@ -158,7 +158,7 @@ def _course(
     happenings = tuple(_happening(*entry) for entry in about.get("happenings", ()))
     if kind == "contacts":
         timeline = Timeline(Change(*change) for change in about["changes"])
-        return Touching(InLegs(happenings), timeline, tuple(map(str, about["unknown"])))
+        return Touching(Told(happenings, timeline, tuple(map(str, about["unknown"]))))
     if kind == "sensitivities":
         shifts = np.array(about.get("shifts", np.zeros((2, len(variation.unknowns)))), dtype=float)
         if shifts.shape != (2, len(variation.unknowns)):

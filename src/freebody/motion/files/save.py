@@ -24,8 +24,7 @@ from ...describe.description import changes_of, names_of, without_signals
 from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
-from ..contact.course import Touching
-from ..contact.leaps import Leap
+from ..contact.course import Leap, Touching
 from ..ode.dense_output import Path
 from ..phase.scene import Phase
 from ..timestepping.course import InSteps, Steps

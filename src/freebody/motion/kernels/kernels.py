@@ -82,10 +82,11 @@ class Program:
     def constants(self, parameters: Array) -> Array:
         """Constants of the functions, computed once per run from the parameters. The last result is cached."""
         key = parameters.tobytes()
-        if not self._last or self._last[0][0] != key:
-            constants = np.ascontiguousarray(self.compiled.constants(parameters), dtype=float)
-            self._last[:] = [(key, constants)]
-        return self._last[0][1].copy()
+        last = self._last[0] if self._last else (b"", None)  # another thread may replace it meanwhile
+        if last[1] is None or last[0] != key:
+            last = key, np.ascontiguousarray(self.compiled.constants(parameters), dtype=float)
+            self._last[:] = [last]
+        return last[1].copy()
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from ...dynamics import State, coordinate_rates, traced_state
 from ...dynamics.composite import mass_matrix
 from ...dynamics.constrained import constraint_power
 from ...dynamics.constraints import linearized, rows
-from ...dynamics.contact import contact_layout, contact_rows, rows_of, touch
+from ...dynamics.contact import contact_layout, contact_rows, reaches_along, rows_of, touch
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
 from ...dynamics.linear import Factorization, entries, is_zero
@@ -43,7 +43,8 @@ class Pattern:
     ``order``      speed at each place of the order of elimination
     ``starts``     first entry of each column of L, and the end; ``below`` has the row of each entry
     ``groups``     contacts of each group
-    ``contacts``   for each contact: group, place in its outputs, tangents, reaches, first row
+    ``contacts``   for each contact: group, place in its outputs, tangents, reaches, first row, place of the rates of
+                   its reaches
     ``rows``       for each row: first entry in ``columns``, number of entries, place of the first in the outputs
     ``columns``    place in the order of elimination of each entry of W
     ``sizes``      number of outputs of each group
@@ -124,7 +125,7 @@ class Candidates:
             for k in group:
                 contact = model.contacts[k]
                 it, given = touch(model, state, contact), rows_of(model, state, (contact,))
-                contacts[k] = (g, len(values), self.tangents[k], len(it.reach), self.first[k])
+                at = len(values)
                 coefficients = (
                     state(x) for x in (contact.friction, contact.static_friction, contact.restitution)
                 )
@@ -134,6 +135,9 @@ class Candidates:
                     of_rows[self.first[k] + j] = (len(columns), len(W), len(values))
                     columns += [place[i] for i, _ in W]
                     values += [x for _, x in W]
+                contacts[k] = (g, at, self.tangents[k], len(it.reach), self.first[k], len(values))
+                if it.reach:
+                    values += [rate for _, rate, _ in reaches_along(model, state, contact, [0] * model.n_u)]
             outputs.append(values)
         self.kernels.cache[Pattern] = Pattern(
             tuple(M.order),

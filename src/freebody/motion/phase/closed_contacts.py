@@ -26,22 +26,24 @@ from __future__ import annotations
 from ...native.instructions import (
     Integers,
     Reals,
-    bits,
     call,
     compiled,
+    greater,
     inlined,
-    integers_at,
     lesser,
     root,
     shifted,
 )
 from ..cones.elimination import solved
+from .mode_table import evaluated, table
 from .places import (
     ACTIVE,
     ALL_OWN,
     AT,
+    AWAY_AT,
     BAND_AT,
     CALLED,
+    CLOSED,
     COLUMNS,
     CONDITION,
     CONDITION_SIZE,
@@ -75,12 +77,12 @@ from .places import (
     LAW,
     LINE_STOP,
     LOAD_AT,
-    MACHINE,
     MACHINE_AT,
     MINUS,
     MULTIPLIER_AT,
     N_Q,
     N_U,
+    NEVER,
     NO_SLIP,
     NORMAL,
     NORMAL_OF,
@@ -124,12 +126,6 @@ from .places import (
 )
 
 # --- evaluation ----------------------------------------------------------------------------------
-
-
-@inlined
-def evaluated(t: float, y: Reals, c: Reals, T: Integers) -> None:
-    """Call the kernel of the machine."""
-    call(T[MACHINE], t, y, 0, shifted(c, T[CONSTANTS]), c, T[MACHINE_AT])
 
 
 @compiled
@@ -400,12 +396,6 @@ def solve(t: float, y: Reals, c: Reals, T: Integers) -> int:
 # --- kernels of a phase --------------------------------------------------------------------------
 
 
-@inlined
-def table(c: Reals) -> Integers:
-    """Return the table of integers of a phase."""
-    return integers_at(bits(c[0]))
-
-
 @compiled
 def rates(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Set ``out`` to q', u', the power of all that does work, and the heat of friction per second."""
@@ -515,6 +505,10 @@ def projection(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """
     T = table(c)
     n_q, n = T[N_Q], T[N_U]
+    if T[ACTIVE] == 0:
+        for i in range(n_q + n):
+            out[i] = y[i]
+        return
     evaluated(t, y, c, T)
     looked_at(shifted(T, T[CALLED]), t, y, c, T)
     corrected(c, T, 0)
@@ -601,8 +595,10 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
         seen, v = contact_at(c, T, k), rates_of(c, T, k)
         at = T[CONTACT] + CONTACT_SIZE * k
         F, mu = shifted(c, T[FORCE_AT] + T[at + FIRST]), seen[2 + T[at + REACHES]]
-        value = 0.0
-        if law == GAP:
+        value = 1.0
+        if law == NEVER:
+            pass
+        elif law == GAP:
             value = seen[0] - c[T[BAND_AT] + k]
         elif law == NORMAL:
             value = F[0] + size
@@ -628,7 +624,8 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
 @compiled
 def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Set ``out`` to what decides events: gaps, least reaches, rates, W u' + b without contact forces, u' so, W, the
-    change of u' per unit of each contact force, and μ, μ_s, e. The machine's own conditions are enforced.
+    change of u' per unit of each contact force, μ, μ_s, e, and the least rates of reaches that are zero. The machine's
+    own conditions are enforced.
     """
     T = table(c)
     n, E, m = T[N_U], T[CONTACTS], T[ROWS]
@@ -637,16 +634,22 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     free = shifted(out, 2 * E + 2 * m)
     for k in range(n):
         free[k] = c[T[UDOT_AT] + k]
-    W, X = shifted(free, n), shifted(free, n + m * n)
+    W, X, size = shifted(free, n), shifted(free, n + m * n), 1.0
+    more = shifted(X, m * n)
+    for k in range(T[N_Q]):
+        size = greater(size, 1.0 + abs(y[k]))
     spare = shifted(c, T[SPARE_AT])
     for k in range(E):
         one, seen = T[CONTACT] + CONTACT_SIZE * k, contact_at(c, T, k)
         v, b, reaches = rates_of(c, T, k), biases_of(c, T, k), T[one + REACHES]
         out[k], out[E + k] = seen[0], INFINITE
+        more[3 * E + k] = INFINITE
         for j in range(reaches):
             out[E + k] = lesser(out[E + k], seen[1 + j])
+            if abs(seen[1 + j]) <= CLOSED * size:
+                more[3 * E + k] = lesser(more[3 * E + k], c[T[one + AWAY_AT] + j])
         for j in range(3):
-            out[2 * E + 2 * m + n + 2 * m * n + 3 * k + j] = seen[1 + reaches + j]
+            more[3 * k + j] = seen[1 + reaches + j]
         for j in range(1 + T[one + TANGENTS]):
             r = T[one + FIRST] + j
             out[2 * E + r] = v[j]

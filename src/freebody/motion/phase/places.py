@@ -17,7 +17,7 @@ from __future__ import annotations
     CONDITIONS,  # conditions of this phase, its own first
     ACTIVE,  # independent ones among them
     SLIPPING,  # 1 if a contact slips with friction
-    ENDINGS,  # functions that end the phase
+    ENDINGS,  # functions that may end the phase
     EXPRESSIONS,  # functions of the user before them
     MACHINE,  # address of the kernel "machine"
     GROUPS,  # list: addresses of the kernels of the groups of contacts
@@ -29,9 +29,11 @@ from __future__ import annotations
     POWER_CONSTANTS,
     DERIVED,  # address of a kernel of the state, accelerations, forces and multipliers
     DERIVED_CONSTANTS,
+    GROUP_COUNT,
     CALLED,  # list: number of the groups with closed contacts, then these groups
-    WATCHED,  # list: number of the other groups with watched contacts, then these groups
-    CONTACT,  # list: five numbers for each contact
+    WATCHED,  # list: number of the other groups, then these groups
+    CONTACT,  # list: six numbers for each contact
+    KIND,  # list: two more numbers for each contact
     ROW,  # list: three numbers for each row
     COLUMNS,  # list: place in the order of elimination of each entry of the rows
     ORDER,  # list: speed at each place of the order of elimination
@@ -40,6 +42,7 @@ from __future__ import annotations
     INDEPENDENT,  # list: active conditions
     HOLONOMIC,  # list: number of the active conditions that restrict coordinates, then these conditions
     OWN_NUMBER,  # list: number of each active condition of the machine among all
+    OWN_HOLONOMIC,  # list: 1 for each of these that restricts coordinates
     CONDITION,  # list: five numbers for each condition
     ENDING,  # list: four numbers for each ending
     MACHINE_AT,  # outputs of "machine", these six: q'
@@ -64,11 +67,14 @@ from __future__ import annotations
     FORCE_AT,
     MULTIPLIER_AT,
     HEAD,
-) = range(56)
+) = range(59)
 
-GROUP, AT, TANGENTS, REACHES, FIRST = range(5)
-"""Numbers of a contact: its group, place of its outputs (gap, reaches, μ, μ_s, e, rates, biases), first row."""
-CONTACT_SIZE, ROW_SIZE = 5, 3
+GROUP, AT, TANGENTS, REACHES, FIRST, AWAY_AT = range(6)
+"""Numbers of a contact: its group, place of its outputs (gap, reaches, μ, μ_s, e, rates, biases), first row, place of
+the rates of its reaches."""
+CONTACT_SIZE, ROW_SIZE, KIND_SIZE = 6, 3, 2
+ROUGH, SIDE_OF = range(2)
+"""More numbers of a contact: 1 if it may have friction, and the side that it ends or -1."""
 SOURCE, ROW_OF, SLIP, NORMAL_OF, FORCE_ROW = range(5)
 """Numbers of a condition: contact (or -1 - place of the machine's condition), row of the contact, direction of slip,
 condition of the normal of a tangent or -1, place of its row of K."""
@@ -79,8 +85,11 @@ contact at rest at its limit of friction."""
 LAW, CONTACT_OF, SIGN, PLACE = range(4)
 """Numbers of an ending."""
 ENDING_SIZE = 4
-GAP, NORMAL, CONE, LINE_CONE, STOP, LINE_STOP, REACH, SIDE = range(8)
-"""Laws of endings."""
+GAP, NORMAL, CONE, LINE_CONE, STOP, LINE_STOP, REACH, SIDE, NEVER = range(9)
+"""Laws of endings. The place of a reach is its number, of other laws -1."""
+OPEN, STICK, SLIDE_ON, SLIDE_BACK, SLIDE, SMOOTH, LIMIT = range(7)
+"""Modes of a contact: open, stick, slip along its only tangent or against it, slip, slip without friction in this run,
+and at rest at its limit of friction."""
 
 ROUNDED = 2.0**-44
 """Round-off of a contact force relative to the sum of its parts: 256 units in the last place.
@@ -95,3 +104,7 @@ equality.
 STOPPED = 1e-8
 """Slip speed in space below which the slip ends with one straight step [m/s]."""
 STOPPED_SQUARE = STOPPED**2
+CLOSED = 1e-10
+"""Gap, relative to 1 m or the greatest coordinate, below which a contact is closed."""
+DEPENDENT = 1e-10
+"""Part of a row of A above which it counts as independent of others."""

@@ -8,7 +8,6 @@ A phase needs no code of its own: it is a table of integers (`places`) for the f
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -18,7 +17,7 @@ import numpy as np
 
 from ...dynamics import State, coordinate_rates
 from ...dynamics.constraints import rows
-from ...dynamics.contact import contact_layout, contact_rows, touches
+from ...dynamics.contact import contact_layout, contact_rows, reaches_along, touches
 from ...dynamics.contact_motion import contact_accelerations, contact_problem
 from ...dynamics.state import float_state
 from ...errors import SimulationError
@@ -26,13 +25,12 @@ from ...model import Model
 from ...native import loop
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
+from ..cones.dense_problem import code
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Rates, observe, outputs_at
 from . import places
 from .candidates import Candidates
 
-DEPENDENT = 1e-10
-"""Part of a row of A above which it counts as independent of the earlier rows."""
 Modes = tuple[str, ...]
 """Mode of every contact: open, stick, slip+, slip-, slip, smooth, or limit and a direction (:func:`at_limit`)."""
 
@@ -40,12 +38,16 @@ SMOOTH = "smooth"
 """Mode of a closed contact whose friction is zero in this run: the sense of its slip is not watched."""
 LIMIT = "limit"
 """Mode of a contact in space at its limit of friction that the others hold at rest: -T/|T| is a fixed direction."""
-KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH)
-_SLIPS = {LIMIT: places.FIXED, "slip+": places.PLUS, "slip-": places.MINUS, "slip": places.ALONG}
+KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH, LIMIT)
+"""Kinds of modes, in the order of their numbers (`places`)."""
+NUMBERS = {kind: number for number, kind in enumerate(KINDS)}
 _FUNCTIONS = (
     "rates", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force", "watched", "looked",
+    "set_modes",
 )  # fmt: skip
-_MODULE = loop.sibling(__name__, "closed_contacts")
+_MODULES = tuple(loop.sibling(__name__, name) for name in ("closed_contacts", "mode_table"))
+_LABEL = _MODULES[0]
+_SLIPPING = ("slip+", "slip-", "slip")
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,8 @@ class Snapshot:
     """The contacts at one moment: E elements, m rows in the order of :func:`contact_layout`.
 
     ``c`` are the derivatives of the rates without contact forces, ``free`` the accelerations u' so, ``matrix`` is W,
-    and ``responses`` the change of u' per unit of each contact force.
+    and ``responses`` the change of u' per unit of each contact force. ``away`` are the least rates of reaches that are
+    zero.
     """
 
     gap: Array
@@ -66,8 +69,7 @@ class Snapshot:
     friction: Array
     static: Array
     restitution: Array
-    closed: dict[frozenset[int], list[int]] = field(default_factory=dict)
-    """Cache: closed contacts, by those that begin to leave the end of their side."""
+    away: Array
 
     @cached_property
     def A(self) -> Array:
@@ -95,7 +97,7 @@ class DataProgram:
     size: int
     parts: Sequence[tuple[int, Any]]
     numbers: Sequence[tuple[int, float]]
-    _last: list[Any] = field(default_factory=list)
+    _last: list[tuple[bytes, Any]] = field(default_factory=list)
 
     def address(self, name: str) -> int:
         """Address of a function."""
@@ -108,7 +110,10 @@ class DataProgram:
     def constants(self, parameters: Array) -> Array:
         """Return c for these parameters; it is memory of the functions too, so no two threads may share it."""
         key = parameters.tobytes()
-        if not self._last or self._last[0] != key:
+        last: tuple[bytes, Any] = (
+            self._last[0] if self._last else (b"", None)
+        )  # another thread may replace it meanwhile
+        if last[1] is None or last[0] != key:
             c = np.zeros(self.size)
             c.view(np.int64)[0] = loop.address(self.table)
             for at, program in self.parts:
@@ -116,8 +121,9 @@ class DataProgram:
                 c[at : at + own.size] = own
             for at, number in self.numbers:
                 c[at] = number
-            self._last[:] = [key, c]
-        return cast(Array, self._last[1].copy())
+            last = key, c
+            self._last[:] = [last]
+        return cast(Array, last[1].copy())
 
 
 def at_limit(direction: Sequence[float]) -> str:
@@ -130,16 +136,15 @@ def direction_of(mode: str) -> tuple[float, ...]:
     return tuple(map(float, mode.split()[1:]))
 
 
-def _addresses() -> dict[str, int]:
-    """Return the addresses of the compiled functions."""
+def functions() -> dict[str, Any]:
+    """Return the compiled functions of this room."""
 
-    def functions() -> dict[str, Any]:
-        from . import closed_contacts
+    def named() -> dict[str, Any]:
+        from . import closed_contacts, mode_table
 
-        return vars(closed_contacts)
+        return vars(closed_contacts) | vars(mode_table)
 
-    made = loop.made(_MODULE, (_MODULE,), _FUNCTIONS, functions, short=True).functions
-    return {name: cast(int, ctypes.cast(made[name].code, ctypes.c_void_p).value) for name in _FUNCTIONS}
+    return loop.made(_LABEL, _MODULES, _FUNCTIONS, named, short=True).functions
 
 
 def _ends(model: Model) -> dict[int, list[tuple[int, int]]]:
@@ -170,11 +175,23 @@ class Scene:
         self.ends = _ends(self.model)
 
     @cached_property
+    def endings(self) -> tuple[Ending, ...]:
+        """Return the functions that may end a phase, contact by contact: normal, tangents, reaches, end of a side."""
+        result: list[Ending] = []
+        for k, n in enumerate(self.tangents):
+            result += [Ending(k), *[Ending(k)] * (2 * (n == 1) + (n == 2))]
+            result += [
+                Ending(k, place) for place in range(self.candidates.pattern.contacts[k][places.REACHES])
+            ]
+            result += [Ending(side, place) for side, place in self.ends.get(k, ())]
+        return tuple(result)
+
+    @cached_property
     def program(self) -> DataProgram:
         """The function ``looked`` of all contacts."""
         n, E, m = self.model.n_u, len(self.first), self.rows
         none = self.holding(("open",) * E, self.kernels.active)
-        return none.data({"looked": 5 * E + 2 * m + n + 2 * m * n})
+        return none.data({"looked": 6 * E + 2 * m + n + 2 * m * n})
 
     def constants(self, parameters: Array) -> Array:
         """Return the constants of the kernel for these parameters."""
@@ -203,41 +220,46 @@ class Scene:
             outputs_at(program.address("looked"), program.outputs("looked"), t, y, constants)
         )
 
-    def evaluated(self, t: float, y: Array, values: Mapping[str, float]) -> Snapshot:
-        """Return the contacts at a state without compiled code: for one state this is cheaper."""
+    def outputs(self, t: float, y: Array, values: Mapping[str, float]) -> Array:
+        """Return the outputs of ``looked`` without compiled kernels: for one state this is cheaper."""
         model, n = self.model, self.model.n_q
         state = float_state(model, y[:n].tolist(), y[n : n + model.n_u].tolist(), t, values)
         seen, problem = contact_rows(model, state), contact_problem(model, state, self.kernels.active)
-        return self.snapshot(
-            np.array(
-                [
-                    *map(float, seen.gap),
-                    *(min(map(float, one.reach), default=np.inf) for one in touches(model, state)),
-                    *map(float, seen.rate),
-                    *map(float, problem.c),
-                    *map(float, problem.free),
-                    *(float(x) for row in seen.matrix for x in row),
-                    *(float(x) for row in problem.responses for x in row),
-                    *(
-                        float(state(x))
-                        for c in model.contacts
-                        for x in (c.friction, c.static_friction, c.restitution)
-                    ),
-                ]
-            )
+        coefficients = (
+            state(x) for c in model.contacts for x in (c.friction, c.static_friction, c.restitution)
         )
+        return np.array(
+            [
+                *map(float, seen.gap),
+                *(min(map(float, one.reach), default=np.inf) for one in touches(model, state)),
+                *map(float, seen.rate),
+                *map(float, problem.c),
+                *map(float, problem.free),
+                *(float(x) for row in seen.matrix for x in row),
+                *(float(x) for row in problem.responses for x in row),
+                *map(float, coefficients),
+                *(self._away(state, c, y[:n]) for c in model.contacts),
+            ]
+        )
+
+    def _away(self, state: State, contact: Any, q: Array) -> float:
+        """Return the least rate of the reaches of a contact that are zero."""
+        near, still = places.CLOSED * (1 + float(np.abs(q).max(initial=0))), [0.0] * self.model.n_u
+        reaches = reaches_along(self.model, state, contact, still)
+        return min((float(rate) for value, rate, _ in reaches if abs(value) <= near), default=np.inf)
 
     def snapshot(self, values: Array) -> Snapshot:
         """Return the outputs of ``looked`` by their names."""
         n_u, E, m = self.model.n_u, len(self.first), self.rows
         parts, at = [], 0
-        for size in (E, E, m, m, n_u, m * n_u, m * n_u, 3 * E):
+        for size in (E, E, m, m, n_u, m * n_u, m * n_u, 3 * E, E):
             parts.append(values[at : at + size])
             at += size
-        gap, reach, rate, c, free, matrix, responses, coefficients = parts
+        gap, reach, rate, c, free, matrix, responses, coefficients, away = parts
+        friction, static, restitution = coefficients.reshape(E, 3).T.copy()
         return Snapshot(
-            gap, reach, rate, c, free, matrix.reshape(m, n_u), responses.reshape(m, n_u),
-            *coefficients.reshape(E, 3).T.copy(),
+            gap, reach, rate, c, free, matrix.reshape(m, n_u), responses.reshape(m, n_u), friction, static,
+            restitution, away,
         )  # fmt: skip
 
     def phase(self, modes: Modes, seen: Snapshot | None = None) -> Phase:
@@ -264,32 +286,20 @@ class Scene:
         ]
 
     def _independent(self, modes: Modes, seen: Snapshot) -> list[int]:
-        """Return independent conditions of closed contacts by Cholesky pivots of A; earlier ones take precedence."""
+        """Return independent conditions of closed contacts by Cholesky pivots of A, the largest first."""
         held = [self.first[k] + j for k, j in self.conditions(modes)]
-        A = seen.between(held)
-        kept: list[int] = []
-        L = np.zeros(A.shape)
-        for i in range(len(held)):
-            count = len(kept)
-            row = A[i, kept]
-            for j in range(count):
-                row[j] = (row[j] - L[j, :j] @ row[:j]) / L[j, j]
-            left = A[i, i] - row @ row
-            if left > DEPENDENT * A[i, i]:
-                L[count, :count] = row
-                L[count, count] = np.sqrt(left)
-                kept.append(i)
-        return [self.candidates.own + i for i in kept]
+        m = len(held)
+        order = np.zeros(m, dtype=np.int64)
+        code("factor")(seen.between(held), m, np.zeros(m * m), places.DEPENDENT, np.zeros(m), order)
+        return [self.candidates.own + i for i in np.flatnonzero(order).tolist()]
 
 
 @dataclass(frozen=True)
 class Ending:
-    """A function that ends a phase when it falls through zero: its contact and its meaning."""
+    """A function that ends a phase when it falls through zero: its contact, and the end of a side among its reaches."""
 
     contact: int
-    law: str  # gap, normal, cone, slip, reach, side
-    sign: int = 0
-    place: int = 0  # index of the end of a side among its reaches
+    place: int = -1
 
 
 class Phase:
@@ -360,6 +370,27 @@ class Phase:
             ),
         )
 
+    def whole(self, expressions: Sequence[Any]) -> DataProgram:
+        """Functions ``rates``, ``projection`` and ``watched`` with room for any modes.
+
+        The last gives the user's expressions, then the functions that end the phase (:attr:`Scene.endings`).
+        """
+
+        def make() -> DataProgram:
+            values = self.scene.kernels.expressions(expressions) if expressions else None
+            moved, count = self.model.n_q + self.model.n_u, len(expressions)
+            sizes = {"rates": self.size, "projection": moved, "watched": count + len(self.scene.endings)}
+            return self.data(sizes, values=values, count=count, whole=True)
+
+        return cast(DataProgram, self._program(tuple(expressions), make))
+
+    def rates_of(self, program: DataProgram, constants: Array) -> Rates:
+        """Return the right-hand side, and the projection, of a program with these constants."""
+        return Rates(
+            program.address("rates"), self.size, constants, self.model.quaternions, program,
+            projection=program.address("projection"), projected=program.outputs("projection"),
+        )  # fmt: skip
+
     def rates(self, parameters: Array) -> Rates:
         """Return the right-hand side with the constants of these parameters."""
         program = self.motion()
@@ -373,68 +404,15 @@ class Phase:
             result, projection=program.address("projection"), projected=program.outputs("projection")
         )
 
-    def watching(
-        self, expressions: Sequence[Any], dead: frozenset[int] = frozenset()
-    ) -> tuple[DataProgram, tuple[Ending, ...]]:
-        """Function ``watched``: the user's expressions, then the functions that end the phase.
+    def watching(self, expressions: Sequence[Any]) -> DataProgram:
+        """Function ``watched``: the user's expressions, then the functions that end the phase (:func:`endings`)."""
 
-        ``dead`` are contacts that the others hold: open contacts with constant zero gap, slipping contacts with
-        constant zero slip.
-        """
-
-        def make() -> tuple[DataProgram, tuple[Ending, ...]]:
-            endings, numbers = self._endings(dead)
+        def make() -> DataProgram:
             values = self.scene.kernels.expressions(expressions) if expressions else None
-            count = len(expressions) + len(endings)
-            return self.data(
-                {"watched": count}, endings=numbers, values=values, count=len(expressions)
-            ), tuple(endings)
+            count = len(expressions) + len(self.scene.endings)
+            return self.data({"watched": count}, values=values, count=len(expressions))
 
-        return cast("tuple[DataProgram, tuple[Ending, ...]]", self._program((tuple(expressions), dead), make))
-
-    def closing_at(self, watcher: DataProgram, constants: Array, gaps: Array) -> None:
-        """Let open contacts that start at a negative gap close at this gap, in the constants of :meth:`watching`."""
-        at = watcher.table[places.BAND_AT]
-        constants[at : at + gaps.size] = np.minimum(gaps, 0.0)
-
-    def _elsewhere(self, k: int) -> bool:
-        """Return True if the foot is on the side that this corner ends, or on a corner of this side."""
-        ends = self.scene.ends
-        return any(self.modes[side] != "open" for side, _ in ends.get(k, ())) or any(
-            self.modes[j] != "open" and (k, place) in ends[j] for j in ends for place in (0, 1)
-        )
-
-    def _endings(self, dead: frozenset[int]) -> tuple[list[Ending], list[int]]:
-        """Return the endings, and the numbers of each for the table."""
-        endings: list[Ending] = []
-        numbers: list[int] = []
-        pattern = self.scene.candidates.pattern
-
-        def end(code: int, contact: int, law: str, sign: int = 0, place: int = 0) -> None:
-            endings.append(Ending(contact, law, sign, place))
-            numbers.extend((code, contact, sign, place))
-
-        for k, (contact, mode) in enumerate(zip(self.model.contacts, self.modes, strict=True)):
-            n = self.scene.tangents[k]
-            if mode == "open":
-                if k not in dead and not self._elsewhere(k):
-                    end(places.GAP, k, "gap")
-                continue
-            end(places.NORMAL, k, "normal")
-            for place in range(pattern.contacts[k][places.REACHES]):
-                end(places.REACH, k, "reach", place=place)
-            for side, place in self.scene.ends.get(k, ()):
-                end(places.SIDE, side, "side", place=place)
-            if mode == "stick" and n == 1:
-                end(places.LINE_CONE, k, "cone", 1)
-                end(places.LINE_CONE, k, "cone", -1)
-            elif mode == "stick":
-                end(places.CONE, k, "cone")
-            elif mode in ("slip+", "slip-") and k not in dead:
-                end(places.LINE_STOP, k, "slip", 1 if mode == "slip+" else -1)
-            elif mode == "slip" and n == 2 and not contact.frictionless:
-                end(places.STOP, k, "slip")
-        return endings, numbers
+        return cast(DataProgram, self._program(tuple(expressions), make))
 
     # -- data ------------------------------------------------------------------------------------
 
@@ -442,22 +420,22 @@ class Phase:
         self,
         outputs: Mapping[str, int],
         derived: tuple[str, Program] | None = None,
-        endings: Sequence[int] | None = None,
         values: Program | None = None,
         count: int = 0,
+        whole: bool = False,
     ) -> DataProgram:
         """Return compiled functions for these modes.
 
         Parameters
         ----------
-        outputs     function of `closed_contacts` -> number of its outputs
+        outputs     function of `closed_contacts` -> number of its outputs; ``watched`` needs endings
         derived     name and program of a function of the state, accelerations, forces and multipliers
-        endings     numbers of the functions that end the phase; without them, all contacts are looked at
         values      program of the ``count`` functions of the user
+        whole       True for room for any modes
         """
-        candidates, addresses = self.scene.candidates, _addresses()
+        candidates, code = self.scene.candidates, functions()
         program, power = candidates.program(), candidates.power() if candidates.driven else None
-        table = _Table(self, endings)
+        table = _Table(self, "watched" in outputs, whole)
         parts: list[tuple[int, Any]] = []
         table.kernel(places.MACHINE, program.address("machine"))
         table.constants(places.CONSTANTS, program, parts)
@@ -467,7 +445,7 @@ class Phase:
         if power is not None:
             table.kernel(places.POWER, power.address("power"))
             table.constants(places.POWER_CONSTANTS, power, parts)
-        functions = {name: (addresses[name], size) for name, size in outputs.items()}
+        found = {name: (code[name].address, size) for name, size in outputs.items()}
         if values is not None:
             table.kernel(places.VALUES, values.address("values"))
             table.constants(places.VALUES_CONSTANTS, values, parts)
@@ -476,39 +454,37 @@ class Phase:
             name, of_forces = derived
             table.kernel(places.DERIVED, of_forces.address(name))
             table.constants(places.DERIVED_CONSTANTS, of_forces, parts)
-            functions[name] = addresses["derived"], of_forces.outputs(name)
+            found[name] = code["derived"].address, of_forces.outputs(name)
         at = table.head[places.DIRECTION_AT]
         numbers = [
             (at + 2 * k + j, x) for k, mode in enumerate(self.modes) for j, x in enumerate(direction_of(mode))
         ]
-        return DataProgram(functions, table.finished(), table.size, parts, numbers)
+        return DataProgram(found, table.finished(), table.size, parts, numbers)
 
 
 class _Table:
-    """The table of integers of a phase while it is written."""
+    """The table of integers of a phase while it is written.
 
-    def __init__(self, phase: Phase, endings: Sequence[int] | None) -> None:
+    ``endings``    True if the end of the phase is watched
+    ``whole``      True for room for all modes, which compiled code may write then
+    """
+
+    def __init__(self, phase: Phase, endings: bool, whole: bool) -> None:
         self.head = [0] * places.HEAD
         self.tail: list[int] = []
-        self.size = 1
+        self.size, self.phase = 1, phase
         scene, candidates, model = phase.scene, phase.scene.candidates, phase.model
         pattern, own = candidates.pattern, phase.own
-        n, m = model.n_u, scene.rows
-        kinds, first = rows(model), len(own)
-        active = [*range(first), *(first + i - candidates.own for i in phase.active[first:])]
-        holonomic = [i for i, number in enumerate(own) if not kinds[number].on_speeds]
-        holonomic += [i for i in active[first:] if phase.conditions[i - first][1] == 0]
-        slips = [
-            places.NO_SLIP
-            if model.contacts[k].frictionless
-            else _SLIPS.get(phase.modes[k].partition(" ")[0], places.NO_SLIP)
-            for k, _ in phase.conditions
-        ]
-        a, count, slipping = len(active), first + len(slips), sum(slip != places.NO_SLIP for slip in slips)
+        kinds, first, n, m = rows(model), len(own), model.n_u, scene.rows
+        E, a, count, slipping = len(model.contacts), len(phase.active), first + len(phase.conditions), 0
+        if whole:
+            a, count, slipping = min(first + m, n), first + m, E
+        else:
+            slipping = sum(mode in _SLIPPING or mode.startswith(LIMIT) for mode in phase.modes)
         for place, value in {
-            places.N_Q: model.n_q, places.N_U: n, places.CONTACTS: len(model.contacts), places.ROWS: m,
-            places.OWN: first, places.ALL_OWN: candidates.own, places.CONDITIONS: count, places.ACTIVE: a,
-            places.SLIPPING: int(slipping > 0), places.ENDINGS: len(endings or ()) // places.ENDING_SIZE,
+            places.N_Q: model.n_q, places.N_U: n, places.CONTACTS: E, places.ROWS: m, places.OWN: first,
+            places.ALL_OWN: candidates.own, places.ENDINGS: len(scene.endings) if endings else 0,
+            places.GROUP_COUNT: len(pattern.groups),
         }.items():  # fmt: skip
             self.head[place] = value
         L = len(pattern.below)
@@ -517,8 +493,8 @@ class _Table:
             (places.LOAD_AT, 1), (places.OWN_AT, len(own) * (3 + n)), (places.Y_AT, count * n),
             (places.K_AT, slipping * n), (places.RIGHT_AT, count), (places.LAMBDA_AT, count),
             (places.WEIGHT_AT, count), (places.SQUARE_AT, 2 * a * a + a), (places.G_AT, 2 * a * count),
-            (places.STEP_AT, n), (places.SPARE_AT, n), (places.BAND_AT, len(model.contacts)),
-            (places.DIRECTION_AT, 2 * len(model.contacts)), (places.STATE_AT, model.n_q + n), (places.UDOT_AT, n),
+            (places.STEP_AT, n), (places.SPARE_AT, n), (places.BAND_AT, E),
+            (places.DIRECTION_AT, 2 * E), (places.STATE_AT, model.n_q + n), (places.UDOT_AT, n),
             (places.FORCE_AT, m), (places.MULTIPLIER_AT, candidates.own),
         ):  # fmt: skip
             self.room(place, size)
@@ -526,7 +502,16 @@ class _Table:
         self.list(places.GROUP_AT, groups)
         self.list(
             places.CONTACT,
-            [x for g, at, *rest in pattern.contacts for x in (g, groups[g] + at, *rest)],
+            [
+                x
+                for g, at, n_t, reaches, row, away in pattern.contacts
+                for x in (g, groups[g] + at, n_t, reaches, row, groups[g] + away)
+            ],
+        )
+        sides = {k: side for k, ((side, _),) in scene.ends.items()}
+        self.list(
+            places.KIND,
+            [x for k, c in enumerate(model.contacts) for x in (int(not c.frictionless), sides.get(k, -1))],
         )
         group_of_row = [
             one[0] for k, one in enumerate(pattern.contacts) for _ in range(1 + scene.tangents[k])
@@ -540,35 +525,16 @@ class _Table:
         self.list(places.ORDER, pattern.order)
         self.list(places.STARTS, pattern.starts)
         self.list(places.PLACES, pattern.below)
-        self.list(places.INDEPENDENT, active)
-        self.list(places.HOLONOMIC, [len(holonomic), *holonomic])
+        self.list(places.INDEPENDENT, [0] * (first + count))
+        self.list(places.HOLONOMIC, [0] * (1 + first + count))
         self.list(places.OWN_NUMBER, own)
-        self.list(places.CONDITION, self._conditions(phase, slips, n))
-        self.list(places.ENDING, endings or ())
-        called = sorted({pattern.contacts[k][0] for k, _ in phase.conditions})
-        watched = (
-            range(len(groups))
-            if endings is None
-            else sorted({pattern.contacts[k][0] for k in endings[places.CONTACT_OF :: places.ENDING_SIZE]})
+        self.list(places.OWN_HOLONOMIC, [int(not kinds[i].on_speeds) for i in own])
+        self.list(places.CONDITION, [0] * (places.CONDITION_SIZE * count))
+        self.list(
+            places.ENDING, [x for end in scene.endings if endings for x in (0, end.contact, 0, end.place)]
         )
-        others = [g for g in watched if g not in called]
-        self.list(places.CALLED, [len(called), *called])
-        self.list(places.WATCHED, [len(others), *others])
-
-    def _conditions(self, phase: Phase, slips: Sequence[int], n: int) -> list[int]:
-        """Return the numbers of all conditions."""
-        Y, K = self.head[places.Y_AT], self.head[places.K_AT]
-        result = [(-1 - i, 0, places.NO_SLIP, -1, Y + i * n) for i in range(len(phase.own))]
-        normal, sliding = -1, 0
-        for (k, j), slip in zip(phase.conditions, slips, strict=True):
-            place = Y + len(result) * n
-            if slip != places.NO_SLIP:
-                place = K + sliding * n
-                sliding += 1
-            if j == 0:
-                normal = len(result)
-            result.append((k, j, slip, -1 if j == 0 else normal, place))
-        return [x for one in result for x in one]
+        self.list(places.CALLED, [0] * (1 + len(groups)))
+        self.list(places.WATCHED, [0] * (1 + len(groups)))
 
     def _more(self, size: int) -> int:
         self.size += size
@@ -593,8 +559,13 @@ class _Table:
         self.head[place] = parts[-1][0]
 
     def finished(self) -> Any:
-        """Return the table."""
-        return np.array([*self.head, *self.tail], dtype=np.int64)
+        """Return the table, for the modes of the phase."""
+        table, phase = np.array([*self.head, *self.tail], dtype=np.int64), self.phase
+        modes = np.array([NUMBERS[mode.partition(" ")[0]] for mode in phase.modes], dtype=np.int64)
+        first, own = len(phase.own), phase.scene.candidates.own
+        active = np.array([i - own for i in phase.active[first:]], dtype=np.int64)
+        functions()["set_modes"](table, modes, np.zeros_like(modes), active, active.size)
+        return table
 
 
 def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:

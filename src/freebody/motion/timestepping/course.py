@@ -21,8 +21,7 @@ from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
 from ...dynamics.unilateral import MotionWarning, limits
 from ...errors import SimulationError
-from ..contact.course import ContactMotion, Timeline
-from ..contact.run import Change, shown
+from ..contact.course import Change, ContactMotion, Timeline, shown
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Path, observe
 from ..start.initial import number

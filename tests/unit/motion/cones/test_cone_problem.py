@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from freebody.motion.cones.cone_problem import ConeProblem
-from freebody.motion.cones.contacts import EXACT, Touching
-from freebody.motion.contact.complementarity import _choices, distinct, solutions, unique
-from freebody.motion.contact.impacts import impact
+from freebody.motion.cones.contacts import EXACT, Touching, contacts_of
+from freebody.motion.contact.complementarity import _choices, distinct, solutions
+from freebody.motion.events.code import code
+from impacts import impact
 
 
 def rows_at(points, tangents=2):
@@ -179,7 +180,7 @@ def test_no_impact_makes_energy(law):
     for k in range(400):
         A, before, contacts, _ = random_problem(rng, SORTS[k % len(SORTS)], int(rng.integers(1, 6)))
         e = rng.uniform(0.3, 1)
-        hit = impact(A, before, contacts, [e] * len(contacts), [law] * len(contacts))
+        hit = impact(A, before, contacts, e, law)
         assert hit.energy <= 1e-9 * np.abs(hit.impulses) @ (np.abs(before) + np.abs(hit.after))
         assert hit.after[::3].min() > -1e-8 * np.abs(before).max()
         assert hit.part in (1, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 0)
@@ -193,7 +194,7 @@ def test_impulses_solve_the_contact_problem():
     for k in range(60):
         A, before, contacts, _ = random_problem(rng, SORTS[k % len(SORTS)], int(rng.integers(1, 6)))
         contacts = [replace(one, sliding=None, static=one.friction) for one in contacts]
-        hit = impact(A, before, contacts, [0.3] * len(contacts), ["newton"] * len(contacts))
+        hit = impact(A, before, contacts, 0.3, "newton")
         c = before.copy()
         for one in contacts:
             c[one.row] += hit.part * 0.3 * min(before[one.row], 0)
@@ -212,7 +213,7 @@ def test_where_the_motion_is_unique_enumeration_finds_one(sort):
     for _ in range(40):
         A, c, contacts, responses = random_problem(rng, sort, int(rng.integers(1, 3)))
         contacts = [replace(one, static=one.friction) for one in contacts]
-        if not unique(A, contacts):
+        if not code("unique")(contacts_of(A, c, contacts)):
             continue
         proven += 1
         every = solutions(A, c, contacts, itertools.product(*map(_choices, contacts)))

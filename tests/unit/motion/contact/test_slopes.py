@@ -1,15 +1,16 @@
 """Derivatives of contact forces along a motion against differences of the forces themselves."""
 
-import importlib
-
 import numpy as np
 import pytest
 
 import freebody as fb
 from freebody.dynamics import coordinate_rates, float_state
 from freebody.motion.contact.complementarity import SLIP, balanced, unknowns
-
-contact_modes = importlib.import_module("freebody.motion.contact.modes")
+from freebody.motion.contact.modes import modes_at
+from freebody.motion.contact.slopes import slopes
+from freebody.motion.contact.starting_modes import see
+from freebody.motion.contact.state import ContactRun
+from freebody.motion.kernels.kernels import kernels_of
 
 
 def forces_near(work, t, y, chosen, contacts, one):
@@ -29,7 +30,7 @@ def forces_near(work, t, y, chosen, contacts, one):
 
 @pytest.mark.parametrize("speed", [0.0, 0.7])
 @pytest.mark.parametrize("legs", [3, 4])
-def test_slopes_are_derivatives(monkeypatch, legs, speed):
+def test_slopes_are_derivatives(legs, speed):
     s = fb.System("table")
     s.gravity = (0, 0, -9.81)
     table = s.body("table", fb.box(2, (0.4, 0.3, 0.2)))
@@ -37,23 +38,20 @@ def test_slopes_are_derivatives(monkeypatch, legs, speed):
     places = [(-0.2, -0.15, -0.1), (0.2, -0.15, -0.1), (0.2, 0.15, -0.1), (-0.2, 0.1, -0.1)][:legs]
     s.contact("leg", table.corners(*places), s.ground.plane(normal="z"), friction=0.4)
     s.force("F", table.point(0, 0.05, 0.1), (1 + 2 * s.t, 3 * s.t, s.t), frame=s.ground)
-    met = []
-    own = contact_modes.modes_at
-
-    def watched(work, t, y, current):
-        found = own(work, t, y, current)
-        met.append((work, t, y, *found))
-        return found
-
-    monkeypatch.setattr(importlib.import_module("freebody.motion.contact.run"), "modes_at", watched)
-    start = {"f_z": 0.1, "f_vx": speed, "f_wz": speed}
-    fb.simulate(s, 0.01, initial=start, indeterminate="compliance")
-    work, t, y, _, one, seen = met[0]
+    kernels = kernels_of(s)
+    work = ContactRun(kernels, kernels.values(None))
+    work.looking = work.scene.constants(work.parameters)
+    t, y = 0.0, np.zeros(work.it.n_y)
+    y[2:4] = 0.1, 1.0
+    for name in ("f_vx", "f_wz"):
+        y[work.n + work.model.speed_names.index(name)] = speed
+    see(work, y)
+    (_, one), seen = modes_at(work), work.seen()
     chosen = list(range(legs))
     _, rows, responses, contacts = work.part(seen, chosen, y)
     assert all(mode == ("slip" if speed else "stick") for mode, _ in one.modes)
     assert one.rank_lack == {(3, False): 3, (4, False): 6, (3, True): 0, (4, True): 1}[legs, bool(speed)]
-    growth, slope = contact_modes.slopes(work, t, y, seen, chosen, contacts, one)
+    growth, slope = slopes(work, t, y, seen, chosen, contacts, one)
     rate = np.zeros(len(y))
     n, n_u = work.n, work.model.n_u
     state = float_state(work.model, y[:n].tolist(), y[n : n + n_u].tolist(), t, work.values)

@@ -155,7 +155,7 @@ def test_new_modes_derive_and_compile_nothing(monkeypatch):
     scene = scene_of(kernels)
     p = kernels.parameters(kernels.values(None))
     first = scene.phase(("open",) * 5)
-    first.motion(), first.contact(), first.reactions(), first.watching(())
+    first.motion(), first.contact(), first.reactions(), first.whole(())
     monkeypatch.setattr(Kernels, "program", None)
     monkeypatch.setattr(
         "freebody.motion.phase.candidates.Candidates.program", lambda self: kernels._programs["candidates"]
@@ -166,7 +166,7 @@ def test_new_modes_derive_and_compile_nothing(monkeypatch):
     )
     for modes in itertools.product(("open", "stick", "slip", at_limit((0.6, 0.8))), repeat=5):
         phase = scene.phase(modes)
-        phase.rates(p), phase.watching(()), phase.reactions()
+        phase.rates(p), phase.whole(()), phase.reactions()
 
 
 def test_the_limit_of_friction_is_a_force_of_fixed_direction():

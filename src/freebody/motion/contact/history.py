@@ -1,0 +1,387 @@
+"""What happened in a run, read from the log of the compiled loop: phases, impacts, changes of modes, their texts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...dynamics.composite import mass_matrix
+from ...dynamics.constraints import linearized
+from ...dynamics.contact import contact_rows
+from ...dynamics.state import float_state
+from ...dynamics.unilateral import MotionWarning, limits, passed_by_impulse
+from ..cones.contacts import Touching
+from ..ending import ENDS, End
+from ..events.event_run import (
+    BLOW,
+    BOUNCES_BELOW,
+    BOUNCES_END,
+    CONE_REACHED,
+    CROSSING,
+    DEAD,
+    END_OF_SIDE,
+    GAP_CLOSED,
+    IMPACT,
+    NO_REASON,
+    NORMAL_ZERO,
+    NOTE,
+    ONTO_SIDE,
+    PHASE,
+    QUIET,
+    RESTING,
+    SERIES,
+    SLIP_STOPPED,
+    SLOW,
+    SMALL,
+    TOLD,
+)
+from ..ode.dense_output import Array, Crossing, Path
+from ..phase.places import LIMIT, OPEN, STICK
+from ..phase.scene import KINDS, Phase, Snapshot, at_limit, direction_of
+from ..trajectory.event import Happening
+from ..trajectory.phases import Phases, Segment
+from .course import Change, Leap, Timeline, shown
+from .state import ContactRun
+
+WHY = {
+    BLOW: "a blow",
+    GAP_CLOSED: "the gap closed",
+    NORMAL_ZERO: "N reached 0",
+    END_OF_SIDE: "the end of the side",
+    ONTO_SIDE: "the foot came onto the side",
+    SLIP_STOPPED: "the slip stopped",
+    CONE_REACHED: "|T| reached {:.6g} N",
+    BOUNCES_BELOW: "bounces below what numbers resolve",
+    BOUNCES_END: "end of the bounces, the limit of a geometric series",
+}
+"""Reasons why a mode began."""
+
+
+SAME = 1e-8
+"""Relative difference up to which two outcomes count as the same."""
+
+
+class Entry(NamedTuple):
+    """An entry of the log: its kind, integers and real numbers."""
+
+    kind: int
+    marks: Any
+    numbers: Any
+
+
+@dataclass
+class History:
+    """The history of a run.
+
+    ``status``    how it ended
+    """
+
+    work: ContactRun
+    status: End
+
+    def __post_init__(self) -> None:
+        it = self.work.it
+        self.marks, self.numbers = np.array(it.marks[: it.marked]), np.array(it.numbers[: it.numbered])
+        self.times, self.lengths = np.array(it.times[: it.logged]), np.array(it.lengths[: it.logged])
+        self.states = np.array(it.states[: it.logged * it.n_y]).reshape(-1, it.n_y)
+        self.told = tuple(self.work.told)
+
+    def __reduce__(self) -> Any:
+        return Told, (self.happenings, self.timeline, self.indeterminate)
+
+    def entries(self) -> Iterator[Entry]:
+        """Yield the entries in their order."""
+        at, marks, end = 0, self.marks, len(self.numbers)
+        while at < len(marks):
+            kind, size, first = marks[at : at + 3].tolist()
+            last = int(marks[at + size + 2]) if at + size < len(marks) else end
+            yield Entry(kind, marks[at + 3 : at + size].tolist(), self.numbers[first:last])
+            at += size
+
+    def modes(self, numbers: list[int], directions: Array) -> tuple[str, ...]:
+        """Return the names of modes; ``directions`` has two numbers for each contact at its limit of friction."""
+        result, at = [], 0
+        for mode in numbers:
+            result.append(at_limit(directions[at : at + 2].tolist()) if mode == LIMIT else KINDS[mode])
+            at += 2 * (mode == LIMIT)
+        return tuple(result)
+
+    # -- the path ----------------------------------------------------------------------------------
+
+    @cached_property
+    def path(self) -> Phases:
+        """The phases of the run."""
+        E, segments, crossings = len(self.work.names), [], list[Crossing]()
+        for kind, marks, numbers in self.entries():
+            if kind == CROSSING:
+                crossings.append(Crossing(float(numbers[0]), marks[0], marks[1], numbers[1:].copy()))
+            if kind == PHASE:
+                segments.append(self._segment(marks, numbers, tuple(crossings), E))
+                crossings = []
+        return Phases(tuple(segments), self.status)
+
+    def _segment(self, marks: list[int], numbers: Array, crossings: Any, E: int) -> Segment:
+        first, rows, status, rejected, evaluations, stiff, blame, straight, spare = marks[:9]
+        modes = self.modes(marks[9 : 9 + E], numbers[1:])
+        scene, work = self.work.scene, self.work
+        own = scene.candidates.own
+        phase = scene.holding(modes, (*scene.kernels.active, *(own + i for i in marks[9 + 2 * E :])))
+        last = first + rows
+        path = object.__new__(Leap if straight else Path)
+        path.__dict__.update(
+            _recipe=(phase.rates, work.parameters), times=self.times[first:last],
+            lengths=self.lengths[first : last - 1], states=self.states[first:last], crossings=crossings,
+            status=ENDS[status], blame=blame, rejected=rejected, evaluations=evaluations,
+            method="dop853" if straight else work.method,
+            relative=None if straight else work.relative, absolute=None if straight else work.absolute, stiff=stiff,
+            step=None,
+        )  # fmt: skip
+        shown_modes = marks[9 + E : 9 + 2 * E]
+        dead = [mode >= DEAD for mode in shown_modes]
+        loose = np.zeros(scene.rows, dtype=bool)
+        if spare or any(dead):
+            loose = loose_forces(work, phase, dead, work.look(float(self.times[first]), self.states[first]))
+        names = tuple(KINDS[mode % DEAD] for mode in shown_modes)
+        return Segment(path, phase, float(numbers[0]), names, loose)
+
+    @cached_property
+    def indeterminate(self) -> tuple[str, ...]:
+        """Names of the contact forces that the motion does not determine at some time."""
+        found: dict[str, None] = {}
+        for segment in self.path.segments:
+            found |= dict.fromkeys(self.work.scene.names[i] for i in np.flatnonzero(segment.loose))
+        return tuple(found)
+
+    # -- texts -------------------------------------------------------------------------------------
+
+    @cached_property
+    def _story(self) -> tuple[tuple[Happening, ...], Timeline]:
+        happenings: list[Happening] = []
+        changes: list[list[Any]] = []  # contact, mode, start, end, why
+        current: dict[int, list[Any]] = {}
+        for kind, marks, numbers in self.entries():
+            if kind == TOLD:
+                happenings.append(self.told[marks[0]])
+            elif kind == IMPACT:
+                happenings.append(self._impact(marks, numbers))
+            elif kind == RESTING:
+                happenings.append(self._rest(marks, numbers))
+            elif kind == NOTE:
+                self._note(marks, numbers, happenings, changes, current)
+        for change in current.values():
+            change[3] = float(self.path.end)
+        return tuple(happenings), Timeline(Change(*change) for change in changes)
+
+    @property
+    def happenings(self) -> tuple[Happening, ...]:
+        """Blows, impacts and changes of mode, in their order."""
+        return self._story[0]
+
+    @property
+    def timeline(self) -> Timeline:
+        """Modes of every contact, with their times and the reasons why they began."""
+        return self._story[1]
+
+    @property
+    def may_warn(self) -> bool:
+        """True if blows or impacts may exceed the limits of one-sided constraints."""
+        return bool(self.told or limits(self.work.model))
+
+    def _happening(
+        self, t: float, name: str, before: Array, after: Array, text: str, warnings: tuple[MotionWarning, ...] = ()
+    ) -> Happening:  # fmt: skip
+        names = (*self.work.model.coordinate_names, *self.work.model.speed_names)
+        first, last = (dict(zip(names, y.tolist(), strict=False)) for y in (before, after))
+        return Happening(t, name, 0, first, text, last, warnings)
+
+    def _note(
+        self, marks: list[int], numbers: Array, happenings: list[Happening], changes: list[Any], current: Any
+    ) -> None:
+        work, E, n_y = self.work, len(self.work.names), self.work.it.n_y
+        hit, spare = marks[:2]
+        t, y = float(numbers[0]), numbers[1 : 1 + n_y]
+        modes = self.modes(marks[2 : 2 + E], numbers[1 + n_y :])
+        measures = numbers[1 + n_y + 2 * sum(mode == LIMIT for mode in marks[2 : 2 + E]) :]
+        compliance = bool(spare) and work.shared and work.decides(modes, t, y)
+        for i in range(0, len(marks) - 2 - E, 4):
+            k, before, after, code = marks[2 + E + i : 6 + E + i]
+            name = work.names[k]
+            why = WHY[code].format(measures[i // 4]) if code != NO_REASON else ""
+            why = why or (
+                "the start" if before < 0 else "an impact" if hit else "a change at another contact"
+            )
+            if compliance and after != OPEN:
+                why += "; equal compliance shares the forces"
+            if k in current:
+                current[k][3] = t
+            current[k] = [name, KINDS[after], t, None, why]
+            changes.append(current[k])
+            if before >= 0:
+                text = f"contact {name}: {shown(KINDS[before])} → {shown(KINDS[after])}, {why}"
+                happenings.append(self._happening(t, name, y, y, text))
+
+    def _rest(self, marks: list[int], numbers: Array) -> Happening:
+        n_y, names = self.work.it.n_y, ", ".join(self.work.names[k] for k in marks[1:])
+        t, low = float(numbers[0]), float(numbers[1])
+        before, after = numbers[2 : 2 + n_y], numbers[2 + n_y : 2 + 2 * n_y]
+        text = f"{names}: slips slower than {SLOW:.0e} m/s end here together"
+        if marks[0] == SERIES:
+            text = f"{names}: the bounces end here, the limit of their geometric series"
+        elif marks[0] == QUIET:
+            text = f"{names}: bounces lower than {low:.0e} m end here"
+        return self._happening(t, "rest", before, after, text)
+
+    def _impact(self, marks: list[int], numbers: Array) -> Happening:
+        hit, parts = impact_of(self.work, marks, numbers), []
+        for k, before, after in zip(hit.chosen, hit.speeds, hit.speeds_after, strict=True):
+            if before < -hit.still:
+                new = 0.0 if abs(after) <= hit.still else after
+                parts.append(f"{self.work.names[k]}: impact, normal speed {before:.6g} → {new:.6g} m/s")
+        if hit.part < 1:
+            parts.append(
+                f"restitution reduced to {hit.part:g} e: no impulses satisfy the law with e, or the energy would grow"
+            )
+        if hit.open:
+            parts.append("indeterminate impulses of equal compliance")
+        warnings = passed(self.work, hit)
+        parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
+        return self._happening(hit.t, "impact", hit.before, hit.after, "; ".join(parts), warnings)
+
+
+@dataclass(frozen=True)
+class Told:
+    """The history of a motion from a file, or of a copy."""
+
+    happenings: tuple[Happening, ...]
+    timeline: Timeline
+    indeterminate: tuple[str, ...]
+
+    may_warn = True
+
+
+class ImpactEntry(NamedTuple):
+    """An impact of the log. ``open`` says that other distributions of the impulses would change the motion."""
+
+    t: float
+    part: float
+    still: float
+    before: Array
+    after: Array
+    chosen: list[int]
+    speeds: list[float]
+    speeds_after: list[float]
+    impulses: Array
+    open: bool
+
+
+def impact_of(work: ContactRun, marks: list[int], numbers: Array) -> ImpactEntry:
+    """Return an impact of the log; ``impulses`` are those of all rows."""
+    n_y, scene, chosen = work.it.n_y, work.scene, marks[2:]
+    t, part, _, still = numbers[:4].tolist()
+    before, after = numbers[4 : 4 + n_y], numbers[4 + n_y : 4 + 2 * n_y]
+    at, speeds, speeds_after, impulses = 4 + 2 * n_y, [], [], np.zeros(scene.rows)
+    for k in chosen:
+        size = 1 + scene.tangents[k]
+        speeds.append(float(numbers[at]))
+        speeds_after.append(float(numbers[at + 1]))
+        impulses[scene.first[k] : scene.first[k] + size] = numbers[at + 2 : at + 2 + size]
+        at += 2 + size
+    loose = False
+    if marks[0]:
+        seen = work.look(t, before)
+        A, rows, responses, contacts = work.part(seen, chosen, before)
+        loose = undetermined(A, contacts, impulses[rows], A @ impulses[rows] + seen.rate[rows], responses)
+    return ImpactEntry(t, part, still, before, after, chosen, speeds, speeds_after, impulses, loose)
+
+
+def passed(work: ContactRun, hit: ImpactEntry) -> tuple[MotionWarning, ...]:
+    """Return warnings of one-sided constraints whose limits an impact exceeds.
+
+    The impulses Λ of the constraints follow from Gᵀ Λ = M Δu - Wᵀ P.
+    """
+    if not limits(work.model):
+        return ()
+    mine, y = slice(work.n, work.n + work.n_u), hit.before
+    state = float_state(work.model, y[: work.n].tolist(), y[mine].tolist(), hit.t, work.values)
+    M: Any = np.array(mass_matrix(work.model, state))
+    W: Any = np.array(contact_rows(work.model, state).matrix)
+    active, conditions = list(work.scene.kernels.active), linearized(work.model, state).matrix
+    G = np.array([conditions[i] for i in active], dtype=float)
+    multipliers = np.zeros(len(conditions))
+    left = M @ (hit.after - y)[mine] - hit.impulses @ W
+    multipliers[active] = np.linalg.lstsq(G.T, left, rcond=None)[0]
+    largest = max(np.abs(multipliers).max(), np.abs(hit.impulses).max())
+    return passed_by_impulse(
+        work.model, multipliers.tolist(), lambda mu: float(state(mu)), float(largest), hit.t
+    )
+
+
+def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapshot) -> Any:
+    """Return the mask of indeterminate contact forces: forces in combinations without effect on the motion.
+
+    ``dead`` says which contacts the others hold in place: their forces have none.
+    """
+    rows, columns, signs = [], [], {"slip+": 1.0, "slip-": -1.0}
+    for k, mode in enumerate(phase.modes):
+        if mode == KINDS[OPEN] and not dead[k]:
+            continue
+        at, n = work.scene.first[k], work.scene.tangents[k]
+        rows.append([at])
+        columns.append(seen.responses[at])
+        if mode == KINDS[STICK] or (dead[k] and n == 1):
+            for i in range(at + 1, at + 1 + n):
+                rows.append([i])
+                columns.append(seen.responses[i])
+        elif mode != KINDS[OPEN] and n > 0 and not work.smooth(seen, k):
+            v = np.array([signs[mode]] if mode in signs else direction_of(mode) or work.slip(seen, k))
+            speed = float(np.linalg.norm(v))
+            if speed > 0:
+                rows[-1] = list(range(at, at + 1 + n))
+                columns[-1] = (
+                    columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 1 + n]
+                )
+    mask = np.zeros(work.scene.rows, dtype=bool)
+    if not rows:
+        return mask
+    F = np.array(columns)
+    F = F / np.linalg.norm(F, axis=1, keepdims=True)
+    left, sizes, _ = np.linalg.svd(F)
+    rank = int((sizes > 1e-9 * sizes.max(initial=0)).sum())
+    for i, group in enumerate(rows):
+        if np.abs(left[i, rank:]).max(initial=0) > 1e-7:
+            mask[group] = True
+    return mask
+
+
+def undetermined(
+    A: Array, contacts: Sequence[Touching], impulses: Array, after: Array, responses: Array
+) -> bool:
+    """Return True if impulses of the same modes distributed otherwise would change the motion."""
+    rows: list[int] = []
+    columns: list[Array] = []
+    unit = np.eye(len(A))
+    small = SAME * float(np.abs(impulses).max(initial=0))
+    for one in contacts:
+        at, n = one.row, one.tangents
+        if impulses[at] <= small:
+            continue
+        T, column = impulses[at + 1 : at + 1 + n], unit[at].copy()
+        rows.append(at)
+        v = after[at + 1 : at + 1 + n]
+        if one.friction > 0 and np.linalg.norm(v) > SAME * float(np.abs(after).max(initial=0)):
+            column[at + 1 : at + 1 + n] = T / impulses[at]
+            columns.append(column)
+        else:
+            rows += range(at + 1, at + 1 + (n if one.friction > 0 else 0))
+            columns += [column, *unit[at + 1 : at + 1 + (n if one.friction > 0 else 0)]]
+    if not rows:
+        return False
+    B = np.array(columns)
+    _, sizes, right = np.linalg.svd(A[rows] @ B.T)
+    loose = right[int((sizes > SMALL * sizes[0]).sum()) :]
+    moved = B @ responses
+    return bool(np.abs(loose @ moved).max(initial=0) > SAME * np.abs(moved).max())

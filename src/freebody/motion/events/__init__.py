@@ -1,0 +1,1 @@
+"""The compiled loop of motions with contacts, from event to event."""

@@ -1,0 +1,96 @@
+"""The end of a sequence of bounces, in compiled code: the sum of their geometric series once they are too low.
+
+v is the speed after the last bounce, a = -r_N the approach acceleration and e the ratio of the speeds after and before
+a bounce. All remaining bounces take the time
+
+    2 v / a · (1 + e + e² + ...) = 2 v / (a (1 - e))
+
+and rise at most v²/(2a) above the surface. For contacts that alternate (a rocking block), e is the measured ratio of a
+cycle. The sum is used if the height is below 1e-9 and the measured a is constant to 1e-12 over the remaining time. It
+is always used at heights below 1e-13, where a change of a has an effect of that size only.
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import EPS, compiled, greater
+from .event_run import EventRun
+from .moment import largest, normal_speed
+
+
+@compiled
+def alike(it: EventRun, a: int, b: int) -> int:
+    """Return 1 if two impacts were of the same contacts, else 0."""
+    for k in range(it.contacts):
+        if it.bounced[a * it.contacts + k] != it.bounced[b * it.contacts + k]:
+            return 0
+    return 1
+
+
+@compiled
+def limited(it: EventRun) -> int:
+    """Set ``taking`` and ``rest_left``, the contacts and the duration of bounces too low to follow; return 1, or 0."""
+    if it.bounces == 0 or it.bounce_time[it.bounces - 1] != it.t:
+        return 0
+    if of_one_contact(it) != 0 or of_a_cycle(it) != 0:
+        return 1
+    return 0
+
+
+@compiled
+def of_one_contact(it: EventRun) -> int:
+    """Return 1 if one contact bounces and its remaining bounces are too low to follow, else 0."""
+    b, count, k, size = it.bounces - 1, 0, 0, 1.0 + largest(it.y, it.n_q)
+    for i in range(it.contacts):
+        it.taking[i] = it.bounced[b * it.contacts + i]
+        if it.taking[i] != 0:
+            k, count = i, count + 1
+    if count != 1:
+        return 0
+    v, a = normal_speed(it, k), -it.c[it.first[k]]
+    e = v / it.bounce_speed[b]  # the restitution by Newton's law; friction changes it by Poisson's law
+    if not (v > it.still and a > 0.0 and e < 1.0):
+        return 0
+    height = v * v / (2.0 * a)
+    it.rest_left = 2.0 * v / (a * (1.0 - e))
+    if height > 1e-9 * size:
+        return 0
+    if height > 1e-13 * size:
+        if b == 0 or alike(it, b, b - 1) == 0:
+            return 0
+        # the change of a over the remaining time is estimated from the last flight: a = 2 v_before / (t - t_before)
+        flight = it.t - it.bounce_time[b - 1]
+        drift = abs(2.0 * it.bounce_speed[b] / flight - a) / a
+        rounded = 8.0 * EPS * abs(it.t) / flight * it.rest_left
+        if drift * it.rest_left > 1e-12 * greater(1.0, abs(it.t)) + rounded:
+            return 0
+    return 1
+
+
+@compiled
+def of_a_cycle(it: EventRun) -> int:
+    """Return 1 if impacts come in cycles that shrink by a constant factor and are too low to follow, else 0."""
+    last = it.bounces - 1
+    for period in range(1, 7):
+        if it.bounces < 3 * period + 1:
+            return 0
+        same = 1
+        for i in range(2 * period):
+            if alike(it, last - i, last - i - period) == 0:
+                same = 0
+        first = it.bounce_time[last - period] - it.bounce_time[last - 2 * period]
+        second = it.t - it.bounce_time[last - period]
+        if same == 0 or not 0.0 < second < first:
+            continue
+        ratio, speeds = second / first, it.bounce_speed[last] / it.bounce_speed[last - period]
+        if not (ratio < 1.0 and speeds < 1.0):
+            continue
+        if it.bounce_speed[last] * second > 1e-11 * (1.0 + largest(it.y, it.n_q)):
+            continue
+        for k in range(it.contacts):
+            it.taking[k] = 0
+            for i in range(period):
+                if it.bounced[(last - i) * it.contacts + k] != 0:
+                    it.taking[k] = 1
+        it.rest_left = second * ratio / (1.0 - ratio)
+        return 1
+    return 0

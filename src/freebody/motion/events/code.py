@@ -1,0 +1,27 @@
+"""The compiled functions of this room."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...native.loop import Function, made, sibling
+
+_MODULES = tuple(
+    sibling(__name__, name) for name in ("event_loop", "decision", "impulses", "moment", "setting")
+)
+_CALLED = ("go_on", "break_off", "strike", "find_closed", "choose", "decide", "find_dead", "unique", "depth")
+
+
+def code(name: str) -> Function:
+    """Return a compiled function: `event_loop.go_on`, or one for a single state."""
+    return made(_MODULES[0], _MODULES, _CALLED, _functions, short=True, rare=True).functions[name]
+
+
+def _functions() -> dict[str, Any]:
+    from . import decision, event_loop, impulses, moment, setting
+
+    return {
+        name: f
+        for module in (moment, impulses, decision, setting, event_loop)
+        for name, f in vars(module).items()
+    }

@@ -1,0 +1,306 @@
+"""The modes of closed contacts from the contact problem of their accelerations, in compiled code, where it decides.
+
+It decides if every law holds with a margin, and if the motion is the only one (`unique`) or the contacts are so many
+that the limit of equal compliance is taken. Otherwise Python compares all sets of modes (`contact.modes`).
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import Reals, compiled, greater, lesser, root, run_by
+from ..cones.contacts import EXACT, Contacts
+from ..cones.elimination import solved
+from ..cones.newton import factor
+from ..phase.places import OPEN, SLIDE, SLIDE_BACK, SLIDE_ON, SMOOTH, STICK
+from .event_run import SMALL, EventRun
+from .impulses import gather
+from .moment import product_of
+
+WHOLE, MOST = 2, 1 << 8
+"""Largest number of contacts at rest in space, and of combinations of modes, for which all of them are compared."""
+ALIKE = 1e-9
+"""Force or speed, relative to the greatest, that is zero in a solution."""
+
+
+@compiled
+def are_many(contacts: Contacts) -> int:
+    """Return 1 if too many combinations of modes are possible to compare them, else 0."""
+    count, may_begin = 1, 0
+    for i in range(contacts.contacts):
+        smooth = contacts.tangents[i] == 0 or contacts.static[i] == 0.0
+        choices = 2
+        if not smooth and contacts.slides[i] == 0:
+            choices = 4 if contacts.tangents[i] == 1 else 3
+            may_begin += 1 if contacts.tangents[i] == 2 else 0
+        count = count * choices if count <= MOST else count
+    return 1 if count > MOST or may_begin > WHOLE else 0
+
+
+@compiled
+def unique(contacts: Contacts) -> int:
+    """Return 1 if it is proven that no two motions satisfy the laws, whatever c is, else 0.
+
+    For the differences δ of the forces of two solutions, A = H Hᵀ and w = Hᵀ δ, the laws of normal and friction give
+
+        w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + H_TᵀH_T/α) w μ/2     for every α > 0
+
+    with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. So w = 0 where the greatest eigenvalue is
+    below 2/μ; α = |H_T|/|P|. The static coefficient must be the kinetic one.
+    """
+    m, mu = contacts.rows, 0.0
+    for i in range(contacts.contacts):
+        if contacts.slides[i] == 0 and contacts.static[i] != contacts.friction[i]:
+            return 0
+        mu = greater(mu, contacts.friction[i])
+    n = factor(contacts.A, m, contacts.factors, SMALL, contacts.left, contacts.order)
+    if mu == 0.0:
+        return 1 if n == m else 0
+    across = normal_parts(contacts, n)
+    if across < 0.0:
+        return 0
+    H, P, M, along = contacts.factors, contacts.H, contacts.normal, 0.0
+    for i in range(contacts.contacts):
+        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + contacts.tangents[i]):
+            along += product_of(H[r * m :], H[r * m :], n)
+    if along == 0.0:
+        return 1
+    part = root(along / across)
+    for p in range(n * n):
+        M[p] = 0.0
+    for p in range(n):
+        M[p * n + p] = 2.0 / mu
+    for i in range(contacts.contacts):
+        a = contacts.at[i]
+        subtract(M, P[a * m :], part, n)
+        for r in range(a + 1, a + 1 + contacts.tangents[i]):
+            subtract(M, H[r * m :], 1.0 / part, n)
+    return definite(M, n)
+
+
+@compiled
+def normal_parts(contacts: Contacts, n: int) -> float:
+    """Set the rows of P; return |P|², or -1 if forces in balance have normal parts."""
+    m, H, G, P, square = contacts.rows, contacts.factors, contacts.slope, contacts.H, 0.0
+    for i in range(contacts.contacts):
+        a = contacts.at[i]
+        for p in range(n):
+            for q in range(n):
+                G[p * n + q] = 0.0
+                for r in range(m):
+                    G[p * n + q] += H[r * m + p] * H[r * m + q]
+            P[a * m + p] = H[a * m + p]
+        if solved(G, n, P[a * m :]) == 0:
+            return -1.0
+        if n < m and abs(1.0 - product_of(P[a * m :], H[a * m :], n)) > root(SMALL):
+            return -1.0
+        square += product_of(P[a * m :], P[a * m :], n)
+    return square
+
+
+@compiled
+def subtract(M: Reals, x: Reals, part: float, n: int) -> None:
+    """Subtract ``part`` x xᵀ from a matrix."""
+    for p in range(n):
+        for q in range(n):
+            M[p * n + q] -= part * x[p] * x[q]
+
+
+@compiled
+def definite(M: Reals, n: int) -> int:
+    """Return 1 if a symmetric matrix is positive definite, by Cholesky's method, else 0; overwrite it."""
+    for k in range(n):
+        if not M[k * n + k] > 0.0:
+            return 0
+        pivot = root(M[k * n + k])
+        for i in range(k, n):
+            M[i * n + k] /= pivot
+        for i in range(k + 1, n):
+            for j in range(k + 1, i + 1):
+                M[i * n + j] -= M[i * n + k] * M[j * n + k]
+    return 1
+
+
+@compiled
+def alone(contacts: Contacts) -> int:
+    """Return 1 if all contacts slide, or have no friction, and every principal minor of S is positive, else 0.
+
+    S are the normal rates per unit of the forces along the rays; the forces are then unique, whatever c is (R. Cottle,
+    J.-S. Pang, R. Stone, The Linear Complementarity Problem, theorem 3.3.7).
+    """
+    m, k, S = contacts.rows, contacts.contacts, contacts.H
+    for i in range(k):
+        if contacts.slides[i] == 0 and contacts.tangents[i] > 0 and contacts.static[i] > 0.0:
+            return 0
+        for j in range(k):
+            S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
+            if contacts.slides[j] != 0:
+                for d in range(contacts.tangents[j]):
+                    ray = -contacts.friction[j] * contacts.way[2 * j + d]
+                    S[i * k + j] += ray * contacts.A[contacts.at[i] * m + contacts.at[j] + 1 + d]
+    if k > 8:
+        return 0
+    for chosen in range(1, 1 << k):
+        if minor(contacts, S, k, chosen) == 0:
+            return 0
+    return 1
+
+
+@compiled
+def minor(contacts: Contacts, S: Reals, k: int, chosen: int) -> int:
+    """Return 1 if a principal minor of S is positive, well above its round-off, else 0."""
+    part, n, sign = contacts.slope, 0, 1.0
+    for i in range(k):
+        if (chosen >> i) & 1 != 0:
+            q = 0
+            for j in range(k):
+                if (chosen >> j) & 1 != 0:
+                    contacts.normal[n * k + q] = S[i * k + j] / root(abs(S[i * k + i] * S[j * k + j]))
+                    q += 1
+            n += 1
+    for i in range(n):
+        for j in range(n):
+            part[i * n + j] = contacts.normal[i * k + j]
+    for c in range(n):
+        p = c
+        for i in range(c + 1, n):
+            if abs(part[i * n + c]) > abs(part[p * n + c]):
+                p = i
+        if not abs(part[p * n + c]) > SMALL:
+            return 0
+        if p != c:
+            sign = -sign
+            for j in range(n):
+                part[p * n + j], part[c * n + j] = part[c * n + j], part[p * n + j]
+        sign = sign if part[c * n + c] > 0.0 else -sign
+        for i in range(c + 1, n):
+            x = part[i * n + c] / part[c * n + c]
+            for j in range(c, n):
+                part[i * n + j] -= x * part[c * n + j]
+    return 1 if sign > 0.0 else 0
+
+
+# -- the solution and its modes --------------------------------------------------------------------------
+
+
+@compiled
+def decide(it: EventRun, contacts: Contacts) -> int:
+    """Set modes, directions and forces of the chosen contacts; return 0 if Python has to compare the sets, else 1."""
+    for k in range(it.contacts):
+        it.mode[k], it.way[k, 0], it.way[k, 1] = OPEN, 0.0, 0.0
+    for r in range(it.rows):
+        it.force[r] = 0.0
+    if it.count == 0:
+        return 1
+    gather(it, contacts, 0)
+    if it.refuse != 0:
+        return 0
+    if are_many(contacts) == 0 and alone(contacts) == 0 and unique(contacts) == 0:
+        return 0
+    run_by(it.finding, contacts)
+    if not contacts.residual <= EXACT:
+        return 0
+    while released(contacts) != 0:
+        run_by(it.finding, contacts)
+        if not contacts.residual <= EXACT:
+            return 0
+    return named(it, contacts)
+
+
+@compiled
+def greatest(x: Reals, n: int) -> float:
+    """Return the greatest of n numbers in magnitude."""
+    result = 0.0
+    for i in range(n):
+        result = greater(result, abs(x[i]))
+    return result
+
+
+@compiled
+def released(contacts: Contacts) -> int:
+    """Give slips that begin the kinetic friction; return 1 if any has static friction yet, else 0."""
+    found = 0
+    for i in range(contacts.contacts):
+        if (
+            mode_of(contacts, i) == SLIDE
+            and contacts.slides[i] == 0
+            and contacts.static[i] > contacts.friction[i]
+        ):
+            contacts.static[i], found = contacts.friction[i], 1
+    return found
+
+
+@compiled
+def mode_of(contacts: Contacts, i: int) -> int:
+    """Return the mode of a contact in the solution: open, stick or slip."""
+    at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
+    slow = ALIKE * greater(greatest(contacts.given, m), greatest(contacts.after, m))
+    if contacts.forces[at] <= ALIKE * greatest(contacts.forces, m):
+        return OPEN
+    if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
+        return SLIDE
+    square = 0.0
+    for j in range(n):
+        square += contacts.after[at + 1 + j] * contacts.after[at + 1 + j]
+    return SLIDE if root(square) > slow else STICK
+
+
+@compiled
+def named(it: EventRun, contacts: Contacts) -> int:
+    """Set the modes of the solution; return 0 if a law holds with equality, else 1."""
+    m, A = contacts.rows, contacts.A
+    most_force, most_rate = greatest(contacts.forces, m), greatest(contacts.given, m)
+    for a in range(m):
+        size = 0.0
+        for b in range(m):
+            size += abs(A[a * m + b] * contacts.forces[b])
+        most_rate = greater(most_rate, size)
+        if abs(A[a * m + a]) > 0.0:
+            most_force = greater(most_force, abs(contacts.given[a] / A[a * m + a]))
+    f, r = 1.0 / most_force if most_force > 0.0 else 1.0, 1.0 / most_rate if most_rate > 0.0 else 1.0
+    for i in range(contacts.contacts):
+        at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
+        it.mode[k] = mode_of(contacts, i)
+        if not margin(contacts, i, it.mode[k], f, r) > SMALL:
+            return 0
+        for j in range(1 + n):
+            it.force[it.first[k] + j] = contacts.forces[at + j]
+        if it.mode[k] == SLIDE and it.rough[k] != 0:
+            if n == 0 or contacts.static[i] == 0.0:
+                it.mode[k] = SMOOTH
+            else:
+                set_way(it, contacts, i)
+    return 1
+
+
+@compiled
+def size_of(x: Reals, n: int) -> float:
+    """Return the length of a vector."""
+    return root(product_of(x, x, n))
+
+
+@compiled
+def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
+    """Return by how much the laws of a contact hold; f and r are the reciprocals of typical forces and rates."""
+    at, n = contacts.at[i], contacts.tangents[i]
+    rests = contacts.slides[i] == 0 and n > 0 and contacts.static[i] > 0.0
+    if mode == OPEN:
+        return contacts.after[at] * r
+    least = contacts.forces[at] * f
+    if mode == STICK:
+        least = lesser(
+            least, f * (contacts.static[i] * contacts.forces[at] - size_of(contacts.forces[at + 1 :], n))
+        )
+    elif rests:
+        least = lesser(least, r * size_of(contacts.after[at + 1 :], n))
+    return least
+
+
+@compiled
+def set_way(it: EventRun, contacts: Contacts, i: int) -> None:
+    """Set the direction of slip of a contact."""
+    at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
+    speed = size_of(contacts.after[at + 1 :], n)
+    for j in range(n):
+        slides = contacts.slides[i] != 0
+        it.way[k, j] = contacts.way[2 * i + j] if slides else contacts.after[at + 1 + j] / speed
+    if n == 1:
+        it.mode[k] = SLIDE_BACK if it.way[k, 0] < 0.0 else SLIDE_ON

@@ -1,0 +1,497 @@
+"""The loop from event to event, in compiled code. It returns to Python for what it cannot decide, and goes on there.
+
+arrive     impacts; bounces too low to follow end; gaps and speeds are corrected
+decide     modes, from the contact problem of the accelerations
+set up     equations of the modes; the first moment of a slip in space
+follow     steps of the integrator up to the next event
+halt       the last moment of a slip in space
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...native.instructions import compiled, lesser, root, run_by
+from ..cones.contacts import Contacts
+from ..ode.layout import FINISHED, RUNNING, TERMINAL
+from ..ode.run import Run
+from ..phase.mode_table import table
+from ..phase.places import (
+    BAND_AT,
+    CONE,
+    ENDING,
+    ENDING_SIZE,
+    GAP,
+    LAW,
+    LIMIT,
+    LINE_CONE,
+    NORMAL,
+    OPEN,
+    REACH,
+    SIDE,
+    SLIDE_BACK,
+    SLIDE_ON,
+    STICK,
+    STOP,
+)
+from .bounces import limited
+from .decision import decide
+from .event_run import (
+    ARRIVE,
+    ASK_IMPACT,
+    ASK_MODES,
+    ASK_SHARES,
+    ASK_SIDES,
+    BLOW,
+    BOUNCES_BELOW,
+    BOUNCES_END,
+    COLLIDE,
+    CONE_REACHED,
+    CORRECT,
+    CROWD,
+    DECIDE,
+    END_OF_SIDE,
+    ENDLESS,
+    FOLLOW,
+    GAP_CLOSED,
+    GROW,
+    HALT,
+    HALTED,
+    LAUNCH,
+    LEAVE,
+    LONGER,
+    LONGEST,
+    NO_REASON,
+    NORMAL_ZERO,
+    ONTO_SIDE,
+    PASSED_OVER,
+    PAUSE,
+    PIECE,
+    SERIES,
+    SET_UP,
+    SETTLE,
+    SLIP_STOPPED,
+    SMALL,
+    STRUCK,
+    TOO_MANY,
+    TOO_MANY_STEPS,
+    TURNED,
+    UNDECIDED,
+    EventRun,
+)
+from .impulses import collide, end_slow_slips, lift, log_rest, quiet, take_approach, take_away
+from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
+from .moment import choose, copy, copy_wholes, find_closed, joined, look
+from .setting import find_flights, project, set_up, shortest_flight
+from .slips import begin_slip, begins_slip, fading, greatest_pull, halt, nudge, scale_of
+
+
+@compiled
+def go_on(it: EventRun, run: Run, contacts: Contacts) -> int:
+    """Go on with the run; return how it ended (`End`), or why Python is asked."""
+    code = RUNNING
+    while code == RUNNING:
+        if it.stage != FOLLOW:
+            if room_for_event(it) == 0:
+                return LONGER
+            if it.stale != 0:
+                look(it)
+                it.stale = 0
+            if 2 * it.needed + 3 > contacts.most and contacts.most < it.rows:
+                return GROW
+        if it.stage == ARRIVE:
+            code = arrive(it)
+        elif it.stage == COLLIDE:
+            code = collision(it, contacts)
+        elif it.stage == SETTLE:
+            settle(it, contacts)
+        elif it.stage == CORRECT:
+            correct(it, contacts)
+        elif it.stage == DECIDE:
+            code = decision(it, contacts)
+        elif it.stage == LEAVE:
+            code = leave(it)
+        elif it.stage == SET_UP:
+            code = setting(it, contacts)
+        elif it.stage == LAUNCH:
+            launch(it, run, contacts)
+        elif it.stage == FOLLOW:
+            code = follow(it, run)
+        else:
+            code = stop_slips(it, run, contacts)
+    return code
+
+
+@compiled
+def break_off(it: EventRun, status: int) -> None:
+    """Log the phase that is interrupted, or an empty one."""
+    if it.stage != FOLLOW:
+        it.first_row = it.logged
+    log_state(it, it.t, it.y, 0.0)
+    log_phase(it, status, 0, 0, 0, 0)
+
+
+# -- at an event -----------------------------------------------------------------------------------------
+
+
+@compiled
+def arrive(it: EventRun) -> int:
+    """Count the events of this moment."""
+    it.crowd = it.crowd + 1 if it.t - it.last <= CROWD else 0
+    it.last = it.t
+    for k in range(it.contacts):
+        it.left[k] = 0
+    find_closed(it)
+    it.stage, it.resting = COLLIDE, 0
+    return TOO_MANY if it.crowd > ENDLESS or it.phases > it.most_phases else RUNNING
+
+
+@compiled
+def collision(it: EventRun, contacts: Contacts) -> int:
+    """Let approaching contacts collide."""
+    status = collide(it, contacts)
+    if status != 0:
+        return status
+    it.stage = SETTLE
+    if it.crowd == ENDLESS // 4 or it.crowd == ENDLESS // 2:
+        quiet(it, contacts)
+        end_slow_slips(it, contacts)
+    return ASK_IMPACT if it.hit != 0 and it.refuse != 0 and contacts.directions < contacts.rows else RUNNING
+
+
+@compiled
+def settle(it: EventRun, contacts: Contacts) -> None:
+    """End a series of bounces that are too low to follow: the contacts stay closed for the time that they take."""
+    it.stage = CORRECT
+    if it.hit == 0 or limited(it) == 0:
+        return
+    copy_wholes(it.taking, it.resters, it.contacts)
+    it.resting, it.until = 1, it.t + it.rest_left
+    take_away(it, contacts)
+    quiet(it, contacts)
+
+
+@compiled
+def correct(it: EventRun, contacts: Contacts) -> None:
+    """Correct gaps and speeds, unless a correction closes further contacts."""
+    if it.resting == 0:
+        lift(it, contacts)
+    if joined(it) != 0:
+        if it.resting != 0:
+            it.bounces = 0
+            clear_reasons(it, NO_REASON)
+        it.stage = ARRIVE
+    else:
+        take_approach(it, contacts)
+        it.stage = DECIDE
+
+
+@compiled
+def clear_reasons(it: EventRun, reason: int) -> None:
+    """Give every contact the same reason."""
+    for k in range(it.contacts):
+        it.reason[k] = reason
+
+
+@compiled
+def decision(it: EventRun, contacts: Contacts) -> int:
+    """Find the modes."""
+    choose(it)
+    it.then = LEAVE
+    copy_wholes(it.mode, it.before, it.contacts)
+    if decide(it, contacts) == 0:
+        return ASK_MODES
+    it.stage = LEAVE
+    return RUNNING
+
+
+@compiled
+def leave(it: EventRun) -> int:
+    """Ask whether contacts at the end of their side begin to leave it."""
+    choose(it)
+    it.stage = SET_UP
+    for i in range(it.count):
+        if it.reach[it.chosen[i]] <= it.near:
+            return ASK_SIDES
+    return RUNNING
+
+
+@compiled
+def setting(it: EventRun, contacts: Contacts) -> int:
+    """Write the equations of the modes, log their changes, and pass the first moment of a slip in space."""
+    if hold(it, contacts) != 0 and it.refuse != 0:
+        return UNDECIDED
+    set_up(it, contacts)
+    unseen = find_flights(it)
+    if it.resting == 0 and unseen > 0:  # a flight lower than the round-off of its gap is no flight
+        take_away(it, contacts)
+        it.bounces, it.stage = 0, ARRIVE
+        return RUNNING
+    longest, end = LONGEST, it.target
+    if it.resting != 0:
+        it.bounces, end = 0, lesser(it.until, it.target)
+        clear_reasons(it, NO_REASON)
+        for k in range(it.contacts):
+            if it.resters[k] != 0:
+                it.reason[k] = BOUNCES_BELOW
+        log_modes(it, 1)
+    else:
+        log_modes(it, it.hit)
+        if it.t >= it.target:
+            it.first_row = it.logged
+            log_state(it, it.t, it.y, 0.0)
+            log_phase(it, FINISHED, 0, 0, 0, 0)
+            return FINISHED
+        flight = shortest_flight(it)  # a straight step beyond it would lose its impact
+        longest = lesser(longest, flight) if flight > 0.0 else longest
+    it.stage = LAUNCH
+    if begin_slip(it, contacts, end, longest) != 0:
+        if it.resting == 0 and it.t >= it.target:
+            return FINISHED
+        set_up(it, contacts)
+    return RUNNING
+
+
+@compiled
+def hold(it: EventRun, contacts: Contacts) -> int:
+    """Let a contact whose slip would begin, but that the others hold at rest, be at its limit; return 1, or 0.
+
+    Its friction stays at μ_s N, and the others share what is left: the path of equal compliance. The slip begins when
+    all that can hold it have reached their limits.
+    """
+    starts = 0
+    for k in range(it.contacts):
+        starts += begins_slip(it, k)
+    if starts == 0 or greatest_pull(it) > SMALL * scale_of(it) or nudge(it, contacts) != 0:
+        return 0
+    for k in range(it.contacts):
+        if begins_slip(it, k) != 0:
+            it.mode[k] = LIMIT
+    return 1
+
+
+# -- a phase ---------------------------------------------------------------------------------------------
+
+
+@compiled
+def launch(it: EventRun, run: Run, contacts: Contacts) -> None:
+    """Put the state onto the conditions and begin the steps, or go back to the event."""
+    project(it)
+    look(it)
+    lift(it, contacts)
+    end = lesser(it.until, it.target) if it.resting != 0 else it.target
+    if it.resting == 0:
+        if joined(it) != 0:
+            it.stage = ARRIVE
+            return
+        k = fading(it)
+        if k >= 0:
+            it.stopping[k], it.stage, it.halting = 1, HALT, 1
+            return
+    elif not end > it.t:
+        end_rest(it)
+        return
+    begin_steps(it, run, end)
+
+
+@compiled
+def begin_steps(it: EventRun, run: Run, end: float) -> None:
+    """Begin the steps of a phase."""
+    T = table(it.phase)
+    for k in range(it.contacts):
+        it.phase[T[BAND_AT] + k] = lesser(it.gap[k], 0.0)
+    find_flights(it)
+    # half of the shortest flight: a longer step could jump over the return of a contact
+    run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t
+    run.longest = it.longest
+    run.accepted = run.rejected = run.evaluated = run.events = run.blame = run.after_rejection = 0
+    run.taken = run.suspect = run.calm = run.stiffness = run.sampled = 0
+    copy(it.y, run.initial, it.n_y)
+    it.first_row, it.stage = it.logged, FOLLOW
+
+
+@compiled
+def follow(it: EventRun, run: Run) -> int:
+    """Take the steps of a phase, up to its end or to the next pause."""
+    if it.logged + PIECE + 4 > it.path_room or room_for_event(it) == 0:
+        return LONGER
+    run.room = PIECE if it.steps_left > PIECE else it.steps_left
+    status = run_by(it.piece, run)
+    n, n_y, search = run.accepted, it.n_y, run.search
+    for i in range(n):
+        log_state(it, run.times[i], run.times[2 * n + 1 + i * n_y :], run.times[n + 1 + i])
+    for e in range(run.events):
+        if search.log_numbers[e] < it.asked:
+            log_crossing(
+                it, search.log_times[e], search.log_numbers[e], search.log_signs[e], search.log_states[e]
+            )
+    it.steps_left -= n
+    it.budget -= n
+    it.t = run.times[n]
+    copy(run.times[2 * n + 1 + n * n_y :], it.y, n_y)
+    if status == RUNNING:
+        if it.steps_left > 0:
+            return PAUSE if it.budget <= 0 else RUNNING
+        status = TOO_MANY_STEPS
+    it.blame = run.blame
+    return end_phase(it, run, status)
+
+
+@compiled
+def end_phase(it: EventRun, run: Run, status: int) -> int:
+    """Log a phase, and say why it ends."""
+    log_state(it, it.t, it.y, 0.0)
+    log_phase(it, status, run.rejected, run.evaluated, run.stiffness, 0)
+    wrong = depth(it)
+    if wrong != 0:
+        return wrong
+    clear_reasons(it, NO_REASON)
+    code = status
+    if status == FINISHED and it.resting != 0 and it.until < it.target:
+        end_rest(it)
+        code = RUNNING
+    elif status == TERMINAL:
+        code = reasons(it, run)
+    if it.refuse != 0 and it.spare_count > 0:
+        it.then = code
+        return ASK_SHARES
+    return code
+
+
+@compiled
+def end_rest(it: EventRun) -> None:
+    """End the time that a series of bounces takes."""
+    copy_wholes(it.resters, it.taking, it.contacts)
+    copy(it.y, it.start, it.n_y)
+    log_rest(it, SERIES)
+    for k in range(it.contacts):
+        if it.resters[k] != 0:
+            it.reason[k] = BOUNCES_END
+    it.stage = ARRIVE
+
+
+@compiled
+def depth(it: EventRun) -> int:
+    """Return a code if a closing or a reversal of slip was passed over: a contact is deep or slips back; else 0."""
+    for i in range(it.n_y):
+        if not math.isfinite(it.y[i]):
+            return 0
+    look(it)
+    near, slow, first = it.near, 1e3 * it.still, it.first_row
+    for k in range(it.contacts):
+        v = it.rate[it.first[k] + 1] if it.mode[k] == SLIDE_ON or it.mode[k] == SLIDE_BACK else 0.0
+        if (v < -slow and it.mode[k] == SLIDE_ON) or (v > slow and it.mode[k] == SLIDE_BACK):
+            it.blame = k
+            return TURNED
+    for k in range(it.contacts):
+        if it.gap[k] < -near and it.reach[k] > 0.0 and it.mode[k] == OPEN and it.times[first] < it.t:
+            t, gap = it.t, it.gap[k]
+            copy(it.y, it.kept, it.n_y)
+            it.t = it.times[first]
+            copy(it.states[first * it.n_y :], it.y, it.n_y)
+            look(it)
+            behind = it.gap[k] < -near and math.isfinite(it.reach[k])  # came around its end
+            deeper = gap < lesser(it.gap[k], 0.0) - near
+            wrong = it.reach[k] > 0.0 and deeper and not behind
+            it.t = t
+            copy(it.kept, it.y, it.n_y)
+            look(it)
+            if wrong:
+                it.blame = k
+                return PASSED_OVER
+    return 0
+
+
+@compiled
+def reasons(it: EventRun, run: Run) -> int:
+    """Note why the modes end; return TERMINAL if the user's event ends the run, STRUCK for a blow, else RUNNING."""
+    search, called, T = run.search, 0, table(it.phase)
+    for e in range(run.events):
+        number = search.log_numbers[e]
+        if number < it.events and search.log_times[e] == it.t:
+            if number < it.asked and it.final[number] != 0:
+                return TERMINAL
+            if number >= it.asked:
+                called = 1
+    if called != 0:
+        clear_reasons(it, BLOW)
+    for turn in range(2):  # at the end of a side N may reach 0 too: the reason is the end
+        for e in range(run.events):
+            i = search.log_numbers[e] - it.events
+            if i >= 0:
+                law = T[T[ENDING] + ENDING_SIZE * i + LAW]
+                if (turn == 0) == (law == NORMAL):
+                    set_reason(it, i, law)
+    it.stage, it.halting = HALT, 0
+    return STRUCK if called != 0 else RUNNING
+
+
+@compiled
+def set_reason(it: EventRun, i: int, law: int) -> None:
+    """Note why the mode of the contact of an ending ends."""
+    k, why = it.ending[i], SLIP_STOPPED
+    if law == GAP:
+        why = GAP_CLOSED
+    elif law == NORMAL:
+        why = NORMAL_ZERO
+    elif law == REACH:
+        why = END_OF_SIDE
+    elif law == SIDE:
+        why = ONTO_SIDE
+    elif law == LINE_CONE or law == CONE:  # noqa: SIM109
+        why = CONE_REACHED
+        it.forces(it.t, it.y, it.phase, it.speeds)
+        square = 0.0
+        for j in range(it.tangents[k]):
+            square += it.speeds[it.first[k] + 1 + j] * it.speeds[it.first[k] + 1 + j]
+        it.measure[k] = root(square)
+    it.reason[k] = why
+    # the corner takes over from its side, or the side from the corner
+    if law == REACH or law == SIDE:  # noqa: SIM109
+        for j in range(it.contacts):
+            if it.side[j] == k and it.end_of[j] == it.place[i]:
+                it.reason[j] = why
+    if law == STOP:
+        it.stopping[k] = 1
+
+
+# -- the last moment of slips ----------------------------------------------------------------------------
+
+
+@compiled
+def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
+    """Pass the ends of slips in space, then go to the event; a slip that fades before a phase may go on instead."""
+    if it.stage == HALTED:
+        return judge(it, run)
+    for k in range(it.contacts):
+        if it.stopping[k] != 0:
+            it.stopping[k] = 0
+            changed = halt(it, contacts, k)
+            if changed < 0:
+                it.begun = k
+                copy_wholes(it.mode, it.before, it.contacts)
+                choose(it)
+                it.stage = it.then = HALTED
+                return RUNNING if decide(it, contacts) != 0 else ASK_MODES
+            if it.halting != 0 and changed == 0:
+                begin_steps(it, run, it.target)
+                return RUNNING
+            return RUNNING
+    it.stage = ARRIVE
+    return RUNNING
+
+
+@compiled
+def judge(it: EventRun, run: Run) -> int:
+    """Keep the state without slip if the contact sticks in it; otherwise the slip has only just begun."""
+    sticks = it.mode[it.begun] == STICK
+    copy_wholes(it.before, it.mode, it.contacts)
+    it.stage = HALT
+    if sticks:
+        it.impulses += it.rest_left
+    else:
+        copy(it.kept, it.y, it.n_y)
+        look(it)
+        if it.halting != 0:
+            begin_steps(it, run, it.target)
+    return RUNNING

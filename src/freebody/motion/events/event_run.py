@@ -1,0 +1,267 @@
+"""Memory of a run from event to event, shared by Python and the compiled loop (`event_loop`). It needs no compiler."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
+from ..ending import End
+from ..phase.places import STOPPED
+
+ORDERS = ("simultaneous", "sequential")
+"""Orders of the impacts at one moment."""
+STILL = 1e-10
+"""Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
+SMALL = 1e-10
+"""Relative size below which a force or rate is zero and a matrix singular: above the round-off of small systems."""
+LOW = 1e-15
+"""Height of a flight, relative to 1 m or the greatest coordinate, that is lost in round-off."""
+NUDGE = 4 * STOPPED
+"""Initial speed of a slip in space that begins without acceleration, above the speed at which slips end [m/s]."""
+CROWD = 1e-7
+"""Time between two events below which they count as simultaneous [s]."""
+PHASES = 100_000
+"""Largest number of phases of one run."""
+ENDLESS = 200
+"""Number of mode changes at one moment above which they are refused as endless."""
+LONGEST = 1e-6
+"""Greatest length of a straight step [s]; a slip that would take longer to begin, or longer than a contact needs to
+return, is nudged."""
+SLOW = 10 * STOPPED
+"""Slip speed in space below which a body comes to rest at all its contacts at once, where events crowd [m/s]."""
+BOUNCES = 40
+"""Number of impacts that are remembered, in search of cycles."""
+PASSES = 100_000
+"""Largest number of sequential impacts at one moment."""
+PIECE = 256
+"""Number of steps between two looks at the memory."""
+
+# Where the loop goes on.
+ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, LEAVE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(11)
+
+# Why the loop returns to Python. Numbers below are those of `End`.
+(
+    GROW,  # more contacts are closed than the contact problem has room for
+    LONGER,  # the log is full
+    PAUSE,  # progress may be shown
+    ASK_IMPACT,  # indeterminate impulses are refused if friction makes the motion depend on them
+    ASK_MODES,  # the modes follow from derivatives or from the comparison of all sets
+    ASK_SIDES,  # a contact at rest at the end of its side may begin to leave it
+    UNDECIDED,  # the shares beyond the limit of friction are indeterminate, which is refused
+    ASK_SHARES,  # indeterminate forces are refused if friction makes the motion depend on them
+    STRUCK,  # an event that may call a blow
+    TOO_MANY,  # changes of modes at one moment, or in the run
+    MIXED,  # contacts of both laws collide at once
+    NO_IMPULSES,
+    SEQUENCE,  # sequential impacts do not end
+    PASSED_OVER,  # a closing was passed over in a step
+    TURNED,  # a change of the sense of slip was passed over
+) = range(100, 115)
+
+TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
+
+# Entries of the log.
+PHASE, IMPACT, NOTE, RESTING, CROSSING, TOLD = range(6)
+DEAD = 16
+"""Added to the shown mode of a contact that the others hold in place."""
+
+# Why a mode began.
+(
+    NO_REASON, BLOW, GAP_CLOSED, NORMAL_ZERO, END_OF_SIDE, ONTO_SIDE, SLIP_STOPPED, CONE_REACHED, BOUNCES_BELOW,
+    BOUNCES_END,
+) = range(10)  # fmt: skip
+
+# Kinds of rest: the limit of a series of bounces, bounces that crowd, slips that crowd.
+SERIES, QUIET, SLOWED = range(3)
+
+
+@record
+class EventRun(Record):
+    """A run of a machine with contacts, from event to event.
+
+    ``n_q``, ``n``, ``n_y``       coordinates, speeds, and components of the state (q, u, work, heat)
+    ``contacts``, ``rows``        numbers of contacts and of their rows
+    ``moving``, ``energy``        1 if something moves with all speeds at zero, and the kernel of the energy
+    ``looked``, ``rates_at``      kernels of all contacts: what decides events, and the rates
+    ``rates``, ``projection``, ``accelerations``, ``forces``    kernels of the present phase
+    ``sequential``, ``refuse``    1 if contacts collide one after another; if indeterminate forces are refused
+    ``events``                    functions of the user; the first ``shown`` are asked for, others call blows
+    ``final``                     1 for each function of the user that ends the run
+    ``piece``, ``finding``, ``colliding``    addresses of `step_control.piece`, `contacts.find`, `collision.collided`
+    ``looking``, ``phase``        constants of the functions of all contacts, and of the present phase
+    ``quaternions``               components at which the ``turned`` unit quaternions begin
+    ``side``, ``end_of``          side that a corner ends, or -1, and which end that is
+    ``poisson``                   1 for Poisson's law
+    ``ending``, ``place``         contact of each ending, and the end of a side or -1
+
+    ``stage``, ``then``           where the loop goes on, now and after the modes are decided
+    ``stale``                     1 if the contacts are to be looked at anew
+    ``t``, ``y``, ``target``      the moment, and where the run stops
+    ``until``, ``resting``        end of the remaining bounces, and 1 while they last
+    ``most_phases``               limit of the phases
+    ``crowd``, ``last``           events at one moment, and the time of the last one
+    ``impulses``                  work of impacts and blows
+    ``budget``, ``steps_left``    steps until the next pause, and until the run is given up
+
+    ``seen``                      outputs of `closed_contacts.looked`, whose parts follow
+    ``near``, ``still``           gap and speed that are zero
+    ``closed``, ``chosen``        1 for each closed contact; the contacts of the contact problem
+    ``left``                      1 for each contact that begins to leave the end of its side at this moment
+    ``met``, ``met_at``           contacts closed at a moment so far
+    ``mode``, ``shown``           modes, and modes as they are shown; ``past``: those before
+    ``way``                       direction of a slip that begins
+    ``force``                     contact forces of the decision
+    ``active``, ``actives``       independent conditions of contacts
+    ``taking``                    contacts whose speed is taken away
+    ``reason``, ``measure``       why a mode ended, and the friction there
+    ``bounce_*``                  the last impacts
+    ``list``, ``ray``, ``goal``, ``x``    a system of impulses (`impulses.impelled`)
+    """
+
+    n_q: Count
+    n: Count
+    n_y: Count
+    contacts: Count
+    rows: Count
+    moving: Count
+    sequential: Count
+    refuse: Count
+    events: Count
+    asked: Count
+    piece: Count
+    finding: Count
+    colliding: Count
+    looked: Kernel
+    rates_at: Kernel
+    rates: Kernel
+    projection: Kernel
+    accelerations: Kernel
+    forces: Kernel
+    energy: Kernel
+    energy_c: Row
+    looking: Row
+    phase: Row
+    tangents: Annotated[Wholes, "contacts"]
+    first: Annotated[Wholes, "contacts"]
+    rough: Annotated[Wholes, "contacts"]
+    side: Annotated[Wholes, "contacts"]
+    poisson: Annotated[Wholes, "contacts"]
+    turned: Count
+    quaternions: Wholes
+    ending: Wholes
+    place: Wholes
+    final: Wholes
+    stage: Whole
+    stale: Whole
+    then: Whole
+    t: Real
+    target: Real
+    until: Real
+    resting: Whole
+    most_phases: Whole
+    rest_left: Real
+    crowd: Whole
+    last: Real
+    impulses: Real
+    budget: Whole
+    steps_left: Whole
+    phases: Whole
+    blame: Whole
+    named: Whole
+    hit: Whole
+    spare_count: Whole
+    begun: Whole
+    first_row: Whole
+    done: Whole
+    crossed: Whole
+    halting: Whole
+    longest: Real
+    y: Annotated[Row, "n_y"]
+    start: Annotated[Row, "n_y"]
+    kept: Annotated[Row, "n_y"]
+    trial: Annotated[Row, "n_y"]
+    seen: Annotated[Row, "seen_size"]
+    gap: Row
+    reach: Row
+    rate: Row
+    c: Row
+    free: Row
+    W: Row
+    X: Row
+    coefficients: Row
+    away: Row
+    near: Real
+    still: Real
+    closed: Annotated[Wholes, "contacts"]
+    chosen: Annotated[Wholes, "contacts"]
+    count: Whole
+    needed: Whole
+    left: Annotated[Wholes, "contacts"]
+    met: Annotated[Wholes, "contacts"]
+    met_at: Real
+    mode: Annotated[Wholes, "contacts"]
+    before: Annotated[Wholes, "contacts"]
+    shown: Annotated[Wholes, "contacts"]
+    past: Annotated[Wholes, "contacts"]
+    dead: Annotated[Wholes, "contacts"]
+    taking: Annotated[Wholes, "contacts"]
+    reason: Annotated[Wholes, "contacts"]
+    stopped: Annotated[Wholes, "contacts"]
+    stopping: Annotated[Wholes, "contacts"]
+    resters: Annotated[Wholes, "contacts"]
+    end_of: Annotated[Wholes, "contacts"]
+    measure: Annotated[Row, "contacts"]
+    flight: Annotated[Row, "contacts"]
+    way: Annotated[Rows, "contacts", 2]
+    force: Annotated[Row, "rows"]
+    active: Annotated[Wholes, "rows"]
+    actives: Whole
+    speeds: Annotated[Row, "rows"]
+    list: Annotated[Wholes, "rows"]
+    ray: Annotated[Rows, "rows", 2]
+    goal: Annotated[Row, "rows"]
+    x: Annotated[Row, "rows"]
+    whole: Annotated[Row, "rows"]
+    nu: Annotated[Row, "rows"]
+    v: Annotated[Row, "n"]
+    step: Annotated[Row, "n_y"]
+    bounces: Whole
+    bounce_time: Annotated[Row, BOUNCES]
+    bounce_speed: Annotated[Row, BOUNCES]
+    bounce_stuck: Annotated[Wholes, BOUNCES]
+    bounced: Annotated[Wholes, "bounce_flags"]
+    marks: Wholes
+    marks_room: Whole
+    marked: Whole
+    numbers: Row
+    numbers_room: Whole
+    numbered: Whole
+    times: Row
+    lengths: Row
+    states: Row
+    path_room: Whole
+    logged: Whole
+
+
+def event_run(scene: Any, n_y: int) -> EventRun:
+    """Return the memory of a run with these contacts, without a log."""
+    model, E, m = scene.model, len(scene.first), scene.rows
+    n = model.n_u
+    seen = 6 * E + 2 * m + n + 2 * m * n
+    it = EventRun.made(
+        n_q=model.n_q, n=n, n_y=n_y, contacts=E, rows=m, seen_size=seen, bounce_flags=BOUNCES * E
+    )
+    at = 0
+    for name, size in (
+        ("gap", E), ("reach", E), ("rate", m), ("c", m), ("free", n), ("W", m * n), ("X", m * n),
+        ("coefficients", 3 * E), ("away", E),
+    ):  # fmt: skip
+        setattr(it, name, it.seen[at : at + size])
+        at += size
+    it.tangents[:], it.first[:] = scene.tangents, scene.first
+    it.rough[:] = [not c.frictionless for c in model.contacts]
+    it.poisson[:] = [c.impact == "poisson" for c in model.contacts]
+    it.side[:] = -1
+    for k, ((side, place),) in scene.ends.items():
+        it.side[k], it.end_of[k] = side, place
+    return it

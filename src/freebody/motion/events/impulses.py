@@ -1,0 +1,496 @@
+"""Impulses at contacts in compiled code: impacts, and the least motion that takes speeds or gaps away.
+
+An impact is a contact problem of impulses (`cones.collision`):
+
+    v⁺ = A Λ + v⁻,     A = W M⁻¹ Wᵀ
+
+    Newton     0 <= Λ_N  ⟂  v_N⁺ + e v_N⁻ >= 0          -Λ_T in μ Λ_N Sgn(v_T⁺)
+    Poisson    compression: the same with e = 0, impulse Λ_C;
+               expansion:   0 <= Λ_E - e Λ_C  ⟂  v_N⁺ >= 0,  -Λ_TE in μ Λ_NE Sgn(v_T⁺)
+
+Either all closed contacts take part at once, including contacts at rest ("simultaneous"), or the contacts collide one
+after another, always the fastest approaching contact first ("sequential"). These are two different assumptions; the
+rigid-body model does not decide between them.
+
+Newton's law with friction can raise the kinetic energy if the slip reverses (Kane), Poisson's with several contacts
+(Glocker), and a wedged body has no rebound at all. The restitution of that impact is then halved until impulses exist
+and the energy falls, at last to zero: with e = 0 and no moving surface, ΔT = -Σ μ Λ_N |v_T⁺| - Λ A Λ/2 <= 0.
+
+Sources: J. J. Moreau (1988); C. Glocker, F. Pfeiffer (1996), chapter 8; T. R. Kane, Stanford Mechanics Alumni Club
+Newsletter (1984); C. Glocker, Energetic consistency conditions for standard impacts, Multibody System Dynamics (2013).
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import compiled, greater, lesser, run_by
+from ..cones.contacts import EXACT, Contacts
+from ..cones.elimination import solved
+from ..cones.newton import factor
+from ..phase.mode_table import evaluated, table
+from ..phase.places import MACHINE_AT
+from .event_run import (
+    BOUNCES,
+    IMPACT,
+    LOW,
+    MIXED,
+    NO_IMPULSES,
+    PASSES,
+    QUIET,
+    RESTING,
+    SEQUENCE,
+    SLOW,
+    SLOWED,
+    SMALL,
+    EventRun,
+)
+from .log import begin, end, mark, note, note_all
+from .moment import (
+    choose,
+    copy,
+    is_smooth,
+    largest,
+    look,
+    normal_speed,
+    product_of,
+    row_of,
+    slip_speed,
+)
+
+LOWEST = 1e-12
+"""Height below which bounces end where events crowd, relative to 1 m or the greatest coordinate."""
+
+
+# -- the problem of the chosen contacts ------------------------------------------------------------------
+
+
+@compiled
+def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
+    """Write the problem of the chosen contacts: of their speeds in an ``impact`` (1), else of accelerations."""
+    m = 0
+    contacts.contacts, contacts.equalities = it.count, 0
+    for i in range(it.count):
+        k = it.chosen[i]
+        contacts.at[i], contacts.tangents[i] = m, it.tangents[k]
+        contacts.friction[i], contacts.static[i] = it.coefficients[3 * k], it.coefficients[3 * k + 1]
+        contacts.least[i], contacts.slides[i] = 0.0, 0
+        speed = slip_speed(it, k)
+        if impact != 0:
+            contacts.static[i] = contacts.friction[i]
+        elif speed > it.still:
+            contacts.slides[i] = 1
+            for j in range(it.tangents[k]):
+                contacts.way[2 * i + j] = it.rate[it.first[k] + 1 + j] / speed
+        for j in range(1 + it.tangents[k]):
+            it.list[m] = it.first[k] + j
+            m += 1
+    contacts.rows = m
+    for a in range(m):
+        r = it.list[a]
+        contacts.given[a] = it.rate[r] if impact != 0 else it.c[r]
+        for b in range(m):
+            contacts.A[a * m + b] = product_of(row_of(it, it.W, r), row_of(it, it.X, it.list[b]), it.n)
+
+
+@compiled
+def move_speeds(it: EventRun) -> None:
+    """Apply the impulses of all rows to the state, and add their work."""
+    n, work = it.n, 0.0
+    for i in range(n):
+        it.v[i] = 0.0
+    for r in range(it.rows):
+        if it.whole[r] != 0.0:
+            for i in range(n):
+                it.v[i] += it.whole[r] * it.X[r * n + i]
+    for r in range(it.rows):
+        if it.whole[r] != 0.0:
+            work += it.whole[r] * (it.rate[r] + product_of(row_of(it, it.W, r), it.v, n) / 2.0)
+    if it.moving != 0:
+        work += work_of_drives(it)
+    it.impulses += work
+    for i in range(n):
+        it.y[it.n_q + i] += it.v[i]
+
+
+@compiled
+def work_of_drives(it: EventRun) -> float:
+    """Return b·Δu - Λ·w, the work of what imposes its motion, of T = uᵀM u/2 + b·u + T₀ and rates r = W u + w."""
+    state, out, result = it.trial, it.step, 0.0
+    copy(it.y, state, it.n_y)
+    for turn in range(2):
+        for i in range(it.n):
+            state[it.n_q + i] = it.v[i] if turn == 0 else -it.v[i]
+        it.energy(it.t, state, it.energy_c, out)
+        result += out[0] / 2.0 if turn == 0 else -out[0] / 2.0
+    for i in range(it.n):
+        state[it.n_q + i] = 0.0
+    it.rates_at(it.t, state, it.looking, it.x)
+    return result - product_of(it.whole, it.x, it.rows)
+
+
+# -- impacts ---------------------------------------------------------------------------------------------
+
+
+@compiled
+def strike(it: EventRun, contacts: Contacts) -> int:
+    """Find the impulses of the approaching contacts; set ``hit``, 1 if there are any. Return a reason to stop, or 0."""
+    choose(it)
+    it.hit = 0
+    for r in range(it.rows):
+        it.whole[r] = 0.0
+    for i in range(it.count):
+        if normal_speed(it, it.chosen[i]) < -it.still:
+            it.hit = 1
+    if it.hit == 0:
+        return 0
+    gather(it, contacts, 1)
+    contacts.still = it.still
+    status = one_by_one(it, contacts) if it.sequential != 0 else together(it, contacts)
+    for a in range(contacts.rows):
+        it.whole[it.list[a]] = contacts.forces[a]
+    return status
+
+
+@compiled
+def collide(it: EventRun, contacts: Contacts) -> int:
+    """Let the approaching contacts collide. Return a reason to stop, or 0."""
+    status = strike(it, contacts)
+    if status != 0 or it.hit == 0:
+        return status
+    copy(it.y, it.start, it.n_y)
+    copy(it.rate, it.speeds, it.rows)
+    fastest = 0.0
+    for k in range(it.contacts):
+        it.taking[k] = 0
+    for i in range(it.count):
+        if normal_speed(it, it.chosen[i]) < -it.still:
+            it.taking[it.chosen[i]] = 1
+            fastest = greater(fastest, -normal_speed(it, it.chosen[i]))
+    before = it.still
+    move_speeds(it)
+    copy(it.whole, it.force, it.rows)
+    copy(it.rate, it.goal, it.rows)
+    look(it)
+    log_impact(it, contacts, before)
+    remember(it, fastest, before)
+    return 0
+
+
+@compiled
+def together(it: EventRun, contacts: Contacts) -> int:
+    """Let the chosen contacts collide at once."""
+    newton, poisson = 0, 0
+    for i in range(it.count):
+        k = it.chosen[i]
+        contacts.restitution[i] = it.coefficients[3 * k + 2]
+        if normal_speed(it, k) < -it.still:
+            newton, poisson = newton + 1 - it.poisson[k], poisson + it.poisson[k]
+    if newton > 0 and poisson > 0:
+        return MIXED
+    contacts.poisson = 1 if poisson > 0 else 0
+    run_by(it.colliding, contacts)
+    return 0 if contacts.residual <= EXACT else NO_IMPULSES
+
+
+@compiled
+def one_by_one(it: EventRun, contacts: Contacts) -> int:
+    """Let the chosen contacts collide one after another, always the fastest first."""
+    m, part, residual = contacts.rows, 1.0, 0.0
+    v, total = it.x, it.nu
+    copy(contacts.given, v, m)
+    for a in range(m):
+        total[a] = 0.0
+    size = greater(largest(v, m), it.still)
+    contacts.contacts = 1
+    for _ in range(PASSES):
+        fastest, place, at = 0.0, -1, 0
+        for i in range(it.count):
+            if place < 0 or v[at] < fastest:
+                fastest, place, contacts.at[0] = v[at], i, at
+            at += 1 + it.tangents[it.chosen[i]]
+        if fastest >= -greater(it.still, 1e-13 * size):
+            copy(total, contacts.forces, m)
+            copy(v, contacts.after, m)
+            contacts.part, contacts.residual, contacts.directions = part, residual, m
+            contacts.contacts = it.count
+            return 0
+        k = it.chosen[place]
+        contacts.tangents[0], contacts.restitution[0] = it.tangents[k], it.coefficients[3 * k + 2]
+        contacts.friction[0] = contacts.static[0] = it.coefficients[3 * k]
+        contacts.poisson = it.poisson[k]
+        copy(v, contacts.given, m)
+        run_by(it.colliding, contacts)
+        residual, part = greater(residual, contacts.residual), lesser(part, contacts.part)
+        if not residual <= EXACT:
+            return NO_IMPULSES
+        for a in range(m):
+            total[a] += contacts.forces[a]
+        copy(contacts.after, v, m)
+    return SEQUENCE
+
+
+@compiled
+def log_impact(it: EventRun, contacts: Contacts, still: float) -> None:
+    """Log an impact: states and speeds before and after it, and its impulses."""
+    at = begin(it, IMPACT)
+    mark(it, 1 if contacts.directions < contacts.rows else 0)
+    mark(it, it.count)
+    note(it, it.t)
+    note(it, contacts.part)
+    note(it, contacts.residual)
+    note(it, still)
+    note_all(it, it.start, it.n_y)
+    note_all(it, it.y, it.n_y)
+    for i in range(it.count):
+        mark(it, it.chosen[i])
+        note(it, it.speeds[it.first[it.chosen[i]]])
+        note(it, it.rate[it.first[it.chosen[i]]])
+        for j in range(1 + it.tangents[it.chosen[i]]):
+            note(it, it.force[it.first[it.chosen[i]] + j])
+    end(it, at)
+
+
+@compiled
+def remember(it: EventRun, fastest: float, still: float) -> None:
+    """Keep the impact of the contacts ``taking`` in mind, one of a possible series of bounces."""
+    if it.bounces == BOUNCES:
+        for i in range(BOUNCES - 1):
+            it.bounce_time[i], it.bounce_speed[i] = it.bounce_time[i + 1], it.bounce_speed[i + 1]
+            it.bounce_stuck[i] = it.bounce_stuck[i + 1]
+        for i in range((BOUNCES - 1) * it.contacts):
+            it.bounced[i] = it.bounced[i + it.contacts]
+        it.bounces -= 1
+    b, stuck = it.bounces, 1
+    for k in range(it.contacts):
+        it.bounced[b * it.contacts + k] = it.taking[k]
+        if it.taking[k] != 0 and slip_speed(it, k) > still:
+            stuck = 0
+    it.bounce_time[b], it.bounce_speed[b], it.bounce_stuck[b] = it.t, fastest, stuck
+    it.bounces += 1
+
+
+# -- systems of impulses ---------------------------------------------------------------------------------
+
+
+@compiled
+def add_row(it: EventRun, count: int, r: int, goal: float) -> int:
+    """Append a row whose rate is to change by ``goal``; return the number of rows."""
+    it.list[count], it.goal[count], it.ray[count, 0], it.ray[count, 1] = r, goal, 0.0, 0.0
+    return count + 1
+
+
+@compiled
+def ray_product(it: EventRun, a: int, b: int) -> float:
+    """Return the change of the rate of row a of the list per unit of unknown b."""
+    r, s = it.list[a], it.list[b]
+    total = product_of(row_of(it, it.W, r), row_of(it, it.X, s), it.n)
+    for j in range(2):
+        if it.ray[b, j] != 0.0:
+            total += it.ray[b, j] * product_of(row_of(it, it.W, r), row_of(it, it.X, s + 1 + j), it.n)
+    return total
+
+
+@compiled
+def impelled(it: EventRun, contacts: Contacts, count: int) -> float:
+    """Find impulses on the rows of the list that change their rates by the goals: S x = g.
+
+    Dependent ones are those of contacts of equal compliance: x = Q ν with S Q ν = g over independent rows, where Q are
+    the columns of A of these. Set ``whole``; return the greatest |S x - g|.
+    """
+    A, S, order = contacts.A, contacts.chosen, contacts.order
+    for a in range(count):
+        for b in range(count):
+            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
+            S[a * count + b] = ray_product(it, a, b)
+    kept = factor(A, count, contacts.factors, SMALL, contacts.left, order)
+    for a in range(count):
+        it.x[a] = 0.0
+    turn, good = 0, 1
+    while turn < 2 and good != 0:  # what is left of g is solved for once more
+        good = improved(it, contacts, count, kept)
+        turn += 1
+    return applied(it, contacts, count)
+
+
+@compiled
+def improved(it: EventRun, contacts: Contacts, count: int, kept: int) -> int:
+    """Add the solution for what is left of g to x; return 0 if there is none, else 1."""
+    A, S, order, square, nu, i = contacts.A, contacts.chosen, contacts.order, contacts.slope, it.nu, 0
+    for a in range(count):
+        if order[a] != 0:
+            nu[i], j = it.goal[a] - product_of(S[a * count :], it.x, count), 0
+            for b in range(count):
+                if order[b] != 0:
+                    square[i * kept + j] = S[a * count + b]
+                    if kept < count:  # A is symmetric
+                        square[i * kept + j] = product_of(S[a * count :], A[b * count :], count)
+                    j += 1
+            i += 1
+    if solved(square, kept, nu) == 0:
+        return 0
+    j = 0
+    for b in range(count):
+        if order[b] != 0:
+            if kept == count:
+                it.x[b] += nu[j]
+            else:
+                for a in range(count):
+                    it.x[a] += A[b * count + a] * nu[j]
+            j += 1
+    return 1
+
+
+@compiled
+def applied(it: EventRun, contacts: Contacts, count: int) -> float:
+    """Set ``whole`` to the impulses x along the rays; return the greatest |S x - g|."""
+    worst = 0.0
+    for r in range(it.rows):
+        it.whole[r] = 0.0
+    for a in range(count):
+        left = -it.goal[a]
+        for b in range(count):
+            left += contacts.chosen[a * count + b] * it.x[b]
+        worst = greater(worst, abs(left))
+        it.whole[it.list[a]] += it.x[a]
+        for j in range(2):
+            if it.ray[a, j] != 0.0:
+                it.whole[it.list[a] + 1 + j] += it.ray[a, j] * it.x[a]
+    return worst
+
+
+@compiled
+def take_away(it: EventRun, contacts: Contacts) -> None:
+    """Take the normal speeds of the contacts ``taking`` away, and the slip where their last impact left none.
+
+    The remaining bounces press with the sum of the weights less the normal momentum removed here. On a slipping contact
+    the friction is smaller accordingly, by -μ d per unit of normal impulse. Sticking contacts keep sticking, and others
+    at rest stay so.
+    """
+    count = 0
+    for k in range(it.contacts):
+        at, n = it.first[k], it.tangents[k]
+        if it.taking[k] != 0:
+            rough, speed = n > 0 and not is_smooth(it, k), slip_speed(it, k)
+            if rough and left_at_rest(it, k) != 0:
+                for j in range(1 + n):
+                    count = add_row(it, count, at + j, -it.rate[at + j])
+            else:
+                count = add_row(it, count, at, -it.rate[at])
+                if rough and speed > it.still:
+                    for j in range(n):
+                        it.ray[count - 1, j] = -it.coefficients[3 * k] * it.rate[at + 1 + j] / speed
+        elif it.closed[k] != 0 and abs(it.rate[at]) <= it.still:
+            count = add_row(it, count, at, -it.rate[at])
+    impelled(it, contacts, count)
+    move_speeds(it)
+    look(it)
+
+
+@compiled
+def left_at_rest(it: EventRun, k: int) -> int:
+    """Return 1 if the last impact of a contact left no slip, else 0."""
+    for b in range(it.bounces - 1, -1, -1):
+        if it.bounced[b * it.contacts + k] != 0:
+            return it.bounce_stuck[b]
+    return 0
+
+
+@compiled
+def take_approach(it: EventRun, contacts: Contacts) -> None:
+    """Take away the approach that corrections left to contacts that have collided at this moment."""
+    found = 0
+    for k in range(it.contacts):
+        it.taking[k] = 1 if it.closed[k] != 0 and normal_speed(it, k) < -it.still else 0
+        found += it.taking[k]
+    if found > 0:
+        take_away(it, contacts)
+
+
+@compiled
+def log_rest(it: EventRun, kind: int) -> None:
+    """Log that the contacts ``taking`` come to rest, from the state ``start``."""
+    at = begin(it, RESTING)
+    mark(it, kind)
+    note(it, it.t)
+    note(it, LOWEST * (1.0 + largest(it.y, it.n_q)))
+    note_all(it, it.start, it.n_y)
+    note_all(it, it.y, it.n_y)
+    for k in range(it.contacts):
+        if it.taking[k] != 0:
+            mark(it, k)
+    end(it, at)
+
+
+@compiled
+def quiet(it: EventRun, contacts: Contacts) -> None:
+    """Bring all closed contacts that bounce no higher than `LOWEST` to rest."""
+    found, low = 0, LOWEST * (1.0 + largest(it.y, it.n_q))
+    for k in range(it.contacts):
+        v, a = normal_speed(it, k), -it.c[it.first[k]]
+        bounces = it.closed[k] != 0 and a > 0.0 and abs(v) > it.still and v * v / (2.0 * a) < low
+        it.taking[k] = 1 if bounces else 0
+        found += it.taking[k]
+    if found > 0:
+        take_away(it, contacts)
+        copy(it.y, it.start, it.n_y)
+        log_rest(it, QUIET)
+        it.bounces = 0
+
+
+@compiled
+def end_slow_slips(it: EventRun, contacts: Contacts) -> None:
+    """End slips in space slower than `SLOW`, where events crowd at one moment.
+
+    A body that turns about one of its contacts as it stops has no direction of slip there, and a straight step that
+    begins one outlasts the slip at the others. The impulses move the masses least: the energy falls.
+    """
+    count, slow = 0, 0
+    for k in range(it.contacts):
+        it.taking[k] = 0
+        if it.closed[k] != 0 and abs(normal_speed(it, k)) <= it.still:
+            count = add_row(it, count, it.first[k], -normal_speed(it, k))
+            if it.tangents[k] == 2 and not is_smooth(it, k) and slip_speed(it, k) <= SLOW:
+                it.taking[k] = 1
+                for j in range(1, 3):
+                    count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
+                if slip_speed(it, k) > it.still:
+                    slow = 1
+    if slow != 0:
+        copy(it.y, it.start, it.n_y)
+        impelled(it, contacts, count)
+        move_speeds(it)
+        log_rest(it, SLOWED)
+        look(it)
+
+
+@compiled
+def lift(it: EventRun, contacts: Contacts) -> None:
+    """Move contacts that open from a slightly negative gap (closed within tolerance) to gap zero.
+
+    Their return is then a zero crossing of the gap; from a negative gap it would not be. Contacts that leave from above
+    do not hold the others down: four corners of a face fit three conditions.
+    """
+    low, below, count, n = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0, it.n
+    for k in range(it.contacts):
+        if it.closed[k] != 0:
+            leaves = it.rate[it.first[k]] > it.still
+            if it.gap[k] < -low and leaves:
+                below = 1
+            if it.gap[k] <= low or not leaves:
+                count = add_row(it, count, it.first[k], -lesser(it.gap[k], 0.0))
+    if below == 0:
+        return
+    impelled(it, contacts, count)
+    T, state = table(it.looking), it.trial
+    copy(it.y, state, it.n_y)
+    for i in range(n):
+        state[it.n_q + i] = 0.0
+    evaluated(it.t, state, it.looking, T)
+    copy(it.looking[T[MACHINE_AT] :], it.step, it.n_q)
+    for r in range(it.rows):
+        if it.whole[r] != 0.0:
+            for i in range(n):
+                state[it.n_q + i] += it.whole[r] * it.X[r * n + i]
+    evaluated(it.t, state, it.looking, T)
+    for i in range(it.n_q):
+        it.y[i] += it.looking[T[MACHINE_AT] + i] - it.step[i]
+    look(it)

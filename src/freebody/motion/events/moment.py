@@ -1,0 +1,134 @@
+"""The contacts of a run at one moment, in compiled code: which are closed, approach, or take part in a problem."""
+
+from __future__ import annotations
+
+from ...native.instructions import Integers, Reals, Truth, compiled, greater, inlined, root
+from ..phase.places import CLOSED
+from .event_run import STILL, EventRun
+
+
+@compiled
+def largest(x: Reals, n: int) -> float:
+    """Return the greatest of n numbers in magnitude; 0 if there are none."""
+    result = 0.0
+    for i in range(n):
+        result = greater(result, abs(x[i]))
+    return result
+
+
+@compiled
+def look(it: EventRun) -> None:
+    """Evaluate the contacts at the present state, and find the closed ones."""
+    it.looked(it.t, it.y, it.looking, it.seen)
+    find_closed(it)
+
+
+@compiled
+def find_closed(it: EventRun) -> None:
+    """Find the contacts with zero gap and the foot on their side, or at its end and not leaving it.
+
+    At the end of a side, a round feature touches the side or the corner, never both. A feature that came around that
+    end is behind the side and does not touch it.
+    """
+    speed = largest(it.y[it.n_q :], it.n)
+    it.near, it.still = CLOSED * (1.0 + largest(it.y, it.n_q)), STILL * (1.0 + speed)
+    deep = it.near * (1.0 + speed)  # event times are located to round-off, gaps are not
+    it.needed = 0
+    for k in range(it.contacts):
+        touches = -deep <= it.gap[k] <= it.near and it.reach[k] >= -it.near
+        if touches and it.reach[k] <= it.near and (it.left[k] != 0 or it.away[k] < -it.still):
+            touches = False
+        it.closed[k] = 1 if touches else 0
+    for k in range(it.contacts):
+        if it.closed[k] != 0 and it.side[k] >= 0 and it.closed[it.side[k]] != 0:
+            it.closed[k] = 0
+        if it.closed[k] != 0:
+            it.needed += 1 + it.tangents[k]
+
+
+@inlined
+def normal_speed(it: EventRun, k: int) -> float:
+    """Return the speed at which a contact opens."""
+    return it.rate[it.first[k]]
+
+
+@compiled
+def slip_speed(it: EventRun, k: int) -> float:
+    """Return the slip speed of a contact [m/s]."""
+    square = 0.0
+    for j in range(it.tangents[k]):
+        square += it.rate[it.first[k] + 1 + j] * it.rate[it.first[k] + 1 + j]
+    return root(square)
+
+
+@inlined
+def is_smooth(it: EventRun, k: int) -> Truth:
+    """Return True if the coefficients of friction are zero in this run."""
+    return it.coefficients[3 * k] == 0.0 and it.coefficients[3 * k + 1] == 0.0
+
+
+@compiled
+def choose(it: EventRun) -> None:
+    """List the closed contacts that do not leave."""
+    it.count = 0
+    for k in range(it.contacts):
+        if it.closed[k] != 0 and normal_speed(it, k) <= it.still:
+            it.chosen[it.count] = k
+            it.count += 1
+
+
+@compiled
+def approaches(it: EventRun) -> int:
+    """Return 1 if a closed contact approaches, else 0."""
+    for k in range(it.contacts):
+        if it.closed[k] != 0 and normal_speed(it, k) < -it.still:
+            return 1
+    return 0
+
+
+@compiled
+def joined(it: EventRun) -> int:
+    """Return 1 if a contact approaches beside those that were closed at this moment before, else 0.
+
+    A correction of the state closed it. Each 1 adds a contact to those of the moment, so their number is the limit of
+    such impacts.
+    """
+    if approaches(it) == 0:
+        return 0
+    new = 0
+    for k in range(it.contacts):
+        if it.met_at != it.t:
+            it.met[k] = 0
+        if it.closed[k] != 0 and it.met[k] == 0:
+            it.met[k], new = 1, 1
+    it.met_at = it.t
+    return new
+
+
+@compiled
+def product_of(a: Reals, b: Reals, n: int) -> float:
+    """Return a · b."""
+    total = 0.0
+    for i in range(n):
+        total += a[i] * b[i]
+    return total
+
+
+@compiled
+def copy(x: Reals, to: Reals, n: int) -> None:
+    """Copy n numbers."""
+    for i in range(n):
+        to[i] = x[i]
+
+
+@compiled
+def copy_wholes(x: Integers, to: Integers, n: int) -> None:
+    """Copy n integers."""
+    for i in range(n):
+        to[i] = x[i]
+
+
+@compiled
+def row_of(it: EventRun, M: Reals, r: int) -> Reals:
+    """Return a row of W or of X."""
+    return M[r * it.n :]

@@ -1,0 +1,177 @@
+"""The equations of a phase for the modes of a run, in compiled code, and what is open and returns at once."""
+
+from __future__ import annotations
+
+from ...native.instructions import compiled, lesser, root
+from ..cones.contacts import Contacts
+from ..cones.newton import factor
+from ..phase.mode_table import conditions_of, set_modes, table
+from ..phase.places import (
+    ACTIVE,
+    BAND_AT,
+    DEPENDENT,
+    DIRECTION_AT,
+    FORCE_AT,
+    LIMIT,
+    OPEN,
+    SLIDE,
+    SLIDE_BACK,
+    SLIDE_ON,
+    SMOOTH,
+    STICK,
+)
+from .event_run import LOW, SMALL, EventRun
+from .impulses import add_row, impelled
+from .moment import largest, product_of, row_of, slip_speed
+
+
+@compiled
+def set_up(it: EventRun, contacts: Contacts) -> None:
+    """Write the equations of the modes: independent conditions, endings, and how the modes are shown."""
+    T = table(it.phase)
+    find_dead(it, contacts)
+    find_active(it, contacts)
+    set_modes(T, it.mode, it.dead, it.active, it.actives)
+    for r in range(it.rows):
+        it.phase[T[FORCE_AT] + r] = 0.0
+    for k in range(it.contacts):
+        mode = it.mode[k]
+        it.phase[T[BAND_AT] + k] = lesser(it.gap[k], 0.0)
+        for j in range(2):
+            it.phase[T[DIRECTION_AT] + 2 * k + j] = it.way[k, j]
+        if mode == LIMIT or (it.dead[k] != 0 and (mode == SLIDE_ON or mode == SLIDE_BACK)):  # noqa: SIM109
+            mode = STICK
+        elif mode == SMOOTH:
+            mode = SLIDE
+        it.shown[k] = mode
+
+
+@compiled
+def find_active(it: EventRun, contacts: Contacts) -> None:
+    """Find independent conditions of closed contacts by Cholesky pivots of A, the largest first.
+
+    With small pivots the round-off of what follows would pass for independence.
+    """
+    count, A = 0, contacts.A
+    for k in range(it.contacts):
+        for j in range(conditions_of(it.tangents[k], it.mode[k])):
+            count = add_row(it, count, it.first[k] + j, 0.0)
+    for a in range(count):
+        for b in range(count):
+            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
+    factor(A, count, contacts.factors, DEPENDENT, contacts.left, contacts.order)
+    it.actives = 0
+    for a in range(count):
+        if contacts.order[a] != 0 and it.actives < it.n:
+            it.active[it.actives] = a
+            it.actives += 1
+    it.spare_count = count - it.actives
+
+
+@compiled
+def find_dead(it: EventRun, contacts: Contacts) -> None:
+    """Find the contacts that the others hold in place: open contacts at zero gap, or slip at zero slip velocity.
+
+    Their rows depend on the rows of the others, so the functions that end their modes stay at zero.
+    """
+    found, count = 0, 0
+    for k in range(it.contacts):
+        mode, it.dead[k] = it.mode[k], 0
+        if mode == OPEN:
+            it.dead[k] = 1 if abs(it.gap[k]) <= it.near else 0
+        elif mode == SLIDE_ON or mode == SLIDE_BACK:  # noqa: SIM109
+            it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
+        found += it.dead[k]
+        for j in range(conditions_of(it.tangents[k], mode)):
+            count = add_row(it, count, it.first[k] + j, 0.0)
+    if found == 0 or count == 0:
+        for k in range(it.contacts):
+            it.dead[k] = 0
+        return
+    for k in range(it.contacts):
+        if it.dead[k] != 0:
+            r = it.first[k] if it.mode[k] == OPEN else it.first[k] + 1
+            if depends(it, contacts, r, count) == 0:
+                it.dead[k] = 0
+
+
+@compiled
+def depends(it: EventRun, contacts: Contacts, r: int, count: int) -> int:
+    """Return 1 if a row depends on the rows of the list, else 0."""
+    X = row_of(it, it.X, r)
+    for a in range(count):
+        it.goal[a] = product_of(row_of(it, it.W, it.list[a]), X, it.n)
+    impelled(it, contacts, count)
+    rest, size = 0.0, 0.0
+    for i in range(it.n):
+        x = X[i]
+        for a in range(count):
+            x -= it.x[a] * it.X[it.list[a] * it.n + i]
+        rest += x * x
+        size += X[i] * X[i]
+    return 1 if rest <= SMALL * SMALL * size else 0
+
+
+@compiled
+def project(it: EventRun) -> None:
+    """Move the state onto the conditions of the phase."""
+    T = table(it.phase)
+    if T[ACTIVE] == 0:
+        return
+    for _ in range(3):
+        it.projection(it.t, it.y, it.phase, it.step)
+        for i in range(it.n_q + it.n):
+            it.y[i] = it.step[i]
+        normalise(it)
+
+
+@compiled
+def normalise(it: EventRun) -> None:
+    """Divide each quaternion of the state by its norm."""
+    for q in range(it.turned):
+        i, square = it.quaternions[q], 0.0
+        for j in range(4):
+            square += it.y[i + j] * it.y[i + j]
+        for j in range(4):
+            it.y[i + j] /= root(square)
+
+
+@compiled
+def find_flights(it: EventRun) -> int:
+    """Set ``flight``, the time to the highest point, of open contacts that leave a surface and return to it at once.
+
+    Of others it is 0. Set ``taking`` for flights lower than the round-off of their gap; return their number.
+    """
+    low, leaving, unseen = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0
+    for k in range(it.contacts):
+        leaves = it.mode[k] == OPEN and abs(it.gap[k]) <= it.near and it.rate[it.first[k]] > it.still
+        it.taking[k], it.flight[k] = 0, 1.0 if leaves else 0.0
+        leaving += 1 if leaves else 0
+    if leaving == 0:
+        return 0
+    it.accelerations(it.t, it.y, it.phase, it.speeds)
+    for k in range(it.contacts):
+        if it.flight[k] != 0.0:
+            v, a = it.rate[it.first[k]], -it.speeds[it.first[k]]
+            it.flight[k] = v / a if a > 0.0 else 0.0
+            if a > 0.0 and v * v / (2.0 * a) < low:
+                it.taking[k] = 1
+                unseen += 1
+    return unseen
+
+
+@compiled
+def shortest_flight(it: EventRun) -> float:
+    """Return the shortest time to the highest point of a flight; 0 if there is none."""
+    result = 0.0
+    for k in range(it.contacts):
+        if it.flight[k] > 0.0 and (result == 0.0 or it.flight[k] < result):
+            result = it.flight[k]
+    return result
+
+
+@compiled
+def begins_slip(it: EventRun, k: int) -> int:
+    """Return 1 if a slip of a contact in space begins at rest, else 0."""
+    slides = it.mode[k] == SLIDE and it.tangents[k] == 2 and it.rough[k] != 0
+    return 1 if slides and slip_speed(it, k) <= it.still else 0

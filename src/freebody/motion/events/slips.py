@@ -1,0 +1,221 @@
+"""Slip in space at speed zero, where it has no direction, in compiled code: its first and last moments, as straight
+steps.
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import compiled, greater, lesser, root
+from ..cones.contacts import Contacts
+from ..ode.layout import FINISHED
+from ..phase.mode_table import evaluated, table
+from ..phase.places import MACHINE_AT, OPEN, SLIDE, STICK, STOPPED
+from .event_run import LONGEST, NUDGE, SMALL, EventRun
+from .impulses import add_row, impelled, move_speeds
+from .log import log_phase, log_state
+from .moment import copy, is_smooth, look, product_of, row_of, slip_speed
+from .setting import begins_slip, project, set_up
+
+FADES, ALIKE = 100.0, 10.0
+"""Multiple of the speed at which slips end up to which others end together; the part by which they must have slowed."""
+
+
+@compiled
+def pull(it: EventRun) -> float:
+    """Return the least tangential acceleration of slips that begin at rest; -1 if none begins."""
+    result = -1.0
+    for k in range(it.contacts):
+        if begins_slip(it, k) != 0:
+            size = slip_acceleration(it, k)
+            result = size if result < 0.0 else lesser(result, size)
+    return result
+
+
+@compiled
+def greatest_pull(it: EventRun) -> float:
+    """Return the greatest tangential acceleration of slips that begin at rest."""
+    result = 0.0
+    for k in range(it.contacts):
+        if begins_slip(it, k) != 0:
+            result = greater(result, slip_acceleration(it, k))
+    return result
+
+
+@compiled
+def slip_acceleration(it: EventRun, k: int) -> float:
+    """Return the tangential acceleration of a contact under the forces of the decision."""
+    square = 0.0
+    for i in range(it.n):
+        it.v[i] = 0.0
+        for r in range(it.rows):
+            it.v[i] += it.force[r] * it.X[r * it.n + i]
+    for j in range(it.tangents[k]):
+        r = it.first[k] + 1 + j
+        a = it.c[r] + product_of(row_of(it, it.W, r), it.v, it.n)
+        square += a * a
+    return root(square)
+
+
+@compiled
+def scale_of(it: EventRun) -> float:
+    """Return the greatest acceleration of a contact without contact forces."""
+    result = 0.0
+    for r in range(it.rows):
+        result = greater(result, abs(it.c[r]))
+    return result
+
+
+# -- the first moment ------------------------------------------------------------------------------------
+
+
+@compiled
+def nudge(it: EventRun, contacts: Contacts) -> int:
+    """Give a slip that begins without acceleration the speed `NUDGE`; return 0 if others prevent it, else 1."""
+    count = 0
+    for k in range(it.contacts):
+        if it.mode[k] != OPEN:
+            count, begins = add_row(it, count, it.first[k], 0.0), begins_slip(it, k)
+            if it.mode[k] == STICK or begins != 0:
+                for j in range(it.tangents[k]):
+                    goal = NUDGE * it.way[k, j] if begins != 0 else 0.0
+                    count = add_row(it, count, it.first[k] + 1 + j, goal)
+    return 1 if impelled(it, contacts, count) <= 1e-3 * NUDGE else 0
+
+
+@compiled
+def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> int:
+    """Pass the first moment of a slip in space that begins at rest; return 1 if the state has changed, else 0.
+
+    This moment is a straight step of at most ``longest`` that gives the slip a direction.
+    """
+    least = pull(it)
+    if least < 0.0:
+        return 0
+    n_q, n = it.n_q, it.n
+    if least <= SMALL * scale_of(it) or least * longest < 4.0 * STOPPED:
+        if nudge(it, contacts) == 0:
+            return 0
+        work = it.impulses
+        move_speeds(it)
+        it.impulses = work
+        look(it)
+        return 1
+    length = lesser(greater(4.0 * STOPPED / least, 1e-9), end - it.t)
+    copy(it.y, it.start, it.n_y)
+    for i in range(n):
+        change = it.free[i]
+        for r in range(it.rows):
+            change += it.force[r] * it.X[r * n + i]
+        it.step[n_q + i] = length * change
+    T, state = table(it.looking), it.trial
+    for i in range(n):
+        state[n_q + i] = it.y[n_q + i] + it.step[n_q + i] / 2.0
+        it.y[n_q + i] += it.step[n_q + i]
+    copy(it.start, state, n_q)
+    evaluated(it.t, state, it.looking, T)
+    for i in range(n_q):
+        it.y[i] += length * it.looking[T[MACHINE_AT] + i]
+    leap(it, contacts, length)
+    return 1
+
+
+@compiled
+def leap(it: EventRun, contacts: Contacts, length: float) -> None:
+    """Log a straight step of this length from the state ``start`` to the present one, and end it there."""
+    begun = it.t
+    it.t = it.t + length
+    look(it)
+    set_up(it, contacts)
+    project(it)
+    look(it)
+    log_leap(it, begun, length)
+
+
+@compiled
+def log_leap(it: EventRun, begun: float, length: float) -> None:
+    """Log a straight step."""
+    it.first_row = it.logged
+    log_state(it, begun, it.start, length)
+    log_state(it, it.t, it.y, 0.0)
+    log_phase(it, FINISHED, 0, 0, 0, 1)
+
+
+# -- the last moment -------------------------------------------------------------------------------------
+
+
+@compiled
+def fading(it: EventRun) -> int:
+    """Return the contact whose slip in space begins below `STOPPED` and slows, or -1.
+
+    Its speed does not pass the end of slips, and the direction turns at rates of 1/speed.
+    """
+    slow = 0
+    for k in range(it.contacts):
+        if it.mode[k] == SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
+            slow += 1 if it.still < slip_speed(it, k) <= STOPPED else 0
+    if slow == 0:
+        return -1
+    it.accelerations(it.t, it.y, it.phase, it.speeds)
+    for k in range(it.contacts):
+        if it.mode[k] == SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
+            r = it.first[k] + 1
+            if it.still < slip_speed(it, k) <= STOPPED and product_of(it.rate[r:], it.speeds[r:], 2) < 0.0:
+                return k
+    return -1
+
+
+@compiled
+def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
+    """Cancel the slip of the contacts ``stopped``; closed contacts stay so. With ``keep`` 1 the work is not counted."""
+    count = 0
+    for k in range(it.contacts):
+        if it.mode[k] != OPEN:
+            count = add_row(it, count, it.first[k], -it.rate[it.first[k]])
+        if it.stopped[k] != 0:
+            for j in range(1, 3):
+                count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
+    impelled(it, contacts, count)
+    work = it.impulses
+    move_speeds(it)
+    if keep != 0:
+        it.impulses, it.rest_left = work, it.impulses - work
+    look(it)
+
+
+@compiled
+def halt(it: EventRun, contacts: Contacts, k: int) -> int:
+    """Pass the end of a slip in space whose speed has fallen to `STOPPED`, by a straight step to it.
+
+    Return 1 if the state has changed, 0 if not, and -1 if it hardly slows: it stops if it sticks then. The state is
+    that without slip, and ``kept`` the one before.
+    """
+    speed, r = slip_speed(it, k), it.first[k] + 1
+    if not speed > 0.0:
+        return 0
+    it.accelerations(it.t, it.y, it.phase, it.speeds)
+    slowing = -product_of(it.rate[r:], it.speeds[r:], 2) / speed
+    for j in range(it.contacts):
+        it.stopped[j] = 1 if j == k else 0
+    if not slowing > 0.0:  # it turns as it slows: a new slip begins, or it sticks
+        stop(it, contacts, 0)
+        return 1
+    length = speed / slowing
+    if length > LONGEST:
+        copy(it.y, it.kept, it.n_y)
+        stop(it, contacts, 1)
+        return -1
+    copy(it.y, it.start, it.n_y)
+    it.rates(it.t, it.y, it.phase, it.step)
+    for j in range(it.contacts):  # a body that turns as it stops comes to rest at all its contacts at once
+        it.measure[j] = slip_speed(it, j)
+    begun = it.t
+    for i in range(it.n_y):
+        it.y[i] += length * it.step[i]
+    it.t = begun + length
+    look(it)
+    for j in range(it.contacts):
+        slides = it.mode[j] == SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
+        if slides and it.measure[j] <= FADES * STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
+            it.stopped[j] = 1
+    stop(it, contacts, 0)  # the slip that remains after a straight step is of second order in its length
+    log_leap(it, begun, length)
+    return 1
