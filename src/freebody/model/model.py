@@ -54,6 +54,9 @@ class Model:
     contacts: tuple[Any, ...] = ()
     """Pairs of shapes that may touch at one point, in order of declaration."""
 
+    families: tuple[Any, ...] = ()
+    """Families of contacts, in order of declaration."""
+
     controllers: tuple[Any, ...] = ()
     """Sampled controllers, in order of declaration."""
 

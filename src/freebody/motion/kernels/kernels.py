@@ -233,6 +233,22 @@ class Kernels:
             self._programs["large"] = Program(looped)
         return self._programs["large"]
 
+    def looped(self) -> tuple[Program, Program] | None:
+        """Return the looped kernels (of the motion, and of forces from accelerations) for time steps, or None.
+
+        They serve trees of many bodies with contacts in families only.
+        """
+        model = self.model
+        driven = any(link.driven for link in model.links)
+        if not model.families or model.contacts or model.switched or driven:
+            return None
+        motion = self._large()
+        if motion is None:
+            return None
+        if "large inverse" not in self._programs:
+            self._programs["large inverse"] = Program(LoopedSet(model, "inverse"))
+        return motion, self._programs["large inverse"]
+
     def _motion(self, state: State) -> Motion:
         return motion(self.model, state, self.active)
 

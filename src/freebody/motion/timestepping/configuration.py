@@ -6,8 +6,10 @@ from ...native.instructions import Reals, compiled, root
 from ..cones.block_rows import dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
+from ..families.inertia import mass_blocks
 from .elimination import answer, factor, hold
-from .stepping_record import CONSTRAINTS, MASS, NONE, Contacts, Gaps, Machine, Run
+from .pairs import close_pairs, lay_pairs
+from .stepping_record import CONSTRAINTS, FULL, MASS, NONE, Contacts, Gaps, Machine, Run
 
 CLOSED_GAP = 1e-10
 FAR = 1e300
@@ -16,13 +18,30 @@ FAR = 1e300
 @compiled
 def evaluate(run: Run, t: float, constraints: int) -> int:
     """Evaluate the machine at z, and factor M and the first ``constraints`` constraints; return a failure or NONE."""
-    run.machine.system(t, run.z, run.machine.c, run.outputs)
-    hide(run.contacts, run.now)
+    if run.machine.looped == 0:
+        run.machine.system(t, run.z, run.machine.c, run.outputs)
+        hide(run.contacts, run.now)
+    if lay_pairs(run, t) == 0:
+        return FULL
+    if run.machine.looped == 1:
+        loads_at(run.machine, t, run.z, run.f)
+        mass_blocks(run.families.links, run.problem.blocks, run.M)
     if factor(run.elimination, run.M) == 0:
         return MASS
     if hold(run.elimination, run.W, constraints) == 0:
         return CONSTRAINTS
     return NONE
+
+
+@compiled
+def loads_at(machine: Machine, t: float, y: Reals, f: Reals) -> None:
+    """Set f at a state."""
+    if machine.looped == 0:
+        machine.loading(t, y, machine.c, f)
+    else:
+        machine.loading(t, y, machine.of_loading, machine.bias)
+        for i in range(machine.n):
+            f[i] = -machine.bias[machine.order[i]]
 
 
 @compiled
@@ -64,7 +83,8 @@ def close(run: Run, friction: int) -> None:
                 contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
                 count += 1
         row += 1 + tangents
-    problem.count = count
+    problem.count = contacts.closed = count
+    close_pairs(run, friction)
 
 
 @compiled

@@ -14,6 +14,7 @@ from ..cones.block_rows import along
 from ..cones.sweeps import solve
 from .configuration import answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
+from .pairs import deepest, pair_gap
 from .stepping_record import NONE, NOT_FINITE, OVERLAP, Run
 
 DEEP = 1e-10
@@ -50,11 +51,12 @@ def correct(run: Run, t: float) -> int:
 def overlap(run: Run, t: float) -> float:
     """Evaluate gaps and φ at z; return the greatest depth."""
     depth = 0.0
-    run.machine.closing(t + run.h, run.z, run.machine.c, run.end.outputs)
-    hide(run.contacts, run.end)
+    if run.machine.looped == 0:
+        run.machine.closing(t + run.h, run.z, run.machine.c, run.end.outputs)
+        hide(run.contacts, run.end)
     for e in range(run.contacts.count):
         depth = greater(depth, -run.end.gap[e])
-    return depth
+    return deepest(run, t, depth)
 
 
 @compiled
@@ -71,7 +73,7 @@ def separate(run: Run, t: float, depth: float) -> int:
     problem.reference = TINY
     for a in range(problem.count):
         problem.x[a] = 0.0
-        gap = run.now.gap[run.contacts.owner[a]]
+        gap = run.now.gap[run.contacts.owner[a]] if a < run.contacts.closed else pair_gap(run, a)
         problem.b[a] = gap + along(problem.blocks, problem.rows[a], run.W, shift)
         problem.reference = greater(problem.reference, abs(problem.b[a]))
     answers(run, count)

@@ -36,6 +36,8 @@ MODES = ("open", "stick", "slip", "slip+", "slip-")
 """Names of the contact modes, by the numbers that the loop gives them (`moreau.march`)."""
 
 
+IMPULSES = [0, 1, 2, 4, 5, 6]
+"""Columns of the entries of pairs that are impulses."""
 LOOKS = 33
 """Number of moments of a run at which the energy is checked for an artificial gain."""
 CLOSED = 1e-9
@@ -77,7 +79,8 @@ class Impulses:
 
     ``contacts`` (m) and ``constraints`` (all conditions): impulses [N s]. ``works`` [J]: of contacts and blows; of
     loads and constraints. ``modes`` (E): indices into :data:`MODES`. ``blows``: for each step with blows, a list of
-    (name, [(point, impulse, moment impulse)]).
+    (name, [(point, impulse, moment impulse)]). ``pairs``: for each step, an entry for each pair of families that
+    presses (`families.family_record.ENTRY`).
     """
 
     contacts: Array
@@ -85,6 +88,7 @@ class Impulses:
     works: Array
     modes: Any
     blows: Mapping[int, Sequence[tuple[str, Any]]]
+    pairs: tuple[Array, ...] = ()
 
 
 @dataclass(frozen=True)

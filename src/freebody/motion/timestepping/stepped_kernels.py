@@ -52,14 +52,17 @@ class Shape:
     turning: bool
 
 
-def _nonzero(x: Any) -> bool:
-    return isinstance(x, Traced) or x != 0
+def _places(row: Sequence[Any]) -> list[int]:
+    """Return the places of the numbers of a row that are not zero."""
+    return [j for j, x in enumerate(row) if isinstance(x, Traced) or x != 0]
 
 
 def _shape(
-    model: Model, M: Any, W: Any, G: Any, held: Sequence[int], reaches: Sequence[int], turning: bool
-) -> Shape:
-    n = len(M)
+    model: Model, coupled: Sequence[Sequence[int]], moved: Sequence[Sequence[int]], held: Sequence[int],
+    reaches: Sequence[int], turning: bool,
+) -> Shape:  # fmt: skip
+    """Return the shape for the speeds of which M or G couple some, and those that each row of W and G has."""
+    n = model.n_u
     root = list(range(n))
 
     def find(i: int) -> int:
@@ -67,9 +70,7 @@ def _shape(
             i = root[i]
         return i
 
-    for group in (*([j for j in range(n) if _nonzero(row[j])] for row in M), *(
-        [j for j in range(n) if _nonzero(row[j])] for row in G
-    )):  # fmt: skip
+    for group in coupled:
         for a, b in zip(group, group[1:], strict=False):
             i, j = sorted((find(a), find(b)))
             root[j] = i
@@ -79,7 +80,7 @@ def _shape(
     groups = list(members.values())
     block_of = {i: k for k, group in enumerate(groups) for i in group}
     first, tangents, m = layout_of(model)
-    over = [sorted({block_of[j] for j in range(n) if _nonzero(row[j])}) for row in (*W, *G)]
+    over = [sorted({block_of[j] for j in speeds}) for speeds in moved]
     for at, count in zip(first, tangents, strict=True):  # all rows of a contact cover the same blocks
         whole = sorted({k for r in range(at, at + 1 + count) for k in over[r]})
         over[at : at + 1 + count] = [whole] * (1 + count)
@@ -103,6 +104,17 @@ def _shape(
     )
 
 
+def speeds_inward(model: Model) -> list[list[int]]:
+    """Return the speeds that move each link: a body of a family has its row over the whole of their blocks."""
+    result: list[list[int]] = []
+    for link in model.links:
+        own = [j for j, _ in link.partials]
+        if link.u >= 0:
+            own = list(range(link.u, link.u + (6 if link.kind == "free" else 3)))
+        result.append(own + (result[link.parent] if link.parent >= 0 else []))
+    return result
+
+
 def _depend(outputs: Sequence[Any], inputs: Sequence[Any]) -> bool:
     """Return True if an output depends on an input."""
     traced = [x for x in outputs if isinstance(x, Traced)]
@@ -113,8 +125,14 @@ def _depend(outputs: Sequence[Any], inputs: Sequence[Any]) -> bool:
 
 
 def stepping(kernels: Kernels) -> tuple[Program, Shape]:
-    """Return the functions ``system``, ``closing``, ``moving``, ``loading`` (`stepping_record`) and their shape."""
+    """Return the functions ``system``, ``closing``, ``moving``, ``loading`` (`stepping_record`) and their shape.
+
+    The program of a looped machine has ``moving`` only.
+    """
     model = kernels.model
+    looped = kernels.looped()
+    if looped is not None:
+        return looped[0], _shape(model, speeds_inward(model), [], (), (), True)
     kinds = rows(model)
     held = sorted(kernels.active, key=lambda i: (kinds[i].on_speeds, i))
     holonomic = [i for i in held if not kinds[i].on_speeds]
@@ -126,7 +144,11 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         M, W, G = mass_matrix(model, state), given.matrix, [conditions.matrix[i] for i in held]
         f = [-x for x in bias(model, state)]
         turning = _depend(f, state.u)
-        shape = shapes["stepping"] = _shape(model, M, W, G, held, [len(one) for one in reaches], turning)
+        coupled, moved = ([_places(row) for row in matrix] for matrix in ([*M, *G], [*W, *G]))
+        if model.families:
+            coupled += speeds_inward(model)
+        shape = _shape(model, coupled, moved, held, [len(one) for one in reaches], turning)
+        shapes["stepping"] = shape
         groups = [shape.order[a:b].tolist() for a, b in zip(shape.blocks, shape.blocks[1:], strict=False)]
         closing = [*given.gap, *(x for one in reaches for x in one)]
         residuals = [conditions.residual[i] for i in holonomic]
