@@ -29,10 +29,13 @@ class Links(Record):
     ``axes``     motion (6) of a link per unit of a speed, in its axes; from ``motion_at`` on, with the ``place`` of
                  the speed in block order
     ``block``    block of the speeds of a link, -1 if it does not move
+    ``varying``  1 if M varies: a block with motions of several links; ``known``: 1 if M has been computed
     ``masses``   mass, centre (3), inertia about it by rows (9) of each of ``count`` links
     """
 
     count: Count
+    varying: Count
+    known: Whole
     code: Kernel
     c: Row
     masses: Row

@@ -87,6 +87,7 @@ def _fill_links(
     )
     links.block = whole(block)
     links.count = len(model.links)
+    links.varying = int(any(len(chain) > 1 for chain in chains))
     links.masses = np.array(
         [
             float(x)

@@ -16,21 +16,35 @@ FAR = 1e300
 
 
 @compiled
-def evaluate(run: Run, t: float, constraints: int) -> int:
-    """Evaluate the machine at z, and factor M and the first ``constraints`` constraints; return a failure or NONE."""
+def evaluate(run: Run, t: float, constraints: int, near: float) -> int:
+    """Evaluate the machine at z, and factor M and the first ``constraints`` constraints; return a failure or NONE.
+
+    Pairs of families are found up to the gap ``near``.
+    """
     if run.machine.looped == 0:
         run.machine.system(t, run.z, run.machine.c, run.outputs)
         hide(run.contacts, run.now)
-    if lay_pairs(run, t) == 0:
+    if lay_pairs(run, t, near) == 0:
         return FULL
     if run.machine.looped == 1:
         loads_at(run.machine, t, run.z, run.f)
-        mass_blocks(run.families.links, run.problem.blocks, run.M)
-    if factor(run.elimination, run.M) == 0:
+    if inertia(run) == 0:
         return MASS
     if hold(run.elimination, run.W, constraints) == 0:
         return CONSTRAINTS
     return NONE
+
+
+@compiled
+def inertia(run: Run) -> int:
+    """Factor M; return 0 if it is not positive definite. That of bodies alone is constant."""
+    links = run.families.links
+    if run.machine.looped == 1:
+        if links.varying == 0 and links.known == 1:
+            return 1
+        mass_blocks(links, run.problem.blocks, run.M)
+        links.known = 1
+    return factor(run.elimination, run.M)
 
 
 @compiled
@@ -70,13 +84,16 @@ def hide(contacts: Contacts, gaps: Gaps) -> None:
 
 
 @compiled
-def close(run: Run, friction: int) -> None:
-    """Set the rows of the problem to those of the closed contacts; tangent rows only if ``friction`` is not 0."""
+def close(run: Run, friction: int, near: float) -> None:
+    """Set the rows of the problem to those of the contacts with gaps up to ``near``.
+
+    Tangent rows only if ``friction`` is not 0.
+    """
     contacts, problem = run.contacts, run.problem
     count, row = 0, 0
     for e in range(contacts.count):
         tangents = contacts.tangents[e]
-        if run.now.gap[e] <= CLOSED_GAP:
+        if run.now.gap[e] <= near:
             for k in range(1 + tangents if friction != 0 else 1):
                 problem.rows[count], problem.mu[count] = row + k, contacts.mu[e]
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)

@@ -32,7 +32,7 @@ from ...native.instructions import compiled, greater, lesser
 from ..cones.block_rows import along, dot, magnitude
 from ..cones.contact_problem import NORMAL
 from ..cones.sweeps import solve
-from .configuration import answers, close, evaluate, loads_at, normalize, put_speeds
+from .configuration import CLOSED_GAP, answers, close, evaluate, loads_at, normalize, put_speeds
 from .correction import correct
 from .elimination import block_back, meet
 from .loads import change_loads, imbalance
@@ -87,10 +87,10 @@ def midpoint(run: Run, t: float) -> int:
         z[machine.n_q + i] = y[machine.n_q + i]
         run.u[i] = y[machine.n_q + machine.order[i]]
     normalize(machine, z)
-    failure = evaluate(run, t + 0.5 * run.h, run.constraints)
+    failure = evaluate(run, t + 0.5 * run.h, run.constraints, CLOSED_GAP)
     if failure != NONE:
         return failure
-    close(run, 1)
+    close(run, 1, CLOSED_GAP)
     contacts, problem = run.contacts, run.problem
     for a in range(contacts.closed):
         r = problem.rows[a]

@@ -11,14 +11,11 @@ from ..cones.contact_problem import FIRST, LINE, NORMAL
 from ..families.narrow_phase import T, rate, rows, seek
 from .stepping_record import BACKWARDS, FORWARDS, SLIP, STICK, Run
 
-CLOSED_GAP = 1e-10
-
-
 @compiled
-def lay_pairs(run: Run, t: float) -> int:
-    """Find the pairs that are closed at z, and write their rows; return 0 if there is no room for them."""
+def lay_pairs(run: Run, t: float, near: float) -> int:
+    """Find the pairs with gaps up to ``near`` at z, and write their rows; return 0 if there is no room for them."""
     pairs = run.families.pairs
-    seek(run.families, t, run.z, CLOSED_GAP)
+    seek(run.families, t, run.z, near)
     if pairs.count > pairs.most:
         return 0
     rows(run.families, run.problem.blocks, run.contacts.rows + run.constraints, run.W)
