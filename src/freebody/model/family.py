@@ -7,7 +7,7 @@ follows from their kinds, bodies and groups (`Family.meet`).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -103,6 +103,24 @@ class Family:
             return False
         return (one.name, other.name) not in self.joined and touch_each_other(a.kind, b.kind)
 
+    def pair(self, name: str) -> tuple[int, int] | None:
+        """Return the members whose contact has a name; None if there are none that may touch."""
+        one, _, other = name.removeprefix(f"{self.name}[").removesuffix("]").partition(",")
+        places = [self.places.get(label) for label in (one, other)]
+        if None in places or not self.meet(places[0], places[1]):  # type: ignore[arg-type]
+            return None
+        return places[0], places[1]  # type: ignore[return-value]
+
+    def ordered(self, first: int, second: int) -> tuple[int, int]:
+        """Return two members as feature and surface: in their order, but a hollow is the surface."""
+        first, second = min(first, second), max(first, second)
+        return (second, first) if self.members[first].kind in INSIDE.values() else (first, second)
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """Numbers of the members by their labels."""
+        return {member.label: k for k, member in enumerate(self.members)}
+
     @cached_property
     def by_kind(self) -> dict[str, list[int]]:
         """Members of each kind."""
@@ -192,3 +210,23 @@ def _check_kinds(family: Family, k: int | None) -> None:
         for j in two_of:
             if family.meet(i, j):
                 check_axes(family.name, family.members[i].shape, family.members[j].shape, k)
+
+
+def text_of_members(family: Family) -> str:
+    """Return the members in words: how many of which kind, of how many bodies."""
+    count = ", ".join(f"{len(members)} {kind}" for kind, members in family.by_kind.items())
+    bodies = len({member.shape.body.name for member in family.members})
+    return f"{count} of {bodies} bodies"
+
+
+def unrolled(model: Model, most: int) -> Model | None:
+    """Return the model with the pairs of its families as contacts of their own; None if they are more than ``most``."""
+    contacts = list(model.contacts)
+    for family in model.families:
+        for i in range(len(family.members)):
+            for j in range(i + 1, len(family.members)):
+                if family.meet(i, j):
+                    contacts.append(family.contact(*family.ordered(i, j)))
+                if len(contacts) - len(model.contacts) > most:
+                    return None
+    return replace(model, contacts=tuple(contacts), families=())

@@ -153,6 +153,12 @@ class Model:
         gears = {name: gear for name, gear in self.constraints.items() if isinstance(gear, Gear)}
         return {name: mesh_of(self.joints, self.links, gear) for name, gear in gears.items()}
 
+    @cached_property
+    def touching(self) -> tuple[Any, ...]:
+        """Shapes that may touch: features and surfaces of contacts, and members of families."""
+        pairs = [shape for contact in self.contacts for shape in (contact.feature, contact.surface)]
+        return (*pairs, *(member.shape for family in self.families for member in family.members))
+
     @property
     def signals(self) -> tuple[Any, ...]:
         """Signals in the machine's expressions, with their symbols."""

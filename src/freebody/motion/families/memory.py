@@ -173,7 +173,7 @@ def _fill_laws(of: Families, model: Model, values: Mapping[str, float]) -> tuple
             for j, second in enumerate(kinds):
                 if not touch_each_other(first, second) or not {first, second} <= set(family.by_kind):
                     continue
-                a, b, turned = chosen(first, second)
+                a, b, turned = chosen(first, second)  # as in `Family.ordered`
                 program = pair_program(a, b, family.planar)
                 programs.append(program)
                 for name, value in (

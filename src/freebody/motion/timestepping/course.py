@@ -23,6 +23,8 @@ from ...dynamics.unilateral import MotionWarning, limits
 from ...errors import SimulationError
 from ..contact.course import ContactMotion, Timeline
 from ..contact.run import Change, shown
+from ...model.family import Family
+from ..families.pair_quantities import pair_quantities
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Path, observe
 from ..start.initial import number
@@ -351,7 +353,28 @@ class InSteps:
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
                 np.where(mode == "open", np.nan, margin), mode, lam,
             )  # fmt: skip
-        return ByName("contact", result)
+        return OfFamilies(result, self, motion) if model.families else ByName("contact", result)
+
+    def of_pair(self, motion: ComputedMotion, family: Family, one: int, other: int) -> ContactMotion:
+        """Return gap, mean forces, slip and mode of two members of a family."""
+        model = self.kernels.model
+        first, second = family.ordered(one, other)
+        gap, slip = pair_quantities(self.kernels, self.values, family, (first, second), motion.t, motion.states)
+        start = sum(len(f.members) for f in model.families[: model.families.index(family)])
+        rows = np.zeros((len(self.impulses.pairs), 4))
+        for k, log in enumerate(self.impulses.pairs):
+            for entry in log[(log[:, 10] == start + first) & (log[:, 11] == start + second)]:
+                rows[k] = entry[:4]
+        n = family.tangents
+        forces, slip = self._mean(rows[:, : 1 + n], motion.t), slip[:, :n]
+        modes = np.append(rows[:, 3], 0).astype(np.int64)  # the last one is that of a motion without a step
+        mode = np.array(MODES)[modes[self._step_of(motion.t)]]
+        mu = number(model, self.values, family.friction, "a coefficient of friction")
+        margin = mu * forces[:, 0] - np.linalg.norm(forces[:, 1:], axis=1)
+        return ContactMotion(
+            gap, forces[:, 0], forces[:, 1] if n == 1 else forces[:, 1:], slip[:, 0] if n == 1 else slip,
+            np.where(mode == "open", np.nan, margin), mode, forces,
+        )  # fmt: skip
 
     def modes(self, motion: ComputedMotion) -> Timeline:
         """Return the modes of every contact: from the beginning of the first step to the end of the last, and why each
@@ -429,3 +452,25 @@ class InSteps:
     def _speeds(self, place: int) -> dict[str, float]:
         model = self.kernels.model
         return dict(zip(model.speed_names, self.path.states[place, model.n_q :].tolist(), strict=True))
+
+
+class OfFamilies(ByName):
+    """Contacts of a motion by name. Those of families are computed when they are asked for, and are not listed."""
+
+    def __init__(self, items: Mapping[str, Any], course: InSteps, motion: ComputedMotion) -> None:
+        super().__init__("contact", items)
+        self.course, self.motion = course, motion
+
+    def __missing__(self, name: Any) -> Any:
+        for family in self.course.kernels.model.families:
+            pair = family.pair(name) if isinstance(name, str) else None
+            if pair is not None:
+                self[name] = self.course.of_pair(self.motion, family, *pair)
+                return self[name]
+            if isinstance(name, str) and name.startswith(family.name):
+                a, *_, b = (member.label for member in family.members)
+                raise SimulationError(
+                    f"Unknown contact '{name}'. Expected two members of the family '{family.name}' that may touch, such "
+                    f"as '{family.name}[{a},{b}]'."
+                )
+        return super().__missing__(name)
