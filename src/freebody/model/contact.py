@@ -154,6 +154,7 @@ def _elements(pair: ContactPair) -> list[tuple[str, Any, Any]]:
 
 
 def ends_of(side: Segment) -> list[Point]:
+    """Return the two ends of a side."""
     return [Point(side.body, side.start), Point(side.body, side.end)]
 
 

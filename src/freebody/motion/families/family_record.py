@@ -13,9 +13,9 @@ POSE = 18
 """Length of a pose."""
 TOUCH = 18
 """Length of the geometry of a touch: gap, n, P, Q, t1, t2, two reaches (`pair_programs`)."""
-ENTRY = 12
-"""Length of an entry of the log: N, T1, T2, mode, force on the first body (3), point where it acts (3), first and
-second member."""
+ENTRY = 15
+"""Length of an entry of the log: N, T1, T2, mode, impulse on the first body (3) and the point where it acts (3), first
+and second member, point (3) where its opposite acts on the second body."""
 UNBOUNDED, SPOT, BALL, EDGE, OVAL = range(5)
 """How the bounds of a member follow from its numbers."""
 

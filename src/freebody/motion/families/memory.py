@@ -143,9 +143,12 @@ def _fill_members(of: Families, model: Model, values: Mapping[str, float]) -> No
     members.bounded = sum(x != UNBOUNDED for x in bound)
     members.unbounded = n - members.bounded
     near: list[list[int]] = [[] for _ in bodies]
-    for a, b in (model.families[0].joined if model.families else ()):
+    for a, b in model.families[0].joined if model.families else ():
         near[bodies[a]].append(bodies[b])
-    members.joined_at, members.joined = whole(np.cumsum([0, *map(len, near)])), whole(x for one in near for x in one)
+    members.joined_at, members.joined = (
+        whole(np.cumsum([0, *map(len, near)])),
+        whole(x for one in near for x in one),
+    )
 
 
 def _bound(family: Family, kind: str) -> int:
@@ -166,7 +169,9 @@ def kinds_of(families: Sequence[Family]) -> list[str]:
 def _fill_laws(of: Families, model: Model, values: Mapping[str, float]) -> tuple[Any, ...]:
     laws, kinds = of.laws, kinds_of(model.families)
     count, n = len(model.families), len(kinds)
-    tables = {name: np.zeros((count, n, n), dtype=np.int64) for name in ("program", "turned", "reaches", "defined")}
+    tables = {
+        name: np.zeros((count, n, n), dtype=np.int64) for name in ("program", "turned", "reaches", "defined")
+    }
     programs = []
     for f, family in enumerate(model.families):
         for i, first in enumerate(kinds):
@@ -192,7 +197,6 @@ def _fill_laws(of: Families, model: Model, values: Mapping[str, float]) -> tuple
         for field, name in (("friction", "the friction"), ("restitution", "the restitution"))
     )
     return tuple(programs)
-
 
 
 def label_of(model: Model, first: int, second: int) -> str:

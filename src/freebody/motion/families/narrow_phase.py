@@ -11,7 +11,7 @@ from __future__ import annotations
 from ...native.instructions import Reals, call, compiled, room
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
-from .family_record import POSE, TOUCH, Families, Laws, Links, Members, Pairs
+from .family_record import POSE, TOUCH, Families, Links, Members, Pairs
 
 P, Q, T = 4, 7, 10
 """Places in the geometry of a touch."""

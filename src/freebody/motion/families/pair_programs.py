@@ -85,8 +85,20 @@ def pair_program(first: str, second: str, planar: Vector | None) -> PairProgram:
     ]
     state = State(model, tape, tape.input("t"), model.rest[: model.n_q], [0] * model.n_u, values)
     state.cache["postures"] = poses
+    feature, surface = shapes
     contact = Contact(
-        "pair", "pair", *shapes, 0, 0, 0, "newton", planar, IDENTITY[2], "N", ("T",) if planar else ("T1", "T2")
+        "pair",
+        "pair",
+        feature,
+        surface,
+        0,
+        0,
+        0,
+        "newton",
+        planar,
+        IDENTITY[2],
+        "N",
+        ("T",) if planar else ("T1", "T2"),
     )
     it = touch(model, state, contact)
     walls = {"plane", "circle", "cylinder", "ring", "pipe"}

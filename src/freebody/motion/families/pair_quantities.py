@@ -20,7 +20,12 @@ from .pair_programs import numbers_of, pair_program
 
 
 def pair_quantities(
-    kernels: Kernels, values: Mapping[str, float], family: Family, pair: tuple[int, int], times: Array, states: Array
+    kernels: Kernels,
+    values: Mapping[str, float],
+    family: Family,
+    pair: tuple[int, int],
+    times: Array,
+    states: Array,
 ) -> tuple[Array, Array]:
     """Return the gap (n,), inf beside the ends of a side, and the slip along both tangents (n, 2)."""
     model = kernels.model

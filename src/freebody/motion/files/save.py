@@ -26,6 +26,7 @@ from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
 from ..contact.course import Touching
 from ..contact.leaps import Leap
+from ..families.family_record import ENTRY
 from ..ode.dense_output import Path
 from ..phase.scene import Phase
 from ..timestepping.course import InSteps, Steps
@@ -152,6 +153,9 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
             "works": impulses.works,
             "modes": impulses.modes,
         }
+        if motion.kernels.model.families:
+            arrays["pairs"] = np.concatenate([np.empty((0, ENTRY)), *impulses.pairs])
+            arrays["pair_counts"] = np.array([len(one) for one in impulses.pairs], dtype=np.int64)
         about |= asdict(course.stepping)
         about["blows"] = [
             (step, name, [

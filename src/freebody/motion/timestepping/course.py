@@ -16,15 +16,15 @@ import numpy as np
 
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import kinetic_energy, potential_energy
+from ...dynamics.kinematics import Spot
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
 from ...dynamics.unilateral import MotionWarning, limits
 from ...errors import SimulationError
+from ...scalar.algebra import ZERO
 from ..contact.course import ContactMotion, Timeline
 from ..contact.run import Change, shown
-from ...model.family import Family
-from ..families.pair_quantities import pair_quantities
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Path, observe
 from ..start.initial import number
@@ -32,11 +32,8 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.quantities import ByName, Energy
-from .stepped_kernels import gaps, mean_reactions, stepping
-
-MODES = ("open", "stick", "slip", "slip+", "slip-")
-"""Names of the contact modes, by the numbers that the loop gives them (`moreau.march`)."""
-
+from .pair_motion import MODES, OfFamilies, pair_motion, wrenches
+from .stepped_kernels import bodies_in_families, gaps, mean_reactions, stepping
 
 IMPULSES = [0, 1, 2, 4, 5, 6]
 """Columns of the entries of pairs that are impulses."""
@@ -179,6 +176,9 @@ class InSteps:
 
     def _of_steps(self, steps: Any) -> tuple[Array, Array]:
         """Return the mean reactions and the mean power of the drives in these steps."""
+        model = self.kernels.model
+        if model.families and all(link.kind == "free" for link in model.links):
+            return np.zeros((len(steps), 6 * len(model.joints))), np.zeros(len(steps))
         program = mean_reactions(self.kernels)
         if len(self.path.times) < 2:
             return np.zeros((len(steps), program.outputs("reactions"))), np.zeros(len(steps))
@@ -196,6 +196,7 @@ class InSteps:
             udot,
             self.impulses.contacts[steps] / lengths,
             self.impulses.constraints[steps] / lengths,
+            wrenches(self.kernels.model, self.impulses.pairs, steps) / lengths,
         ]
         given = np.concatenate([middle, u, *known], axis=1)
         found = self._observed(program, "reactions", t + h / 2, given)
@@ -213,7 +214,12 @@ class InSteps:
             for _, acting in self.impulses.blows[step]
             for point, P, n in acting
         ]
-        udot, forces, multipliers = (x.tolist() for x in known)
+        udot, forces, multipliers, wrenches = (x.tolist() for x in known)
+        bodies = bodies_in_families(model).values()
+        blows += [
+            (Spot(body, ZERO), tuple(wrenches[6 * k : 6 * k + 3]), tuple(wrenches[6 * k + 3 : 6 * k + 6]))
+            for k, body in enumerate(bodies)
+        ]
         moving = forced_motion(model, state, udot, forces, multipliers, blows)
         found = all_reactions(model, state, moving)
         return (
@@ -300,8 +306,9 @@ class InSteps:
         with np.errstate(over="ignore", invalid="ignore"):
             made = T + V - T[0] - V[0] - work[some].sum(axis=1)
             had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
+            pairs = [np.abs(log[:, :3]).sum() for log in self.impulses.pairs] or 0.0
             pressed = (
-                np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1))])
+                np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1) + pairs)])
                 / self.stepping.step
             )
             had += CLOSED * pressed[some] + ROUNDED * np.maximum.accumulate(
@@ -353,28 +360,9 @@ class InSteps:
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
                 np.where(mode == "open", np.nan, margin), mode, lam,
             )  # fmt: skip
-        return OfFamilies(result, self, motion) if model.families else ByName("contact", result)
-
-    def of_pair(self, motion: ComputedMotion, family: Family, one: int, other: int) -> ContactMotion:
-        """Return gap, mean forces, slip and mode of two members of a family."""
-        model = self.kernels.model
-        first, second = family.ordered(one, other)
-        gap, slip = pair_quantities(self.kernels, self.values, family, (first, second), motion.t, motion.states)
-        start = sum(len(f.members) for f in model.families[: model.families.index(family)])
-        rows = np.zeros((len(self.impulses.pairs), 4))
-        for k, log in enumerate(self.impulses.pairs):
-            for entry in log[(log[:, 10] == start + first) & (log[:, 11] == start + second)]:
-                rows[k] = entry[:4]
-        n = family.tangents
-        forces, slip = self._mean(rows[:, : 1 + n], motion.t), slip[:, :n]
-        modes = np.append(rows[:, 3], 0).astype(np.int64)  # the last one is that of a motion without a step
-        mode = np.array(MODES)[modes[self._step_of(motion.t)]]
-        mu = number(model, self.values, family.friction, "a coefficient of friction")
-        margin = mu * forces[:, 0] - np.linalg.norm(forces[:, 1:], axis=1)
-        return ContactMotion(
-            gap, forces[:, 0], forces[:, 1] if n == 1 else forces[:, 1:], slip[:, 0] if n == 1 else slip,
-            np.where(mode == "open", np.nan, margin), mode, forces,
-        )  # fmt: skip
+        if not model.families:
+            return ByName("contact", result)
+        return OfFamilies(result, lambda *pair: pair_motion(self, motion, *pair), model.families)
 
     def modes(self, motion: ComputedMotion) -> Timeline:
         """Return the modes of every contact: from the beginning of the first step to the end of the last, and why each
@@ -452,25 +440,3 @@ class InSteps:
     def _speeds(self, place: int) -> dict[str, float]:
         model = self.kernels.model
         return dict(zip(model.speed_names, self.path.states[place, model.n_q :].tolist(), strict=True))
-
-
-class OfFamilies(ByName):
-    """Contacts of a motion by name. Those of families are computed when they are asked for, and are not listed."""
-
-    def __init__(self, items: Mapping[str, Any], course: InSteps, motion: ComputedMotion) -> None:
-        super().__init__("contact", items)
-        self.course, self.motion = course, motion
-
-    def __missing__(self, name: Any) -> Any:
-        for family in self.course.kernels.model.families:
-            pair = family.pair(name) if isinstance(name, str) else None
-            if pair is not None:
-                self[name] = self.course.of_pair(self.motion, family, *pair)
-                return self[name]
-            if isinstance(name, str) and name.startswith(family.name):
-                a, *_, b = (member.label for member in family.members)
-                raise SimulationError(
-                    f"Unknown contact '{name}'. Expected two members of the family '{family.name}' that may touch, such "
-                    f"as '{family.name}[{a},{b}]'."
-                )
-        return super().__missing__(name)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, greater
 from ..cones.contact_problem import FIRST, LINE, NORMAL
-from ..families.narrow_phase import T, rate, rows, seek
+from ..families.narrow_phase import P, Q, T, rate, rows, seek
 from .stepping_record import BACKWARDS, FORWARDS, SLIP, STICK, Run
+
 
 @compiled
 def lay_pairs(run: Run, t: float, near: float) -> int:
@@ -65,7 +66,9 @@ def begin_pairs(run: Run) -> None:
         if problem.kinds[a] != NORMAL:
             k = 1 if problem.kinds[a] == LINE else problem.kinds[a] - FIRST + 1
         touch = pairs.touch[pairs.slots[c]]
-        contacts.before[a] = rate(run.families, pairs.slots[c], touch[1:] if k == 0 else touch[T + 3 * (k - 1) :])
+        contacts.before[a] = rate(
+            run.families, pairs.slots[c], touch[1:] if k == 0 else touch[T + 3 * (k - 1) :]
+        )
         while p < pairs.known and pairs.past[p] < pairs.ids[c]:
             p += 1
         problem.x[a] = pairs.impulses[p, k] if p < pairs.known and pairs.past[p] == pairs.ids[c] else 0.0
@@ -97,10 +100,8 @@ def log_pairs(run: Run) -> None:
                 pairs.impulses[p, k], entry[k] = x, x
             entry[3] = mode(run, a)
             for i in range(3):
-                entry[4 + i] = (
-                    touch[1 + i] * entry[0] + touch[T + i] * entry[1] + touch[T + 3 + i] * entry[2]
-                )
-                entry[7 + i] = touch[4 + i]
+                entry[4 + i] = touch[1 + i] * entry[0] + touch[T + i] * entry[1] + touch[T + 3 + i] * entry[2]
+                entry[7 + i], entry[12 + i] = touch[P + i], touch[Q + i]
             entry[10], entry[11] = pairs.first[slot], pairs.second[slot]
             pairs.known += 1
             run.logged += 1

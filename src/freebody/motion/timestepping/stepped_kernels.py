@@ -16,9 +16,11 @@ from ...dynamics.constraints import linearized, rows
 from ...dynamics.contact import contact_rows, touches
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
+from ...dynamics.kinematics import Spot
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
+from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
 from ..kernels.kernels import Kernels, Program
 from ..phase.candidates import layout_of
@@ -191,18 +193,30 @@ def mean_reactions(kernels: Kernels) -> Program:
     """Return the functions ``reactions`` (force and moment of each joint) and ``drive`` (power of drives) of a step.
 
     Their arguments are the state (q_M, u) of the step, then (u⁺ - u)/h, the contact forces Λ/h and the multipliers λ/h
-    of all conditions.
+    of all conditions; last, for each of `bodies_in_families`, the force of its families and its moment about the
+    ground's origin.
     """
     model = kernels.model
     _, _, m = layout_of(model)
-    n, count = model.n_u, len(rows(model))
+    n, count, bodies = model.n_u, len(rows(model)), bodies_in_families(model)
 
     def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
-        moving = forced_motion(model, state, given[:n], given[n : n + m], given[n + m :])
+        end = n + m + count
+        pressed = [
+            (Spot(body, ZERO), tuple(given[k : k + 3]), tuple(given[k + 3 : k + 6]))
+            for body, k in zip(bodies.values(), range(end, end + 6 * len(bodies), 6), strict=True)
+        ]
+        moving = forced_motion(model, state, given[:n], given[n : n + m], given[n + m : end], pressed)
         found = all_reactions(model, state, moving)
         return {
             "reactions": [x for name in found for vector in found[name] for x in vector],
             "drive": [drive_power(model, state, moving.udot, moving.loads)],
         }
 
-    return kernels.program("mean reactions", functions, n + m + count)
+    return kernels.program("mean reactions", functions, n + m + count + 6 * len(bodies))
+
+
+def bodies_in_families(model: Model) -> dict[str, Any]:
+    """Return the bodies that have members of families, by name, without the ground."""
+    shapes = [member.shape for family in model.families for member in family.members]
+    return {shape.body.name: shape.body for shape in shapes if not shape.body.is_ground}

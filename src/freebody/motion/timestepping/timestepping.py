@@ -131,7 +131,9 @@ class _Run:
         self.program, self.shape = stepping(kernels)
         self.constants = self.program.constants(self.parameters)
         self.first, self.tangents, self.rows = layout_of(model)
-        self.pairs = PAIRS + 6 * sum(len(family.members) for family in model.families) if model.families else 0
+        self.pairs = (
+            PAIRS + 6 * sum(len(family.members) for family in model.families) if model.families else 0
+        )
         self._make_room()
         self.march = loop.code("motion.timestepping.moreau", "march")
         timed, self.called = scheduled(kernels, values, blows, begin, end)
@@ -298,7 +300,11 @@ class _Run:
             if run.failure == FULL:
                 self.pairs *= 2
                 self._make_room()
-                self.memory.residual, self.memory.depth, self.memory.sweeps = run.residual, run.depth, run.sweeps
+                self.memory.residual, self.memory.depth, self.memory.sweeps = (
+                    run.residual,
+                    run.depth,
+                    run.sweeps,
+                )
                 self.memory.blow[:], run = run.blow, self.memory
                 continue
             close = sweeps > SWEEPS and run.problem.residual <= ACCEPTED
