@@ -114,8 +114,8 @@ def turn(found: Reals, up: Reals) -> None:
     x, y, z = found[1 + a], found[1 + b], found[1 + k]
     s = 1.0 if z >= 0.0 else -1.0
     share = 1.0 / (1.0 + s * z)
-    found[T + a], found[T + b], found[T + k] = 1.0 - x * x * share, -s * (x * y * share), -s * x
-    found[T + 3 + a], found[T + 3 + b], found[T + 3 + k] = -x * y * share, s * (1.0 - y * y * share), -y
+    found[T + a], found[T + b], found[T + k] = 1.0 - x * x * share, -x * y * share, -s * x
+    found[T + 3 + a], found[T + 3 + b], found[T + 3 + k] = -s * (x * y * share), s * (1.0 - y * y * share), -y
 
 
 @compiled

@@ -69,6 +69,6 @@ def upright_tangents(n: Array, up: list[float]) -> Array:
     s = np.where(z >= 0, 1, -1)
     share = 1 / (1 + s * z)
     result = np.empty((len(n), 2, 3))
-    result[:, 0, a], result[:, 0, b], result[:, 0, k] = 1 - x * x * share, -s * (x * y * share), -s * x
-    result[:, 1, a], result[:, 1, b], result[:, 1, k] = -x * y * share, s * (1 - y * y * share), -y
+    result[:, 0, a], result[:, 0, b], result[:, 0, k] = 1 - x * x * share, -x * y * share, -s * x
+    result[:, 1, a], result[:, 1, b], result[:, 1, k] = -s * (x * y * share), s * (1 - y * y * share), -y
     return result
