@@ -133,7 +133,7 @@ def arms(family, drive):
         s.hinge(f"elbow{k}", upper, lower, at=(0, -0.2, 0), to=(0, 0.2, 0), axis="z", coordinate=f"q{k}")
         links.append((upper, lower))
         shapes += [upper.sphere(0.1, at=(0, -0.1, 0)), lower.sphere(0.12, at=(0, -0.15, 0))]
-    tips, floor = [lower.point(0, -0.2, 0) for _, lower in links], s.ground.plane(at=(0, -0.862, 0), normal="y")
+    tips, floor = [lower.point(0, -0.2, 0) for _, lower in links], s.ground.plane(at=(0, -0.74, 0), normal="y")
     shapes.append(floor)
     if family:
         s.contacts("arms", shapes, friction=0.5, restitution=0.1)
@@ -147,7 +147,7 @@ def arms(family, drive):
             if one.body is other.body or frozenset((one.body, other.body)) in joined:
                 continue
             s.contact(f"c{a}_{b}", one, other, friction=0.5, restitution=0.1)
-    start = {"q0": 0.4, "q1": -0.4, "q0'": 3.0, "q1'": -3.0, "shoulder0_wz": 4.0, "shoulder1_wz": -4.1, "shoulder0_wx": 0.3}
+    start = {"q0": -1.2, "q1": 1.2, "shoulder0_wz": 4.0, "shoulder1_wz": -4.1, "shoulder0_wx": 0.3}
     return s, start
 
 
