@@ -25,7 +25,8 @@ def pile(n, r=0.05, family=True, order=None, seed=0, friction=0.4, restitution=0
     s, rng, start = fb.System("pile"), np.random.default_rng(seed), {}
     s.gravity = (0, 0, -gravity)
     places = [
-        (2.2 * r * (i % 2), 2.2 * r * (i // 2 % 2), 1.1 * r + 2.4 * r * (i // 4)) for i in range(n - 1, -1, -1)
+        (2.2 * r * (i % 2), 2.2 * r * (i // 2 % 2), 1.1 * r + 2.4 * r * (i // 4))
+        for i in range(n - 1, -1, -1)
     ]
     shapes = {}
     for i in order or range(n):
@@ -52,9 +53,7 @@ def moved(s, start, until):
 
 @pytest.mark.parametrize("restitution", [0, 0.3])
 def test_a_family_moves_as_its_contacts_one_by_one(restitution):
-    one, other = (
-        moved(*pile(8, family=family, restitution=restitution), 0.24) for family in (True, False)
-    )
+    one, other = (moved(*pile(8, family=family, restitution=restitution), 0.24) for family in (True, False))
     assert any(len(log) > 4 for log in one.course.impulses.pairs)  # spheres touch spheres
     # residuals of all steps, and of each contact of eight bodies, at the speed of the fall
     assert np.abs(one.states - other.states).max() < 120 * 8 * SOLVED * 100
@@ -133,7 +132,10 @@ def arms(family, drive):
         s.hinge(f"elbow{k}", upper, lower, at=(0, -0.2, 0), to=(0, 0.2, 0), axis="z", coordinate=f"q{k}")
         links.append((upper, lower))
         shapes += [upper.sphere(0.1, at=(0, -0.1, 0)), lower.sphere(0.12, at=(0, -0.15, 0))]
-    tips, floor = [lower.point(0, -0.2, 0) for _, lower in links], s.ground.plane(at=(0, -0.74, 0), normal="y")
+    tips, floor = (
+        [lower.point(0, -0.2, 0) for _, lower in links],
+        s.ground.plane(at=(0, -0.74, 0), normal="y"),
+    )
     shapes.append(floor)
     if family:
         s.contacts("arms", shapes, friction=0.5, restitution=0.1)
@@ -157,7 +159,9 @@ def test_trees_with_families_move_as_with_contacts_one_by_one(drive):
     assert sum(map(len, one.course.impulses.pairs)) > 10
     np.testing.assert_allclose(one.states, other.states, atol=1e-8)
     for joint in ("shoulder0", "elbow1", "rail"):
-        np.testing.assert_allclose(one.reactions[joint].force, other.reactions[joint].force, rtol=1e-5, atol=1e-4)
+        np.testing.assert_allclose(
+            one.reactions[joint].force, other.reactions[joint].force, rtol=1e-5, atol=1e-4
+        )
     np.testing.assert_allclose(one.energy.residual, other.energy.residual, atol=1e-6)
 
 
