@@ -219,11 +219,8 @@ def test_sweep_and_prune_finds_the_pairs_that_a_search_of_all_pairs_finds(seed):
         body = s.body(f"b{k}", fb.sphere(1, 0.1))
         s.free(f"f{k}", s.ground, body)
         at = tuple(0.1 * rng.normal(size=3).round(3))
-        shapes.append([
-            lambda: body.sphere(0.1 + 0.1 * (k % 3), at=at),
-            lambda: body.corners(size=(0.3, 0.2, 0.4)),
-            lambda: body.sphere(0.3),
-        ][k % 3]())  # fmt: skip
+        shape = body.corners(size=(0.3, 0.2, 0.4)) if k % 3 == 1 else body.sphere(0.1 + 0.1 * (k % 3), at=at)
+        shapes.append(shape)
         e = rng.normal(size=4)
         q += [*rng.uniform(-0.6, 0.6, 3), *(e / np.linalg.norm(e))]
     balls = [shape for shape in shapes if shape.kind == "sphere"]

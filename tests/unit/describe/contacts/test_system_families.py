@@ -91,5 +91,5 @@ def test_a_name_is_given_once():
     with pytest.raises(fb.errors.ModelError, match="already a family of contacts 'x'"):
         s.contact("x", a.sphere(1), s.ground.plane())
     other = fb.System("other").body("o", fb.sphere(1, 1))
-    with pytest.raises(fb.errors.ModelError, match="another system"):
+    with pytest.raises(fb.errors.ModelError, match="belongs to the system 'other'"):
         s.contacts("y", [a.sphere(1), other.sphere(1)])
