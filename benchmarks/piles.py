@@ -1,4 +1,4 @@
-"""(d2) Piles of spheres, all pairs, in steps of 2 ms: a family of contacts beside MuJoCo's elliptic cone, one process."""
+"""(d2) Piles of spheres, all pairs, in steps of 2 ms: a family of contacts beside MuJoCo's elliptic cone."""
 
 from __future__ import annotations
 
