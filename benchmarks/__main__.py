@@ -8,8 +8,8 @@ from importlib import import_module
 from .tables import versions
 
 NAMES = (
-    "equations", "linearize", "dynamics", "motion", "precision", "sweep", "references", "contact", "report", "first",
-    "studies", "rows", "formulas", "robots",
+    "equations", "linearize", "dynamics", "motion", "precision", "sweep", "references", "contact", "piles", "report",
+    "first", "studies", "rows", "formulas", "robots",
 )  # fmt: skip
 MODULES = {"references": "problems"}  # those named otherwise
 

@@ -39,6 +39,7 @@ def check(model: str) -> None:
     _joints(system, text)
     _constraints(system, text)
     _contacts(system, text)
+    _families(assembled, text)
     if system.loads:
         grid = Grid("Load", "Kind")
         for name, load in system.loads.items():
@@ -130,6 +131,17 @@ def _contacts(system: System, text: Any) -> None:
             friction += f", static {text(pair.static_friction)}"
         bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
         grid.row(name, *shapes, friction, bounce)
+    grid.print()
+
+
+def _families(model: Model, text: Any) -> None:
+    if not model.families:
+        return
+    from ..model.family import text_of_members
+
+    grid = Grid("Family of contacts", "Members", "Friction", "Restitution")
+    for family in model.families:
+        grid.row(family.name, text_of_members(family), text(family.friction), text(family.restitution))
     grid.print()
 
 

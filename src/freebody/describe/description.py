@@ -40,6 +40,7 @@ class Description:
         self.loads: dict[str, Any] = Table(changes)
         self.constraints: dict[str, Any] = Table(changes)
         self.contacts: dict[str, Any] = Table(changes)
+        self.families: dict[str, Any] = Table(changes)
         self.controllers: dict[str, Any] = Table(changes)
         self._children: set[str] = set()  # names of the bodies that are the child of a joint
         self._coordinates: dict[str, Any] = Table(changes)  # in order of declaration
@@ -170,7 +171,10 @@ def claim(system: Description, name: str, kind: str) -> str:
         A text that cannot be a name, or a name in use.
     """
     check_name(name, kind)
-    tables = {"joint": system.joints, "constraint": system.constraints, "contact": system.contacts}
+    tables = {
+        "joint": system.joints, "constraint": system.constraints, "contact": system.contacts,
+        "family of contacts": system.families,
+    }  # fmt: skip
     for owner, table in ({"load": system.loads} if kind == "load" else tables).items():
         if name in table:
             raise ModelError(f"There is already a {owner} '{name}' in this system. Choose another name.")

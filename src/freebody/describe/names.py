@@ -14,6 +14,7 @@ from functools import lru_cache
 from typing import Any
 
 import sympy
+from sympy.core.function import AppliedUndef
 
 from ..errors import ExpressionError, ModelError, nearest, shown
 from ..scalar.algebra import Expression, Scalar
@@ -30,7 +31,12 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 @lru_cache(maxsize=_ATOMS)
 def rate(atom: Any) -> Any:
-    """Return the time derivative of a coordinate or speed, which takes SymPy a millisecond."""
+    """Return the time derivative of a coordinate or speed.
+
+    ``diff`` takes a millisecond to find that df/dt of a function f(t) is just that.
+    """
+    if isinstance(atom, AppliedUndef):
+        return sympy.Expr.__new__(sympy.Derivative, atom, sympy.Tuple(TIME, 1))
     return atom.diff(TIME)
 
 

@@ -20,7 +20,8 @@ from .body import Body
 from .constraints import system_constraints as _constraints
 from .constraints.constraint import Constraint
 from .contacts import system_contacts as _contacts
-from .contacts.contact import ContactPair
+from .contacts.family import ContactFamily
+from .contacts.system_families import ContactTable
 from .controller import Controller
 from .description import (
     Description,
@@ -50,8 +51,9 @@ class System(Description):
     Any number may be given as int, float, Fraction, SymPy expression, or text over the system's own names.
 
     ``s.ground`` is the inertial frame. ``s.bodies`` (without the ground), ``s.joints``, ``s.loads``, ``s.constraints``,
-    ``s.contacts`` and ``s.controllers`` are dictionaries of the machine's parts by name. ``s.reading`` is the report of
-    the reader of a robot's file (:func:`freebody.read`): what was read, changed and left out; None for other machines.
+    ``s.contacts``, ``s.families`` (of contacts) and ``s.controllers`` are dictionaries of the machine's parts by name.
+    ``s.reading`` is the report of the reader of a robot's file (:func:`freebody.read`): what was read, changed and left
+    out; None for other machines.
 
     Examples
     --------
@@ -69,7 +71,8 @@ class System(Description):
     joints: dict[str, Joint]
     loads: dict[str, Load]
     constraints: dict[str, Constraint]
-    contacts: dict[str, ContactPair]
+    contacts: ContactTable
+    families: dict[str, ContactFamily]
     controllers: dict[str, Controller]
 
     reading: Any
@@ -77,6 +80,7 @@ class System(Description):
     def __init__(self, name: str = "system") -> None:
         super().__init__(name)
         self.reading = None
+        self.contacts = ContactTable(self)
         self.ground = Body(self, "ground")
         self._gravity: Vector = (0, 0, 0)
         self._scenery: Shape | None = None
@@ -290,6 +294,9 @@ class System(Description):
         )
         if self.contacts:
             parts = (*parts, count(len(self.contacts), "contact"))
+        if self.families:
+            n = len(self.families)
+            parts = (*parts, f"{n} {'family' if n == 1 else 'families'} of contacts")
         return f"System '{self.name}': {', '.join(parts)}"
 
 

@@ -19,6 +19,7 @@ from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, sc
 from ..scalar.expression import exact
 from .closure import closure
 from .contact import contacts
+from .family import families
 from .mesh import Mesh
 from .model import GROUND, Coordinate, JointPlace, Link, Model, Place, Speed
 
@@ -121,7 +122,8 @@ def assemble(system: System) -> Model:
     _check_tips(model)
     of_meshes = {x for mesh in model.meshes.values() if isinstance(mesh, Mesh) for x in mesh.positive}
     positive = tuple(sorted({*model.positive, *of_meshes}, key=str)) if of_meshes else model.positive
-    return replace(model, positive=positive, contacts=contacts(model, tuple(system.contacts.values())))
+    pairs = contacts(model, tuple(system.contacts.values()))
+    return replace(model, positive=positive, contacts=pairs, families=families(model, system))
 
 
 def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:

@@ -92,8 +92,8 @@ def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
     """
     if not pairs:
         return ()
-    frames = _frames(model.links)
-    planes = [k for k in (2, 1, 0) if _moves_across(model.links, frames, IDENTITY[k])]
+    frames = frames_at_rest(model.links)
+    planes = [k for k in (2, 1, 0) if moves_across(model.links, frames, IDENTITY[k])]
     taken = {*model.names.kinds, *model.loads, *model.constraints}
     taken |= {
         f"{name}_{ending}"
@@ -106,15 +106,15 @@ def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
         for ending, feature, surface in _elements(pair):
             name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
             names.add(name)
-            k = next((k for k in planes if _within(model, frames, feature, surface, IDENTITY[k])), None)
-            _check_axes(pair.name, feature, surface, k)
+            k = next((k for k in planes if within(model, frames, feature, surface, IDENTITY[k])), None)
+            check_axes(pair.name, feature, surface, k)
             letters = ("T",) if k is not None else ("T1", "T2")
             forces = [_free(f"{letter}_{name}", taken) for letter in ("N", *letters)]
             taken.update(forces)
             result.append(
                 Contact(
                     name, pair.name, feature, surface, pair.friction, pair.static_friction, pair.restitution,
-                    pair.impact, None if k is None else IDENTITY[k], _upright(model.gravity),
+                    pair.impact, None if k is None else IDENTITY[k], upright_of(model.gravity),
                     forces[0], tuple(forces[1:]),
                 )
             )  # fmt: skip
@@ -128,7 +128,7 @@ def _free(name: str, taken: set[str]) -> str:
     return name
 
 
-def _upright(gravity: Vector) -> Vector:
+def upright_of(gravity: Vector) -> Vector:
     """The ground axis along which gravity acts; z for any other gravity."""
     axes = [k for k in range(3) if gravity[k] != 0]
     return IDENTITY[axes[0]] if len(axes) == 1 else IDENTITY[2]
@@ -147,13 +147,14 @@ def _elements(pair: ContactPair) -> list[tuple[str, Any, Any]]:
     result = [("", a, b)]
     # a round shape can roll over the end of a side
     if isinstance(a, Segment) and isinstance(b, ROUND):
-        result += [(ending, end, b) for ending, end in zip(("start", "end"), _ends(a), strict=True)]
+        result += [(ending, end, b) for ending, end in zip(("start", "end"), ends_of(a), strict=True)]
     elif isinstance(b, Segment) and isinstance(a, ROUND):
-        result += [(ending, a, end) for ending, end in zip(("start", "end"), _ends(b), strict=True)]
+        result += [(ending, a, end) for ending, end in zip(("start", "end"), ends_of(b), strict=True)]
     return result
 
 
-def _ends(side: Segment) -> list[Point]:
+def ends_of(side: Segment) -> list[Point]:
+    """Return the two ends of a side."""
     return [Point(side.body, side.start), Point(side.body, side.end)]
 
 
@@ -162,14 +163,14 @@ def _parts(shape: Any, other: Any) -> list[Any]:
     if isinstance(shape, Corners):
         return list(shape.points)
     if isinstance(shape, Segment) and (kind_of(other) == "plane" or getattr(other, "inside", False)):
-        return _ends(shape)
+        return ends_of(shape)
     return [shape]
 
 
 # --- the plane of motion -----------------------------------------------------------------------
 
 
-def _frames(links: Sequence[Link]) -> list[tuple[Matrix, Vector]]:
+def frames_at_rest(links: Sequence[Link]) -> list[tuple[Matrix, Vector]]:
     """Rotation and position of every link in the ground if all displacements are zero."""
     result: list[tuple[Matrix, Vector]] = []
     for link in links:
@@ -189,7 +190,7 @@ def _zero(v: Vector) -> bool:
     return all(exact(x) == 0 for x in v)
 
 
-def _moves_across(links: Sequence[Link], frames: Sequence[tuple[Matrix, Vector]], k: Vector) -> bool:
+def moves_across(links: Sequence[Link], frames: Sequence[tuple[Matrix, Vector]], k: Vector) -> bool:
     """True if all joints turn about k or slide at right angles to it."""
     for link, (R, _) in zip(links, frames, strict=True):
         # a turn of the link's frame about the joint's axis does not change that axis
@@ -203,7 +204,7 @@ def _moves_across(links: Sequence[Link], frames: Sequence[tuple[Matrix, Vector]]
     return True
 
 
-def _within(model: Model, frames: Sequence[tuple[Matrix, Vector]], a: Any, b: Any, k: Vector) -> bool:
+def within(model: Model, frames: Sequence[tuple[Matrix, Vector]], a: Any, b: Any, k: Vector) -> bool:
     """True if two shapes of a machine that moves at right angles to k touch in the plane of motion."""
     depths = []
     for shape in (a, b):
@@ -234,7 +235,7 @@ def _frame(model: Model, frames: Sequence[tuple[Matrix, Vector]], body: Any) -> 
     return R, tuple(a + b for a, b in zip(p, shift, strict=True))
 
 
-def _check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
+def check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
     """Refuse two cylinders, or a cylinder and a flat side, that do not touch in the plane of motion."""
     walls = [shape for shape in (a, b) if isinstance(shape, Circle | Cylinder)]
     flat = [shape for shape in (a, b) if kind_of(shape) == "segment"]

@@ -54,6 +54,9 @@ class Model:
     contacts: tuple[Any, ...] = ()
     """Pairs of shapes that may touch at one point, in order of declaration."""
 
+    families: tuple[Any, ...] = ()
+    """Families of contacts, in order of declaration."""
+
     controllers: tuple[Any, ...] = ()
     """Sampled controllers, in order of declaration."""
 
@@ -149,6 +152,12 @@ class Model:
         """The mesh of each gear, or the reason why only its ratio is known, by name."""
         gears = {name: gear for name, gear in self.constraints.items() if isinstance(gear, Gear)}
         return {name: mesh_of(self.joints, self.links, gear) for name, gear in gears.items()}
+
+    @cached_property
+    def touching(self) -> tuple[Any, ...]:
+        """Shapes that may touch: features and surfaces of contacts, and members of families."""
+        pairs = [shape for contact in self.contacts for shape in (contact.feature, contact.surface)]
+        return (*pairs, *(member.shape for family in self.families for member in family.members))
 
     @property
     def signals(self) -> tuple[Any, ...]:

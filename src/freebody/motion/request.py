@@ -84,8 +84,10 @@ class Request:
         return request
 
     def __post_init__(self) -> None:
-        kernels = kernels_of(self.machine)
-        model, method = kernels.model, self.method
+        kernels, method = kernels_of(self.machine), self.method
+        if kernels.model.families and method != "timestepping":
+            kernels = kernels.unrolled()
+        model = kernels.model
         self.__dict__["kernels"] = kernels
         self.__dict__["many"] = (
             self.outputs is not None

@@ -81,14 +81,14 @@ def contact(
     """
     what = f"contact '{name}'"
     claim(system, name, "contact")
-    first = _shape(system, feature, f"the feature of {what}")
-    second = _shape(system, surface, f"the surface of {what}")
+    first = shape_of(system, feature, f"the feature of {what}")
+    second = shape_of(system, surface, f"the surface of {what}")
     if first.body is second.body:
         raise ModelError(
             f"The feature and the surface of {what} are both on {first.body!r}. A contact is between two bodies, or "
             f"a body and the ground."
         )
-    _check_pair(first, second, what)
+    check_pair(first, second, what)
     kinetic = coefficient(system, friction, f"the friction of {what}")
     static = (
         kinetic
@@ -101,15 +101,10 @@ def contact(
             f"The static friction of {what} is {s:g}, below its kinetic friction {k:g}. Static friction is at "
             f"least as large as kinetic friction: exchange them."
         )
-    bounce = constant(system, restitution, f"the restitution of {what}")
-    e = default_value(system, bounce)
-    if e is not None and not 0 <= e <= 1:
-        raise ModelError(
-            f"Expected a restitution between 0 (no bounce) and 1 (full bounce) for {what}, got {e:g}."
-        )
+    e = bounce(system, restitution, what)
     if impact not in IMPACTS:
         raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
-    system.contacts[name] = ContactPair(name, first, second, kinetic, static, bounce, impact)
+    system.contacts[name] = ContactPair(name, first, second, kinetic, static, e, impact)
     return system.contacts[name]
 
 
@@ -130,7 +125,8 @@ SUPPORTED = {
 """The shapes that each shape may touch, in either order."""
 
 
-def _check_pair(feature: Any, surface: Any, what: str) -> None:
+def check_pair(feature: Any, surface: Any, what: str, cure: str = "") -> None:
+    """Refuse two shapes that have no law of contact, or that do not fit into each other."""
     a, b = kind_of(feature), kind_of(surface)
     if b == "tether":  # made by s.rope, whose ends are points
         return
@@ -138,7 +134,7 @@ def _check_pair(feature: Any, surface: Any, what: str) -> None:
         partners = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
         raise ModelError(
             f"The {a} and the {b} of {what} are not a supported pair. A {a} may touch a "
-            f"{', '.join(partners[:-1]) + ' or ' if len(partners) > 1 else ''}{partners[-1]}."
+            f"{', '.join(partners[:-1]) + ' or ' if len(partners) > 1 else ''}{partners[-1]}.{cure}"
         )
     hollow = [shape for shape in (feature, surface) if getattr(shape, "inside", False)]
     if getattr(feature, "inside", False):
@@ -155,7 +151,8 @@ def _check_pair(feature: Any, surface: Any, what: str) -> None:
             )
 
 
-def _shape(system: Description, shape: Any, what: str) -> Any:
+def shape_of(system: Description, shape: Any, what: str) -> Any:
+    """Return a shape of the system's own bodies; refuse anything else."""
     if isinstance(shape, Frame):
         raise ModelError(
             f"Expected a shape for {what}, got the whole of {shape!r}. Say what of it touches: {SHAPES}."
@@ -180,4 +177,21 @@ def coefficient(system: Description, value: Expression, what: str) -> Scalar:
     number = default_value(system, expression)
     if number is not None and number < 0:
         raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {number:g}.")
+    return expression
+
+
+def bounce(system: Description, value: Expression, what: str) -> Scalar:
+    """Return a restitution as an expression of parameters.
+
+    Raises
+    ------
+    ModelError
+        An expression that varies, or whose default value is not between 0 and 1.
+    """
+    expression = constant(system, value, f"the restitution of {what}")
+    e = default_value(system, expression)
+    if e is not None and not 0 <= e <= 1:
+        raise ModelError(
+            f"Expected a restitution between 0 (no bounce) and 1 (full bounce) for {what}, got {e:g}."
+        )
     return expression

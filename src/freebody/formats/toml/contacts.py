@@ -4,6 +4,10 @@
 feature = { body = "disk", shape = "circle", radius = "R" }
 surface = { shape = "plane", normal = "y" }
 friction = "mu"
+
+[families.pile]
+shapes = [{ body = "a", shape = "sphere", radius = 0.1 }, { shape = "plane", normal = "y" }]
+friction = "mu"
 """
 
 from __future__ import annotations
@@ -15,6 +19,7 @@ import sympy
 
 from ...describe.contact_shapes import kind_of
 from ...describe.contacts.contact import ContactPair
+from ...describe.contacts.family import ContactFamily
 from ...describe.frame import own_body
 from ...describe.system import System
 from ...errors import nearest
@@ -44,9 +49,20 @@ _UNITS = {
 # --- read --------------------------------------------------------------------------------------
 
 
+def read_contacts(system: System, root: Table) -> None:
+    """Add the contacts and families of a file to the system."""
+    for contact, table in root.tables("contacts"):
+        read_contact(system, contact, table)
+    for family, table in root.tables("families"):
+        read_family(system, family, table)
+
+
 def read_contact(system: System, name: str, table: Table) -> None:
     """Add one contact of a file to the system."""
-    feature, surface = _shape(table, "feature"), _shape(table, "surface")
+    feature, surface = (
+        _shape(Table(table.document, (*table.path, key), table.raw(key), table.system), key)
+        for key in ("feature", "surface")
+    )
     laws: dict[str, Any] = {
         key: table.expression(key) for key in ("friction", "static_friction", "restitution") if table.has(key)
     }
@@ -56,10 +72,8 @@ def read_contact(system: System, name: str, table: Table) -> None:
     table.guard(lambda: system.contact(name, feature, surface, **laws))
 
 
-def _shape(table: Table, key: str) -> Any:
-    """Return the shape of a contact that one key describes."""
-    value = table.raw(key)
-    place = Table(table.document, (*table.path, key), value, table.system)
+def _shape(place: Table, key: str = "shapes") -> Any:
+    """Return the shape that a table describes."""
     body = place.guard(lambda: own_body(place.system, place.text("body", "ground"), f"'{key}'"), "body")
     shape = place.text("shape", "point")
     if shape not in SHAPES:
@@ -134,6 +148,28 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
 }
 
 
+def read_family(system: System, name: str, table: Table) -> None:
+    """Add one family of contacts of a file to the system."""
+    shapes = [_shape(place) for place in _each(table, "shapes")]
+    laws: dict[str, Any] = {
+        key: table.expression(key) for key in ("friction", "restitution") if table.has(key)
+    }
+    if table.has("against"):
+        laws["against"] = [_shape(place) for place in _each(table, "against")]
+    table.done()
+    table.guard(lambda: system.contacts(name, shapes, **laws))
+
+
+def _each(table: Table, key: str) -> list[Table]:
+    """Return the tables of a list of shapes."""
+    value = table.raw(key)
+    if not isinstance(value, list):
+        table.fail(f"Expected a list of shapes [{{ body = ..., shape = ... }}, ...], got {value!r}.", key)
+    return [
+        Table(table.document, (*table.path, f"{key}[{k}]"), one, table.system) for k, one in enumerate(value)
+    ]
+
+
 # --- write -------------------------------------------------------------------------------------
 
 
@@ -148,6 +184,17 @@ def contact_keys(writer: ValueTexts, pair: ContactPair) -> dict[str, str]:
         keys["restitution"] = writer.value(pair.restitution)
     if pair.impact != "newton":
         keys["impact"] = f'"{pair.impact}"'
+    return keys
+
+
+def family_keys(writer: ValueTexts, family: ContactFamily) -> dict[str, str]:
+    """Return the keys of one family of contacts and their texts."""
+    keys = {"shapes": f"[{', '.join(_shape_text(writer, shape) for shape in family.shapes)}]"}
+    if family.against:
+        keys["against"] = f"[{', '.join(_shape_text(writer, shape) for shape in family.against)}]"
+    for name in ("friction", "restitution"):
+        if getattr(family, name) != 0:
+            keys[name] = writer.value(getattr(family, name))
     return keys
 
 

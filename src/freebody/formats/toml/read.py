@@ -18,7 +18,7 @@ from ...errors import FormatError, nearest
 from ...space import solids
 from ...space.mass import MassProperties
 from ..case import Case
-from .contacts import read_contact
+from .contacts import read_contacts
 from .loads import load_calls, own_joint, own_place, place
 from .looks import read_looks, read_shape
 from .positions import key_lines
@@ -108,8 +108,7 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
         _assume(root, condition)
     for constraint, table in root.tables("constraints"):
         _constraint(system, constraint, table)
-    for contact, table in root.tables("contacts"):
-        read_contact(system, contact, table)
+    read_contacts(system, root)
     if root.has("scenery"):
         system.scenery = read_shape(root, "scenery", SOLIDS, _solid_arguments)
     if root.has("gravity"):

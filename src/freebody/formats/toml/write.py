@@ -21,7 +21,7 @@ from ...scalar.algebra import IDENTITY, ZERO
 from ...space import solids
 from ...space.mass import MassProperties
 from ..text import expression_text
-from .contacts import contact_keys
+from .contacts import contact_keys, family_keys
 from .loads import load_keys
 from .looks import dimensions, looks_keys, shape_text
 from .read import JOINTS, SOLIDS, case_from_text
@@ -102,6 +102,8 @@ class Writer(ValueTexts):
             slack = isinstance(pair.surface, Tether)
             keys = self.slack_rope(pair) if slack else contact_keys(self, pair)
             parts.append(block(("constraints" if slack else "contacts", name), keys))
+        for name, family in system.families.items() if contacts else ():
+            parts.append(block(("families", name), family_keys(self, family)))
         for name, load in system.loads.items():
             section, keys = load_keys(self, load)
             parts.append(block((section, name), keys))

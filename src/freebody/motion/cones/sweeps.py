@@ -91,7 +91,11 @@ def sweep(problem: ContactProblem, memory: Sweeping) -> float:
         size = 1
         if a + 1 < problem.count and problem.kinds[a + 1] != NORMAL:
             size = 2 if problem.kinds[a + 1] == LINE else 3
-        for k in range(size):
+        speeds[0] = rate(problem, a)
+        if x[a] == 0.0 and speeds[0] >= 0.0:  # open, and it remains so: friction is zero there
+            a += size
+            continue
+        for k in range(1, size):
             speeds[k] = rate(problem, a + k)
         speeds[0] -= A[a, 0] * x[a]
         if size > 1:

@@ -23,6 +23,7 @@ from ...model import Model
 from ..contact.course import Change, Timeline, Touching
 from ..contact.history import Told
 from ..ending import NOT_PHYSICAL, End
+from ..families.family_record import ENTRY
 from ..kernels.kernels import Kernels, kernels_of
 from ..kernels.methods import made_by
 from ..legs.sensitivity import Derivatives
@@ -63,6 +64,8 @@ def load(path: str | os.PathLike[str], machine: System | None = None) -> Traject
             )
         system = case_from_text(text, f"the machine in {source.name}").system if machine is None else machine
         kernels = kernels_of(system)
+        if kernels.model.families and about["kind"] != "steps":
+            kernels = kernels.unrolled()
         names = (*kernels.model.coordinate_names, *kernels.model.speed_names)
         if machine is not None and (
             names != tuple(about["names"])
@@ -170,7 +173,7 @@ def _course(
         modes = read.integers("modes", (steps, E), 5)
         impulses = Impulses(
             read.reals("contacts", (steps, m)), read.reals("constraints", (steps, len(rows(model)))),
-            read.reals("works", (steps, 2)), modes, _blows(model, about["blows"]),
+            read.reals("works", (steps, 2)), modes, _blows(model, about["blows"]), _pairs(model, read, steps),
         )  # fmt: skip
         stepping = Stepping(*(float(about[x.name]) for x in fields(Stepping)))
         return InSteps(kernels, values, path, impulses, stepping, (first, tangents))
@@ -191,6 +194,20 @@ def _happening(
         for who, event, t, what, value, spans, *words in passed
     )  # fmt: skip
     return Happening(float(time), str(name), int(sign), dict(before), str(text), dict(after), warnings)
+
+
+def _pairs(model: Model, read: _Reader, steps: int) -> tuple[Array, ...]:
+    """Return the entries of pairs of families in every step."""
+    if not model.families:
+        return ()
+    entries = read.reals("pairs", (None, ENTRY))
+    counts = read.integers("pair_counts", (steps,), len(entries) + 1)
+    members = sum(len(family.members) for family in model.families)
+    if counts.sum() != len(entries) or not (
+        np.isin(entries[:, 3], range(5)).all() and np.isin(entries[:, 10:12], range(members)).all()
+    ):
+        raise ValueError("its pairs of families are not those of its steps")
+    return tuple(np.split(entries, np.cumsum(counts)[:-1])) if steps else ()
 
 
 def _blows(model: Model, entries: Sequence[Any]) -> dict[int, list[Any]]:

@@ -50,6 +50,7 @@ from ...dynamics.motion import Motion, all_reactions, motion, total_power
 from ...dynamics.unilateral import NEGLIGIBLE, margins, sizes
 from ...errors import ModelError, SimulationError
 from ...model import Model, assemble
+from ...model.family import unrolled
 from ...model.values import check_assumptions
 from ...program.kernels import compile_tape
 from ...program.large.tree_loop import LoopedSet, is_large
@@ -60,6 +61,8 @@ from .switches import value_of
 
 Array = NDArray[np.float64]
 
+UNROLLED = 100
+"""Limit of the pairs of families in a motion by events, whose code is 15 ms for each."""
 LOOSE = 100
 """Factor by which a dependent condition must exceed an independent one before it replaces that condition."""
 
@@ -234,6 +237,42 @@ class Kernels:
             self._work = looped.works
             self._programs["large"] = Program(looped)
         return self._programs["large"]
+
+    def unrolled(self) -> Kernels:
+        """Return the programs of the machine with every pair of its families as a contact of its own.
+
+        Raises
+        ------
+        SimulationError
+            More than `UNROLLED` pairs.
+        """
+        if "unrolled" not in self.cache:
+            model = unrolled(self.model, UNROLLED)
+            if model is None:
+                names = " and ".join(repr(family.name) for family in self.model.families)
+                raise SimulationError(
+                    f"The families of contacts {names} have more than {UNROLLED} pairs, and a motion by events needs "
+                    'code for each. Take method="timestepping" with step=, whose families may have any number.'
+                )
+            self.cache["unrolled"] = Kernels(model)
+        kernels: Kernels = self.cache["unrolled"]
+        return kernels
+
+    def looped(self) -> tuple[Program, Program] | None:
+        """Return the looped kernels (of the motion, and of forces from accelerations) for time steps, or None.
+
+        They serve trees of many bodies with contacts in families only.
+        """
+        model = self.model
+        driven = any(link.driven for link in model.links)
+        if not model.families or model.contacts or model.switched or driven:
+            return None
+        motion = self._large()
+        if motion is None:
+            return None
+        if "large inverse" not in self._programs:
+            self._programs["large inverse"] = Program(LoopedSet(model, "inverse"))
+        return motion, self._programs["large inverse"]
 
     def _motion(self, state: State) -> Motion:
         return motion(self.model, state, self.active)

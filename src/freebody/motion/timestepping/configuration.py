@@ -6,23 +6,56 @@ from ...native.instructions import Reals, compiled, root
 from ..cones.block_rows import dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
+from ..families.inertia import mass_blocks
 from .elimination import answer, factor, hold
-from .stepping_record import CONSTRAINTS, MASS, NONE, Contacts, Gaps, Machine, Run
+from .pairs import close_pairs, lay_pairs
+from .stepping_record import CONSTRAINTS, FULL, MASS, NONE, Contacts, Gaps, Machine, Run
 
 CLOSED_GAP = 1e-10
 FAR = 1e300
 
 
 @compiled
-def evaluate(run: Run, t: float, constraints: int) -> int:
-    """Evaluate the machine at z, and factor M and the first ``constraints`` constraints; return a failure or NONE."""
-    run.machine.system(t, run.z, run.machine.c, run.outputs)
-    hide(run.contacts, run.now)
-    if factor(run.elimination, run.M) == 0:
+def evaluate(run: Run, t: float, constraints: int, near: float) -> int:
+    """Evaluate the machine at z, and factor M and the first ``constraints`` constraints; return a failure or NONE.
+
+    Pairs of families are found up to the gap ``near``.
+    """
+    if run.machine.looped == 0:
+        run.machine.system(t, run.z, run.machine.c, run.outputs)
+        hide(run.contacts, run.now)
+    if lay_pairs(run, t, near) == 0:
+        return FULL
+    if run.machine.looped == 1:
+        loads_at(run.machine, t, run.z, run.f)
+    if inertia(run) == 0:
         return MASS
     if hold(run.elimination, run.W, constraints) == 0:
         return CONSTRAINTS
     return NONE
+
+
+@compiled
+def inertia(run: Run) -> int:
+    """Factor M; return 0 if it is not positive definite. That of bodies alone is constant."""
+    links = run.families.links
+    if run.machine.looped == 1:
+        if links.varying == 0 and links.known == 1:
+            return 1
+        mass_blocks(links, run.problem.blocks, run.M)
+        links.known = 1
+    return factor(run.elimination, run.M)
+
+
+@compiled
+def loads_at(machine: Machine, t: float, y: Reals, f: Reals) -> None:
+    """Set f at a state."""
+    if machine.looped == 0:
+        machine.loading(t, y, machine.c, f)
+    else:
+        machine.loading(t, y, machine.of_loading, machine.bias)
+        for i in range(machine.n):
+            f[i] = -machine.bias[machine.order[i]]
 
 
 @compiled
@@ -51,20 +84,24 @@ def hide(contacts: Contacts, gaps: Gaps) -> None:
 
 
 @compiled
-def close(run: Run, friction: int) -> None:
-    """Set the rows of the problem to those of the closed contacts; tangent rows only if ``friction`` is not 0."""
+def close(run: Run, friction: int, near: float) -> None:
+    """Set the rows of the problem to those of the contacts with gaps up to ``near``.
+
+    Tangent rows only if ``friction`` is not 0.
+    """
     contacts, problem = run.contacts, run.problem
     count, row = 0, 0
     for e in range(contacts.count):
         tangents = contacts.tangents[e]
-        if run.now.gap[e] <= CLOSED_GAP:
+        if run.now.gap[e] <= near:
             for k in range(1 + tangents if friction != 0 else 1):
                 problem.rows[count], problem.mu[count] = row + k, contacts.mu[e]
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
                 contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
                 count += 1
         row += 1 + tangents
-    problem.count = count
+    problem.count = contacts.closed = count
+    close_pairs(run, friction)
 
 
 @compiled

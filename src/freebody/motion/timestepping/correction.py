@@ -12,8 +12,9 @@ import math
 from ...native.instructions import compiled, greater
 from ..cones.block_rows import along
 from ..cones.sweeps import solve
-from .configuration import answers, close, evaluate, hide, normalize, put_speeds
+from .configuration import CLOSED_GAP, answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
+from .pairs import deepest, pair_gap
 from .stepping_record import NONE, NOT_FINITE, OVERLAP, Run
 
 DEEP = 1e-10
@@ -50,28 +51,30 @@ def correct(run: Run, t: float) -> int:
 def overlap(run: Run, t: float) -> float:
     """Evaluate gaps and φ at z; return the greatest depth."""
     depth = 0.0
-    run.machine.closing(t + run.h, run.z, run.machine.c, run.end.outputs)
-    hide(run.contacts, run.end)
+    if run.machine.looped == 0:
+        run.machine.closing(t + run.h, run.z, run.machine.c, run.end.outputs)
+        hide(run.contacts, run.end)
     for e in range(run.contacts.count):
         depth = greater(depth, -run.end.gap[e])
-    return depth
+    return deepest(run, t, depth)
 
 
 @compiled
 def separate(run: Run, t: float, depth: float) -> int:
     """Move z by one step: 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ)."""
     machine, problem, shift, count = run.machine, run.problem, run.free, run.holonomic
-    failure = evaluate(run, t + run.h, count)
+    near = greater(CLOSED_GAP, depth)  # those as near as the deepest one is deep may be met on the way
+    failure = evaluate(run, t + run.h, count, near)
     if failure != NONE:
         return failure
     for i in range(machine.n):
         shift[i] = 0.0
     meet(run.elimination, run.W, run.now.phi, count, shift, run.lam)
-    close(run, 0)
+    close(run, 0, near)
     problem.reference = TINY
     for a in range(problem.count):
         problem.x[a] = 0.0
-        gap = run.now.gap[run.contacts.owner[a]]
+        gap = run.now.gap[run.contacts.owner[a]] if a < run.contacts.closed else pair_gap(run, a)
         problem.b[a] = gap + along(problem.blocks, problem.rows[a], run.W, shift)
         problem.reference = greater(problem.reference, abs(problem.b[a]))
     answers(run, count)

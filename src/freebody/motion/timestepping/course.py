@@ -16,11 +16,13 @@ import numpy as np
 
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import kinetic_energy, potential_energy
+from ...dynamics.kinematics import Spot
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
 from ...dynamics.unilateral import MotionWarning, limits
 from ...errors import SimulationError
+from ...scalar.algebra import ZERO
 from ..contact.course import Change, ContactMotion, Timeline, shown
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Path, observe
@@ -29,12 +31,11 @@ from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
 from ..trajectory.quantities import ByName, Energy
-from .stepped_kernels import gaps, mean_reactions, stepping
+from .pair_motion import MODES, OfFamilies, pair_motion, wrenches
+from .stepped_kernels import bodies_in_families, gaps, mean_reactions, stepping
 
-MODES = ("open", "stick", "slip", "slip+", "slip-")
-"""Names of the contact modes, by the numbers that the loop gives them (`moreau.march`)."""
-
-
+IMPULSES = [0, 1, 2, 4, 5, 6]
+"""Columns of the entries of pairs that are impulses."""
 LOOKS = 33
 """Number of moments of a run at which the energy is checked for an artificial gain."""
 CLOSED = 1e-9
@@ -76,7 +77,8 @@ class Impulses:
 
     ``contacts`` (m) and ``constraints`` (all conditions): impulses [N s]. ``works`` [J]: of contacts and blows; of
     loads and constraints. ``modes`` (E): indices into :data:`MODES`. ``blows``: for each step with blows, a list of
-    (name, [(point, impulse, moment impulse)]).
+    (name, [(point, impulse, moment impulse)]). ``pairs``: for each step, an entry for each pair of families that
+    presses (`families.family_record.ENTRY`).
     """
 
     contacts: Array
@@ -84,6 +86,7 @@ class Impulses:
     works: Array
     modes: Any
     blows: Mapping[int, Sequence[tuple[str, Any]]]
+    pairs: tuple[Array, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -172,6 +175,9 @@ class InSteps:
 
     def _of_steps(self, steps: Any) -> tuple[Array, Array]:
         """Return the mean reactions and the mean power of the drives in these steps."""
+        model = self.kernels.model
+        if model.families and all(link.kind == "free" for link in model.links):
+            return np.zeros((len(steps), 6 * len(model.joints))), np.zeros(len(steps))
         program = mean_reactions(self.kernels)
         if len(self.path.times) < 2:
             return np.zeros((len(steps), program.outputs("reactions"))), np.zeros(len(steps))
@@ -189,6 +195,7 @@ class InSteps:
             udot,
             self.impulses.contacts[steps] / lengths,
             self.impulses.constraints[steps] / lengths,
+            wrenches(self.kernels.model, self.impulses.pairs, steps) / lengths,
         ]
         given = np.concatenate([middle, u, *known], axis=1)
         found = self._observed(program, "reactions", t + h / 2, given)
@@ -206,7 +213,12 @@ class InSteps:
             for _, acting in self.impulses.blows[step]
             for point, P, n in acting
         ]
-        udot, forces, multipliers = (x.tolist() for x in known)
+        udot, forces, multipliers, wrenches = (x.tolist() for x in known)
+        bodies = bodies_in_families(model).values()
+        blows += [
+            (Spot(body, ZERO), tuple(wrenches[6 * k : 6 * k + 3]), tuple(wrenches[6 * k + 3 : 6 * k + 6]))
+            for k, body in enumerate(bodies)
+        ]
         moving = forced_motion(model, state, udot, forces, multipliers, blows)
         found = all_reactions(model, state, moving)
         return (
@@ -293,8 +305,9 @@ class InSteps:
         with np.errstate(over="ignore", invalid="ignore"):
             made = T + V - T[0] - V[0] - work[some].sum(axis=1)
             had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
+            pairs = [np.abs(log[:, :3]).sum() for log in self.impulses.pairs] or 0.0
             pressed = (
-                np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1))])
+                np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1) + pairs)])
                 / self.stepping.step
             )
             had += CLOSED * pressed[some] + ROUNDED * np.maximum.accumulate(
@@ -346,7 +359,9 @@ class InSteps:
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
                 np.where(mode == "open", np.nan, margin), mode, lam,
             )  # fmt: skip
-        return ByName("contact", result)
+        if not model.families:
+            return ByName("contact", result)
+        return OfFamilies(result, lambda *pair: pair_motion(self, motion, *pair), model.families)
 
     def modes(self, motion: ComputedMotion) -> Timeline:
         """Return the modes of every contact: from the beginning of the first step to the end of the last, and why each

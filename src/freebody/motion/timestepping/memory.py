@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from ..families.memory import fill
 from ..kernels.kernels import Kernels, Program
 from ..start.initial import number
 from .stepped_kernels import Shape
@@ -13,20 +15,30 @@ from .stepping_record import Run
 
 
 def memory_of(
-    kernels: Kernels, values: Mapping[str, float], program: Program, shape: Shape, tangents: Sequence[int]
-) -> Run:
-    """Return the memory of the loop for a machine."""
+    kernels: Kernels, values: Mapping[str, float], program: Program, shape: Shape, tangents: Sequence[int],
+    pairs: int = 0,
+) -> tuple[Run, Any]:  # fmt: skip
+    """Return the memory of the loop for a machine, with room for some pairs of families, and what must live with it."""
     model = kernels.model
     n, n_q, held, E = model.n_u, model.n_q, len(shape.held), len(tangents)
     m = E + sum(tangents)
     run = Run.made(
-        n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m, 1), rows=m, squares=int(shape.squares[-1]),
-        constraints=held, holonomic=shape.holonomic, pairs=held * held,
+        n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m + 3 * pairs, 1), rows=m,
+        squares=int(shape.squares[-1]), constraints=held, holonomic=shape.holonomic, conditions=held * held,
+        members=max(sum(len(family.members) for family in model.families), 1), pairs=max(pairs, 1),
     )  # fmt: skip
     machine, contacts, problem = run.machine, run.contacts, run.problem
     machine.turning, machine.order = int(shape.turning), shape.order
-    for name in ("system", "closing", "moving", "loading"):
-        setattr(machine, name, program.address(name))
+    looped = kernels.looped()
+    if looped is None:
+        for name in ("system", "closing", "moving", "loading"):
+            setattr(machine, name, program.address(name))
+    else:
+        machine.looped, machine.moving = 1, program.address("moving")
+        machine.loading = looped[1].address("bias")
+        machine.of_loading = looped[1].constants(kernels.parameters(values))
+    run.families.pairs.most = pairs
+    owned = fill(run.families, kernels, values, shape.order, shape.blocks) if pairs else ()
     machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)
     for i in model.quaternions:
         machine.turned[i : i + 4] = 1
@@ -36,14 +48,19 @@ def memory_of(
         np.array([number(model, values, getattr(c, field), name) for c in model.contacts])
         for field, name in (("friction", "mu"), ("restitution", "restitution"))
     )
+    pieces, row_first, row_at = (
+        np.concatenate([part, np.zeros(room * pairs, dtype=np.int64)])
+        for part, room in ((shape.pieces, 6), (shape.row_first, 3), (shape.row_at, 3))
+    )
     for blocks in (problem.blocks, run.elimination.blocks):
         blocks.n, blocks.count = n, len(shape.blocks) - 1
         blocks.starts, blocks.squares = shape.blocks, shape.squares
-        blocks.pieces, blocks.first, blocks.at = shape.pieces, shape.row_first, shape.row_at
+        blocks.pieces, blocks.first, blocks.at = pieces, row_first, row_at
     run.elimination.contact_rows = m
     sizes = {
         "M": int(shape.squares[-1]), "f": n, "gap": E, "reach": len(shape.reach_of), "rates": m,
-        "constraint_rates": held, "phi": shape.holonomic, "W": int(shape.row_at[-1]),
+        "constraint_rates": held, "phi": shape.holonomic, 
+        "W": int(shape.row_at[-1]) + 6 * pairs * int(np.diff(shape.blocks).max(initial=0)),
     }  # fmt: skip
     run.outputs = np.zeros(sum(sizes.values()))
     parts = dict(zip(sizes, np.split(run.outputs, np.cumsum(list(sizes.values()))[:-1]), strict=True))
@@ -55,4 +72,4 @@ def memory_of(
         setattr(run.now, name, parts[name])
         setattr(run.end, name, ends[k])
     problem.W, problem.X = run.W, np.zeros(len(run.W))
-    return run
+    return run, owned

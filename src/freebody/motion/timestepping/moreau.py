@@ -30,22 +30,19 @@ import math
 
 from ...native.instructions import compiled, greater, lesser
 from ..cones.block_rows import along, dot, magnitude
-from ..cones.contact_problem import FIRST, LINE, NORMAL
+from ..cones.contact_problem import NORMAL
 from ..cones.sweeps import solve
-from .configuration import answers, close, evaluate, normalize, put_speeds
+from .configuration import CLOSED_GAP, answers, close, evaluate, loads_at, normalize, put_speeds
 from .correction import correct
 from .elimination import block_back, meet
 from .loads import change_loads, imbalance
+from .pairs import begin_pairs, log_pairs, mode, room_left
 from .stepping_record import (
-    BACKWARDS,
     CONTACTS,
-    FORWARDS,
     LOADS,
     NONE,
     NOT_FINITE,
     OPEN,
-    SLIP,
-    STICK,
     Run,
 )
 
@@ -61,8 +58,8 @@ TINY = 1e-300
 @compiled
 def march(run: Run) -> int:
     """Do ``run.steps`` steps from y; return the number done. If a step fails, ``run.failure`` says why."""
-    run.done, run.failure = 0, NONE
-    while run.done < run.steps and run.failure == NONE:
+    run.done, run.failure, run.logged = 0, NONE, 0
+    while run.done < run.steps and run.failure == NONE and room_left(run) == 1:
         t = run.t + run.done * run.h
         run.failure = midpoint(run, t)  # 1: q_M = q + h/2 q'(q, u)
         if run.failure == NONE:
@@ -90,14 +87,15 @@ def midpoint(run: Run, t: float) -> int:
         z[machine.n_q + i] = y[machine.n_q + i]
         run.u[i] = y[machine.n_q + machine.order[i]]
     normalize(machine, z)
-    failure = evaluate(run, t + 0.5 * run.h, run.constraints)
+    failure = evaluate(run, t + 0.5 * run.h, run.constraints, CLOSED_GAP)
     if failure != NONE:
         return failure
-    close(run, 1)
+    close(run, 1, CLOSED_GAP)
     contacts, problem = run.contacts, run.problem
-    for a in range(problem.count):
+    for a in range(contacts.closed):
         r = problem.rows[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
+    begin_pairs(run)
     answers(run, run.constraints)
     return NONE
 
@@ -126,7 +124,7 @@ def velocities(run: Run, t: float) -> int:
         for i in range(machine.n):
             run.u_mean[i] = run.u[i] + 0.5 * (run.free[i] + problem.v[i])
         put_speeds(machine, run.z, run.u_mean)
-        machine.loading(t + 0.5 * run.h, run.z, machine.c, loads.f)
+        loads_at(machine, t + 0.5 * run.h, run.z, loads.f)
         size = imbalance(run)
         if not math.isfinite(size):
             return NOT_FINITE
@@ -202,15 +200,17 @@ def account(run: Run) -> None:
     for e in range(contacts.count):
         run.modes[k * contacts.count + e] = OPEN
     for a in range(problem.count):
-        contacts.guess[problem.rows[a]] = problem.x[a]
+        if a < contacts.closed:
+            contacts.guess[problem.rows[a]] = problem.x[a]
         for i in range(run.constraints):
             run.lam[i] -= elimination.sigma[a, i] * problem.x[a]
         after = problem.r[a]
         if problem.kinds[a] == NORMAL:
             after -= contacts.rebound[a] * contacts.before[a]
-            if problem.x[a] > 0.0:
+            if problem.x[a] > 0.0 and a < contacts.closed:
                 run.modes[k * contacts.count + contacts.owner[a]] = mode(run, a)
         struck += 0.5 * problem.x[a] * (contacts.before[a] + after)
+    log_pairs(run)
     for r in range(contacts.rows):
         run.impulses[k, r] = contacts.guess[r]
     for i in range(run.machine.n):
@@ -221,20 +221,6 @@ def account(run: Run) -> None:
         held += run.lam[i] * along(problem.blocks, r, run.W, run.u_mean)
     run.works[k, 0] = struck + dot(run.blow, run.u_mean, run.machine.n)
     run.works[k, 1] = held
-
-
-@compiled
-def mode(run: Run, a: int) -> int:
-    """Return the mode of the pressed contact whose normal is row ``a``."""
-    problem = run.problem
-    still, last = 100.0 * run.tolerance * problem.reference, problem.count - 1
-    if a < last and problem.kinds[a + 1] == LINE:
-        v = problem.r[a + 1]
-        return FORWARDS if v > still else (BACKWARDS if v < -still else STICK)
-    if a < last and problem.kinds[a + 1] == FIRST:
-        v, w = problem.r[a + 1], problem.r[a + 2]
-        return SLIP if v * v + w * w > still * still else STICK
-    return STICK
 
 
 @compiled

@@ -16,9 +16,11 @@ from ...dynamics.constraints import linearized, rows
 from ...dynamics.contact import contact_rows, touches
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
+from ...dynamics.kinematics import Spot
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
+from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
 from ..kernels.kernels import Kernels, Program
 from ..phase.candidates import layout_of
@@ -52,14 +54,17 @@ class Shape:
     turning: bool
 
 
-def _nonzero(x: Any) -> bool:
-    return isinstance(x, Traced) or x != 0
+def _places(row: Sequence[Any]) -> list[int]:
+    """Return the places of the numbers of a row that are not zero."""
+    return [j for j, x in enumerate(row) if isinstance(x, Traced) or x != 0]
 
 
 def _shape(
-    model: Model, M: Any, W: Any, G: Any, held: Sequence[int], reaches: Sequence[int], turning: bool
-) -> Shape:
-    n = len(M)
+    model: Model, coupled: Sequence[Sequence[int]], moved: Sequence[Sequence[int]], held: Sequence[int],
+    reaches: Sequence[int], turning: bool,
+) -> Shape:  # fmt: skip
+    """Return the shape for the speeds of which M or G couple some, and those that each row of W and G has."""
+    n = model.n_u
     root = list(range(n))
 
     def find(i: int) -> int:
@@ -67,9 +72,7 @@ def _shape(
             i = root[i]
         return i
 
-    for group in (*([j for j in range(n) if _nonzero(row[j])] for row in M), *(
-        [j for j in range(n) if _nonzero(row[j])] for row in G
-    )):  # fmt: skip
+    for group in coupled:
         for a, b in zip(group, group[1:], strict=False):
             i, j = sorted((find(a), find(b)))
             root[j] = i
@@ -79,7 +82,7 @@ def _shape(
     groups = list(members.values())
     block_of = {i: k for k, group in enumerate(groups) for i in group}
     first, tangents, m = layout_of(model)
-    over = [sorted({block_of[j] for j in range(n) if _nonzero(row[j])}) for row in (*W, *G)]
+    over = [sorted({block_of[j] for j in speeds}) for speeds in moved]
     for at, count in zip(first, tangents, strict=True):  # all rows of a contact cover the same blocks
         whole = sorted({k for r in range(at, at + 1 + count) for k in over[r]})
         over[at : at + 1 + count] = [whole] * (1 + count)
@@ -103,6 +106,17 @@ def _shape(
     )
 
 
+def speeds_inward(model: Model) -> list[list[int]]:
+    """Return the speeds that move each link: a body of a family has its row over the whole of their blocks."""
+    result: list[list[int]] = []
+    for link in model.links:
+        own = [j for j, _ in link.partials]
+        if link.u >= 0:
+            own = list(range(link.u, link.u + (6 if link.kind == "free" else 3)))
+        result.append(own + (result[link.parent] if link.parent >= 0 else []))
+    return result
+
+
 def _depend(outputs: Sequence[Any], inputs: Sequence[Any]) -> bool:
     """Return True if an output depends on an input."""
     traced = [x for x in outputs if isinstance(x, Traced)]
@@ -113,8 +127,14 @@ def _depend(outputs: Sequence[Any], inputs: Sequence[Any]) -> bool:
 
 
 def stepping(kernels: Kernels) -> tuple[Program, Shape]:
-    """Return the functions ``system``, ``closing``, ``moving``, ``loading`` (`stepping_record`) and their shape."""
+    """Return the functions ``system``, ``closing``, ``moving``, ``loading`` (`stepping_record`) and their shape.
+
+    The program of a looped machine has ``moving`` only.
+    """
     model = kernels.model
+    looped = kernels.looped()
+    if looped is not None:
+        return looped[0], _shape(model, speeds_inward(model), [], (), (), True)
     kinds = rows(model)
     held = sorted(kernels.active, key=lambda i: (kinds[i].on_speeds, i))
     holonomic = [i for i in held if not kinds[i].on_speeds]
@@ -126,7 +146,11 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         M, W, G = mass_matrix(model, state), given.matrix, [conditions.matrix[i] for i in held]
         f = [-x for x in bias(model, state)]
         turning = _depend(f, state.u)
-        shape = shapes["stepping"] = _shape(model, M, W, G, held, [len(one) for one in reaches], turning)
+        coupled, moved = ([_places(row) for row in matrix] for matrix in ([*M, *G], [*W, *G]))
+        if model.families:
+            coupled += speeds_inward(model)
+        shape = _shape(model, coupled, moved, held, [len(one) for one in reaches], turning)
+        shapes["stepping"] = shape
         groups = [shape.order[a:b].tolist() for a, b in zip(shape.blocks, shape.blocks[1:], strict=False)]
         closing = [*given.gap, *(x for one in reaches for x in one)]
         residuals = [conditions.residual[i] for i in holonomic]
@@ -169,18 +193,30 @@ def mean_reactions(kernels: Kernels) -> Program:
     """Return the functions ``reactions`` (force and moment of each joint) and ``drive`` (power of drives) of a step.
 
     Their arguments are the state (q_M, u) of the step, then (u⁺ - u)/h, the contact forces Λ/h and the multipliers λ/h
-    of all conditions.
+    of all conditions; last, for each of `bodies_in_families`, the force of its families and its moment about the
+    ground's origin.
     """
     model = kernels.model
     _, _, m = layout_of(model)
-    n, count = model.n_u, len(rows(model))
+    n, count, bodies = model.n_u, len(rows(model)), bodies_in_families(model)
 
     def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
-        moving = forced_motion(model, state, given[:n], given[n : n + m], given[n + m :])
+        end = n + m + count
+        pressed = [
+            (Spot(body, ZERO), tuple(given[k : k + 3]), tuple(given[k + 3 : k + 6]))
+            for body, k in zip(bodies.values(), range(end, end + 6 * len(bodies), 6), strict=True)
+        ]
+        moving = forced_motion(model, state, given[:n], given[n : n + m], given[n + m : end], pressed)
         found = all_reactions(model, state, moving)
         return {
             "reactions": [x for name in found for vector in found[name] for x in vector],
             "drive": [drive_power(model, state, moving.udot, moving.loads)],
         }
 
-    return kernels.program("mean reactions", functions, n + m + count)
+    return kernels.program("mean reactions", functions, n + m + count + 6 * len(bodies))
+
+
+def bodies_in_families(model: Model) -> dict[str, Any]:
+    """Return the bodies that have members of families, by name, without the ground."""
+    shapes = [member.shape for family in model.families for member in family.members]
+    return {shape.body.name: shape.body for shape in shapes if not shape.body.is_ground}

@@ -6,9 +6,10 @@ from typing import Annotated
 
 from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 from ..cones.contact_problem import Blocks, ContactProblem, Sweeping
+from ..families.family_record import Families
 
-NONE, CONTACTS, MASS, CONSTRAINTS, OVERLAP, NOT_FINITE, LOADS = range(7)
-"""Reasons why a step fails."""
+NONE, CONTACTS, MASS, CONSTRAINTS, OVERLAP, NOT_FINITE, LOADS, FULL = range(8)
+"""Reasons why a step fails; FULL: more pairs of families are closed than there is room for."""
 OPEN, STICK, SLIP, FORWARDS, BACKWARDS = range(5)
 """Modes of a contact in a step; the last two are the slips in a plane."""
 
@@ -21,11 +22,16 @@ class Machine(Record):
     ``closing``   gaps, reaches, φ
     ``moving``    q' (n_q), power of the loads
     ``loading``   f (n), which depends on the speeds if ``turning`` is 1
+    ``looped``    1 for many bodies (`Kernels.looped`): ``loading``, with the constants ``of_loading``, gives ``bias``,
+                  -f by the model's speeds, M follows from the poses of the links,
+                  ``system`` and ``closing`` give nothing
     ``order``     model speed at each place in block order
     ``quaternions``    components at which unit quaternions begin; ``turned``: 1 for each component of one
     """
 
     c: Row
+    of_loading: Row
+    looped: Count
     system: Kernel
     closing: Kernel
     moving: Kernel
@@ -34,6 +40,7 @@ class Machine(Record):
     n_q: Count
     n: Count
     order: Wholes
+    bias: Annotated[Row, "n"]
     n_quaternions: Count
     quaternions: Wholes
     turned: Annotated[Wholes, "n_q"]
@@ -53,7 +60,8 @@ class Gaps(Record):
 class Contacts(Record):
     """Contacts of a machine, and where they are closed.
 
-    ``tangents``, ``mu``, ``restitution``    of each contact; ``rows``: number of all rows
+    ``tangents``, ``mu``, ``restitution``    of each contact; ``rows``: number of all rows; ``closed``: those of the
+                      problem, before the rows of pairs of families
     ``reach_of``      contact of each reach
     ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
     ``before``        rate of each row of the problem at the beginning of the step
@@ -62,6 +70,7 @@ class Contacts(Record):
 
     count: Count
     rows: Count
+    closed: Whole
     reaches: Count
     tangents: Wholes
     mu: Row
@@ -87,8 +96,8 @@ class Elimination(Record):
     contact_rows: Count
     L: Annotated[Row, "squares"]
     K: Annotated[Rows, "constraints", "n"]
-    S: Annotated[Row, "pairs"]
-    GK: Annotated[Row, "pairs"]
+    S: Annotated[Row, "conditions"]
+    GK: Annotated[Row, "conditions"]
     sigma: Annotated[Rows, "most", "constraints"]
     rates: Annotated[Row, "constraints"]
     share: Annotated[Row, "constraints"]
@@ -120,6 +129,8 @@ class Run(Record):
     ``tolerance``, ``most_sweeps``    of the contact problem of a step
     ``states``, ``impulses``, ``works``, ``modes``    a row for each step: state at its end; impulses of contacts and
                            constraints; work of contacts and blows, of loads and constraints; mode of each contact
+    ``log``, ``logged``    an entry for each pair of families that presses; their number, and the room;
+                           ``log_end``: their number after each step
     ``blow``               generalized impulse J of blows in the next step
     ``residual``, ``sweeps``, ``depth``    greatest residual, number of sweeps, greatest depth at the end of a step
     ``overlap``            what a failed correction leaves
@@ -143,6 +154,7 @@ class Run(Record):
     constraints: Count
     holonomic: Count
     machine: Machine
+    families: Families
     contacts: Contacts
     elimination: Elimination
     problem: ContactProblem
@@ -150,6 +162,10 @@ class Run(Record):
     loads: Loads
     y: Row
     states: Rows
+    log: Rows
+    log_room: Whole
+    logged: Whole
+    log_end: Wholes
     impulses: Rows
     works: Rows
     modes: Wholes

@@ -18,9 +18,12 @@ from ...dynamics.impulse import blows_on, generalized_impulse
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
+from ..cones.contact_problem import NORMAL
 from ..cones.dense_problem import DenseProblem
 from ..contact.motion import check_coefficients
 from ..ending import End
+from ..families.family_record import ENTRY
+from ..families.memory import label_of
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
 from ..legs.impulse import resolved_blow
@@ -33,17 +36,21 @@ from ..start.signals import refuse_switched
 from ..trajectory.event import expressions_of
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
-from .course import Impulses, InSteps, Stepping, Steps
+from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
 from .failure import ACCEPTED, MOST_SWEEPS, failure
 from .memory import memory_of
 from .stepped_kernels import stepping
-from .stepping_record import CONTACTS, NONE
+from .stepping_record import CONTACTS, FULL, NONE
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
 SWEEPS = 3_000
 """Sweeps of one problem before Newton's method takes over (`DenseProblem`); ten times as many if that fails."""
+DENSE = 900
+"""Limit on the rows of a problem that Newton's method gets, whose matrix is dense."""
+PAIRS = 64
+"""Least room for closed pairs of families; it doubles where it does not suffice."""
 BLOCK = 1000
 """Steps between two checks of events, progress and the keyboard; fewer in proportion with more than ten contacts."""
 
@@ -66,7 +73,7 @@ def _run_of(problem: Problem) -> _Run:
     request, kernels, values = problem.request, problem.kernels, problem.numbers
     model, step, begin, end = kernels.model, request.step, problem.begin, problem.end
     refuse_switched(model, 'method="timestepping"')
-    if not model.contacts:
+    if not (model.contacts or model.families):
         raise SimulationError(
             "method='timestepping' is for machines with contacts, and this one has none. Take method='auto'."
         )
@@ -124,8 +131,10 @@ class _Run:
         self.program, self.shape = stepping(kernels)
         self.constants = self.program.constants(self.parameters)
         self.first, self.tangents, self.rows = layout_of(model)
-        self.memory = memory_of(kernels, values, self.program, self.shape, self.tangents)
-        self.memory.h, self.memory.machine.c = h, self.constants
+        self.pairs = (
+            PAIRS + 6 * sum(len(family.members) for family in model.families) if model.families else 0
+        )
+        self._make_room()
         self.march = loop.code("motion.timestepping.moreau", "march")
         timed, self.called = scheduled(kernels, values, blows, begin, end)
         self.timed: dict[int, list[Blow]] = {}
@@ -137,9 +146,18 @@ class _Run:
         self.asked = len(specs)
         self.specs = [*specs, *calls]
         self.expressions = [*problem.expressions, *expressions_of(model, calls)]
-        self.parts: list[list[Array]] = [[], [], [], []]  # states, impulses, works, modes
+        self.parts: list[list[Array]] = [[], [], [], [], []]  # states, impulses, works, modes, logs of pairs
         self.blows: dict[int, list[tuple[str, Any]]] = {}
         self.done = 0
+
+    def _make_room(self) -> None:
+        """Make the memory, with room for ``pairs`` closed pairs of families."""
+        self.memory, self.owned = memory_of(
+            self.kernels, self.values, self.program, self.shape, self.tangents, self.pairs
+        )
+        self.memory.h, self.memory.machine.c = self.h, self.constants
+        self.memory.log_room = 4 * self.pairs
+        self.memory.log = np.empty((max(self.memory.log_room, 1), ENTRY))
 
     def motion(self, between: Progress) -> Trajectory:
         n = self.model.n_q + self.model.n_u
@@ -163,6 +181,10 @@ class _Run:
 
     def _check_start(self, y: Array) -> None:
         program, E = self.program, len(self.first)
+        if self.pairs:
+            self._check_pairs(y)
+        if E == 0:
+            return
         found = observe(
             program.address("closing"),
             program.outputs("closing"),
@@ -179,11 +201,31 @@ class _Run:
                 f"{depth[worst]:.6g} m deep. Begin with every gap at zero or above."
             )
 
+    def _check_pairs(self, y: Array) -> None:
+        """Refuse members of families that begin inside each other."""
+        while True:
+            self.memory.z[: len(y)] = y
+            deepest = loop.code("motion.timestepping.pairs", "deepest")
+            depth = deepest(self.memory, self.begin - self.h, 0.0)
+            pairs = self.memory.families.pairs
+            if pairs.count <= pairs.most:
+                break
+            self.pairs *= 2
+            self._make_room()
+        if depth > 1e-9:
+            k = int(pairs.touch[: pairs.count, 0].argmin())
+            label = label_of(self.model, int(pairs.first[k]), int(pairs.second[k]))
+            raise SimulationError(
+                f"The initial state of '{self.model.name}' has contact '{label}' {depth:.6g} m deep. "
+                "Begin with every gap at zero or above."
+            )
+
     def _advanced(self, y: Array) -> tuple[Array, Crossing | None]:
         """Return the state some steps later, and the terminal event if one occurs before it."""
         now = [*self.timed.pop(self.done, []), *self.timed.pop(-1, [])]
         watched = bool(self.called) or any(spec.terminal for spec in self.specs)
-        block = max(1, BLOCK // (10 if watched else 1) // (1 + len(self.first) // 10))
+        contacts = len(self.first) + self.memory.families.members.count
+        block = max(1, BLOCK // (10 if watched else 1) // (1 + contacts // 10))
         size = 1 if now else min(block, min(self.timed, default=self.count) - self.done)
         size = min(size, self.count - self.done)
         before = y.copy()
@@ -242,8 +284,8 @@ class _Run:
     def _steps(self, y: Array, size: int) -> list[Any]:
         """Return states, impulses, works and modes of the next steps; ``y`` becomes the last state."""
         E, width = len(self.first), self.rows + len(self.shape.held)
-        found = [np.empty((size, columns)) for columns in (len(y), width, 2)]
-        found.append(np.empty((size, E), dtype=np.int64))
+        found: list[Any] = [np.empty((size, columns)) for columns in (len(y), width, 2)]
+        found += [np.empty((size, E), dtype=np.int64), np.empty(size, dtype=object)]
         t, run = self.begin + self.done * self.h, self.memory
         got, sweeps, bound = 0, SWEEPS, RESIDUAL
         while got < size:
@@ -254,6 +296,16 @@ class _Run:
             if done:
                 sweeps, bound = SWEEPS, RESIDUAL
             if got == size or (done and run.failure == NONE):
+                continue
+            if run.failure == FULL:
+                self.pairs *= 2
+                self._make_room()
+                self.memory.residual, self.memory.depth, self.memory.sweeps = (
+                    run.residual,
+                    run.depth,
+                    run.sweeps,
+                )
+                self.memory.blow[:], run = run.blow, self.memory
                 continue
             close = sweeps > SWEEPS and run.problem.residual <= ACCEPTED
             if run.failure == CONTACTS and (sweeps <= MOST_SWEEPS or (close and bound < ACCEPTED)):
@@ -269,23 +321,38 @@ class _Run:
         """Run the loop until the arrays are full or a step fails; return the number of steps done."""
         run = self.memory
         run.t, run.tolerance, run.most_sweeps, run.steps = t, tolerance, most_sweeps, len(results[0])
-        run.y, (run.states, run.impulses, run.works, run.modes) = y, results
-        return int(self.march(run))
+        run.y, (run.states, run.impulses, run.works, run.modes, logs) = y, results
+        run.log_end = np.zeros(max(run.steps, 1), dtype=np.int64)
+        done = int(self.march(run))
+        if self.pairs:
+            ends = [0, *run.log_end[:done].tolist()]
+            for k in range(done):
+                logs[k] = run.log[ends[k] : ends[k + 1]].copy()
+        return done
 
     def _by_newton(self) -> bool:
         """Solve by Newton's method the problem on which the sweeps failed; return True if this succeeds.
 
         The guess of the next attempt is the solution, or else the impulses that the sweeps reached.
         """
-        problem, guess = self.memory.problem, self.memory.contacts.guess
-        rows, x = problem.rows[: problem.count], problem.x[: problem.count].copy()
+        problem, contacts, pairs = self.memory.problem, self.memory.contacts, self.memory.families.pairs
+        x = problem.x[: problem.count].copy()
+        if len(x) > DENSE:
+            return False
         dense = DenseProblem.of(problem)
         goal = RESIDUAL * problem.reference / 3
         found = dense.polished(x, goal)
         if found is None:
             found = dense.solved(goal)
-        guess[:] = 0.0
-        guess[rows] = x if found is None else dense.projected(found)
+        guess = x if found is None else dense.projected(found)
+        contacts.guess[:] = 0.0
+        contacts.guess[problem.rows[: contacts.closed]] = guess[: contacts.closed]
+        pairs.known = pairs.count if self.pairs else 0
+        pairs.past[: pairs.known], pairs.impulses[: pairs.known] = pairs.ids[: pairs.known], 0.0
+        k = 0
+        for a in range(contacts.closed, len(x)):
+            k = 0 if problem.kinds[a] == NORMAL else k + 1
+            pairs.impulses[contacts.owner[a], k] = guess[a]
         return found is not None
 
     def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
@@ -293,8 +360,9 @@ class _Run:
         widths = (n, self.rows + held, 2, E)
         states, impulses, works, modes = (
             np.concatenate([np.empty((0, width)), *part])
-            for width, part in zip(widths, self.parts, strict=True)
+            for width, part in zip(widths, self.parts[:4], strict=True)
         )
+        logs = [np.empty((0, ENTRY)) if one is None else one for part in self.parts[4] for one in part]
         states = np.concatenate([self.start[None], states])
         moments = self.begin + h * np.arange(len(states), dtype=np.float64)
         if len(states) == self.count + 1:
@@ -306,9 +374,10 @@ class _Run:
                 np.concatenate([states[:k], stop.state[None]]),
                 np.append(moments[:k], stop.time),
             )
-            impulses, works, modes = impulses[:k].copy(), works[:k].copy(), modes[:k]
+            impulses, works, modes, logs = impulses[:k].copy(), works[:k].copy(), modes[:k], logs[:k]
             impulses[-1] *= part
             works[-1] *= part
+            logs[-1][:, IMPULSES] *= part
         seen = 0, n, self.constants, tuple(self.model.quaternions)
         rates = Rates(*seen, self.program, recipe=(Rates, *seen))
         specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
@@ -324,7 +393,7 @@ class _Run:
         steps = range(len(impulses))
         did = Impulses(
             impulses[:, : self.rows], constraints, works, modes.astype(np.int64),
-            {k: told for k, told in self.blows.items() if k in steps},
+            {k: told for k, told in self.blows.items() if k in steps}, tuple(logs),
         )  # fmt: skip
         run = self.memory
         sweeps = run.sweeps / max(self.done, 1)

@@ -181,10 +181,9 @@ class MachineDrawing:
 
 def round_walls(m: MachineDrawing) -> list[Array]:
     """Four points of each round wall of the ground, in ground axes [m]."""
-    shapes = [shape for contact in m.model.contacts for shape in (contact.feature, contact.surface)]
     return [
         fixed(m, shape.at) + sign * float(m.now.state(shape.radius)) * across
-        for shape in shapes
+        for shape in m.model.touching
         if m.view.planar and shape.body.is_ground and kind_of(shape) in ROUND
         for across in m.view.matrix
         for sign in (-1.0, 1.0)

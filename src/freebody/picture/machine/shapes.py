@@ -306,8 +306,7 @@ def _feet(model: Model, state: State, body: str) -> list[Array]:
     """Points of a body that touch other bodies: feet, axles, hangers."""
     return [
         np.array([float(x) for x in state.vector(shape.components)])
-        for contact in model.contacts
-        for shape in (contact.feature, contact.surface)
+        for shape in model.touching
         if kind_of(shape) == "point" and shape.body.name == body
     ]
 
@@ -387,20 +386,19 @@ def _wheels(model: Model, state: State, body: str) -> list[Primitive]:
 def _skins(model: Model, state: State, body: str) -> list[Primitive]:
     """Round surfaces of a body that touch other bodies: spheres, ellipsoids and disks."""
     skins: dict[Any, Primitive] = {}
-    for contact in model.contacts:
-        for shape in (contact.feature, contact.surface):
-            kind = kind_of(shape)
-            if shape.body.name != body or kind not in ("sphere", "ellipsoid", "circle") or shape in skins:
-                continue
-            at = np.array([float(x) for x in state.vector(shape.at)])
-            if kind == "ellipsoid":
-                a, b, c = (float(state(x)) for x in shape.half_axes)
-                skins[shape] = Primitive(kind, {"a": a, "b": b, "c": c}, at)
-            elif not shape.inside:
-                radius = {"radius": float(state(shape.radius))}
-                axis = (0, 0, 1) if kind == "sphere" else state.vector(shape.axis)
-                axes = axes_along(np.array([float(x) for x in axis]))
-                skins[shape] = Primitive("sphere" if kind == "sphere" else "disk", radius, at, axes)
+    for shape in model.touching:
+        kind = kind_of(shape)
+        if shape.body.name != body or kind not in ("sphere", "ellipsoid", "circle") or shape in skins:
+            continue
+        at = np.array([float(x) for x in state.vector(shape.at)])
+        if kind == "ellipsoid":
+            a, b, c = (float(state(x)) for x in shape.half_axes)
+            skins[shape] = Primitive(kind, {"a": a, "b": b, "c": c}, at)
+        elif not shape.inside:
+            radius = {"radius": float(state(shape.radius))}
+            axis = (0, 0, 1) if kind == "sphere" else state.vector(shape.axis)
+            axes = axes_along(np.array([float(x) for x in axis]))
+            skins[shape] = Primitive("sphere" if kind == "sphere" else "disk", radius, at, axes)
     return list(skins.values())
 
 

@@ -315,10 +315,9 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
             origin, normal = constraint.plane.components, constraint.normal[1]
             planes.append({"at": _numbers(state, origin), "normal": _numbers(state, normal)})
     surfaces: list[Any] = []
-    for contact in model.contacts:
-        for shape in (contact.feature, contact.surface):
-            if shape.body.is_ground and shape not in surfaces:
-                surfaces.append(shape)
+    for shape in model.touching:
+        if shape.body.is_ground and shape not in surfaces:
+            surfaces.append(shape)
     for shape in surfaces:
         if kind_of(shape) == "plane":
             planes.append({"at": _numbers(state, shape.at), "normal": _numbers(state, shape.normal)})

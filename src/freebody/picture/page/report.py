@@ -18,6 +18,7 @@ from ...dynamics.state import float_state
 from ...errors import FormatError, ModelError, SimulationError, TooManyTermsError, path_of
 from ...formats.files import replacing
 from ...model.assemble import assemble
+from ...model.family import text_of_members
 from ...model.model import Model
 from ...scalar.algebra import Vector
 from ...symbolic.equations import Equations
@@ -325,6 +326,16 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
             for contact in model.contacts
         ]
         parts.append(_table(("Contact", "Between", "Friction", "Restitution"), contacts))
+    if model.families:
+        families = [
+            (
+                family.name,
+                text_of_members(family),
+                *(f"{float(state(x)):.6g}" for x in (family.friction, family.restitution)),
+            )
+            for family in model.families
+        ]
+        parts.append(_table(("Family of contacts", "Members", "Friction", "Restitution"), families))
     kinds = [(name, type(item).__name__) for name, item in (*s.loads.items(), *s.constraints.items())]
     if kinds:
         parts.append(_table(("Load or constraint", "Type"), kinds))

@@ -136,7 +136,8 @@ def product(parts: Parts, name: str) -> dict[str, Any]:
         "state": state, "outputs": _whole(outputs), "count": len(outputs), "first": first, "columns": columns,
         "posed": int(not moving or reactions or parts.placed), "moving": int(moving), "pressed": int(reactions),
         "early": int(not speeds and name not in ("poses", "postures")),
-        "finished": int(moving or name == "jacobian"), "speeds": int(speeds), "momenta": int(name == "momentum"),
+        "finished": int(moving or name in ("jacobian", "moving")), "speeds": int(speeds),
+        "momenta": int(name == "momentum"),
         "energies": int(name.endswith("energy")),
     }  # fmt: skip
 

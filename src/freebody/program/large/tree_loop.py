@@ -76,6 +76,7 @@ class LoopedSet:
     """Kernels of one large model, with one vector c for all, in the form of a :class:`KernelSet`.
 
     The mode "motion" has these functions of t and y = (q, u): ``rates`` (q', u' and the power if there is any),
+    ``moving`` (q' and the power of loads), ``link_poses`` (rotation, place, motion in its axes of each link),
     ``accelerations``, ``energy`` (kinetic, potential), ``kinetic_energy``, ``poses`` (position, rotation by rows of
     each body), ``velocities`` (angular, of the origin) of each body, and ``momentum`` (linear, angular). Its
     ``potential_energy`` and ``postures`` (rotation, position) depend on q only.

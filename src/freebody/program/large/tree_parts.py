@@ -286,6 +286,12 @@ class Parts:
         self.outputs = {
             "rates": [*coordinate_rates, *accelerations, *([work] if self.works else [])],
             "accelerations": accelerations,
+            "moving": [*coordinate_rates, work],
+            "link_poses": [
+                self.at(i, k)
+                for i in range(len(model.links))
+                for k in (*range(link_step.PLACE, link_step.PLACE + 12), *range(link_step.V, link_step.V + 6))
+            ],
             "energy": placed["energy"],
             "kinetic_energy": placed["energy"][:1],
             "potential_energy": placed["energy"][1:],

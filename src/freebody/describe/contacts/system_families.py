@@ -1,0 +1,138 @@
+"""The dictionary ``s.contacts`` of a system, which makes families of contacts when it is called."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from ...errors import ModelError, shown
+from ...scalar.algebra import Expression
+from ..contact_shapes import kind_of
+from ..description import Description, changes_of, claim
+from ..frame import Frame
+from ..table import Table
+from .family import ContactFamily
+from .system_contacts import SHAPES, bounce, check_pair, coefficient, shape_of
+
+
+class ContactTable(Table):
+    """The contacts of a system by name; a call adds a family of contacts."""
+
+    def __init__(self, system: Description) -> None:
+        super().__init__(changes_of(system))
+        self.system = system
+
+    def __call__(
+        self,
+        name: str,
+        shapes: Sequence[Any],
+        *,
+        against: Any = (),
+        friction: Expression = 0,
+        restitution: Expression = 0,
+    ) -> ContactFamily:
+        """Let each of these shapes touch each other one, by one law of contact.
+
+        The pairs are those of :meth:`System.contact`, with the same laws. Left out are pairs of shapes of one body and
+        pairs of two bodies that a joint joins directly; the ground does not count as a body here, so that a wheel on a
+        slider may touch the floor. Pairs are found while the machine moves, at no cost for those that are apart: a
+        thousand spheres are as easy to describe as two. Such a machine moves by ``method="timestepping"``.
+
+        A member of the family has the name ``pile[b1,b2]``, with the names of the two bodies, and ``b1.3`` for the
+        third place of a body that has several.
+
+        Parameters
+        ----------
+        name : str
+            The family is ``s.families[name]``.
+        shapes : sequence of shapes of bodies
+            Such as ``body.sphere(radius)``, ``body.corners(...)`` or ``s.ground.plane(...)``.
+        against : shape or sequence of shapes, optional
+            If given, the shapes touch these only, and not each other.
+        friction : expression of parameters, optional
+            Coulomb's coefficient.
+        restitution : expression of parameters, optional
+            Newton's ratio of normal speeds, between 0 and 1.
+
+        Raises
+        ------
+        ModelError
+            Two shapes without a law of contact, a shape given twice, shapes of one body only or of another system,
+            coefficients out of range.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("two balls on a floor")
+        >>> balls = [s.body(f"b{i}", fb.sphere(1, 0.1)) for i in (1, 2)]
+        >>> joints = [s.free(f"air{i}", s.ground, b) for i, b in enumerate(balls)]
+        >>> shapes = [*(b.sphere(0.1) for b in balls), s.ground.plane(normal="z")]
+        >>> s.contacts("pile", shapes, friction=0.5)
+        family of contacts 'pile'
+        """
+        system, what = self.system, f"the family of contacts '{name}'"
+        claim(system, name, "contact")
+        own, others = _shapes(system, shapes, what), _shapes(system, against, f"'against' of {what}")
+        _check_once((*own, *others), what)
+        _check_pairs(own, others, what)
+        family = ContactFamily(
+            name, own, others,
+            coefficient(system, friction, f"the friction of {what}"),
+            bounce(system, restitution, what),
+        )  # fmt: skip
+        system.families[name] = family
+        return family
+
+
+def _shapes(system: Description, shapes: Any, what: str) -> tuple[Any, ...]:
+    if isinstance(shapes, Frame) or hasattr(shapes, "body"):
+        shapes = (shapes,)
+    if isinstance(shapes, str) or not isinstance(shapes, Iterable):
+        raise ModelError(f"Expected a sequence of shapes for {what}, {SHAPES}, got {shown(shapes)}.")
+    return tuple(shape_of(system, shape, what) for shape in shapes)
+
+
+def _check_once(shapes: Sequence[Any], what: str) -> None:
+    seen: set[Any] = set()
+    for shape in shapes:
+        key = (type(shape), *(getattr(shape, name) for name in shape.__dataclass_fields__))
+        if key in seen:
+            raise ModelError(
+                f"Expected every shape of {what} once, got two equal ones: {shape!r} at the same place. "
+                "Leave one of them out."
+            )
+        seen.add(key)
+
+
+def _check_pairs(own: Sequence[Any], others: Sequence[Any], what: str) -> None:
+    """Refuse pairs without a law, and a family without a pair."""
+    kinds: dict[Any, list[Any]] = {}
+    for group, shapes in enumerate((own, others)):
+        for shape in shapes:
+            alike = shape.radius if getattr(shape, "inside", False) else None
+            kinds.setdefault((group, kind_of(shape), alike), []).append(shape)
+    keys, found = list(kinds), False
+    for i, first in enumerate(keys):
+        for second in keys[i:]:
+            if others and first[0] == second[0]:
+                continue
+            pair = next(((a, b) for a in kinds[first] for b in kinds[second] if a.body is not b.body), None)
+            if pair is None:
+                continue
+            found = True
+            for shape in pair:
+                if kind_of(shape) in ("heightline", "tether"):
+                    raise ModelError(
+                        f"A {kind_of(shape)} cannot be one of {what}: its form is an expression of its own. Give it "
+                        "contacts one by one, s.contact(name, feature, surface)."
+                    )
+            hollow = getattr(pair[0], "inside", False)
+            check_pair(pair[1] if hollow else pair[0], pair[0] if hollow else pair[1], what, CURE)
+    if not found:
+        raise ModelError(
+            f"Expected shapes of two bodies or more for {what}, or of a body and the ground; none of these "
+            f"{len(own) + len(others)} may touch another one."
+        )
+
+
+CURE = " Shapes that only touch some others: s.contacts(name, shapes, against=others)."

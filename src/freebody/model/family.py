@@ -1,0 +1,232 @@
+"""Families of contacts of a model: members, which are shapes that touch at one point, and the pairs that may touch.
+
+Each corner and each end of a side is a member of its own. No list of pairs exists: whether two members may touch
+follows from their kinds, bodies and groups (`Family.meet`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from ..describe.contact_shapes import Corners, Segment, kind_of
+from ..describe.contacts.family import ContactFamily
+from ..describe.system import System
+from ..scalar.algebra import IDENTITY, Expression, Vector
+from .contact import Contact, check_axes, ends_of, frames_at_rest, moves_across, upright_of, within
+from .model import Model
+
+PARTNERS = {
+    "point": ("sphere", "bowl", "circle", "ring", "cylinder", "pipe", "plane", "segment"),
+    "end": ("sphere", "bowl", "circle", "ring", "cylinder", "pipe", "plane"),
+    "sphere": ("sphere", "bowl", "circle", "ring", "cylinder", "pipe", "plane", "segment"),
+    "ellipsoid": ("plane",),
+    "circle": ("circle", "bowl", "ring", "cylinder", "pipe", "plane", "segment"),
+    "cylinder": ("bowl", "ring", "cylinder", "pipe", "segment"),
+}
+"""Kinds of members that each kind may touch, in either order; those that are touched from inside have other names."""
+
+INSIDE = {"sphere": "bowl", "circle": "ring", "cylinder": "pipe"}
+"""Names of hollow kinds."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One shape of a family that touches at one point.
+
+    ``label`` is the body's name, followed by a number if the body has several members; ``group`` is 1 for the shapes
+    that the others are ``against``.
+    """
+
+    label: str
+    shape: Any
+    kind: str
+    group: int
+
+
+@dataclass(frozen=True)
+class Family:
+    """A family of contacts.
+
+    Attributes
+    ----------
+    members : tuple of Member
+    grouped : bool
+        True if only members of different groups touch.
+    joined : frozenset of two names each
+        Pairs of bodies joined directly, which do not touch.
+    friction, restitution : expressions of parameters
+    planar : unit vector or None
+        Normal k of the plane of motion; the tangent is then n × k.
+    upright : unit vector
+        Ground axis against gravity.
+    """
+
+    name: str
+    members: tuple[Member, ...]
+    grouped: bool
+    joined: frozenset[tuple[str, str]]
+    friction: Expression
+    restitution: Expression
+    planar: Vector | None
+    upright: Vector
+
+    def __repr__(self) -> str:
+        return f"family of contacts '{self.name}'"
+
+    @property
+    def tangents(self) -> int:
+        """Number of tangent directions: 1 in a planar machine, else 2."""
+        return 2 if self.planar is None else 1
+
+    def label(self, first: int, second: int) -> str:
+        """Return the name of the contact of two members."""
+        return f"{self.name}[{self.members[first].label},{self.members[second].label}]"
+
+    def contact(self, first: int, second: int) -> Contact:
+        """Return the contact of two members as one of its own."""
+        a, b = self.members[first], self.members[second]
+        name = self.label(first, second)
+        tangents = ("T",) if self.tangents == 1 else ("T1", "T2")
+        return Contact(
+            name, self.name, a.shape, b.shape, self.friction, self.friction, self.restitution, "newton",
+            self.planar, self.upright, f"N_{name}", tuple(f"{letter}_{name}" for letter in tangents),
+        )  # fmt: skip
+
+    def meet(self, first: int, second: int) -> bool:
+        """Return whether two members may touch."""
+        a, b = self.members[first], self.members[second]
+        one, other = a.shape.body, b.shape.body
+        if one is other or (self.grouped and a.group == b.group):
+            return False
+        return (one.name, other.name) not in self.joined and touch_each_other(a.kind, b.kind)
+
+    def pair(self, name: str) -> tuple[int, int] | None:
+        """Return the members whose contact has a name; None if there are none that may touch."""
+        one, _, other = name.removeprefix(f"{self.name}[").removesuffix("]").partition(",")
+        places = [self.places.get(label) for label in (one, other)]
+        if None in places or not self.meet(places[0], places[1]):  # type: ignore[arg-type]
+            return None
+        return places[0], places[1]  # type: ignore[return-value]
+
+    def ordered(self, first: int, second: int) -> tuple[int, int]:
+        """Return two members as feature and surface: in their order, but a hollow is the surface."""
+        first, second = min(first, second), max(first, second)
+        return (second, first) if self.members[first].kind in INSIDE.values() else (first, second)
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """Numbers of the members by their labels."""
+        return {member.label: k for k, member in enumerate(self.members)}
+
+    @cached_property
+    def by_kind(self) -> dict[str, list[int]]:
+        """Members of each kind."""
+        result: dict[str, list[int]] = {}
+        for i, member in enumerate(self.members):
+            result.setdefault(member.kind, []).append(i)
+        return result
+
+
+def touch_each_other(first: str, second: str) -> bool:
+    """Return whether there is a law of contact for two kinds of members."""
+    return second in PARTNERS.get(first, ()) or first in PARTNERS.get(second, ())
+
+
+def families(model: Model, system: System) -> tuple[Family, ...]:
+    """Return the families of a model, in order of declaration.
+
+    Raises
+    ------
+    ModelError
+        If shapes touch at one point only while their axes are parallel, and the machine can turn these axes.
+    """
+    if not system.families:
+        return ()
+    flat = all(link.kind in ("hinge", "slider", "weld") for link in model.links)
+    frames = frames_at_rest(model.links) if flat else []
+    planes = [k for k in (2, 1, 0) if flat and moves_across(model.links, frames, IDENTITY[k])]
+    joined = frozenset(
+        pair
+        for joint in system.joints.values()
+        if not (joint.parent.is_ground or joint.child.is_ground)
+        for pair in ((joint.parent.name, joint.child.name), (joint.child.name, joint.parent.name))
+    )
+    result = []
+    for family in system.families.values():
+        members = tuple(_members(family))
+        shapes = list(_one_for_each_depth(model, frames, [m.shape for m in members]))
+        k = next(
+            (
+                k
+                for k in planes
+                if all(within(model, frames, shapes[0], shape, IDENTITY[k]) for shape in shapes)
+            ),
+            None,
+        )
+        one = Family(
+            family.name, members, bool(family.against), joined, family.friction, family.restitution,
+            None if k is None else IDENTITY[k], upright_of(model.gravity),
+        )  # fmt: skip
+        _check_kinds(one, k)
+        result.append(one)
+    return tuple(result)
+
+
+def _one_for_each_depth(model: Model, frames: Any, shapes: Sequence[Any]) -> Iterator[Any]:
+    """Yield the shapes to compare with the first one: those that have a depth come first."""
+    yield from sorted(shapes, key=lambda shape: kind_of(shape) not in ("point", "sphere", "ellipsoid"))
+
+
+def _members(family: ContactFamily) -> Iterator[Member]:
+    """Yield the members: the parts of the shapes that touch at one point."""
+    parts: list[tuple[str, Any, int]] = []
+    for group, shapes in enumerate((family.shapes, family.against)):
+        for shape in shapes:
+            kind = kind_of(shape)
+            if isinstance(shape, Corners):
+                parts += [("point", point, group) for point in shape.points]
+                continue
+            parts.append((INSIDE[kind] if getattr(shape, "inside", False) else kind, shape, group))
+            if isinstance(shape, Segment):
+                parts += [("end", point, group) for point in ends_of(shape)]
+    count: dict[str, int] = {}
+    for _, shape, _ in parts:
+        count[shape.body.name] = count.get(shape.body.name, 0) + 1
+    seen = dict.fromkeys(count, 0)
+    for kind, shape, group in parts:
+        body = shape.body.name
+        seen[body] += 1
+        yield Member(body if count[body] == 1 else f"{body}.{seen[body]}", shape, kind, group)
+
+
+def _check_kinds(family: Family, k: int | None) -> None:
+    """Refuse two cylinders, or a cylinder and a flat side, that do not touch in the plane of motion."""
+    one_of = [members[0] for members in family.by_kind.values()]
+    two_of = [members[-1] for members in family.by_kind.values()]
+    for i in one_of:
+        for j in two_of:
+            if family.meet(i, j):
+                check_axes(family.name, family.members[i].shape, family.members[j].shape, k)
+
+
+def text_of_members(family: Family) -> str:
+    """Return the members in words: how many of which kind, of how many bodies."""
+    count = ", ".join(f"{len(members)} {kind}" for kind, members in family.by_kind.items())
+    bodies = len({member.shape.body.name for member in family.members})
+    return f"{count} of {bodies} bodies"
+
+
+def unrolled(model: Model, most: int) -> Model | None:
+    """Return the model with the pairs of its families as contacts of their own; None if they are more than ``most``."""
+    contacts = list(model.contacts)
+    for family in model.families:
+        for i in range(len(family.members)):
+            for j in range(i + 1, len(family.members)):
+                if family.meet(i, j):
+                    contacts.append(family.contact(*family.ordered(i, j)))
+                if len(contacts) - len(model.contacts) > most:
+                    return None
+    return replace(model, contacts=tuple(contacts), families=())

@@ -1,0 +1,82 @@
+"""Sweep and prune: pairs of members whose bounds along the ground axes overlap.
+
+Bounded members are sorted by their lower bounds along the axis of their greatest spread; the order of the last time is
+the first guess. Members without bounds (planes, walls, hollows, sides) are near to every other one.
+
+Source: J. D. Cohen, M. C. Lin, D. Manocha, M. K. Ponamgi, I-COLLIDE, Proc. Symp. Interactive 3D Graphics (1995).
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import Reals, compiled, greater, root
+from .family_record import BALL, EDGE, OVAL, POSE, Families, Members
+
+
+@compiled
+def place(pose: Reals, at: Reals, result: Reals) -> None:
+    """Set the place in ground axes of a place in a link."""
+    for i in range(3):
+        result[i] = pose[9 + i] + pose[3 * i] * at[0] + pose[3 * i + 1] * at[1] + pose[3 * i + 2] * at[2]
+
+
+@compiled
+def bounds(of: Families) -> None:
+    """Set the bounds of all bounded members, and the axis of their greatest spread."""
+    members, poses = of.members, of.links.poses
+    for b in range(members.bounded):
+        k = members.order[b]
+        pose, sizes = poses[POSE * members.link[k] :], members.sizes[members.sizes_at[k] :]
+        lower, upper, kind = members.lower[k], members.upper[k], members.bound[k]
+        place(pose, sizes, lower)
+        for i in range(3):
+            R, extent = pose[3 * i :], 0.0
+            if kind == BALL:
+                extent = sizes[3]
+            elif kind == EDGE:
+                along = R[0] * sizes[3] + R[1] * sizes[4] + R[2] * sizes[5]
+                extent = sizes[6] * root(greater(1.0 - along * along, 0.0))
+            elif kind == OVAL:
+                x, y, z = R[0] * sizes[3], R[1] * sizes[4], R[2] * sizes[5]
+                extent = root(x * x + y * y + z * z)
+            upper[i] = lower[i] + extent
+            lower[i] -= extent
+
+
+@compiled
+def choose_axis(members: Members) -> None:
+    """Set the axis along which the middles of the bounded members vary most."""
+    best = -1.0
+    for i in range(3):
+        total, square = 0.0, 0.0
+        for b in range(members.bounded):
+            k = members.order[b]
+            x = members.lower[k, i] + members.upper[k, i]
+            total += x
+            square += x * x
+        spread = square - total * total / members.bounded
+        if spread > best:
+            best, members.axis = spread, i
+
+
+@compiled
+def sort(members: Members) -> None:
+    """Sort the bounded members by their lower bounds, from the order of the last time."""
+    order, axis = members.order, members.axis
+    for b in range(1, members.bounded):
+        k, a = order[b], b
+        x = members.lower[k, axis]
+        while a > 0 and members.lower[order[a - 1], axis] > x:
+            order[a] = order[a - 1]
+            a -= 1
+        order[a] = k
+
+
+@compiled
+def overlap(members: Members, i: int, j: int) -> int:
+    """Return 1 if the bounds of two members overlap along the two axes that are not sorted."""
+    for k in range(3):
+        if k != members.axis and (
+            members.lower[i, k] > members.upper[j, k] or members.lower[j, k] > members.upper[i, k]
+        ):
+            return 0
+    return 1

@@ -1,0 +1,138 @@
+"""Memory of families of contacts, shared by Python and compiled code. It needs no compiler.
+
+A pose is R (9), p (3) and V (6): rotation and place of a link's frame in the ground, and its motion in its own axes.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from ...native.records import Count, Kernel, Record, Row, Rows, Whole, Wholes, record
+
+POSE = 18
+"""Length of a pose."""
+TOUCH = 18
+"""Length of the geometry of a touch: gap, n, P, Q, t1, t2, two reaches (`pair_programs`)."""
+ENTRY = 15
+"""Length of an entry of the log: N, T1, T2, mode, impulse on the first body (3) and the point where it acts (3), first
+and second member, point (3) where its opposite acts on the second body."""
+UNBOUNDED, SPOT, BALL, EDGE, OVAL = range(5)
+"""How the bounds of a member follow from its numbers."""
+
+
+@record
+class Links(Record):
+    """Poses of the links, and the motions that the speeds give them.
+
+    ``poses``    pose of the ground, then of every link, which the kernel ``code`` writes with constants ``c``
+    ``chain``    moving links from each link inwards, itself too, from ``chain_at`` on
+    ``axes``     motion (6) of a link per unit of a speed, in its axes; from ``motion_at`` on, with the ``place`` of
+                 the speed in block order
+    ``block``    block of the speeds of a link, -1 if it does not move
+    ``varying``  1 if M varies: a block with motions of several links; ``known``: 1 if M has been computed
+    ``masses``   mass, centre (3), inertia about it by rows (9) of each of ``count`` links
+    """
+
+    count: Count
+    varying: Count
+    known: Whole
+    code: Kernel
+    c: Row
+    masses: Row
+    poses: Row
+    chain_at: Wholes
+    chain: Wholes
+    motion_at: Wholes
+    place: Wholes
+    axes: Row
+    block: Wholes
+
+
+@record
+class Members(Record):
+    """Members of all families.
+
+    ``link``    0: the ground;  ``kind``: number of the kind;  ``body``: number of the body, in ``joined`` too
+    ``sizes``   numbers of the shape in the link's frame, ``sizes_at`` the first
+    ``bound``   how the bounds follow from them;  ``lower``, ``upper``: bounds in ground axes
+    ``order``   bounded members along the axis ``axis``;  ``wide``: the others
+    ``joined``  bodies joined to a body, from ``joined_at`` on
+    """
+
+    count: Count
+    link: Wholes
+    kind: Wholes
+    family: Wholes
+    group: Wholes
+    body: Wholes
+    bound: Wholes
+    sizes: Row
+    sizes_at: Wholes
+    joined_at: Wholes
+    joined: Wholes
+    lower: Annotated[Rows, "members", 3]
+    upper: Annotated[Rows, "members", 3]
+    bounded: Count
+    order: Wholes
+    unbounded: Count
+    wide: Wholes
+    axis: Whole
+
+
+@record
+class Laws(Record):
+    """Laws of each family, and programs of its pairs of kinds.
+
+    ``program``    address for each family and two kinds; 0 if they do not touch
+    ``turned``     1 if the program takes the second member first
+    ``reaches``    number of reaches of the program
+    ``tangents``   1 or 2 of each family; ``grouped``: 1 if only different groups touch
+    ``up``         ground axis (3) against which the tangents of round shapes turn, of each family
+    ``defined``    1 if the program gives the tangents
+    """
+
+    kinds: Count
+    program: Wholes
+    turned: Wholes
+    reaches: Wholes
+    defined: Wholes
+    tangents: Wholes
+    grouped: Wholes
+    up: Row
+    mu: Row
+    restitution: Row
+
+
+@record
+class Pairs(Record):
+    """The closed pairs at a configuration.
+
+    ``count``, ``most``    number of pairs, and the room for them; ``count`` beyond ``most``: it did not suffice
+    ``first``, ``second``  members; ``touch``: geometry
+    ``ids``                first · members + second, in ascending order;  ``slots``: places of that order
+    ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each)
+    ``found``, ``given``   geometry of one pair, and the arguments of its program
+    """
+
+    most: Count
+    count: Whole
+    first: Annotated[Wholes, "pairs"]
+    second: Annotated[Wholes, "pairs"]
+    ids: Annotated[Wholes, "pairs"]
+    slots: Annotated[Wholes, "pairs"]
+    touch: Annotated[Rows, "pairs", TOUCH]
+    known: Whole
+    past: Annotated[Wholes, "pairs"]
+    impulses: Annotated[Rows, "pairs", 3]
+    found: Annotated[Row, TOUCH]
+    given: Annotated[Row, 56]
+
+
+@record
+class Families(Record):
+    """Families of contacts of a machine."""
+
+    links: Links
+    members: Members
+    laws: Laws
+    pairs: Pairs

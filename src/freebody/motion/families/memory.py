@@ -1,0 +1,208 @@
+"""The memory of families of contacts, filled for a machine: motions of links, members, laws and programs of pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.kinematics import link_postures, motions, place_of, velocities
+from ...dynamics.state import State, float_state
+from ...errors import SimulationError
+from ...model import Model
+from ...model.family import Family, touch_each_other
+from ...model.model import GROUND
+from ..kernels.kernels import Kernels, Program
+from ..start.initial import number
+from .family_record import BALL, EDGE, OVAL, POSE, SPOT, UNBOUNDED, Families
+from .pair_programs import chosen, numbers_of, pair_program
+
+BOUNDS = {"point": SPOT, "end": SPOT, "sphere": BALL, "ellipsoid": OVAL, "circle": EDGE}
+"""How the bounds of the kinds that have some follow from their numbers."""
+Whole = Any  # array of int64
+
+
+def whole(numbers: Any) -> Whole:
+    """Return integers as an array; one that is empty has room for one number."""
+    result = np.array(list(numbers), dtype=np.int64)
+    return result if len(result) else np.zeros(1, dtype=np.int64)
+
+
+def link_poses(kernels: Kernels) -> tuple[Program, str]:
+    """Return the program that gives the poses of all links, and the name of its function."""
+    large = kernels.looped()
+    if large is not None:
+        return large[0], "link_poses"
+
+    def functions(state: State) -> Mapping[str, Sequence[Any]]:
+        model = kernels.model
+        found = zip(link_postures(model, state), velocities(model, state), strict=True)
+        return {
+            "link_poses": [
+                x
+                for posture, (w, v) in found
+                for x in (*(x for row in posture.rotation for x in row), *posture.position, *w, *v)
+            ]
+        }
+
+    return kernels.program("link poses", functions), "link_poses"
+
+
+def fill(
+    of: Families, kernels: Kernels, values: Mapping[str, float], order: Sequence[int], blocks: Sequence[int]
+) -> tuple[Any, ...]:
+    """Fill the memory for a machine whose speeds stand in ``order``, in blocks; return what must live with it."""
+    model = kernels.model
+    _fill_links(of, kernels, values, order, blocks)
+    _fill_members(of, model, values)
+    return _fill_laws(of, model, values)
+
+
+def _fill_links(
+    of: Families, kernels: Kernels, values: Mapping[str, float], order: Sequence[int], blocks: Sequence[int]
+) -> None:
+    model, links = kernels.model, of.links
+    program, name = link_poses(kernels)
+    links.code, links.c = program.address(name), program.constants(kernels.parameters(values))
+    links.poses = np.zeros(POSE * (1 + len(model.links)))
+    links.poses[[0, 4, 8]] = 1
+    place = np.argsort(order)
+    block_of = np.searchsorted(blocks, place, side="right") - 1
+    state = float_state(model, values=values)
+    moves = [_constant_motions(model, state, i) for i in range(len(model.links))]
+    chains: list[list[int]] = [[]]
+    block = [-1]
+    for i, link in enumerate(model.links):
+        inward = [] if link.parent == GROUND else chains[link.parent + 1]
+        chains.append([i + 1, *inward] if moves[i] else inward)
+        of_link = [int(block_of[j]) for j, _, _ in moves[i]]
+        block.append(of_link[0] if of_link else (-1 if link.parent == GROUND else block[link.parent + 1]))
+    links.chain_at = whole(np.cumsum([0, *map(len, chains)]))
+    links.chain = whole(k for chain in chains for k in chain)
+    links.motion_at = whole(np.cumsum([0, 0, *map(len, moves)]))
+    links.place = whole(place[j] for one in moves for j, _, _ in one)
+    links.axes = np.array(
+        [weight * x for one in moves for _, weight, S in one for v in S for x in v] or [0.0], dtype=float
+    )
+    links.block = whole(block)
+    links.count = len(model.links)
+    links.varying = int(any(len(chain) > 1 for chain in chains))
+    links.masses = np.array(
+        [
+            float(x)
+            for link in model.links
+            for x in (
+                state(link.mass), *state.vector(link.center), *(x for row in state.matrix(link.inertia) for x in row),
+            )
+        ]
+    )  # fmt: skip
+
+
+def _constant_motions(model: Model, state: State, i: int) -> Any:
+    """Return the motions of a link by its speeds; refuse those that vary."""
+    for _, partial in model.links[i].partials:
+        varies = model.names.depends(partial, "coordinate", "speed", "time")
+        if varies:
+            joint = next(name for name, place in model.joints.items() if i in place.links)
+            raise SimulationError(
+                f"The displacement of joint '{joint}' is not linear in {', '.join(varies)}, and '{model.name}' has "
+                "families of contacts, which need displacements linear in the coordinates. Give the joint a coordinate "
+                "of its own and the relation by s.constrain, or describe the contacts one by one by s.contact."
+            )
+    return motions(model, state, i)
+
+
+def _fill_members(of: Families, model: Model, values: Mapping[str, float]) -> None:
+    members, state = of.members, float_state(model, values=values)
+    bodies = {name: k for k, name in enumerate(("ground", *model.bodies))}
+    link, kind, family, group, body, bound, sizes = ([] for _ in range(7))
+    kinds = kinds_of(model.families)
+    for f, one in enumerate(model.families):
+        for member in one.members:
+            shape = member.shape
+            at, origin = place_of(model, shape.body)
+            found = [float(state(x)) for x in numbers_of(shape, member.kind, origin)]
+            link.append(at + 1 if at != GROUND else 0)
+            kind.append(kinds.index(member.kind))
+            family.append(f)
+            group.append(member.group)
+            body.append(bodies[shape.body.name])
+            bound.append(_bound(one, member.kind))
+            sizes.append(found)
+    n = len(link)
+    members.count = n
+    for name, numbers in (
+        ("link", link), ("kind", kind), ("family", family), ("group", group), ("body", body), ("bound", bound),
+        ("sizes_at", np.cumsum([0, *map(len, sizes)])),
+        ("order", [k for k in range(n) if bound[k] != UNBOUNDED]),
+        ("wide", [k for k in range(n) if bound[k] == UNBOUNDED]),
+    ):  # fmt: skip
+        setattr(members, name, whole(numbers))
+    members.sizes = np.array([x for one in sizes for x in one] + [0.0])
+    members.bounded = sum(x != UNBOUNDED for x in bound)
+    members.unbounded = n - members.bounded
+    near: list[list[int]] = [[] for _ in bodies]
+    for a, b in model.families[0].joined if model.families else ():
+        near[bodies[a]].append(bodies[b])
+    members.joined_at, members.joined = (
+        whole(np.cumsum([0, *map(len, near)])),
+        whole(x for one in near for x in one),
+    )
+
+
+def _bound(family: Family, kind: str) -> int:
+    """Return how the bounds of a member follow from its numbers.
+
+    In a plane and beside round shapes an edge is a wall without end.
+    """
+    if kind == "circle" and (family.planar or not set(family.by_kind) <= {"circle", "plane"}):
+        return UNBOUNDED
+    return BOUNDS.get(kind, UNBOUNDED)
+
+
+def kinds_of(families: Sequence[Family]) -> list[str]:
+    """Return the kinds of all members, each once."""
+    return list(dict.fromkeys(member.kind for family in families for member in family.members))
+
+
+def _fill_laws(of: Families, model: Model, values: Mapping[str, float]) -> tuple[Any, ...]:
+    laws, kinds = of.laws, kinds_of(model.families)
+    count, n = len(model.families), len(kinds)
+    tables = {
+        name: np.zeros((count, n, n), dtype=np.int64) for name in ("program", "turned", "reaches", "defined")
+    }
+    programs = []
+    for f, family in enumerate(model.families):
+        for i, first in enumerate(kinds):
+            for j, second in enumerate(kinds):
+                if not touch_each_other(first, second) or not {first, second} <= set(family.by_kind):
+                    continue
+                a, b, turned = chosen(first, second)  # as in `Family.ordered`
+                program = pair_program(a, b, family.planar)
+                programs.append(program)
+                for name, value in (
+                    ("program", program.address), ("turned", turned), ("reaches", program.reaches),
+                    ("defined", program.defined),
+                ):  # fmt: skip
+                    tables[name][f, i, j] = value
+    laws.kinds = n
+    for name, table in tables.items():
+        setattr(laws, name, table.reshape(-1) if table.size else whole(()))
+    laws.tangents = whole(family.tangents for family in model.families)
+    laws.grouped = whole(int(family.grouped) for family in model.families)
+    laws.up = np.array([float(x) for family in model.families for x in family.upright] or [0.0])
+    laws.mu, laws.restitution = (
+        np.array([number(model, values, getattr(one, field), name) for one in model.families] or [0.0])
+        for field, name in (("friction", "the friction"), ("restitution", "the restitution"))
+    )
+    return tuple(programs)
+
+
+def label_of(model: Model, first: int, second: int) -> str:
+    """Return the name of the contact of two members, by their numbers among those of all families."""
+    for family in model.families:
+        if first < len(family.members):
+            return family.label(first, second)
+        first, second = first - len(family.members), second - len(family.members)
+    raise IndexError(f"Expected the number of a member, got {first} beyond the last one.")

@@ -1,0 +1,224 @@
+"""The closed pairs of families at a configuration: geometry by the programs of pairs, rates, and rows of W.
+
+    g <= limit;      e·(v_P - v_Q) = W u + w,   e = n, t1, t2;      W_j = S_j·(wrench of e at P on the first body, -e at
+                                                                     Q on the second),  S_j: motion per unit of speed j
+
+Pairs stand in ascending order of their members, whatever the order of the broad phase.
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import Reals, call, compiled, room
+from ..cones.contact_problem import Blocks
+from .broad_phase import bounds, choose_axis, overlap, sort
+from .family_record import POSE, TOUCH, Families, Links, Members, Pairs
+
+P, Q, T = 4, 7, 10
+"""Places in the geometry of a touch."""
+
+
+@compiled
+def seek(of: Families, t: float, y: Reals, limit: float) -> None:
+    """Find the pairs whose gaps are at most ``limit`` at a state; ``pairs.count`` beyond ``most``: no room for all."""
+    links, members, pairs = of.links, of.members, of.pairs
+    pairs.count = 0
+    if members.count == 0:
+        return
+    links.code(t, y, links.c, links.poses[POSE:])
+    if members.bounded > 0:
+        bounds(of)
+        choose_axis(members)
+        sort(members)
+    order, axis = members.order, members.axis
+    for a in range(members.bounded):
+        i = order[a]
+        end = members.upper[i, axis]
+        for b in range(a + 1, members.bounded):
+            j = order[b]
+            if members.lower[j, axis] > end:
+                break
+            if overlap(members, i, j) == 1:
+                consider(of, i, j, limit)
+    for a in range(members.unbounded):
+        i = members.wide[a]
+        for b in range(members.bounded):
+            consider(of, i, order[b], limit)
+        for b in range(a + 1, members.unbounded):
+            consider(of, i, members.wide[b], limit)
+    arrange(pairs)
+
+
+@compiled
+def joined(members: Members, a: int, b: int) -> int:
+    """Return 1 if two bodies are joined directly."""
+    for k in range(members.joined_at[a], members.joined_at[a + 1]):
+        if members.joined[k] == b:
+            return 1
+    return 0
+
+
+@compiled
+def consider(of: Families, one: int, other: int, limit: float) -> None:
+    """Add a pair if its members may touch and its gap is at most ``limit``."""
+    members, laws, pairs, links = of.members, of.laws, of.pairs, of.links
+    i, j = one, other
+    if other < one:
+        i, j = other, one
+    f = members.family[i]
+    if members.family[j] != f or members.body[i] == members.body[j]:
+        return
+    if laws.grouped[f] == 1 and members.group[i] == members.group[j]:
+        return
+    law = (f * laws.kinds + members.kind[i]) * laws.kinds + members.kind[j]
+    if laws.program[law] == 0 or joined(members, members.body[i], members.body[j]) == 1:
+        return
+    first, second = i, j
+    if laws.turned[law] == 1:
+        first, second = j, i
+    given, found, k = pairs.given, pairs.found, 24
+    for n in range(12):
+        given[n] = links.poses[POSE * members.link[first] + n]
+        given[12 + n] = links.poses[POSE * members.link[second] + n]
+    for n in range(members.sizes_at[first], members.sizes_at[first + 1]):
+        given[k] = members.sizes[n]
+        k += 1
+    for n in range(members.sizes_at[second], members.sizes_at[second + 1]):
+        given[k] = members.sizes[n]
+        k += 1
+    call(laws.program[law], 0.0, given, 0, given, found, 0)
+    if not found[0] <= limit:
+        return
+    for n in range(laws.reaches[law]):
+        if found[TOUCH - 2 + n] < 0.0:
+            return
+    slot = pairs.count
+    pairs.count += 1
+    if slot >= pairs.most:
+        return
+    if laws.defined[law] == 0:
+        turn(found, laws.up[3 * f :])
+    pairs.first[slot], pairs.second[slot] = first, second
+    pairs.ids[slot], pairs.slots[slot] = i * members.count + j, slot
+    for n in range(TOUCH):
+        pairs.touch[slot, n] = found[n]
+
+
+@compiled
+def turn(found: Reals, up: Reals) -> None:
+    """Set the tangents to the axes at right angles to ``up``, turned with it, or with its opposite, to n the short way.
+
+    Source: Duff and others, Journal of Computer Graphics Techniques 6 (2017).
+    """
+    k = 0 if up[0] != 0.0 else (1 if up[1] != 0.0 else 2)
+    a, b = (k + 1) % 3, (k + 2) % 3
+    x, y, z = found[1 + a], found[1 + b], found[1 + k]
+    s = 1.0 if z >= 0.0 else -1.0
+    share = 1.0 / (1.0 + s * z)
+    found[T + a], found[T + b], found[T + k] = 1.0 - x * x * share, -x * y * share, -s * x
+    found[T + 3 + a], found[T + 3 + b], found[T + 3 + k] = -s * (x * y * share), s * (1.0 - y * y * share), -y
+
+
+@compiled
+def arrange(pairs: Pairs) -> None:
+    """Sort the pairs by their ids (Shell's method)."""
+    if pairs.count > pairs.most:
+        return
+    step = 1
+    while 3 * step + 1 < pairs.count:
+        step = 3 * step + 1
+    while step > 0:
+        for k in range(step, pairs.count):
+            number, slot, a = pairs.ids[k], pairs.slots[k], k
+            while a >= step and pairs.ids[a - step] > number:
+                pairs.ids[a], pairs.slots[a] = pairs.ids[a - step], pairs.slots[a - step]
+                a -= step
+            pairs.ids[a], pairs.slots[a] = number, slot
+        step //= 3
+
+
+# -- rows ------------------------------------------------------------------------------------------------
+
+
+@compiled
+def rows(of: Families, blocks: Blocks, first: int, W: Reals) -> int:
+    """Write the rows of all pairs over the blocks of their two bodies, from row ``first`` on; return their end."""
+    pairs, links, r = of.pairs, of.links, first
+    for c in range(pairs.count):
+        slot = pairs.slots[c]
+        f = of.members.family[pairs.first[slot]]
+        one, other = of.members.link[pairs.first[slot]], of.members.link[pairs.second[slot]]
+        touch = pairs.touch[slot]
+        for k in range(1 + of.laws.tangents[f]):
+            piece, at = blocks.first[r], blocks.at[r]
+            low, high = links.block[one], links.block[other]
+            if high < low:
+                low, high = high, low
+            if low >= 0 and low != high:
+                blocks.pieces[piece] = low
+                piece += 1
+            if high >= 0:
+                blocks.pieces[piece] = high
+                piece += 1
+            end = at
+            for p in range(blocks.first[r], piece):
+                b = blocks.pieces[p]
+                end += blocks.starts[b + 1] - blocks.starts[b]
+            blocks.first[r + 1], blocks.at[r + 1] = piece, end
+            for n in range(at, end):
+                W[n] = 0.0
+            e = touch[1:] if k == 0 else touch[T + 3 * (k - 1) :]
+            press(links, blocks, r, one, touch[P:], e, 1.0, W)
+            press(links, blocks, r, other, touch[Q:], e, -1.0, W)
+            r += 1
+    return r
+
+
+@compiled
+def press(
+    links: Links, blocks: Blocks, r: int, link: int, point: Reals, e: Reals, sign: float, W: Reals
+) -> None:
+    """Add to row r the generalized force of a force e on a link at a point."""
+    if links.block[link] < 0:
+        return
+    p = blocks.first[r]
+    start, b = blocks.at[r], blocks.pieces[p]
+    if b != links.block[link]:
+        start += blocks.starts[b + 1] - blocks.starts[b]
+        b = links.block[link]
+    start -= blocks.starts[b]
+    wrench = room(6)
+    for n in range(links.chain_at[link], links.chain_at[link + 1]):
+        a = links.chain[n]
+        R = links.poses[POSE * a :]
+        x, y, z = point[0] - R[9], point[1] - R[10], point[2] - R[11]
+        m_x, m_y, m_z = y * e[2] - z * e[1], z * e[0] - x * e[2], x * e[1] - y * e[0]
+        for i in range(3):
+            wrench[i] = sign * (R[i] * m_x + R[3 + i] * m_y + R[6 + i] * m_z)
+            wrench[3 + i] = sign * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
+        for j in range(links.motion_at[a], links.motion_at[a + 1]):
+            S, total = links.axes[6 * j :], 0.0
+            for i in range(6):
+                total += S[i] * wrench[i]
+            W[start + links.place[j]] += total
+
+
+@compiled
+def rate(of: Families, slot: int, e: Reals) -> float:
+    """Return e·(v_P - v_Q) of a pair."""
+    members, pairs = of.members, of.pairs
+    touch = pairs.touch[slot]
+    return along(of.links, members.link[pairs.first[slot]], touch[P:], e) - along(
+        of.links, members.link[pairs.second[slot]], touch[Q:], e
+    )
+
+
+@compiled
+def along(links: Links, link: int, point: Reals, e: Reals) -> float:
+    """Return the velocity along e of the point of a link that is at a place now."""
+    R = links.poses[POSE * link :]
+    x, y, z = point[0] - R[9], point[1] - R[10], point[2] - R[11]
+    m_x, m_y, m_z, total = y * e[2] - z * e[1], z * e[0] - x * e[2], x * e[1] - y * e[0], 0.0
+    for i in range(3):
+        total += R[12 + i] * (R[i] * m_x + R[3 + i] * m_y + R[6 + i] * m_z)
+        total += R[15 + i] * (R[i] * e[0] + R[3 + i] * e[1] + R[6 + i] * e[2])
+    return total

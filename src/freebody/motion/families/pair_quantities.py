@@ -1,0 +1,74 @@
+"""Gap and slip of one pair of a family at the states of a motion, by its program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.kinematics import place_of
+from ...dynamics.state import float_state
+from ...model.family import Family
+from ...model.model import GROUND
+from ..kernels.kernels import Kernels
+from ..ode.dense_output import Array, observe
+from .family_record import POSE
+from .memory import link_poses
+from .narrow_phase import P, Q, T
+from .pair_programs import numbers_of, pair_program
+
+
+def pair_quantities(
+    kernels: Kernels,
+    values: Mapping[str, float],
+    family: Family,
+    pair: tuple[int, int],
+    times: Array,
+    states: Array,
+) -> tuple[Array, Array]:
+    """Return the gap (n,), inf beside the ends of a side, and the slip along both tangents (n, 2)."""
+    model = kernels.model
+    program, name = link_poses(kernels)
+    constants = program.constants(kernels.parameters(values))
+    poses = observe(program.address(name), program.outputs(name), times, states, constants)
+    state = float_state(model, values=values)
+    given: list[Any] = []
+    own, sizes = [], []
+    for k in pair:
+        member = family.members[k]
+        link, origin = place_of(model, member.shape.body)
+        at_rest = np.tile(np.eye(3).reshape(-1).tolist() + [0.0] * 9, (len(times), 1))
+        own.append(at_rest if link == GROUND else poses[:, POSE * link : POSE * (link + 1)])
+        sizes += [float(state(x)) for x in numbers_of(member.shape, member.kind, origin)]
+    given = [own[0][:, :12], own[1][:, :12], np.tile(sizes, (len(times), 1))]
+    law = pair_program(*(family.members[k].kind for k in pair), family.planar)
+    outputs = law.compiled["touch"].outputs
+    y = np.ascontiguousarray(np.concatenate(given, axis=1))
+    touch = observe(law.address, outputs, times, y, np.zeros(1))
+    n, tangents = touch[:, 1:4], touch[:, T : T + 6].reshape(-1, 2, 3)
+    if not law.defined:
+        tangents = upright_tangents(n, [float(x) for x in family.upright])
+    moved = _velocity(own[0], touch[:, P : P + 3]) - _velocity(own[1], touch[:, Q : Q + 3])
+    beside = (touch[:, 16 : 16 + law.reaches] < 0).any(axis=1)
+    return np.where(beside, np.inf, touch[:, 0]), np.einsum("kij,kj->ki", tangents, moved)
+
+
+def _velocity(pose: Array, point: Array) -> Array:
+    """Return the velocity of the point of a link that is at a place."""
+    R = pose[:, :9].reshape(-1, 3, 3)
+    w, v = (np.einsum("kij,kj->ki", R, pose[:, k : k + 3]) for k in (12, 15))
+    return np.asarray(v + np.cross(w, point - pose[:, 9:12]))
+
+
+def upright_tangents(n: Array, up: list[float]) -> Array:
+    """Return the tangents of `narrow_phase.turn` for normals n, shape (k, 2, 3)."""
+    k = int(np.flatnonzero(up)[0])
+    a, b = (k + 1) % 3, (k + 2) % 3
+    x, y, z = n[:, a], n[:, b], n[:, k]
+    s = np.where(z >= 0, 1, -1)
+    share = 1 / (1 + s * z)
+    result = np.empty((len(n), 2, 3))
+    result[:, 0, a], result[:, 0, b], result[:, 0, k] = 1 - x * x * share, -x * y * share, -s * x
+    result[:, 1, a], result[:, 1, b], result[:, 1, k] = -s * (x * y * share), s * (1 - y * y * share), -y
+    return result

@@ -1,0 +1,84 @@
+"""What the pairs of families did in a motion in time steps, from the log of the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...errors import SimulationError
+from ...model import Model
+from ...model.family import Family
+from ..contact.course import ContactMotion
+from ..families.pair_quantities import pair_quantities
+from ..ode.dense_output import Array
+from ..start.initial import number
+from ..trajectory.quantities import ByName
+from .stepped_kernels import bodies_in_families
+
+MODES = ("open", "stick", "slip", "slip+", "slip-")
+"""Names of the contact modes, by the numbers that the loop gives them (`moreau.march`)."""
+
+
+def pair_motion(course: Any, motion: Any, family: Family, one: int, other: int) -> ContactMotion:
+    """Return gap, mean forces, slip and mode of two members of a family."""
+    model = course.kernels.model
+    first, second = family.ordered(one, other)
+    gap, slip = pair_quantities(
+        course.kernels, course.values, family, (first, second), motion.t, motion.states
+    )
+    start = sum(len(f.members) for f in model.families[: model.families.index(family)])
+    rows = np.zeros((len(course.impulses.pairs), 4))
+    for k, log in enumerate(course.impulses.pairs):
+        for entry in log[(log[:, 10] == start + first) & (log[:, 11] == start + second)]:
+            rows[k] = entry[:4]
+    n = family.tangents
+    forces, slip = course._mean(rows[:, : 1 + n], motion.t), slip[:, :n]
+    modes = np.append(rows[:, 3], 0).astype(np.int64)  # the last one is that of a motion without a step
+    mode = np.array(MODES)[modes[course._step_of(motion.t)]]
+    mu = number(model, course.values, family.friction, "a coefficient of friction")
+    margin = mu * forces[:, 0] - np.linalg.norm(forces[:, 1:], axis=1)
+    return ContactMotion(
+        gap, forces[:, 0], forces[:, 1] if n == 1 else forces[:, 1:], slip[:, 0] if n == 1 else slip,
+        np.where(mode == "open", np.nan, margin), mode, forces,
+    )  # fmt: skip
+
+
+def wrenches(model: Model, pairs: Sequence[Array], steps: Any) -> Array:
+    """Return the impulses of families on each of `bodies_in_families`, and their moments about the origin."""
+    bodies = {name: k for k, name in enumerate(bodies_in_families(model))}
+    result = np.zeros((len(steps), 1 + len(bodies), 6))  # the last one is the ground's
+    members = [member.shape.body.name for family in model.families for member in family.members]
+    place = np.array([bodies.get(name, len(bodies)) for name in members], dtype=np.int64)
+    for row, k in zip(result, steps, strict=True):
+        if pairs:
+            log = pairs[k]
+            for sign, member, point in ((1, 10, slice(7, 10)), (-1, 11, slice(12, 15))):
+                wrench = np.hstack([log[:, 4:7], np.cross(log[:, point], log[:, 4:7])])
+                np.add.at(row, place[log[:, member].astype(np.int64)], sign * wrench)
+    return result[:, :-1].reshape(len(steps), -1)
+
+
+class OfFamilies(ByName):
+    """Contacts of a motion by name. Those of families are computed when they are asked for, and are not listed."""
+
+    def __init__(
+        self, items: Mapping[str, Any], motion_of: Callable[..., Any], families: Sequence[Family]
+    ) -> None:
+        super().__init__("contact", items)
+        self.motion_of, self.families = motion_of, families
+
+    def __missing__(self, name: Any) -> Any:
+        for family in self.families:
+            pair = family.pair(name) if isinstance(name, str) else None
+            if pair is not None:
+                self[name] = self.motion_of(family, *pair)
+                return self[name]
+            if isinstance(name, str) and name.startswith(family.name):
+                a, *_, b = (member.label for member in family.members)
+                raise SimulationError(
+                    f"Unknown contact '{name}'. Expected two members of the family '{family.name}' that may touch, "
+                    f"such as '{family.name}[{a},{b}]'."
+                )
+        return super().__missing__(name)

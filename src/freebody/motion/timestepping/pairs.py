@@ -1,0 +1,122 @@
+"""Pairs of families in a step: their rows in the problem, their first guess, and the log of what they do.
+
+Rows of pairs stand behind those of the contacts and constraints. The impulses of the last step are found again by the
+numbers of the pairs, which are in ascending order then and now.
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import compiled, greater
+from ..cones.contact_problem import FIRST, LINE, NORMAL
+from ..families.narrow_phase import P, Q, T, rate, rows, seek
+from .stepping_record import BACKWARDS, FORWARDS, SLIP, STICK, Run
+
+
+@compiled
+def lay_pairs(run: Run, t: float, near: float) -> int:
+    """Find the pairs with gaps up to ``near`` at z, and write their rows; return 0 if there is no room for them."""
+    pairs = run.families.pairs
+    seek(run.families, t, run.z, near)
+    if pairs.count > pairs.most:
+        return 0
+    rows(run.families, run.problem.blocks, run.contacts.rows + run.constraints, run.W)
+    return 1
+
+
+@compiled
+def deepest(run: Run, t: float, depth: float) -> float:
+    """Return the greatest depth of all pairs at z, or ``depth`` if that is greater."""
+    pairs = run.families.pairs
+    seek(run.families, t + run.h, run.z, 0.0)
+    for c in range(pairs.count if pairs.count < pairs.most else pairs.most):
+        depth = greater(depth, -pairs.touch[c, 0])
+    return depth
+
+
+@compiled
+def close_pairs(run: Run, friction: int) -> None:
+    """Add the rows of the closed pairs to the problem; tangent rows only if ``friction`` is not 0."""
+    contacts, problem, pairs, laws = run.contacts, run.problem, run.families.pairs, run.families.laws
+    count, row = problem.count, contacts.rows + run.constraints
+    for c in range(pairs.count):
+        f = run.families.members.family[pairs.first[pairs.slots[c]]]
+        tangents = laws.tangents[f]
+        for k in range(1 + tangents if friction != 0 else 1):
+            problem.rows[count], problem.mu[count] = row + k, laws.mu[f]
+            problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
+            contacts.owner[count], contacts.rebound[count] = c, laws.restitution[f]
+            count += 1
+        row += 1 + tangents
+    problem.count = count
+
+
+@compiled
+def pair_gap(run: Run, a: int) -> float:
+    """Return the gap of the pair whose normal is row ``a`` of the problem."""
+    pairs = run.families.pairs
+    return pairs.touch[pairs.slots[run.contacts.owner[a]], 0]
+
+
+@compiled
+def begin_pairs(run: Run) -> None:
+    """Set the rates of the pairs at the beginning of the step, and the guess of their impulses."""
+    contacts, problem, pairs, p = run.contacts, run.problem, run.families.pairs, 0
+    for a in range(contacts.closed, problem.count):
+        c, k = contacts.owner[a], 0
+        if problem.kinds[a] != NORMAL:
+            k = 1 if problem.kinds[a] == LINE else problem.kinds[a] - FIRST + 1
+        touch = pairs.touch[pairs.slots[c]]
+        contacts.before[a] = rate(
+            run.families, pairs.slots[c], touch[1:] if k == 0 else touch[T + 3 * (k - 1) :]
+        )
+        while p < pairs.known and pairs.past[p] < pairs.ids[c]:
+            p += 1
+        problem.x[a] = pairs.impulses[p, k] if p < pairs.known and pairs.past[p] == pairs.ids[c] else 0.0
+
+
+@compiled
+def room_left(run: Run) -> int:
+    """Return 1 if the log has room for another step."""
+    return 1 if run.log_room - run.logged >= run.families.pairs.most else 0
+
+
+@compiled
+def log_pairs(run: Run) -> None:
+    """Remember the impulses of the pairs that press, and write them to the log."""
+    contacts, problem, pairs = run.contacts, run.problem, run.families.pairs
+    pairs.known = 0
+    for a in range(contacts.closed, problem.count):
+        if problem.kinds[a] == NORMAL and problem.x[a] > 0.0:
+            c = contacts.owner[a]
+            slot, p, entry = pairs.slots[c], pairs.known, run.log[run.logged]
+            touch = pairs.touch[slot]
+            pairs.past[p] = pairs.ids[c]
+            for k in range(3):
+                x = 0.0
+                if k == 0 or (a + k < problem.count and problem.kinds[a + k] != NORMAL):
+                    x = problem.x[a + k]
+                if k == 2 and (a + 2 >= problem.count or problem.kinds[a + 2] != FIRST + 1):
+                    x = 0.0
+                pairs.impulses[p, k], entry[k] = x, x
+            entry[3] = mode(run, a)
+            for i in range(3):
+                entry[4 + i] = touch[1 + i] * entry[0] + touch[T + i] * entry[1] + touch[T + 3 + i] * entry[2]
+                entry[7 + i], entry[12 + i] = touch[P + i], touch[Q + i]
+            entry[10], entry[11] = pairs.first[slot], pairs.second[slot]
+            pairs.known += 1
+            run.logged += 1
+    run.log_end[run.done] = run.logged
+
+
+@compiled
+def mode(run: Run, a: int) -> int:
+    """Return the mode of the pressed contact whose normal is row ``a``."""
+    problem = run.problem
+    still, last = 100.0 * run.tolerance * problem.reference, problem.count - 1
+    if a < last and problem.kinds[a + 1] == LINE:
+        v = problem.r[a + 1]
+        return FORWARDS if v > still else (BACKWARDS if v < -still else STICK)
+    if a < last and problem.kinds[a + 1] == FIRST:
+        v, w = problem.r[a + 1], problem.r[a + 2]
+        return SLIP if v * v + w * w > still * still else STICK
+    return STICK

@@ -1,0 +1,46 @@
+"""Messages of motions with families of contacts."""
+
+import pytest
+
+import freebody as fb
+
+
+def row(n, radius=0.1):
+    s = fb.System("row")
+    bodies = [s.body(f"b{i}", fb.sphere(1, radius)) for i in range(n)]
+    for i, body in enumerate(bodies):
+        s.free(f"f{i}", s.ground, body)
+    s.contacts("row", [body.sphere(radius) for body in bodies])
+    return s, {f"f{i}_x": 0.25 * i for i in range(n)}
+
+
+def test_many_pairs_need_time_steps():
+    s, start = row(16)
+    with pytest.raises(fb.errors.SimulationError, match='more than 100 pairs.*Take method="timestepping"'):
+        fb.simulate(s, 1, initial=start)
+
+
+def test_members_that_begin_inside_each_other():
+    s, start = row(3)
+    with pytest.raises(fb.errors.SimulationError, match=r"contact 'row\[b0,b1\]' 0.05 m deep"):
+        fb.simulate(s, 1, initial=start | {"f1_x": 0.15}, method="timestepping", step=0.01)
+
+
+def test_a_contact_that_is_no_pair():
+    s, start = row(3)
+    motion = fb.simulate(s, 0.01, initial=start, method="timestepping", step=0.01)
+    with pytest.raises(fb.errors.SimulationError, match=r"such as 'row\[b0,b2\]'"):
+        motion.contacts["row[b0,b9]"]
+    with pytest.raises(fb.errors.SimulationError, match="Unknown contact 'floor'"):
+        motion.contacts["floor"]
+
+
+def test_displacements_that_are_not_linear():
+    s = fb.System("crank")
+    q = s.coordinates("q")
+    a, b = (s.body(name, fb.sphere(1, 0.1)) for name in "ab")
+    s.hinge("pin", s.ground, a, axis="z", coordinate=q)
+    s.slider("rail", s.ground, b, axis="x", coordinate="q**2")
+    s.contacts("all", [a.sphere(0.1), b.sphere(0.1, at=(1, 0, 0))])
+    with pytest.raises(fb.errors.SimulationError, match="displacement of joint 'rail' is not linear in q"):
+        fb.simulate(s, 0.01, method="timestepping", step=0.01)

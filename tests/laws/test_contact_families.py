@@ -1,0 +1,250 @@
+"""Laws of families of contacts: the same motion as their contacts one by one, conservation, and the broad phase."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import freebody as fb
+from freebody.dynamics import float_state
+from freebody.dynamics.contact import touch
+from freebody.motion.families.memory import fill
+from freebody.motion.kernels.kernels import Kernels, kernels_of
+from freebody.motion.timestepping.memory import memory_of
+from freebody.motion.timestepping.stepped_kernels import stepping
+from freebody.native import loop
+
+H = 2e-3
+SOLVED = 1e-12
+"""Residual of a step, relative to its speeds."""
+
+
+def pile(n, r=0.05, family=True, order=None, seed=0, friction=0.4, restitution=0.0, gravity=9.81):
+    """Return n spheres over a floor, the highest first, and their start."""
+    s, rng, start = fb.System("pile"), np.random.default_rng(seed), {}
+    s.gravity = (0, 0, -gravity)
+    places = [
+        (2.2 * r * (i % 2), 2.2 * r * (i // 2 % 2), 1.1 * r + 2.4 * r * (i // 4))
+        for i in range(n - 1, -1, -1)
+    ]
+    shapes = {}
+    for i in order or range(n):
+        body = s.body(f"b{i}", fb.sphere(1 + i / 8, r))
+        s.free(f"f{i}", s.ground, body)
+        shapes[i] = body.sphere(r)
+    for i, place in enumerate(places):
+        start |= {f"f{i}_{c}": float(x + 0.2 * r * rng.random()) for c, x in zip("xyz", place, strict=True)}
+        start |= {f"f{i}_{c}": float(x) for c, x in zip(("wx", "wy", "wz"), rng.normal(size=3), strict=True)}
+    every = [*shapes.values(), s.ground.plane(normal="z")]
+    if family:
+        s.contacts("pile", every, friction=friction, restitution=restitution)
+    else:
+        for a, b in itertools.combinations(range(n + 1), 2):
+            s.contact(f"c{a}_{b}", every[a], every[b], friction=friction, restitution=restitution)
+    return s, start
+
+
+def moved(s, start, until):
+    times = H * np.arange(round(until / H) + 1)
+    times[-1] = until
+    return fb.simulate(s, until, initial=start, method="timestepping", step=H, times=times)
+
+
+@pytest.mark.parametrize("restitution", [0, 0.3])
+def test_a_family_moves_as_its_contacts_one_by_one(restitution):
+    one, other = (moved(*pile(8, family=family, restitution=restitution), 0.24) for family in (True, False))
+    assert any(len(log) > 4 for log in one.course.impulses.pairs)  # spheres touch spheres
+    # residuals of all steps, and of each contact of eight bodies, at the speed of the fall
+    assert np.abs(one.states - other.states).max() < 120 * 8 * SOLVED * 100
+    a, b = one.contacts["pile[b0,b4]"], other.contacts["c0_4"]
+    np.testing.assert_array_equal(a.mode, b.mode)
+    for name in ("gap", "normal", "tangential", "slip"):
+        np.testing.assert_allclose(getattr(a, name), getattr(b, name), atol=1e-5, rtol=1e-6)
+
+
+def test_the_order_of_bodies_does_not_matter():
+    (s, start), (t, _) = pile(8), pile(8, order=[3, 7, 0, 5, 1, 6, 2, 4])
+    one, other = moved(s, start, 0.22), moved(t, start, 0.22)
+    for name in ("f0_z", "f3_x", "f7_y", "f5_wx"):
+        np.testing.assert_allclose(one[name], other[name], atol=1e-7)
+
+
+def test_bodies_in_space_keep_their_momentum():
+    s, rng, start = fb.System("cloud"), np.random.default_rng(5), {}
+    bodies = [s.body(f"b{i}", fb.box(1 + i, (0.1, 0.2, 0.3))) for i in range(12)]
+    for i, (body, place) in enumerate(zip(bodies, itertools.product((0, 1), (0, 1), (0, 1, 2)), strict=True)):
+        s.free(f"f{i}", s.ground, body)
+        start |= {f"f{i}_{c}": 0.45 * x for c, x in zip("xyz", place, strict=True)}
+        start |= {
+            f"f{i}_v{c}": float(v)
+            for c, v in zip("xyz", 2 * (np.array([0.5, 0.5, 1]) - place) + rng.normal(size=3), strict=True)
+        }
+    s.contacts("cloud", [body.sphere(0.2) for body in bodies], friction=0.6, restitution=0.2)
+    motion = moved(s, start, 0.4)
+    assert sum(map(len, motion.course.impulses.pairs)) > 20
+    total, fastest = np.zeros((len(motion.t), 3)), 0.0
+    for i in range(12):
+        turn = Rotation.from_quat(motion.poses[f"b{i}"].quaternion, scalar_first=True)
+        v, w = (np.stack([motion[f"f{i}_{k}{c}"] for c in "xyz"], axis=1) for k in "vw")
+        total += (1 + i) * turn.apply(v)
+        fastest = max(fastest, np.linalg.norm(w, axis=1).max())
+    # an impulse acts in the axes of the middle of its step, which a body reaches to h times its change of spin
+    pressed = sum(np.linalg.norm(log[:, 4:7], axis=1).sum() for log in motion.course.impulses.pairs)
+    assert np.abs(total - total[0]).max() < 2 * pressed * H * fastest
+    quiet = [k for k, log in enumerate(motion.course.impulses.pairs) if not len(log)]
+    np.testing.assert_allclose(total[quiet], total[np.array(quiet) + 1], atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [12, 44])
+def test_energy_never_grows_without_restitution(n):
+    motion = moved(*pile(n), 0.5)
+    works = motion.course.impulses.works[:, 0]
+    assert works.max() <= 1e-12 and works.min() < -0.01
+    energy = motion.energy.kinetic + motion.energy.potential
+    # the correction moves bodies out of each other, against gravity by no more than the way of a step
+    masses, fastest = sum(1 + i / 8 for i in range(n)), np.sqrt(2 * 9.81 * 0.03 * n)
+    assert np.diff(energy).max() < masses * 9.81 * fastest * H
+    assert not motion.warnings
+
+
+def test_looped_bodies_move_as_straight_code(monkeypatch):
+    s, start = pile(44)
+    looped = moved(s, start, 0.2)
+    assert kernels_of(s).looped() is not None
+    monkeypatch.setattr(Kernels, "looped", lambda self: None)
+    t, _ = pile(44)
+    straight = moved(t, start, 0.2)
+    np.testing.assert_allclose(looped.states, straight.states, atol=1e-8)
+
+
+def arms(family, drive):
+    """Return two arms of two links that swing against each other, with a driven base, and their start."""
+    s = fb.System("arms")
+    s.gravity = (0, -9.81, 0)
+    shapes, links = [], []
+    carriage = s.body("carriage", fb.box(2, (0.2, 0.1, 0.1)))
+    s.slider("rail", s.ground, carriage, axis="x", coordinate="0.1*sin(3*t)" if drive else "x0")
+    for k, x in enumerate((-0.3, 0.3)):
+        upper = s.body(f"upper{k}", fb.slender_bar(1, 0.4, axis="y"))
+        lower = s.body(f"lower{k}", fb.slender_bar(1, 0.4, axis="y"))
+        s.ball(f"shoulder{k}", carriage, upper, at=(x, 0, 0), to=(0, 0.2, 0))
+        s.hinge(f"elbow{k}", upper, lower, at=(0, -0.2, 0), to=(0, 0.2, 0), axis="z", coordinate=f"q{k}")
+        links.append((upper, lower))
+        shapes += [upper.sphere(0.1, at=(0, -0.1, 0)), lower.sphere(0.12, at=(0, -0.15, 0))]
+    tips, floor = (
+        [lower.point(0, -0.2, 0) for _, lower in links],
+        s.ground.plane(at=(0, -0.74, 0), normal="y"),
+    )
+    shapes.append(floor)
+    if family:
+        s.contacts("arms", shapes, friction=0.5, restitution=0.1)
+        s.contacts("tips", tips, against=floor, friction=0.2)
+    else:
+        for k, tip in enumerate(tips):
+            s.contact(f"tip{k}", tip, floor, friction=0.2)
+        joined = {frozenset(pair) for pair in links}
+        for a, b in itertools.combinations(range(len(shapes)), 2):
+            one, other = shapes[a], shapes[b]
+            if one.body is other.body or frozenset((one.body, other.body)) in joined:
+                continue
+            s.contact(f"c{a}_{b}", one, other, friction=0.5, restitution=0.1)
+    start = {"q0": -1.2, "q1": 1.2, "shoulder0_wz": 4.0, "shoulder1_wz": -4.1, "shoulder0_wx": 0.3}
+    return s, start
+
+
+@pytest.mark.parametrize("drive", [False, True])
+def test_trees_with_families_move_as_with_contacts_one_by_one(drive):
+    one, other = (moved(*arms(family, drive), 0.5) for family in (True, False))
+    assert sum(map(len, one.course.impulses.pairs)) > 10
+    np.testing.assert_allclose(one.states, other.states, atol=1e-8)
+    for joint in ("shoulder0", "elbow1", "rail"):
+        np.testing.assert_allclose(
+            one.reactions[joint].force, other.reactions[joint].force, rtol=1e-5, atol=1e-4
+        )
+    np.testing.assert_allclose(one.energy.residual, other.energy.residual, atol=1e-6)
+
+
+def test_disks_in_a_plane_have_one_tangent():
+    def machine(family):
+        s, start = fb.System("disks"), {}
+        s.gravity = (0, -9.81, 0)
+        shapes = []
+        for k in range(5):
+            disk = s.body(f"d{k}", fb.disk(1, 0.1))
+            s.planar(f"p{k}", s.ground, disk, coordinate=f"x{k} y{k} a{k}")
+            start |= {f"x{k}": 0.11 * (k % 2), f"y{k}": 0.12 + 0.23 * (4 - k), f"a{k}'": 5.0 - k}
+            shapes.append(disk.circle(0.1))
+        shapes += [
+            s.ground.plane(normal="y"),
+            s.ground.segment((-0.2, 0, 0), (-0.2, 1, 0), normal=(1, 0, 0)),
+            s.ground.circle(0.05, at=(0.4, 0.05, 0)),
+        ]
+        if family:
+            s.contacts("disks", shapes, friction=0.3)
+        else:
+            for a, b in itertools.combinations(range(8), 2):
+                if a < 5:
+                    s.contact(f"c{a}_{b}", shapes[a], shapes[b], friction=0.3)
+        return s, start
+
+    one, other = (moved(*machine(family), 0.3) for family in (True, False))
+    assert kernels_of(machine(True)[0]).model.families[0].tangents == 1
+    assert sum(map(len, one.course.impulses.pairs)) > 20
+    np.testing.assert_allclose(one.states, other.states, atol=1e-8)
+
+
+# -- the broad phase ----------------------------------------------------------------------------------------------
+
+
+def closed_pairs(s, q, limit):
+    """Return the closed pairs at coordinates, by compiled code."""
+    kernels = Kernels(fb.assemble(s))
+    program, shape = stepping(kernels)
+    values = kernels.values(None)
+    run, owned = memory_of(kernels, values, program, shape, [], 4000)
+    assert owned and fill
+    run.machine.c = program.constants(kernels.parameters(values))
+    loop.code("motion.families.narrow_phase", "seek")(run.families, 0.0, q, limit)
+    pairs = run.families.pairs
+    found = [(int(pairs.first[k]), int(pairs.second[k])) for k in pairs.slots[: pairs.count]]
+    return found, [pairs.touch[k].copy() for k in pairs.slots[: pairs.count]]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_sweep_and_prune_finds_the_pairs_that_a_search_of_all_pairs_finds(seed):
+    s, rng = fb.System("cloud"), np.random.default_rng(seed)
+    shapes, q = [], []
+    for k in range(24):
+        body = s.body(f"b{k}", fb.sphere(1, 0.1))
+        s.free(f"f{k}", s.ground, body)
+        at = tuple(0.1 * rng.normal(size=3).round(3))
+        shape = body.corners(size=(0.3, 0.2, 0.4)) if k % 3 == 1 else body.sphere(0.1 + 0.1 * (k % 3), at=at)
+        shapes.append(shape)
+        e = rng.normal(size=4)
+        q += [*rng.uniform(-0.6, 0.6, 3), *(e / np.linalg.norm(e))]
+    balls = [shape for shape in shapes if shape.kind == "sphere"]
+    others = [shape for shape in shapes if shape.kind == "corners"]
+    walls = [s.ground.plane(at=(0, 0, -0.3), normal="z"), s.ground.sphere(1.1, inside=True)]
+    s.contacts("balls", [*balls, *walls])
+    s.contacts("corners", others, against=[*balls, walls[0]])
+    q = np.array([*q, *[0.0] * 144])
+    model = fb.assemble(s)
+    state = float_state(model, q[: model.n_q].tolist())
+    found, touches = closed_pairs(s, q, 0.0)
+    expected, start = {}, 0
+    for family in model.families:
+        for i, j in itertools.combinations(range(len(family.members)), 2):
+            if family.meet(i, j):
+                a, b = family.ordered(i, j)
+                it = touch(model, state, family.contact(a, b))
+                if it.gap <= 0:
+                    expected[start + a, start + b] = it
+        start += len(family.members)
+    assert set(found) == set(expected)
+    assert len(found) == len(set(found)) > 20
+    for pair, got in zip(found, touches, strict=True):
+        it = expected[pair]
+        np.testing.assert_allclose(got[:10], [it.gap, *it.normal, *it.on_feature, *it.on_surface], atol=1e-13)
+        n, t1, t2 = got[1:4], got[10:13], got[13:16]
+        np.testing.assert_allclose([*np.cross(t1, t2), t1 @ n, t2 @ n], [*n, 0, 0], atol=1e-13)
