@@ -58,7 +58,7 @@ DYNAMICS = [
     Term("one-sided limit", "", "N", "zero of a force that can only pull, or only push", "dynamics/unilateral.py:Limit"),
     Term("contact mode", "", "", "open, stick, slip", "motion/contact/modes.py:modes_at"),
     Term("friction cone", "|T| <= μ N", "N", "contact forces that Coulomb's law allows", "motion/cones/cone_problem.py:ConeProblem"),
-    Term("restitution", "ε", "", "ratio of the normal speeds after and before an impact", "motion/contact/impacts.py:impact"),
+    Term("restitution", "ε", "", "ratio of the normal speeds after and before an impact", "motion/events/impulses.py:together"),
 ]  # fmt: skip
 FORMULAS = [
     Term("scalar", "", "", "number of any field: float, canonical polynomial, traced scalar", "scalar/algebra.py:Scalar"),
