@@ -302,3 +302,20 @@ def test_a_law_along_a_line():
     udot = fb.compile(s).forward_dynamics([3.0, 4.0, 0.0], [1.0, 0.5, 0.0])
     pull = 3 * (5 - 2) + (3 + 2) / 5
     close(udot[:2], [-pull * 0.6, -pull * 0.8], 64 * EPS)
+
+
+def test_drag_at_rest():
+    """Implicit methods differentiate |v| v at v = 0; the numeric linear equations there are refused."""
+    s = fb.System("drop")
+    m, k, g = s.parameters(m=1.0, k=0.5, g=9.81)
+    s.gravity = (0, 0, -g)
+    rail = s.slider("z", s.ground, s.body("drop", fb.particle(m)), axis="z", coordinate="z")
+    s.drag("air", s.bodies["drop"], quadratic=k)
+    fastest = np.sqrt(9.81 / 0.5)
+    assert fb.simulate(s, 3, method="radau")["z'"][-1] == pytest.approx(
+        -fastest * np.tanh(9.81 * 3 / fastest), rel=1e-8
+    )
+    s.gravity = (0, 0, 0)
+    s.spring("spring", rail, stiffness=4)
+    with pytest.raises(fb.errors.ModelError, match=r"not finite at the state given: .* drag at rest"):
+        fb.linearize(s, values={})

@@ -168,6 +168,30 @@ def _partials(tape: Tape, i: int, first: Scalar, second: Scalar) -> tuple[Scalar
     return (half - side, half + side) if code == CODES["min"] else (half + side, half - side)
 
 
+def _slope_of_root(tape: Tape, x: Scalar, v: Scalar) -> Scalar:
+    """Return the derivative of √x.
+
+    A length √(a² + b² + …) has no derivative where it is zero, and any of its products with what is zero there, such
+    as the drag |v| v, has the derivative that follows with 0 for that of the length. 1/(2·0) would make 0/0 of it.
+    """
+    if not (type(x) is Traced and _is_sum_of_squares(tape, x.index)):
+        return 1 / (2 * v)
+    positive = tape.apply("sign", v)  # 1, or 0 where the length is zero
+    return positive / (2 * v + (1 - positive))
+
+
+def _is_sum_of_squares(tape: Tape, i: int) -> bool:
+    """Return whether a node is a sum of squares of nodes."""
+    nodes = [i]
+    while nodes:
+        i = nodes.pop()
+        if tape.op[i] == ADD:
+            nodes += [tape.a[i], tape.b[i]]
+        elif not (tape.op[i] == MUL and tape.a[i] == tape.b[i]):
+            return False
+    return True
+
+
 _UNARY: dict[int, Callable[[Tape, Scalar, Scalar], Scalar]] = {
     CODES["sin"]: lambda tape, x, v: tape.cos(x),
     CODES["cos"]: lambda tape, x, v: -tape.sin(x),
@@ -178,7 +202,7 @@ _UNARY: dict[int, Callable[[Tape, Scalar, Scalar], Scalar]] = {
     CODES["sinh"]: lambda tape, x, v: tape.apply("cosh", x),
     CODES["cosh"]: lambda tape, x, v: tape.apply("sinh", x),
     CODES["tanh"]: lambda tape, x, v: 1 - v * v,
-    CODES["sqrt"]: lambda tape, x, v: 1 / (2 * v),
+    CODES["sqrt"]: lambda tape, x, v: _slope_of_root(tape, x, v),
     CODES["exp"]: lambda tape, x, v: v,
     CODES["log"]: lambda tape, x, v: 1 / x,
     CODES["abs"]: lambda tape, x, v: tape.apply("sign", x),

@@ -154,3 +154,14 @@ def test_errors():
         forward(tape, [x], [x, y], [1])
     with pytest.raises(ExpressionError, match="Expected one weight for each of the 1 outputs, got 2"):
         transposed(tape, [x], [1, 2], [x])
+
+
+def test_products_with_a_length_have_a_derivative_where_it_is_zero():
+    """d(|v| v_x) = |v| dv_x + v_x (v·dv)/|v|, which is 0 at rest; a root that is no length stays infinite there."""
+    tape, x, y, _ = setup()
+    length = tape.sqrt(x * x + y * y)
+    (by_x, by_y), (root,) = jacobian(tape, [length * x], [x, y])[0], jacobian(tape, [tape.sqrt(x)], [x])[0]
+    assert tape.evaluate([by_x, by_y], {"x": 0.0, "y": 0.0}) == [0, 0]
+    assert tape.evaluate([by_x, by_y], {"x": 3.0, "y": 4.0}) == pytest.approx([5 + 9 / 5, 12 / 5], rel=1e-15)
+    with pytest.raises(ZeroDivisionError):
+        tape.evaluate([root], {"x": 0.0, "y": 0.0})

@@ -117,7 +117,13 @@ class Checks:
         return f" at {shown}" if shown else ""
 
     def balance(self, residual: Any, scale: Any, names: Sequence[str], what: str) -> None:
-        """Raise if a residual exceeds round-off."""
+        """Raise if a residual exceeds round-off, or if terms are not finite."""
+        if np.isfinite(residual).all() and not np.isfinite(scale).all():
+            raise ModelError(
+                f"The linear equations of '{self.model.name}' are not finite at the state given: a length or a root "
+                f"that is zero there has no derivative, such as the |v| of drag at rest. Give a state beside it in "
+                f"`about`, or linearize with symbols: fb.linearize(s) without values."
+            )
         bad = ~(np.abs(residual) <= SMALL * scale)
         if not bad.any():
             return
