@@ -263,9 +263,9 @@ def test_arguments_that_a_function_does_not_have(pendulum):
         ),
         (
             lambda: s.spring("k", rail, stiffness=1, length=1),
-            "got 'length='; known names: coordinate, name, on, rest",
+            "got 'length='; known names: coordinate, force, name, on, rest",
         ),
-        (lambda: s.spring("k", rail), "Expected spring(name, on, to, stiffness, rest, coordinate): missing"),
+        (lambda: s.damper("k", rail), "Expected damper(name, on, to, damping, coordinate): missing"),
         (
             lambda: s.body("b", fb.particle(1), colour="red"),
             "argument of body, got 'colour='; did you mean 'color'?",

@@ -7,7 +7,7 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError, shown
-from ..scalar.algebra import IDENTITY, Matrix, Vector
+from ..scalar.algebra import IDENTITY, Matrix, Vector, cross, dot, multiply, transpose
 from ..scalar.expression import exact
 from ..space.rotation import Rotation
 from .description import Description, varying, vector
@@ -62,10 +62,22 @@ def orientation(system: Description, axes: Any, what: str) -> Matrix:
                 f"Axes fixed in the bodies cannot depend on {', '.join(moving)} ({what}). "
                 f"A turn that moves is a joint's coordinate."
             )
-    # a matrix of symbols is checked with fixed numbers in their place
-    if not any(isinstance(entry, sympy.Basic) for row in matrix for entry in row):
-        Rotation(matrix)
-        return matrix
+    if any(isinstance(entry, sympy.Basic) for row in matrix for entry in row):
+        error, determinant = _sampled(matrix)
+    else:
+        products = multiply(matrix, transpose(matrix))
+        error = float(max(abs(products[i][j] - IDENTITY[i][j]) for i in range(3) for j in range(3)))
+        determinant = float(dot(first, cross(second, third)))
+    if error > 1e-12 or determinant < 0:
+        raise ModelError(
+            f"Expected a rotation matrix for {what}: its rows are orthonormal to {error:.2g} only "
+            f"and its determinant is {determinant:.6g}, not 1."
+        )
+    return matrix
+
+
+def _sampled(matrix: Matrix) -> tuple[float, float]:
+    """Return how far rows of symbols are from orthonormal, and their determinant, with numbers for the symbols."""
     A = sympy.Matrix(matrix)
     sample = {
         symbol: sympy.Rational(i + 2, 3 * i + 7) for i, symbol in enumerate(sorted(A.free_symbols, key=str))
@@ -73,9 +85,4 @@ def orientation(system: Description, axes: Any, what: str) -> Matrix:
     A = A.subs(sample).evalf(30)
     error = max(abs(float(entry)) for entry in A * A.T - sympy.eye(3))
     determinant = float(A.det())
-    if error > 1e-12 or determinant < 0:
-        raise ModelError(
-            f"Expected a rotation matrix for {what}: its rows are orthonormal to {error:.2g} only "
-            f"and its determinant is {determinant:.6g}, not 1."
-        )
-    return matrix
+    return error, determinant

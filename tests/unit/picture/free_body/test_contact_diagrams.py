@@ -73,9 +73,9 @@ def test_friction_is_dashed_and_the_state_is_written():
     found = arrows(stick.svg)
     assert found["T_floor"].get("data-kind") == "friction" and found["N_floor"].get("data-kind") == "reaction"
     assert color(found["T_floor"])[1] and not color(found["N_floor"])[1]
-    assert r"contact floor: stick, $|T_{floor}| \leq \mu N_{floor}$" in words(stick)
+    assert r"contact floor: stick, $|T_{\mathrm{floor}}| \leq \mu N_{\mathrm{floor}}$" in words(stick)
     slip = free_body_diagram(pulled_disk(), "disk", modes={"floor": "slip+"})
-    assert r"contact floor: slip, $|T_{floor}| = \mu N_{floor}$" in words(slip)
+    assert r"contact floor: slip, $|T_{\mathrm{floor}}| = \mu N_{\mathrm{floor}}$" in words(slip)
     opened = free_body_diagram(pulled_disk(), "disk", modes={"floor": "open"})
     assert "contact floor: open" in words(opened) and "N_floor" not in arrows(opened.svg)
     two = free_body_diagram(sliding_body(), "box", modes={"A": "slip+", "B": "slip+"})
