@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 import pytest
 import sympy
@@ -136,6 +135,7 @@ KINDS = {
 @pytest.mark.parametrize("first", KINDS)
 @pytest.mark.parametrize("second", ["hinge", "slider", "ball"])
 def test_armature_is_that_of_mujoco(first, second):
+    mujoco = pytest.importorskip("mujoco")
     s = fb.System("mujoco")
     s.gravity = (1, -2, 3)
     inertias = (
