@@ -72,10 +72,14 @@ def resistance(
     return tuple(a * (x + c) for a, x, c in zip(armature, second, turned, strict=True))
 
 
-def turned_slides(state: State, i: int) -> tuple[Scalar, ...]:
-    """Return the part of each relative acceleration of a ball or free joint that is not u': w × v of the slides."""
+def turned_slides(state: State, i: int, speeds: Sequence[Scalar] | None = None) -> tuple[Scalar, ...]:
+    """Return the part of each relative acceleration of a ball or free joint that is not u': w × v of the slides.
+
+    With ``speeds`` of the joint, v is that of these; w is always that of the state.
+    """
     link = state.model.links[i]
     if link.kind != "free":
         return ZERO
     u = state.u[link.u : link.u + 6]
-    return (*ZERO, *cross((u[0], u[1], u[2]), (u[3], u[4], u[5])))
+    v = u if speeds is None else speeds
+    return (*ZERO, *cross((u[0], u[1], u[2]), (v[3], v[4], v[5])))

@@ -40,7 +40,7 @@ from ..scalar.algebra import (
     scale,
     subtract,
 )
-from ..scalar.series import Series
+from ..scalar.series import derivative_at_start, value_at_start
 from .contact import ContactRows, rows_of, touch
 from .dependence import dependence, directions
 from .kinematics import (
@@ -443,7 +443,7 @@ class Linearized:
         """ψ = G u + g."""
         along = _along_motion(self._model, self._state, self._state.u, 1, 1)
         pairs = zip(along, self._kinds, strict=True)
-        result = [_at(r, 0) if kind.on_speeds else _derivative(r, 1) for r, kind in pairs]
+        result = [value_at_start(r) if kind.on_speeds else derivative_at_start(r, 1) for r, kind in pairs]
         for i, touching in self.touching:
             result[i : i + _count(touching)] = self._contact_rows(touching).rate[: _count(touching)]
         return tuple(result)
@@ -453,7 +453,7 @@ class Linearized:
         """γ, the part of ψ' that is free of accelerations."""
         along = _along_motion(self._model, self._state, self._state.u, 1, 2, pins=False)
         pairs = zip(along, self._kinds, strict=True)
-        result = [_derivative(r, 1 if kind.on_speeds else 2) for r, kind in pairs]
+        result = [derivative_at_start(r, 1 if kind.on_speeds else 2) for r, kind in pairs]
         for i, pin in self._pins:
             result[i : i + _conditions(pin)] = self._in_ground(pin)[1]
         for i, touching in self.touching:
@@ -474,7 +474,9 @@ class Linearized:
             unit = [int(j in moving) for j in range(model.n_u)]
             for i, r in enumerate(_along_motion(model, state, unit, 0, 1, pins=False)):
                 for j in moving & depends[kinds[i].owner]:
-                    columns[i][j] = _at(r, 0) - at_rest[i] if kinds[i].on_speeds else _derivative(r, 1)
+                    columns[i][j] = (
+                        value_at_start(r) - at_rest[i] if kinds[i].on_speeds else derivative_at_start(r, 1)
+                    )
         result = [tuple(row.get(j, 0) for j in range(model.n_u)) for row in columns]
         for i, pin in self._pins:
             result[i : i + _conditions(pin)] = map(tuple, self._in_ground(pin)[0])
@@ -518,11 +520,3 @@ def _along_motion(
 ) -> list[Scalar]:
     """Return the residuals as series along q' = N(q) u with u constant; ``clock`` is the rate of time."""
     return residuals(model, state_along(model, state, u, clock, order), contacts=False, pins=pins)
-
-
-def _derivative(x: Scalar, k: int) -> Scalar:
-    return x.derivative(k) if isinstance(x, Series) else 0
-
-
-def _at(x: Scalar, k: int) -> Scalar:
-    return x.c[k] if isinstance(x, Series) else x

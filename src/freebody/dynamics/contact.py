@@ -40,7 +40,7 @@ from ..scalar.algebra import (
     subtract,
 )
 from ..scalar.expression import evaluate
-from ..scalar.series import Series
+from ..scalar.series import derivative_at_start, value_at_start
 from .kinematics import link_postures, motions, place_of, rotation, state_along, state_moving, velocities
 from .state import State
 
@@ -122,7 +122,7 @@ def reaches_along(
 ) -> list[tuple[Scalar, Scalar, Scalar]]:
     """Return value, rate and acceleration of each ``reach`` of an element, along the motion with ``udot``."""
     reach = touch(model, state_moving(model, state, udot), contact).reach
-    return [(x.c[0], x.derivative(1), x.derivative(2)) if isinstance(x, Series) else (x, 0, 0) for x in reach]
+    return [(value_at_start(x), derivative_at_start(x), derivative_at_start(x, 2)) for x in reach]
 
 
 # --- the pairs of shapes -------------------------------------------------------------------------
@@ -318,7 +318,7 @@ class ContactRows:
         """b, the part of the rates' derivatives that is free of accelerations [m/s²]."""
         moving = state_along(self._model, self._state, self._state.u, 1, 1)
         rates = _rates(self._model, moving, self._contacts)
-        return tuple(r.derivative(1) if isinstance(r, Series) else 0 for r in rates)
+        return tuple(map(derivative_at_start, rates))
 
 
 def contact_rows(model: Model, state: State) -> ContactRows:

@@ -18,10 +18,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Scalar, add, apply_transpose, cross, dot, scale
-from ..scalar.series import Series
+from ..scalar.algebra import Scalar, add, apply_transpose, dot, scale
+from ..scalar.series import derivative_at_start, value_at_start
 from ..space.spatial import Spatial, force_cross, minus, momentum_of, plus, power
-from .armature import rates
+from .armature import rates, turned_slides
 from .kinematics import link_postures, replaced, state_along, velocities
 from .state import State
 
@@ -40,23 +40,24 @@ def coriolis_matrix(model: Model, state: State) -> tuple[tuple[Scalar, ...], ...
     for k in range(n):
         unit = [int(j == k) for j in range(n)]
         V, y = _less(_motions(replaced(along, along.field, along.t, along.q, unit)), still)
-        rates_of_own = [
-            tuple(a + b for a, b in zip(_each(x, _rate), _turned(state, i, _each(x, _value)), strict=True))
-            for i, x in enumerate(y)
-        ]
-        columns.append((_each(V, _value), _each(y, _value), _each(V, _rate), rates_of_own))
+        own, own_rates = _each(y, value_at_start), _each(y, derivative_at_start)
+        for i, link in enumerate(model.links):
+            if link.armature and not link.one_dof:
+                turned = turned_slides(state, i, own[i])
+                own_rates[i] = tuple(a + b for a, b in zip(own_rates[i], turned, strict=True))
+        columns.append((_each(V, value_at_start), own, _each(V, derivative_at_start), own_rates))
     rows: list[list[Scalar]] = [[0] * n for _ in range(n)]
     for k, (V, _, V_rate, y_rate) in enumerate(columns):
         forces = _momenta(state, V_rate, y_rate)
         forces = [plus(F, force_cross(W, P)) for F, W, P in zip(forces, V, momenta, strict=True)]
-        own = [_along(state, i, V_rate, y_rate[i]) for i in links]
+        along_own = [_along(state, i, V_rate, y_rate[i]) for i in links]
         for j, (W, y, _, _) in enumerate(columns):
             total: Scalar = 0
             for i in links:
                 total = (
                     total
                     + power(W[i], forces[i])
-                    + sum((a * b for a, b in zip(y[i], own[i], strict=True)), 0)
+                    + sum((a * b for a, b in zip(y[i], along_own[i], strict=True)), 0)
                 )
             rows[j][k] = total
     return tuple(map(tuple, rows))
@@ -115,25 +116,8 @@ def _along(state: State, i: int, V: Sequence[Spatial], own: tuple[Scalar, ...]) 
     return forces
 
 
-def _turned(state: State, i: int, own: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-    """Return w × v of the slides of a free joint, for slides that move with ``own``; zero for other joints."""
-    link = state.model.links[i]
-    if link.kind != "free" or not own:
-        return (0,) * len(own)
-    w = state.u[link.u : link.u + 3]
-    return (0, 0, 0, *cross((w[0], w[1], w[2]), (own[3], own[4], own[5])))
-
-
 def _each(nested: Any, function: Any) -> Any:
     """Return nested lists and tuples with a function applied to each scalar."""
     if isinstance(nested, list | tuple):
         return type(nested)(_each(x, function) for x in nested)
     return function(nested)
-
-
-def _value(x: Any) -> Any:
-    return x.c[0] if isinstance(x, Series) else x
-
-
-def _rate(x: Any) -> Any:
-    return x.derivative(1) if isinstance(x, Series) else 0

@@ -7,13 +7,12 @@ from __future__ import annotations
 
 from os import environ, pathsep
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from ..errors import FormatError
 from ..space.shape import Shape
-
-if TYPE_CHECKING:
-    import numpy as np
 
 LARGEST = 200_000_000
 """Greatest size of a mesh file, in bytes."""
@@ -92,8 +91,6 @@ def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
     except ImportError:
         raise FormatError(f"{kind} needs trimesh: pip install 'freebody[mesh]'") from None
     try:
-        import numpy as np
-
         mesh = trimesh.load(path, force="mesh")
         return np.array(mesh.vertices, float), np.array(mesh.faces, int)
     except Exception as error:  # each of its readers has errors of its own
@@ -102,8 +99,6 @@ def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 def _stl(data: bytes) -> tuple[np.ndarray, np.ndarray]:
     """Return the triangles of an STL file, binary or text."""
-    import numpy as np
-
     count = int.from_bytes(data[80:84], "little") if len(data) >= 84 else -1
     if len(data) >= 84 + 50 * count >= 84:
         record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -124,8 +119,6 @@ def _stl(data: bytes) -> tuple[np.ndarray, np.ndarray]:
 
 def _obj(text: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the triangles of an OBJ file; polygons are fans."""
-    import numpy as np
-
     vertices: list[list[str]] = []
     faces: list[tuple[int, int, int]] = []
     for line in text.splitlines():
@@ -146,8 +139,6 @@ def _obj(text: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _numbers(rows: list[list[str]]) -> np.ndarray:
-    import numpy as np
-
     try:
         points = np.array(rows, float).reshape(-1, 3)
     except ValueError:
@@ -176,8 +167,6 @@ FINEST, COARSE = 1 << 20, 256
 
 def _merged(vertices: np.ndarray, faces: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the mesh whose vertices are the means of those in each cell of a grid, and each triangle once."""
-    import numpy as np
-
     low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max()) or 1.0
     x, y, z = np.round((vertices - low) * (cells / size)).astype(np.int64).T
     _, number = np.unique((x * (cells + 1) + y) * (cells + 1) + z, return_inverse=True)

@@ -202,7 +202,7 @@ _UNARY: dict[int, Callable[[Tape, Scalar, Scalar], Scalar]] = {
     CODES["sinh"]: lambda tape, x, v: tape.apply("cosh", x),
     CODES["cosh"]: lambda tape, x, v: tape.apply("sinh", x),
     CODES["tanh"]: lambda tape, x, v: 1 - v * v,
-    CODES["sqrt"]: lambda tape, x, v: _slope_of_root(tape, x, v),
+    CODES["sqrt"]: _slope_of_root,
     CODES["exp"]: lambda tape, x, v: v,
     CODES["log"]: lambda tape, x, v: 1 / x,
     CODES["abs"]: lambda tape, x, v: tape.apply("sign", x),

@@ -245,3 +245,13 @@ _RULES: dict[str, Any] = {
     "abs": _abs,
     "pow": _pow,
 }
+
+
+def value_at_start(x: Scalar) -> Scalar:
+    """Return x_0 of a series; a scalar of another kind is constant."""
+    return x.c[0] if isinstance(x, Series) else x
+
+
+def derivative_at_start(x: Scalar, k: int = 1) -> Scalar:
+    """Return the k-th time derivative of a series at its start, 0 of a scalar of another kind."""
+    return x.derivative(k) if isinstance(x, Series) else 0

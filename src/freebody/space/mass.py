@@ -184,9 +184,7 @@ class MassProperties:
         if not isinstance(other, MassProperties):
             return NotImplemented
         mass = _tidy(self.mass + other.mass)
-        if mass == 0:
-            return self
-        center = _weighted(self, other, 1, mass)
+        center = self.center if mass == 0 else _weighted(self, other, 1, mass)
         inertia = add_matrices(self.about(center), other.about(center))
         positive = self.positive + other.positive
         return self._with(mass, center, inertia, compound(self.shape, other.shape), positive)
@@ -309,7 +307,7 @@ class MassProperties:
     ) -> MassProperties:
         # The result is not checked: the theorems turn possible mass properties into possible ones, and a check
         # would refuse only flat bodies, which are at the limit, because of the round-off of a rotation.
-        result = object.__new__(MassProperties)
+        result = object.__new__(type(self))
         result._set(_tidy(mass), tuple(map(_tidy, center)), _map(_tidy, inertia))
         object.__setattr__(result, "shape", shape)
         object.__setattr__(result, "positive", _positive(self.positive if positive is None else positive))

@@ -236,3 +236,8 @@ def test_values_are_frozen_and_print_shortly():
     with pytest.raises(AttributeError):
         body.mass = 2
     assert hash(body) == hash(disk(Fraction(3, 10), 1))
+
+
+def test_two_flywheels_whose_mass_is_counted_elsewhere_keep_both_inertias():
+    one, two = (MassProperties(0, (0, 0, 0), ((i, 0, 0), (0, i, 0), (0, 0, i))) for i in (1, 2))
+    assert (one + two).inertia == ((3, 0, 0), (0, 3, 0), (0, 0, 3)) and (one + two).mass == 0

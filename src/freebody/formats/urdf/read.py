@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import add
 from pathlib import Path
 from typing import Any
 
 from ...describe.system import System
 from ...errors import MassError, ModelError, shown
-from ...scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add_matrices, dot, multiply, scale, subtract
+from ...scalar.algebra import IDENTITY, Matrix, Vector, multiply
 from ...scalar.expression import exact
 from ...space.mass import MassProperties
-from ...space.shape import Shape, compound
+from ...space.pose import Pose
 from ..reading import Reading
 from ..surfaces import Meshes
 from ..xml_tree import Element, identifier
-from .robot import Joint, Link, Pose, Robot, robot
+from .robot import Joint, Link, Robot, placed, robot
 
 BASES = ("fixed", "free", "planar")
 """Values of ``base``: how the ground holds the link that no joint holds."""
@@ -33,14 +36,15 @@ class Cluster:
     joints: list[tuple[Joint, Pose]] = field(default_factory=list)  # moving joints that begin here
 
     @property
-    def mass(self) -> float:
-        """Sum of the masses [kg]."""
-        return sum(link.mass for link, _ in self.members)
+    def properties(self) -> MassProperties:
+        """Mass properties of the links together, in the axes of the first, with their solids."""
+        return reduce(add, (placed(link.properties, pose) for link, pose in self.members))
 
     @property
     def massive(self) -> bool:
         """True if the cluster has a mass or an inertia."""
-        return any(link.mass or any(map(any, link.inertia)) for link, _ in self.members)
+        links = (link.properties for link, _ in self.members)
+        return any(one.mass or any(map(any, one.inertia)) for one in links)
 
 
 def system_of(root: Element, file: Path, base: str, symbols: str, keep_fixed: bool, meshes: bool) -> System:
@@ -73,6 +77,7 @@ class _Reader:
         self.taken = {"t"}  # names of coordinates, their speeds and parameters
         self.bodies, self.joints = {"ground"}, set()  # type: set[str], set[str]
         self.coordinates: dict[str, Any] = {}
+        self.clusters: dict[str, Cluster] = {}
 
     def system(self, base: str) -> System:
         """Return the system."""
@@ -88,7 +93,7 @@ class _Reader:
         if base == "fixed":
             held: Any = s.ground
             self._frames(first, s.ground)
-            s.scenery = self._shape(first)
+            s.scenery = first.properties.shape
         else:
             held = self._body(first)
             name = identifier("base", self.joints)
@@ -109,7 +114,9 @@ class _Reader:
 
     def _cluster(self, head: Link) -> Cluster:
         """Return the links that move with ``head``."""
-        cluster = Cluster(head)
+        if head.name in self.clusters:
+            return self.clusters[head.name]
+        cluster = self.clusters[head.name] = Cluster(head)
         waiting = [(head, Pose())]
         while waiting:
             link, pose = waiting.pop()
@@ -163,7 +170,7 @@ class _Reader:
         """Keep the frames of the links of a cluster."""
         for link, pose in cluster.members:
             whole = pose if outer is None else outer @ pose
-            self.reading.frames[link.name] = (body.point(*whole.place), whole.axes)
+            self.reading.frames[link.name] = (body.point(*whole.position), whole.rotation.matrix)
         if outer is not None:
             for joint, pose in cluster.joints:
                 self._frames(self._cluster(self.robot.links[joint.child]), body, outer @ pose)
@@ -171,7 +178,8 @@ class _Reader:
     def _body(self, cluster: Cluster) -> Any:
         """Add the body of a cluster."""
         name = self._renamed(cluster.head.name, self.bodies)
-        mass, center, inertia = together(cluster.members)
+        total = cluster.properties
+        mass, center, inertia = _each(total.mass), _each(total.center), _each(total.inertia)
         possible = True
         try:
             MassProperties(mass, center, inertia)
@@ -191,26 +199,20 @@ class _Reader:
             inertia = [[entries["".join(sorted(a + b))] for b in "xyz"] for a in "xyz"]
         color = next((link.color for link, _ in cluster.members if link.color), None)
         rows: Any = tuple(map(tuple, inertia))
-        given = MassProperties.as_given(mass, tuple(center), rows, self._shape(cluster), possible)
+        given = MassProperties.as_given(mass, tuple(center), rows, total.shape, possible)
         body = self.s.body(name, given, color=color or None)
         self._frames(cluster, body)
         return body
-
-    def _shape(self, cluster: Cluster) -> Shape | None:
-        """Return the solids of a cluster as one shape, or None."""
-        shape: Shape | None = None
-        for link, pose in cluster.members:
-            for part in link.shapes:
-                shape = compound(shape, part.rotated(pose.axes).moved(pose.place))
-        return shape
 
     # -- joints -------------------------------------------------------------------------------------
 
     def _joint(self, joint: Joint, parent: Any, child: Any, pose: Pose) -> None:
         """Add a joint with its damper and spring."""
         s, name = self.s, self._renamed(joint.name, self.joints)
-        place = self._lengths(name, pose.place)
-        where: dict[str, Any] = {"at": place, "parent_axes": None if pose.axes == IDENTITY else pose.axes}
+        axes = pose.rotation.matrix
+        where: dict[str, Any] = {"at": self._lengths(name, pose.position)}
+        if axes != IDENTITY:
+            where["parent_axes"] = axes
         match joint.kind:
             case "fixed":
                 s.weld(name, parent, child, **where)
@@ -225,7 +227,7 @@ class _Reader:
                 )
             case "planar":
                 turn = normal(joint.axis)
-                where["parent_axes"] = multiply(pose.axes, turn)
+                where["parent_axes"] = multiply(axes, turn)
                 q = [self._name(f"{name}_{x}") for x in ("x", "y", "turn")]
                 s.planar(name, parent, child, coordinate=q, child_axes=turn, **where)
                 return
@@ -291,42 +293,15 @@ class _Reader:
         return [self._parameter(f"r_{name}_{a}", x, "m") for a, x in zip("xyz", place, strict=True)]
 
 
-def together(members: list[tuple[Link, Pose]]) -> tuple[Any, Any, Any]:
-    """Return mass, mass centre and inertia of links that are held together, in the axes of the first.
-
-    A link alone keeps its numbers. Else
-
-        m = Σ m_i,  c = Σ m_i c_i / m,  I = Σ R_i I_i R_iᵀ + m_i (|d|² 1 - d dᵀ),  d = c_i - c
-    """
-    heavy = [(link, pose) for link, pose in members if link.mass or any(map(any, link.inertia))]
-    if not heavy:
-        return 0, ZERO, ((0, 0, 0),) * 3
-    if len(heavy) == 1 and heavy[0][1] == Pose():
-        link = heavy[0][0]
-        return link.mass, link.center, link.inertia
-    mass = sum(link.mass for link, _ in heavy)
-    centers = [pose.point(link.center) for link, pose in heavy]
-    center: Any = centers[0]
-    if mass:
-        moments = [scale(link.mass, c) for (link, _), c in zip(heavy, centers, strict=True)]
-        center = tuple(sum(column) / mass for column in zip(*moments, strict=True))
-    total: Matrix = ((0, 0, 0),) * 3
-    for (link, pose), c in zip(heavy, centers, strict=True):
-        d, R = subtract(c, center), pose.axes
-        columns: Any = tuple(zip(*R, strict=True))
-        total = add_matrices(total, multiply(multiply(R, link.inertia), columns))
-        square = dot(d, d)
-        about: Any = tuple(
-            tuple(link.mass * ((square if i == j else 0) - d[i] * d[j]) for j in range(3)) for i in range(3)
-        )
-        total = add_matrices(total, about)
-    return mass, center, tuple(tuple((total[i][j] + total[j][i]) / 2 for j in range(3)) for i in range(3))
+def _each(x: Any) -> Any:
+    """Return integers and the nearest floats of exact numbers, in nested tuples."""
+    if isinstance(x, tuple):
+        return tuple(map(_each, x))
+    return x if isinstance(x, int) else float(x)
 
 
 def normal(axis: Vector) -> Matrix:
     """Return a rotation matrix whose third column is a unit vector."""
-    import math
-
     x, y, z = axis
     if (x, y) == (0, 0):
         return IDENTITY if z > 0 else ((1, 0, 0), (0, -1, 0), (0, 0, -1))

@@ -8,11 +8,15 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import Any
 
 from ...errors import FormatError, nearest
-from ...scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add, apply, multiply
-from ...space.shape import Shape
+from ...scalar.algebra import ZERO, Vector
+from ...space.mass import MassProperties
+from ...space.pose import Pose
+from ...space.rotation import Rotation
+from ...space.shape import Shape, compound
 from ..reading import Reading
 from ..surfaces import Meshes
 from ..xml_tree import Element
@@ -20,36 +24,19 @@ from ..xml_tree import Element
 DECIMALS = 10
 """Decimals with which a multiple of a right angle must be written to be taken as one."""
 RIGHT = math.pi / 2
-MOVING = ("revolute", "continuous", "prismatic", "floating", "planar", "spherical")
+SEVERAL = ("floating", "planar", "spherical")
+"""Types of joints with several coordinates."""
+MOVING = ("revolute", "continuous", "prismatic", *SEVERAL)
 """Types of joints that move; the others are ``fixed``."""
 
 
 @dataclass(frozen=True)
-class Pose:
-    """Place and axes of a frame in another: ``v_A = axes v_B``, numbers."""
-
-    place: Vector = ZERO
-    axes: Matrix = IDENTITY
-
-    def __matmul__(self, inner: Pose) -> Pose:
-        """The pose of a frame that has the pose ``inner`` in this one."""
-        return Pose(self.point(inner.place), multiply(self.axes, inner.axes))
-
-    def point(self, p: Vector) -> Vector:
-        """A point of the inner frame, in the outer one."""
-        return add(self.place, apply(self.axes, p))
-
-
-@dataclass(frozen=True)
 class Link:
-    """Mass, mass centre and inertia in the link's axes, and the solids that are shown."""
+    """Mass properties in the link's axes, with the solids that are shown, and the colour of these."""
 
     name: str
     element: Element
-    mass: float = 0.0
-    center: Vector = ZERO
-    inertia: Matrix = ((0, 0, 0), (0, 0, 0), (0, 0, 0))
-    shapes: tuple[Shape, ...] = ()
+    properties: MassProperties
     color: str = ""
 
 
@@ -129,8 +116,9 @@ LEFT_OUT = {
 
 
 def _has_macros(root: Element) -> bool:
-    return any(child.tag.startswith("xacro:") for child in root.children) or "${" in str(
-        [child.attributes for child in root.children]
+    values = (value for child in root.children for value in child.attributes.values())
+    return any(child.tag.startswith("xacro:") for child in root.children) or any(
+        "${" in value for value in values
     )
 
 
@@ -149,10 +137,6 @@ def _once(element: Element, known: dict[str, Any]) -> None:
 def link(element: Element, materials: dict[str, Element], reading: Reading, meshes: Meshes | None) -> Link:
     """Return a link."""
     name, what = element.get("name"), f"link '{element.get('name')}'"
-    result = Link(name, element)
-    inertial = element.first("inertial")
-    if inertial is not None:
-        result = _massive(result, inertial, what, reading)
     shown = [shape for part in element.all("visual") for shape in _solids(part, what, reading, meshes)]
     if not shown:
         shown = [shape for part in element.all("collision") for shape in _solids(part, what, reading, meshes)]
@@ -166,16 +150,18 @@ def link(element: Element, materials: dict[str, Element], reading: Reading, mesh
             reading.left_out(
                 f"{what}, <{child.tag}>", child.line, "not a part of URDF that says something of the motion"
             )
-    return replace(result, shapes=tuple(shown), color=colour)
+    inertial = element.first("inertial")
+    nothing = MassProperties.as_given(0, ZERO, ((0, 0, 0),) * 3)
+    properties = nothing if inertial is None else _massive(inertial, what, reading)
+    return Link(name, element, replace(properties, shape=reduce(compound, shown, None)), colour)
 
 
-def _massive(link: Link, inertial: Element, what: str, reading: Reading) -> Link:
-    """Return the link with its mass, and its inertia turned to the link's axes."""
+def _massive(inertial: Element, what: str, reading: Reading) -> MassProperties:
+    """Return the mass properties of a link, in its axes, whether a body can have them or not."""
     mass = inertial.first("mass")
     m = 0.0 if mass is None else mass.number("value")
     if m < 0:
         raise inertial.error(f"expected a mass of {what} that is not negative, got {m:g} kg")
-    pose = _pose(inertial, what, reading)
     values = [0.0] * 6
     inertia = inertial.first("inertia")
     if inertia is not None:
@@ -184,18 +170,11 @@ def _massive(link: Link, inertial: Element, what: str, reading: Reading) -> Link
         for i, name in enumerate(names):
             other = turned.get(name, name)
             values[i] = inertia.number(name if name in inertia.attributes else other, 0.0)
-    xx, xy, xz, yy, yz, zz = values
-    own: Matrix = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     if m == 0 and any(values):
         reading.changed(what, inertial.line, "an inertia without mass is kept as it is")
-    R = pose.axes
-    turned_inertia = multiply(multiply(R, own), _transposed(R)) if R != IDENTITY else own
-    return replace(link, mass=m, center=pose.place, inertia=turned_inertia)
-
-
-def _transposed(R: Matrix) -> Matrix:
-    a, b, c = zip(*R, strict=True)
-    return (a, b, c)
+    xx, xy, xz, yy, yz, zz = values
+    own = MassProperties.as_given(m, ZERO, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), possible=False)
+    return placed(own, _pose(inertial, reading))
 
 
 def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -> list[Shape]:
@@ -214,7 +193,7 @@ def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -
     elif solid.tag == "mesh" and meshes is not None:
         try:
             scale = solid.numbers("scale", 3, (1.0, 1.0, 1.0))
-            return [_placed(part, meshes.shape(solid.get("filename"), scale), what)]
+            return [placed(meshes.shape(solid.get("filename"), scale), _pose(part))]
         except FormatError as error:
             name = solid.attributes.get("filename", "").rpartition("/")[2]
             reading.left_out(
@@ -230,13 +209,7 @@ def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -
     if any(size <= 0 for _, size in shape.dimensions):
         reading.left_out(f"{what}, <{part.tag}>", solid.line, "a solid without size is not drawn")
         return []
-    return [_placed(part, shape, what)]
-
-
-def _placed(part: Element, shape: Shape, what: str) -> Shape:
-    """Return a shape at the origin of its element."""
-    pose = _pose(part, what, Reading(""))
-    return shape.rotated(pose.axes).moved(pose.place)
+    return [placed(shape, _pose(part))]
 
 
 def _color(part: Element, materials: dict[str, Element]) -> str:
@@ -266,7 +239,7 @@ def joint(element: Element, reading: Reading) -> Joint:
         if end is None:
             raise element.error(f"expected <{tag} link=...> in {what}")
         ends.append(end.get("link"))
-    result = Joint(name, kind, element, ends[0], ends[1], _pose(element, what, reading))
+    result = Joint(name, kind, element, ends[0], ends[1], _pose(element, reading))
     if kind == "fixed":
         return result
     result = replace(result, axis=_axis(element, kind, what, reading), mimic=_mimic(element, what))
@@ -315,7 +288,7 @@ def _mimic(element: Element, what: str) -> tuple[str, float, float] | None:
     mimic = element.first("mimic")
     if mimic is None:
         return None
-    if element.get("type") in ("floating", "planar", "spherical"):
+    if element.get("type") in SEVERAL:
         raise mimic.error(f"expected <mimic> on a joint of one coordinate, got it on {what}")
     return (mimic.get("joint"), mimic.number("multiplier", 1.0), mimic.number("offset", 0.0))
 
@@ -333,9 +306,7 @@ def _with_forces(joint: Joint, what: str, reading: Reading) -> Joint:
         reading.left_out(
             what, dynamics.line, "the joint moves without its dry friction", f"{values['friction']:g}"
         )
-    if joint.kind in ("floating", "planar", "spherical") and (
-        values["damping"] or values["spring_stiffness"]
-    ):
+    if joint.kind in SEVERAL and (values["damping"] or values["spring_stiffness"]):
         reading.left_out(what, dynamics.line, f"a {joint.kind} joint has no damping and no spring")
         return joint
     return replace(
@@ -354,8 +325,13 @@ def whole(x: float) -> Any:
     return int(x) if x == int(x) else x
 
 
-def _pose(element: Element, what: str, reading: Reading) -> Pose:
-    """Return the pose of the element's <origin>."""
+def placed(thing: Any, pose: Pose) -> Any:
+    """Return a shape, or mass properties, that stand at a pose."""
+    return thing.rotated(pose.rotation.matrix).moved(pose.position)
+
+
+def _pose(element: Element, reading: Reading | None = None) -> Pose:
+    """Return the pose of the element's <origin>; ``reading`` counts the angles that are taken as others."""
     origin = element.first("origin")
     if origin is None:
         return Pose()
@@ -363,16 +339,18 @@ def _pose(element: Element, what: str, reading: Reading) -> Pose:
     words = origin.attributes.get("rpy", "0 0 0").replace(",", " ").split()
     angles = origin.numbers("rpy", 3, (0.0, 0.0, 0.0))
     turns = [_turn(word, angle) for word, angle in zip(words, angles, strict=True)]
-    reading.right_angles += sum(
-        angle != 0 for angle, (_, _, exact) in zip(angles, turns, strict=True) if exact
-    )
+    if reading is not None:
+        reading.right_angles += sum(
+            angle != 0 and exact for angle, (*_, exact) in zip(angles, turns, strict=True)
+        )
     (cr, sr, _), (cp, sp, _), (cy, sy, _) = turns
     # R = Rz(yaw) Ry(pitch) Rx(roll)
-    return Pose((x, y, z), (
+    R = Rotation.trusted((
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
         (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
         (-sp, cp * sr, cp * cr),
     ))  # fmt: skip
+    return Pose(R, (x, y, z))
 
 
 def _turn(word: str, angle: float) -> tuple[Any, Any, bool]:
@@ -438,7 +416,7 @@ def _check_mimic(joint: Joint, joints: dict[str, Joint]) -> None:
             )
         seen.append(name)
         joint = joints[name]
-        if joint.kind in ("floating", "planar", "spherical"):
+        if joint.kind in SEVERAL:
             raise joint.element.error(
                 f"expected a joint of one coordinate for '{seen[-2]}' to mimic, got '{name}'"
             )
