@@ -117,7 +117,7 @@ def compared(path: Path, base: str) -> tuple[str, Any]:
     from freebody.errors import FreebodyError
 
     try:
-        system = fb.read(path, base=base, symbols="none")
+        system = fb.read(path, base=base, symbols="none", meshes=False)
     except FreebodyError as error:
         return "refused", str(error)
     if not system.joints:

@@ -49,7 +49,11 @@ class Meshes:
         """
         path = self.path(name)
         if (path, scale) not in self.read:
-            vertices, faces = coarse(*surface(path))
+            vertices, faces = surface(path)
+            if len(faces):
+                vertices, faces = coarse(vertices, faces)
+            if not len(faces):
+                raise FormatError("expected triangles with an area, got none")
             vertices = vertices * scale
             vertices.setflags(write=False)
             faces.setflags(write=False)
