@@ -324,7 +324,11 @@ def test_large_meshes_are_made_coarse():
         ("nan.stl", binary_stl(np.full((1, 3, 3), np.nan)), "finite"),
         ("far.obj", b"v 0 0 0\nf 1 2 3", "faces of its own vertices"),
         ("flat.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 1", "triangles with an area"),
-        ("empty.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nelement face 0\nend_header\n", "triangles with an area"),
+        (
+            "empty.ply",
+            b"ply\nformat ascii 1.0\nelement vertex 0\nelement face 0\nend_header\n",
+            "triangles with an area",
+        ),
         ("bad.obj", b"v 0 0 x\nf 1 1 1", "three numbers"),
         ("word.obj", b"v 0 0 0\nf a b c", "corners of a face"),
         ("file:///etc/passwd", None, "package://"),
