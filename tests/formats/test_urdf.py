@@ -424,6 +424,8 @@ def test_wrong_options_are_refused(tmp_path):
         read(tmp_path, *DOUBLE, base="loose")
     with pytest.raises(ModelError, match="symbols= one of"):
         read(tmp_path, *DOUBLE, symbols="some")
+    with pytest.raises(ModelError, match="meshes= one of False, True, got 'maybe'"):
+        read(tmp_path, *DOUBLE, meshes="maybe")
     fb.write(by_hand(), tmp_path / "arm.toml")
     with pytest.raises(FormatError, match="base= is an option of robots' files"):
         fb.read(tmp_path / "arm.toml", base="free")

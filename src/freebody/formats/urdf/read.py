@@ -57,7 +57,12 @@ def system_of(root: Element, file: Path, base: str, symbols: str, keep_fixed: bo
     ModelError
         An option that does not exist.
     """
-    for name, value, values in (("base", base, BASES), ("symbols", symbols, SYMBOLS)):
+    answers = (False, True)
+    options = (
+        ("base", base, BASES), ("symbols", symbols, SYMBOLS), ("keep_fixed", keep_fixed, answers),
+        ("meshes", meshes, answers),
+    )  # fmt: skip
+    for name, value, values in options:
         if value not in values:
             listed = ", ".join(map(repr, values))
             raise ModelError(f"Expected {name}= one of {listed}, got {shown(value)}.")
