@@ -302,7 +302,7 @@ def test_packages_are_found_beside_the_folders_above(tmp_path):
 
 
 def test_large_meshes_are_made_coarse():
-    from freebody.formats.surfaces import MOST, coarse
+    from freebody.formats.meshes import MOST, coarse
 
     n = 120
     a, b = np.meshgrid(np.linspace(0, np.pi, n), np.linspace(0, 2 * np.pi, n), indexing="ij")

@@ -15,8 +15,8 @@ from ...scalar.algebra import IDENTITY, Matrix, Vector, multiply
 from ...scalar.expression import exact
 from ...space.mass import MassProperties
 from ...space.pose import Pose
+from ..meshes import Meshes
 from ..reading import Reading
-from ..surfaces import Meshes
 from ..xml_tree import Element, identifier
 from .robot import Joint, Link, Robot, placed, robot
 

@@ -17,8 +17,8 @@ from ...space.mass import MassProperties
 from ...space.pose import Pose
 from ...space.rotation import Rotation
 from ...space.shape import Shape, compound
+from ..meshes import Meshes
 from ..reading import Reading
-from ..surfaces import Meshes
 from ..xml_tree import Element
 
 DECIMALS = 10
