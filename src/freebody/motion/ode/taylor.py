@@ -131,13 +131,15 @@ def blamed(run: Run, own: Series, lane: int) -> int:
 @inlined
 def inverse_length(run: Run, own: Series) -> Real:
     """Return the largest log₂ (1 / h) over the lengths h that the last terms allow; nan if a term is not finite."""
-    logarithm: Real = -math.inf
     for i in components(run.n):
-        scale = 1.0 / (run.absolute[i] + run.relative[i] * abs(run.y[i]))
-        for m in unrolled(P, P - TERMS, -1):
-            term = abs(own.terms[m, i]) * scale
-            stricter = (P - lesser(m + 1, P)) * own.logarithm
-            logarithm = maximum(logarithm, (logarithm2(term) + stricter) * (1.0 / m))
+        run.point[i] = 1.0 / (run.absolute[i] + run.relative[i] * abs(run.y[i]))
+    logarithm: Real = -math.inf
+    for m in unrolled(P, P - TERMS, -1):
+        largest: Real = 0.0
+        for i in components(run.n):
+            largest = maximum(largest, abs(own.terms[m, i]) * run.point[i])
+        stricter = (P - lesser(m + 1, P)) * own.logarithm
+        logarithm = maximum(logarithm, (logarithm2(largest) + stricter) * (1.0 / m))
     return logarithm
 
 
