@@ -45,7 +45,8 @@ def test_each_mutant_changes_one_expression(tool):
         assert len(changed) - len(text) == len(mutant.after) - len(mutant.before)
 
 
-def test_a_sample_is_that_of_its_seed(tool):
+def test_a_sample_is_that_of_its_seed(tool, monkeypatch):
+    monkeypatch.setattr(tool, "SOURCE", tool.SOURCE / "space")
     first, again, other = tool.sample(5, 1), tool.sample(5, 1), tool.sample(5, 2)
     assert first == again != other and len(first) == 5
     assert all((tool.ROOT / mutant.file).is_file() for mutant in first)

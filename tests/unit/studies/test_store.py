@@ -68,7 +68,7 @@ TWO = """
 import sys
 from test_store import swings
 if __name__ == "__main__":
-    swings(3000).run("processes", store=sys.argv[1], progress=False)
+    swings(900).run("processes", store=sys.argv[1], progress=False)
 """
 
 
@@ -77,7 +77,7 @@ def test_two_clients_at_once_do_no_harm(tmp_path) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, os.path.dirname(__file__)])}
     clients = [subprocess.Popen([sys.executable, "-c", TWO, str(path)], env=environment) for _ in range(2)]
     assert [client.wait(timeout=600) for client in clients] == [0, 0]
-    kept, whole = fb.open_study(path), swings(3000).run(progress=False)
+    kept, whole = fb.open_study(path), swings(900).run(progress=False)
     assert not kept.missing and not list(tmp_path.glob(".*"))
     for name in whole.data_vars:
         assert np.array_equal(kept.data[name].values, whole[name].values), name
