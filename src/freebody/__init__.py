@@ -76,6 +76,7 @@ if TYPE_CHECKING:
     from .space.solids import torus as torus
     from .space.solids import tube as tube
     from .studies.fit import fit as fit
+    from .studies.identification import identify as identify
     from .studies.lanes.grid import grid as grid
     from .studies.lanes.sample import sample as sample
     from .studies.lanes.table import table as table
@@ -92,6 +93,7 @@ if TYPE_CHECKING:
     from .studies.study import Study as Study
     from .studies.study import study as study
     from .studies.sweep import sweep as sweep
+    from .symbolic.inertia.base_parameters import base_parameters as base_parameters
     from .symbolic.linear.linearize import linearize as linearize
     from .symbolic.printing import component_forms as forms  # noqa: F401
     from .symbolic.rotors.balancing import balance as balance
@@ -122,6 +124,7 @@ _EXPORTS = {
     "Vector": "scalar.algebra",
     "assemble": "model.assemble",
     "balance": "symbolic.rotors.balancing",
+    "base_parameters": "symbolic.inertia.base_parameters",
     "bearing_reactions": "symbolic.rotors.bearings",
     "blow": "motion.legs.blow",
     "box": "space.solids",
@@ -140,6 +143,7 @@ _EXPORTS = {
     "event": "motion.trajectory.event",
     "exact": "exact:",
     "fit": "studies.fit",
+    "identify": "studies.identification",
     "forms": "symbolic.printing.component_forms:",
     "free_body_diagram": "picture.free_body.free_body_diagram",
     "from_density": "space.density",

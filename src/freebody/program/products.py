@@ -33,6 +33,7 @@ from ..dynamics.constraints import linearized, rows
 from ..dynamics.kinematics import angular_velocity, point_velocity
 from ..dynamics.motion import Motion, all_reactions, motion, transmitting
 from ..dynamics.newton_euler import reactions
+from ..dynamics.regressor import parameter_names, regressor
 from ..errors import ModelError, nearest
 from ..model import Model
 from ..scalar.algebra import Expression, Scalar
@@ -246,6 +247,11 @@ PRODUCTS: dict[str, Product] = {
         ("q", "u"), lambda r: _flat(coriolis_matrix(r.model, r.state)), lambda m: (m.n_u, m.n_u)
     ),
     "gravity_forces": Product(("q",), lambda r: gravity_forces(r.model, r.state), _speeds),
+    "regressor": Product(
+        ("q", "u", "udot"),
+        lambda r: _flat(regressor(r.model, r.state, r.udot)),
+        lambda m: (m.n_u, len(parameter_names(m))),
+    ),
     "bias": Product(("q", "u"), lambda r: bias(r.model, r.state), _speeds),
     "coordinate_rates": Product(("q", "u"), lambda r: coordinate_rates(r.model, r.state), lambda m: (m.n_q,)),
     "kinetic_energy": Product(("q", "u"), lambda r: [kinetic_energy(r.model, r.state)], _number),

@@ -19,6 +19,7 @@ from ..describe.system import System
 from ..dynamics import float_state
 from ..dynamics.constrained import closed_coordinates, independent_rows
 from ..dynamics.motion import transmitting
+from ..dynamics.regressor import inertial_parameters, parameter_names
 from ..errors import ModelError, arguments_named
 from ..model import Model, assemble
 from ..rooms_above import module_for
@@ -375,6 +376,32 @@ class Program:
         """Generalized forces g that hold the machine against gravity at rest, shape (n_u,) [N, N m]."""
         return self._run("gravity_forces", {"q": q}, t, values, named)
 
+    def regressor(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        udot: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Values = None,
+        **named: Any,
+    ) -> Array:
+        """Regressor Y, shape (n_u, 10 bodies): the forces that a motion needs beyond loads and armature are Y θ.
+
+        θ are the :meth:`inertial_parameters`.
+        """
+        return self._run("regressor", {"q": q, "u": u, "udot": udot}, t, values, named)
+
+    def inertial_parameters(self, *, values: Values = None, **named: Any) -> dict[str, float]:
+        """Inertial parameters θ by name, such as ``"arm.hx"``, in the order of the regressor's columns.
+
+        Each body has its mass m [kg], first moment h = m c [kg m] and moments of inertia I [kg m²] (the entries of the
+        matrix) about its origin, in its axes.
+        """
+        state = float_state(self.model, values=parameters_by_name(self.model, values, named))
+        numbers = map(float, inertial_parameters(self.model, state))
+        return dict(zip(parameter_names(self.model), numbers, strict=True))
+
     def coordinate_rates(
         self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:
@@ -495,10 +522,10 @@ class Program:
         ----------
         product : str
             ``"forward_dynamics"``, ``"forced_dynamics"`` (with forces), ``"inverse_dynamics"``, ``"mass_matrix"``,
-            ``"coriolis_matrix"``, ``"gravity_forces"``, ``"bias"``, ``"coordinate_rates"``, ``"kinetic_energy"``,
-            ``"potential_energy"``, ``"momentum"``, ``"poses"``, ``"velocities"``, ``"reactions"``, ``"reactions_at"``
-            (with u'), ``"jacobian"`` (of ``point``),
-            and with constraints ``"conditions"`` (G and γ of G u' + γ = 0, by rows).
+            ``"coriolis_matrix"``, ``"gravity_forces"``, ``"regressor"``, ``"bias"``, ``"coordinate_rates"``,
+            ``"kinetic_energy"``, ``"potential_energy"``, ``"momentum"``, ``"poses"``, ``"velocities"``,
+            ``"reactions"``, ``"reactions_at"`` (with u'), ``"jacobian"`` (of ``point``), and with constraints
+            ``"conditions"`` (G and γ of G u' + γ = 0, by rows).
         by : str or Symbol
             An input of the product (``"q"``, ``"u"``, ``"udot"``, ``"forces"``), ``"t"``, ``"parameters"`` (all, in the
             model's order), one parameter, or ``"displacement"``. By q, the four components of a quaternion count as

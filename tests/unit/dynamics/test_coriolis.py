@@ -9,30 +9,11 @@ import freebody as fb
 from freebody.dynamics import bias, coriolis_matrix, float_state, gravity_forces, mass_matrix
 from freebody.dynamics.kinematics import state_along
 from freebody.scalar.series import Series
-from freebody.testing import random_state, random_system
+from freebody.testing import random_state
+from unloaded_machines import coupled, unloaded
 
 EPS = np.finfo(float).eps
 EXACT = 2**12 * EPS  # of the largest term; recursions over at most five bodies, differentiated once
-
-
-def coupled() -> fb.System:
-    """Displacements that are functions of several coordinates, so that their partials change."""
-    s = fb.System("coupled")
-    s.gravity = (1, -2, 3)
-    s.coordinates("q1 q2 q3")
-    parent, rng = s.ground, np.random.default_rng(4)
-    for i, q in enumerate(("q1 + q2**2/3", "2*q2 + sin(q1)", "q3 - q1*q2")):
-        body = s.body(f"b{i}", fb.MassProperties(1 + i, rng.normal(size=3), np.diag(rng.uniform(1, 1.5, 3))))
-        rotor = {"rotor": fb.Rotor(0.2, ratio=9)} if i else {}
-        s.hinge(f"j{i}", parent, body, axis=rng.normal(size=3), at=rng.normal(size=3), coordinate=q, **rotor)
-        parent = body
-    return s
-
-
-def unloaded(seed: int) -> fb.System:
-    s = random_system(seed, 5, armature=seed % 2 == 1)
-    s.loads.clear()
-    return s
 
 
 @pytest.fixture(params=[*range(12), "coupled"], name="case")

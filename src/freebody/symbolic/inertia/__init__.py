@@ -1,0 +1,1 @@
+"""Inertia that the forces of a machine can tell: base parameters."""

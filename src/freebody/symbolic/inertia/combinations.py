@@ -1,0 +1,200 @@
+"""Columns of the regressor that are combinations of columns before them, and the coefficients.
+
+Which columns depend on which is found at random places, as many as there are columns, modulo a prime. The few
+coefficients of each column are then solved for exactly, with the symbols of the machine. Random places may show a
+column as dependent that is not, if they are roots of a polynomial. A prime of 61 binary digits makes that less likely
+than a fault of the processor.
+
+Axes that are rounded decimals are no rotation exactly, and exact numbers of such a machine would show combinations as
+independent. It is reduced in floating point.
+
+Sources: J. Schwartz, Fast probabilistic algorithms for verification of polynomial identities (1980); E. Bareiss,
+Sylvester's identity and multistep integer-preserving Gaussian elimination (1968).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import sympy
+from flint import fmpz, nmod_mat
+
+from ...dynamics.regressor import PARAMETERS, parameter_names, regressor
+from ...dynamics.state import float_state
+from ...model.model import Model
+from ...scalar.algebra import IDENTITY, divide, dot, multiply, transpose
+from ..derivation.canonical_model import CanonicalModel
+from .random_place import NoRootError, Place, Placed
+
+FIRST = 2**61
+"""Primes are the next ones below."""
+LONG = 10**9
+"""Whole numbers beyond it come from rounded decimals."""
+LEAST = math.sqrt(np.finfo(float).eps)
+"""Fraction below which a number is round-off: half of its digits."""
+
+
+def rounded_joint(canonical: CanonicalModel) -> str:
+    """Return the first joint whose axes are rounded numbers, or "".
+
+    They are a rotation or a unit vector, but not exactly, or have roots of numbers with more than nine digits.
+    """
+    state, ring = canonical.state, canonical.ring
+    for link in canonical.model.links:
+        E, n = state.matrix(link.rotation), state.vector(link.axis)
+        if multiply(E, transpose(E)) != IDENTITY or link.one_dof and dot(n, n) != 1:
+            return link.joint
+        for x in (*n, *(x for row in E for x in row)):
+            for g in ring.used(x) if hasattr(x, "ring") else ():
+                if g.kind == "sqrt" and not g.depends and float(g.arguments[0]) > LONG:
+                    return link.joint
+    return ""
+
+
+def combinations_in_floats(
+    model: Model, values: Mapping[str, float] | None
+) -> tuple[tuple[int, ...], dict[int, dict[int, Any]]]:
+    """Return the independent columns and the coefficients of the others, from random states in floating point.
+
+    A column is dependent if what the columns before it leave of it is less than the square root of round-off of the
+    longest column of its kind: of masses, first moments or moments of inertia.
+    """
+    rng = np.random.default_rng(0)
+    rows: list[list[float]] = []
+    count = len(parameter_names(model))
+    while len(rows) < count + model.n_u:
+        q = rng.normal(size=model.n_q)
+        for i in model.quaternions:
+            q[i : i + 4] /= np.linalg.norm(q[i : i + 4])
+        state = float_state(model, [*q], [*rng.normal(size=model.n_u)], rng.uniform(), values)
+        rows += [[*map(float, row)] for row in regressor(model, state, [*rng.normal(size=model.n_u)])]
+    Y = np.array(rows)
+    sizes = np.linalg.norm(Y, axis=0).reshape(-1, len(PARAMETERS))
+    kinds = np.repeat(
+        np.array([sizes[:, k].max() for k in (slice(1), slice(1, 4), slice(4, None))]), (1, 3, 6)
+    )
+    least = LEAST * np.tile(kinds, len(sizes))
+    independent: list[int] = []
+    basis = np.zeros((len(Y), 0))
+    dependent = []
+    for j, column in enumerate(Y.T):
+        rest = column
+        for _ in range(2):  # once more, since the first projection leaves round-off
+            rest = rest - basis @ (basis.T @ rest)
+        size = np.linalg.norm(rest)
+        if size <= least[j]:
+            dependent.append(j)
+        else:
+            independent.append(j)
+            basis = np.column_stack([basis, rest / size])
+    C = np.linalg.lstsq(Y[:, independent], Y[:, dependent], rcond=None)[0]
+    return tuple(independent), {
+        j: {k: sympy.Float(float(c)) for k, c in zip(independent, column, strict=True) if abs(c) > LEAST}
+        for j, column in zip(dependent, C.T, strict=True)
+    }
+
+
+class Columns:
+    """Columns of the regressor at random places, and their combinations."""
+
+    def __init__(self, canonical: CanonicalModel) -> None:
+        self.canonical = canonical
+        self.count = len(parameter_names(canonical.model))
+        self.prime = FIRST
+        self.machine: dict[int, Any] = {}
+        rows = None
+        while rows is None:
+            rows = self._modulo(self._next_prime())
+        self.independent, supports = self._reduced(rows)
+        self._rows: list[list[Any]] = []
+        """Rows with symbols."""
+        self.combinations = {j: self._with_symbols(j, support) for j, support in supports.items()}
+
+    def _next_prime(self) -> int:
+        """Return the next prime of the form 4 n + 3."""
+        self.prime -= 4 if self.prime % 4 == 3 else 1
+        while not fmpz(self.prime).is_probable_prime():
+            self.prime -= 4
+        return self.prime
+
+    def _modulo(self, prime: int) -> list[list[Any]] | None:
+        """Return as many rows modulo a prime as there are columns, or None if a constant has no root there."""
+        rows: list[list[Any]] = []
+        self.machine, seed = {}, 0
+        while len(rows) < self.count:
+            seed += 1
+            try:
+                rows += self._at(Place(self.canonical, seed, prime, self.machine))
+            except NoRootError as missing:
+                if missing.args[0]:
+                    return None
+        return rows
+
+    def _at(self, place: Place) -> list[list[Any]]:
+        """Return the rows of the regressor at a place."""
+        model = self.canonical.model
+        udot = [place(x) for x in self.canonical.udot]
+        return [[*row] for row in regressor(model, Placed(self.canonical.state, place), udot)]
+
+    def _reduced(self, rows: list[list[Any]]) -> tuple[tuple[int, ...], dict[int, list[int]]]:
+        """Return the independent columns, and those of them of which each other column is made."""
+        reduced, rank = self._matrix(rows).rref()
+        pivots = [next(j for j in range(len(rows[0])) if reduced[i, j] != 0) for i in range(rank)]
+        return tuple(pivots), {
+            j: [k for i, k in enumerate(pivots) if reduced[i, j] != 0]
+            for j in range(len(rows[0]))
+            if j not in pivots
+        }
+
+    def _matrix(self, rows: Sequence[Sequence[Any]]) -> Any:
+        flat = [int(x) for row in rows for x in row]
+        return nmod_mat(len(rows), len(rows[0]), flat, self.prime)
+
+    def _with_symbols(self, j: int, support: list[int]) -> dict[int, Any]:
+        """Solve for the coefficients of column ``j``, in as many rows that are independent modulo the prime."""
+        if not support:
+            return {}
+        while True:
+            rows = [[row[i] for i in (*support, j)] for row in self._rows]
+            if len(rows) >= len(support):
+                value = Place(self.canonical, 0, self.prime, self.machine)
+                chosen, _ = self._reduced([[value(row[i]) for row in rows] for i in range(len(support))])
+                if len(chosen) == len(support):
+                    break
+            self._rows += self._at(Place(self.canonical, len(self._rows)))
+        values = solved([rows[i] for i in chosen])
+        return {k: self.canonical.displayed(x) for k, x in zip(support, values, strict=True)}
+
+
+def combinations_with_symbols(canonical: CanonicalModel) -> tuple[tuple[int, ...], dict[int, dict[int, Any]]]:
+    """Return the independent columns and the coefficients of the others, with the machine's symbols."""
+    columns = Columns(canonical)
+    return columns.independent, columns.combinations
+
+
+def solved(rows: list[list[Any]]) -> list[Any]:
+    """Solve n equations with their right sides in the last column, by elimination without fractions (Bareiss 1968)."""
+    n, before = len(rows), 1
+    rows = [[*row] for row in rows]
+    for k in range(n - 1):
+        pivot = min((i for i in range(k, n) if rows[i][k] != 0), key=lambda i: _length(rows[i][k]))
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        for i in range(k + 1, n):
+            for j in range(k + 1, n + 1):
+                rows[i][j] = divide(rows[i][j] * rows[k][k] - rows[i][k] * rows[k][j], before)
+            rows[i][k] = 0
+        before = rows[k][k]
+    values: list[Any] = [0] * n
+    for i in reversed(range(n)):
+        rest = rows[i][n]
+        for j in range(i + 1, n):
+            rest = rest - rows[i][j] * values[j]
+        values[i] = divide(rest, rows[i][i])
+    return values
+
+
+def _length(x: Any) -> int:
+    return len(x) if hasattr(x, "ring") else 0
