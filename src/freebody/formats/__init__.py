@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 MAX_SIZE = {".toml": 4_000_000, ".urdf": 40_000_000}
 """Greatest size of a file, in bytes."""
-OPTIONS: dict[str, Any] = {"base": "fixed", "symbols": "masses", "keep_fixed": False, "meshes": True}
+OPTIONS: dict[str, Any] = {"base": None, "symbols": "masses", "keep_fixed": False, "meshes": True}
 """Options of robots' files, with their defaults."""
 WRITTEN = {".toml": ""}
 """Formats that are written."""
@@ -34,7 +34,7 @@ __all__ = ["read", "read_case", "replacing", "write"]
 def read(
     path: str | os.PathLike[str],
     *,
-    base: str = "fixed",
+    base: str | None = None,
     symbols: str = "masses",
     keep_fixed: bool = False,
     meshes: bool = True,
