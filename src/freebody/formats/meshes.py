@@ -37,7 +37,9 @@ class Meshes:
         self.allowed = [root.resolve() for root in self.roots if len(root.resolve().parts) > 2] or [
             self.folder
         ]
+        self.subfolder = ""  # where meshes are that are named by a path
         self.read: dict[tuple[Path, tuple[float, ...]], Shape] = {}
+        self.surfaces: dict[Path, tuple[np.ndarray, np.ndarray]] = {}
 
     def shape(self, name: str, scale: tuple[float, ...]) -> Shape:
         """Return the mesh as a shape.
@@ -49,7 +51,7 @@ class Meshes:
         """
         path = self.path(name)
         if (path, scale) not in self.read:
-            vertices, faces = surface(path)
+            vertices, faces = self.surface(path)
             if len(faces):
                 vertices, faces = coarse(vertices, faces)
             if not len(faces):
@@ -60,8 +62,14 @@ class Meshes:
             self.read[path, scale] = Shape("mesh", (("vertices", vertices), ("faces", faces)))
         return self.read[path, scale]
 
-    def path(self, name: str) -> Path:
-        """Return the file of a name."""
+    def surface(self, path: Path) -> tuple[np.ndarray, np.ndarray]:
+        """Return vertices and triangles of a file."""
+        if path not in self.surfaces:
+            self.surfaces[path] = surface(path)
+        return self.surfaces[path]
+
+    def path(self, name: str, folder: Path | None = None) -> Path:
+        """Return the file of a name, which is beside the robot's file or in another ``folder``."""
         kind, mark, rest = name.rpartition("://")
         if kind not in ("", "package", "model"):
             raise FormatError(f"expected a path or package://, got {kind}://")
@@ -71,7 +79,8 @@ class Meshes:
                 root / rest.partition("/")[2] for root in self.roots
             ]  # the package is above the file
         else:
-            candidates = [self.folder / name]
+            candidates = [folder / name] if folder else []
+            candidates.append(self.folder / ("" if folder else self.subfolder) / name)
         for path in candidates:
             path = path.resolve()
             if path.is_file() and any(path.is_relative_to(root) for root in self.allowed):
