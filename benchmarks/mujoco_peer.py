@@ -84,7 +84,7 @@ class Peer:
         given = {name: values[name] for name in inputs.values()}
         self.mujoco.mj_forward(m, d)
         M, h, S = np.zeros((m.nv, m.nv)), d.qfrc_bias - d.qfrc_passive - d.qfrc_actuator, self.speeds(model, values)
-        self.mujoco.mj_fullM(m, M, d.qM) if M.size else None
+        self.mujoco.mj_fullM(m, d, M)
         M, h = S.T @ M @ S, S.T @ (h + M @ self.drift)
         a = program.forward_dynamics(q, u, values=given)
         most = float(np.abs(M).max())

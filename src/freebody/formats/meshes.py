@@ -89,7 +89,7 @@ class Meshes:
 
 
 def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (n, 3) and triangles (k, 3) of a file: STL and OBJ, and what trimesh reads if it is installed."""
+    """Return vertices (n, 3) and triangles (k, 3) of a file: STL, OBJ and MSH, and what trimesh reads if it is installed."""
     if path.stat().st_size > LARGEST:
         raise FormatError(f"expected at most {LARGEST} bytes, got {path.stat().st_size}")
     kind = path.suffix.lower()
@@ -97,6 +97,8 @@ def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
         return _stl(path.read_bytes())
     if kind == ".obj":
         return _obj(path.read_text(errors="replace"))
+    if kind == ".msh":
+        return _msh(path.read_bytes())
     if kind not in (".dae", ".ply", ".glb", ".gltf", ".off"):
         raise FormatError(f"expected a mesh (STL, OBJ, DAE, PLY, glTF, OFF), got {kind or 'no suffix'}")
     try:
@@ -149,6 +151,24 @@ def _obj(text: str) -> tuple[np.ndarray, np.ndarray]:
     if not len(triangles) or triangles.min() < 0 or triangles.max() >= len(points):
         raise FormatError("expected OBJ with faces of its own vertices")
     return points, triangles
+
+
+def _msh(data: bytes) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of a binary MSH file of MuJoCo: four counts, vertices, normals, texture, triangles.
+
+    Source: MuJoCo's documentation, XML reference, asset/mesh.
+    """
+    if len(data) < 16:
+        raise FormatError("expected MSH with its counts")
+    points, normals, texture, triangles = (int(x) for x in np.frombuffer(data, "<i4", 4))
+    size = 4 * (4 + 3 * points + 3 * normals + 2 * texture + 3 * triangles)
+    if min(points, normals, texture, triangles) < 0 or size != len(data):
+        raise FormatError(f"expected MSH of {size} bytes, as its counts say, got {len(data)}")
+    vertices = np.frombuffer(data, "<f4", 3 * points, 16).reshape(-1, 3).astype(float)
+    faces = np.frombuffer(data, "<i4", 3 * triangles, size - 12 * triangles).reshape(-1, 3).astype(int)
+    if not np.isfinite(vertices).all() or not len(faces) or faces.min() < 0 or faces.max() >= points:
+        raise FormatError("expected MSH with triangles of its own finite vertices")
+    return vertices, faces
 
 
 def _numbers(rows: list[list[str]]) -> np.ndarray:

@@ -160,6 +160,7 @@ class Geoms:
                 points = np.array(asset.several("vertex")).reshape(-1, 3)
                 faces = np.array(asset.several("face"), int).reshape(-1, 3) if "face" in asset.attributes else None
             refpos, refquat, scale = _reference(asset)
+            points = points.astype(np.float32).astype(float)  # the vertices of MuJoCo are of single precision
             self.solids[name] = mesh_solid((points - refpos) @ refquat * scale, faces, way)
         return self.solids[name]
 

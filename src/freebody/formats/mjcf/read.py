@@ -64,6 +64,8 @@ class Reader(Builder):
         self.carriers: dict[str, tuple[Any, Pose]] = {}  # body of the system that carries a body of the file
         self.places: dict[str, Pose] = {}  # of bodies and sites in the ground, as the file draws them
         self.bodies_of: dict[str, Body] = {}
+        self.sites: dict[str, tuple[Any, Pose]] = {}
+        self.conditions: set[str] = set()  # names of constraints
 
     # -- the tree -----------------------------------------------------------------------------------
 
@@ -120,10 +122,8 @@ class Reader(Builder):
         for one, pose in cluster.members:
             self.carriers[one.name], self.places[one.name] = (body, pose), place @ pose
             self.bodies_of[one.name] = one
-            for name, inner in [(one.name, Pose()), *one.sites]:
-                whole = pose @ inner
-                key = name if name not in frames else f"{name} (site)"
-                frames[key] = (body.point(*whole.position), whole.rotation.matrix)
+            self.sites.update((name, (body, pose @ inner)) for name, inner in one.sites)
+            frames[one.name] = (body.point(*pose.position), pose.rotation.matrix)
 
     # -- joints -------------------------------------------------------------------------------------
 
@@ -247,6 +247,9 @@ class Reader(Builder):
             what = SECTIONS.get(section.tag, "not a part of MJCF that freebody knows")
             if what and section.children:
                 self.reading.left_out(f"<{section.tag}>", section.line, what)
+        for name, (body, pose) in self.sites.items():
+            key = name if name not in self.reading.frames else f"{name} (site)"
+            self.reading.frames[key] = (body.point(*pose.position), pose.rotation.matrix)
         order = [text for joint in self.joint_of.values() for text in self.coordinates[joint.name]]
         for number, key in enumerate(self.document.sections("keyframe")):
             name = key.attributes.get("name") or f"key{number + 1}"
