@@ -100,11 +100,13 @@ if TYPE_CHECKING:
 
 # public name -> its module; "module:attribute" if the attribute has another name, "module:" if it is the module
 _EXPORTS = {
+    "Ball": "describe.joints.ball",
     "Body": "describe.body",
     "Couple": "describe.loads.action",
     "Expression": "scalar.algebra",
     "FreebodyError": "errors",
     "GeneralizedForce": "describe.loads.action",
+    "Hinge": "describe.joints.hinge",
     "Joint": "describe.joints.joint",
     "JointForce": "describe.loads.action",
     "Load": "describe.loads.load",
@@ -117,6 +119,8 @@ _EXPORTS = {
     "Pose": "space.pose",
     "Rotation": "space.rotation",
     "Rotor": "describe.joints.rotor",
+    "Screw": "describe.joints.screw",
+    "Slider": "describe.joints.slider",
     "System": "describe.system",
     "Trajectory": "motion.trajectory.trajectory",
     "Vector": "scalar.algebra",

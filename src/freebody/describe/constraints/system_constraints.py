@@ -17,7 +17,7 @@ from ..contacts.system_contacts import coefficient, contact
 from ..description import Description, claim, names_of, take_as_positive
 from ..frame import Point, own_point
 from ..joints.joint import Joint
-from ..joints.system_joints import check_smooth, check_unbroken
+from ..joints.joining import check_smooth, check_unbroken
 from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
 
 
