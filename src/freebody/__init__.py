@@ -25,8 +25,12 @@ if TYPE_CHECKING:
     from . import testing as testing
     from .describe.body import Body as Body
     from .describe.frame import Point as Point
+    from .describe.joints.ball import Ball as Ball
+    from .describe.joints.hinge import Hinge as Hinge
     from .describe.joints.joint import Joint as Joint
     from .describe.joints.rotor import Rotor as Rotor
+    from .describe.joints.screw import Screw as Screw
+    from .describe.joints.slider import Slider as Slider
     from .describe.loads.action import Couple as Couple
     from .describe.loads.action import GeneralizedForce as GeneralizedForce
     from .describe.loads.action import JointForce as JointForce

@@ -89,7 +89,11 @@ def assemble(system: System) -> Model:
                 primitive, body = replace(primitive, axis=axis), joint.child
             numbers.append(len(links))
             if i:
-                position = _minus(primitives[i].at or ZERO, primitives[i - 1].at or ZERO) if i < len(joint.primitives) else ZERO
+                position = (
+                    _minus(primitives[i].at or ZERO, primitives[i - 1].at or ZERO)
+                    if i < len(joint.primitives)
+                    else ZERO
+                )
             link = _link(joint, primitive, parent, (rotation, position), body, index, positions)
             links.append(_with_rotors(link, mounted, joint.child_axes))
             parent, position, rotation = numbers[-1], ZERO, IDENTITY

@@ -10,7 +10,7 @@ from ...errors import ModelError, shown
 from ...scalar.algebra import Vector, apply, cross, subtract
 from ...scalar.expression import exact
 from ..axes import direction, orientation
-from ..description import Description, claim, varying, vector
+from ..description import Description, varying, vector
 from ..frame import Frame, closes_loop, own_body
 from .ball import Ball
 from .joining import Ends, add_joint, components_of, own_coordinates, place_on, whole
@@ -54,8 +54,8 @@ def chain(
     >>> s.chain("leg", s.ground, foot, [fb.Hinge("z", "hip"), fb.Hinge("z", "knee", at=(0, -1, 0))], to=(0, 2, 0))
     chain 'leg' (ground -> foot)
     >>> print(fb.equations(s).text())
-    (2*cos(knee) + 2)*hip'' + (cos(knee) + 1)*knee'' - 2*hip'*knee'*sin(knee) - knee'^2*sin(knee) = 0
-    (cos(knee) + 1)*hip'' + knee'' + hip'^2*sin(knee) = 0
+    2*(1 + cos(knee))*hip'' + (1 + cos(knee))*knee'' - 2*hip'*knee'*sin(knee) - knee'^2*sin(knee) = 0
+    (1 + cos(knee))*hip'' + knee'' + hip'^2*sin(knee) = 0
     """
     what = f"chain '{name}'"
     if closes_loop(system, child):
@@ -64,15 +64,15 @@ def chain(
             f"joint before the one that closes it."
         )
     given = _checked(motions, what)
-    axes = orientation(system, child_axes, f"child_axes= of {what}")
     named = [_default(motion, name, k, len(given)) for k, motion in enumerate(given, start=1)]
     resolved = [_resolved(system, motion, name, k) for k, motion in enumerate(named, start=1)]
     _check_different(resolved, what)
-    first, last = resolved[0].at, resolved[-1].at
-    at = _moved(place_on(system, at, own_body(system, parent, what), f"at= of {what}"),
-                orientation(system, parent_axes, f"parent_axes= of {what}"), first)  # fmt: skip
-    to = _moved(place_on(system, to, own_body(system, child, what), f"to= of {what}"), axes, last)
-    return add_joint(system, "chain", name, Ends(parent, child, at, to, parent_axes, child_axes), resolved, {})
+    place = place_on(system, at, own_body(system, parent, what), f"at= of {what}")
+    point = place_on(system, to, own_body(system, child, what), f"to= of {what}")
+    first = _moved(place, orientation(system, parent_axes, f"parent_axes= of {what}"), resolved[0].at)
+    last = _moved(point, orientation(system, child_axes, f"child_axes= of {what}"), resolved[-1].at)
+    ends = Ends(parent, child, first, last, parent_axes, child_axes)
+    return add_joint(system, "chain", name, ends, resolved, {"at": place, "to": point})
 
 
 def _checked(motions: Any, what: str) -> list[Primitive]:
@@ -85,11 +85,15 @@ def _checked(motions: Any, what: str) -> list[Primitive]:
         raise ModelError(f"Expected at least one motion for {what}, {such_as}. Without motion it is s.weld.")
     for motion in result:
         if not isinstance(motion, Primitive) or not (motion.displaces or isinstance(motion, Ball)):
-            raise ModelError(f"Expected fb.Hinge, fb.Slider, fb.Screw or fb.Ball in {what}, got {shown(motion)}.")
+            raise ModelError(
+                f"Expected fb.Hinge, fb.Slider, fb.Screw or fb.Ball in {what}, got {shown(motion)}."
+            )
     if sum(isinstance(motion, Ball) for motion in result) and any(
         motion.turns and not isinstance(motion, Ball) for motion in result
     ):
-        raise ModelError(f"{what[0].upper()}{what[1:]} has a ball, which makes every turn. Leave out its other turns.")
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} has a ball, which makes every turn. Leave out its other turns."
+        )
     return result
 
 
@@ -106,7 +110,9 @@ def _resolved(system: Description, motion: Primitive, name: str, k: int) -> Prim
     for component in at:
         moving = varying(system, component)
         if moving:
-            raise ModelError(f"The anchor of {what} is fixed in the joint and cannot depend on {', '.join(moving)}.")
+            raise ModelError(
+                f"The anchor of {what} is fixed in the joint and cannot depend on {', '.join(moving)}."
+            )
     if not motion.displaces:
         return _ball(system, replace(motion, at=at), what)
     (displacement,) = own_coordinates(system, None, name, motion.coordinate, [name])
@@ -118,7 +124,7 @@ def _resolved(system: Description, motion: Primitive, name: str, k: int) -> Prim
         armature=armature,
     )  # fmt: skip
     if motion.pitch != 0:
-        result = replace(result, pitch=constant(system, motion.pitch, f"the pitch of {what}", any_sign=True))  # type: ignore[call-arg]
+        result = replace(result, pitch=constant(system, motion.pitch, f"the pitch of {what}", any_sign=True))
     if motion.rotor is not None:
         if k > 1:
             raise ModelError(
@@ -132,7 +138,9 @@ def _resolved(system: Description, motion: Primitive, name: str, k: int) -> Prim
 def _ball(system: Description, motion: Primitive, what: str) -> Primitive:
     """The ball with coordinates of its own."""
     if motion.armature not in ((), 0, None) or motion.rotor is not None:
-        raise ModelError(f"The ball in {what} takes no armature= or rotor=. Make the joint by s.ball, or by hinges.")
+        raise ModelError(
+            f"The ball in {what} takes no armature= or rotor=. Make the joint by s.ball, or by hinges."
+        )
     q = components_of(system, motion.coordinate, ["e0", "e1", "e2", "e3"], "coordinate")
     components_of(system, motion.coordinate, ["wx", "wy", "wz"], "speed")
     return replace(motion, coordinate=tuple(q))
@@ -167,7 +175,11 @@ def parallel_turns(motions: Sequence[Primitive]) -> tuple[tuple[int, int], ...]:
 def _check_different(motions: Sequence[Primitive], what: str) -> None:
     """Refuse more motions than a body has, and neighbours that are the same motion."""
     heads = parallel_turns(motions)
-    turns = sum((1 if motion.displaces else 3) for k, motion in enumerate(motions) if motion.turns and heads[k][0] == k)
+    turns = sum(
+        (1 if motion.displaces else 3)
+        for k, motion in enumerate(motions)
+        if motion.turns and heads[k][0] == k
+    )
     slides = sum(not motion.turns for motion in motions) + sum(heads[k][0] != k for k in range(len(motions)))
     if turns > 3 or slides > 3:
         raise ModelError(

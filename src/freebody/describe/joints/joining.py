@@ -142,6 +142,7 @@ def _in_use(system: Description, atom: Any) -> bool:
 
 
 def components_of(system: Description, prefix: Any, endings: list[str], kind: str) -> list[Any]:
+    """Declare the components of a ball or free joint, and return their atoms."""
     if not isinstance(prefix, str) or not prefix:
         raise ModelError(
             f"Expected a prefix (text) for the coordinates of a ball or free joint, got {shown(prefix)}."
@@ -159,6 +160,7 @@ def add_joint(
     armature: Any = 0,
     rotor: Rotor | None = None,
 ) -> Joint:
+    """Add a joint to the system, checked, and return it."""
     claim(system, name, "joint")
     what = f"{kind} '{name}'"
     parent, child = own_body(system, ends.parent, what), own_body(system, ends.child, what)
@@ -182,6 +184,7 @@ def add_joint(
 
 
 def place_on(system: Description, place: Any, body: Frame, what: str) -> Vector:
+    """Return the components of a point fixed in a body; None is its origin."""
     if place is None:
         return (0, 0, 0)
     if isinstance(place, Point):

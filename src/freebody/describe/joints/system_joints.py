@@ -246,6 +246,4 @@ def weld(
     parent_axes: Any = None, child_axes: Any = None,
 ) -> Joint:  # fmt: skip
     """Fix the child to the parent; the joint's reaction has all six components."""
-    return add_joint(
-        system, "weld", name, Ends(parent, child, at, to, parent_axes, child_axes), [Weld()], {}
-    )
+    return add_joint(system, "weld", name, Ends(parent, child, at, to, parent_axes, child_axes), [Weld()], {})

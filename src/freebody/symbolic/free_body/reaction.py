@@ -12,8 +12,8 @@ from typing import Any
 
 import sympy
 
-from ...dynamics.joint_freedom import free_motions, joint_axes
-from ...dynamics.joint_motions import couple_beside, dual, slides_and_turns
+from ...dynamics.joints.freedom import free_motions, joint_axes
+from ...dynamics.joints.motions import couple_beside, dual, slides_and_turns
 from ...dynamics.kinematics import rotation
 from ...dynamics.state import State
 from ...model.model import Model

@@ -7,8 +7,8 @@ vectors s^k of the slides s_k,
     slide k     force s^k,    couple -Σ_i (v_i·s^k) w^i
     turn i      couple w^i,   less the wrenches of the slides with which other turns differ from it.
 
-What a joint transmits has no power in any of them. Chains whose motions have anchors of their own, and paths, need this;
-for the others the axes alone tell it (:mod:`freebody.dynamics.joint_freedom`).
+What a joint transmits has no power in any of them. Chains with anchors and paths need this;
+for the others the axes alone tell it (:mod:`freebody.dynamics.joints.freedom`).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..model.model import JointPlace, Model
-from ..scalar.algebra import (
+from ...model.model import JointPlace, Model
+from ...scalar.algebra import (
     IDENTITY,
     ZERO,
     Vector,
@@ -29,8 +29,8 @@ from ..scalar.algebra import (
     scale,
     subtract,
 )
-from ..space.spatial import ZERO6, Spatial, minus, plus, times
-from .state import State
+from ...space.spatial import ZERO6, Spatial, minus, plus, times
+from ..state import State
 
 Key = tuple[str, int]
 """("link", number) of the motion of one link, ("speed", number) of the motion of a path with one coordinate."""
@@ -52,7 +52,9 @@ class Twist:
 
 def twists(model: Model, state: State, joint: JointPlace) -> list[Twist]:
     """Return the motions of the joint's links, first to last; of a path, those of the coordinates that only it has."""
-    found: list[tuple[int, int, Spatial]] = []  # link, its motion among several, twist at the last origin so far
+    found: list[
+        tuple[int, int, Spatial]
+    ] = []  # link, its motion among several, twist at the last origin so far
     for i in joint.links:
         R, p, _ = state.joint(i)
         found = [

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 import sympy
 
-from ..model.model import JointPlace, Model
-from ..scalar.algebra import ZERO, Scalar, Vector, add, apply_transpose, cross, divide, dot, scale, subtract
-from ..space.spatial import Spatial
-from .joint_motions import Twist, carried, twists, wrenches
-from .state import State
+from ...model.model import JointPlace, Model
+from ...scalar.algebra import ZERO, Scalar, Vector, add, apply_transpose, cross, divide, dot, scale, subtract
+from ...space.spatial import Spatial
+from ..state import State
+from .motions import Twist, carried, twists, wrenches
 
 
 @dataclass(frozen=True)
