@@ -1,10 +1,10 @@
 """(j) MJCF: every file that the installed packages bring and that MuJoCo compiles, read and compared with MuJoCo.
 
-Both model the same: contacts, limits, dry friction, fluid and gravity compensation are switched off in MuJoCo, equalities
-in both (:func:`tree_of`). At random states, mass matrix M, bias forces h (with springs, dampers, tendons and actuators at
-random controls), forward dynamics a and the poses of all bodies are compared: M and h relative to their largest
-entries, a by the residual M a + h of MuJoCo's M and h, relative to |M| |a| + |h|, which does not depend on the condition
-of M, and poses relative to the size of the machine.
+Both model the same: contacts, limits, dry friction, fluid and gravity compensation are switched off in MuJoCo, and
+equalities in both (:func:`tree_of`). At random states, mass matrix M, bias forces h (with springs, dampers, tendons and
+actuators at random controls), forward dynamics a and the poses of all bodies are compared: M and h relative to their
+largest entries, a by the residual M a + h of MuJoCo's M and h, relative to |M| |a| + |h|, which does not depend on the
+condition of M, and poses relative to the size of the machine.
 """
 
 from __future__ import annotations
@@ -59,6 +59,10 @@ class Peer:
         for j in range(m.njnt):
             if int(m.jnt_type[j]) in (FREE, BALL):
                 m.jnt_stiffness[j] = 0
+        notes = [note.element for note in system.reading.notes if note.what.startswith("springdamper")]
+        for j in range(m.njnt):
+            if f"joint '{m.joint(j).name}'" in notes:
+                m.jnt_stiffness[j] = m.dof_damping[m.jnt_dofadr[j]] = 0
         for i in range(m.ntendon):
             if int(m.wrap_type[m.tendon_adr[i]]) != int(self.mujoco.mjtWrap.mjWRAP_JOINT):
                 m.tendon_stiffness[i] = m.tendon_damping[i] = 0
@@ -83,7 +87,11 @@ class Peer:
         u = np.array([values[name] for name in model.speed_names])
         given = {name: values[name] for name in inputs.values()}
         self.mujoco.mj_forward(m, d)
-        M, h, S = np.zeros((m.nv, m.nv)), d.qfrc_bias - d.qfrc_passive - d.qfrc_actuator, self.speeds(model, values)
+        M, h, S = (
+            np.zeros((m.nv, m.nv)),
+            d.qfrc_bias - d.qfrc_passive - d.qfrc_actuator,
+            self.speeds(model, values),
+        )
         self.mujoco.mj_fullM(m, d, M)
         M, h = S.T @ M @ S, S.T @ (h + M @ self.drift)
         a = program.forward_dynamics(q, u, values=given)
@@ -157,7 +165,9 @@ class Peer:
             R, p = (np.eye(3), np.zeros(3)) if point.body.name == "ground" else own[point.body.name]
             p = p + R @ np.array(point.components, float)
             R = R @ np.array(axes, float)
-            worst = max(worst, float(np.abs(p - d.xpos[i]).max()) / size, float(np.abs(R.ravel() - d.xmat[i]).max()))
+            worst = max(
+                worst, float(np.abs(p - d.xpos[i]).max()) / size, float(np.abs(R.ravel() - d.xmat[i]).max())
+            )
         return worst
 
 

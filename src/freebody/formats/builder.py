@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import reduce
 from operator import add
@@ -14,7 +16,7 @@ from ..scalar.algebra import IDENTITY, Matrix, Vector
 from ..space.mass import MassProperties
 from ..space.pose import Pose
 from .reading import Reading
-from .xml_tree import identifier
+from .xml_tree import Element, identifier
 
 BASES = (None, "fixed", "free", "planar")
 """Values of ``base``: how the ground holds the first link; None is what the file says, or fixed."""
@@ -154,3 +156,12 @@ def normal(axis: Vector) -> Matrix:
     u: Vector = (-y / across, x / across, 0)
     v = (-z * u[1], z * u[0], x * u[1] - y * u[0])
     return ((u[0], v[0], x), (u[1], v[1], y), (u[2], v[2], z))
+
+
+@contextmanager
+def refused(element: Element) -> Iterator[None]:
+    """Give the line of an element to what the system refuses."""
+    try:
+        yield
+    except ModelError as error:
+        raise element.error(str(error).rstrip(".")) from None

@@ -89,7 +89,7 @@ class Meshes:
 
 
 def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (n, 3) and triangles (k, 3) of a file: STL, OBJ and MSH, and what trimesh reads if it is installed."""
+    """Return vertices (n, 3) and triangles (k, 3) of a file: STL, OBJ, MSH, and what trimesh reads."""
     if path.stat().st_size > LARGEST:
         raise FormatError(f"expected at most {LARGEST} bytes, got {path.stat().st_size}")
     kind = path.suffix.lower()

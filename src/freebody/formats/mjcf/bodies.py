@@ -153,7 +153,9 @@ class Bodies:
             )
         if element.number("gravcomp", 0):
             self.reading.left_out(
-                f"body '{name}'", element.line, "its weight acts in full: gravcomp is a force of another simulator"
+                f"body '{name}'",
+                element.line,
+                "its weight acts in full: gravcomp is a force of another simulator",
             )
         kinds = [joint.kind for joint in body.joints]
         if "free" in kinds and (len(kinds) > 1 or place.body.name != "world"):
@@ -168,7 +170,10 @@ class Bodies:
         if geom.problem:
             what = "it has no mass and is not drawn" if geom.properties is None else "its mass is kept"
             self.reading.left_out(
-                f"<geom> of body '{body.name}'", geom.element.line, f"a geom that cannot be read: {what}", geom.problem
+                f"<geom> of body '{body.name}'",
+                geom.element.line,
+                f"a geom that cannot be read: {what}",
+                geom.problem,
             )
         if frame.position == ZERO and frame.rotation.matrix == IDENTITY:
             return geom
@@ -200,17 +205,20 @@ class Bodies:
             self._first(full, "stiffness"), self._angle(full, "springref", turns), self._first(full, "damping"),
             full.number("armature", 0), full.number("frictionloss", 0), self._limits(full, given, turns, kind),
         )  # fmt: skip
-        if "springdamper" in full.attributes and any(full.numbers("springdamper", 2)):
+        if all(full.numbers("springdamper", 2, (0, 0))):
             self.reading.left_out(
                 joint.what, full.line, "springdamper: the spring and damper for a time constant are not found"
             )
+            return replace(joint, stiffness=0.0, damping=0.0)
         return joint
 
     def _first(self, element: Element, name: str) -> float:
         """Return the linear coefficient; further ones, of MuJoCo 4, are left out."""
         values = element.several(name)
         if any(values[1:]):
-            self.reading.left_out(f"<{element.tag}>", element.line, f"{name}: coefficients of higher order are left out")
+            self.reading.left_out(
+                f"<{element.tag}>", element.line, f"{name}: coefficients of higher order are left out"
+            )
         return values[0] if values else 0.0
 
     def _angle(self, element: Element, name: str, degrees: bool) -> float:
@@ -243,12 +251,16 @@ class Bodies:
                 own, changed = bounded(own, compiler)
             if changed:
                 self.reading.changed(
-                    f"body '{body.name}'", body.element.line, "mass or inertia raised to the bounds of <compiler>"
+                    f"body '{body.name}'",
+                    body.element.line,
+                    "mass or inertia raised to the bounds of <compiler>",
                 )
             body.properties = own
         if compiler.settotalmass > 0:
             factor = compiler.settotalmass / (sum(float(body.properties.mass) for body in self.all) or 1)
-            self.reading.changed("<compiler>", self.document.root.line, "masses scaled to settotalmass", f"{factor:g}")
+            self.reading.changed(
+                "<compiler>", self.document.root.line, "masses scaled to settotalmass", f"{factor:g}"
+            )
             for body in self.all:
                 one = body.properties
                 inertia: Any = tuple(tuple(factor * x for x in row) for row in one.inertia)

@@ -62,7 +62,9 @@ class Compiler:
         if "eulerseq" in values and (
             len(values["eulerseq"]) != 3 or not set(values["eulerseq"].lower()) <= set("xyz")
         ):
-            raise element.error(f"expected three of x, y, z (or X, Y, Z) for eulerseq, got '{values['eulerseq']}'")
+            raise element.error(
+                f"expected three of x, y, z (or X, Y, Z) for eulerseq, got '{values['eulerseq']}'"
+            )
         if values.get("coordinate") == "global":
             raise element.error(
                 "expected local coordinates, got coordinate='global', which MuJoCo gave up in version 2.3. Load and "

@@ -11,7 +11,6 @@ Source: MuJoCo's documentation, computation, actuation model; XML reference, act
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,7 +20,7 @@ from ...errors import nearest
 from ...scalar.expression import exact
 from ...space.pose import Pose
 from ...space.rotation import Rotation
-from ..builder import whole
+from ..builder import refused, whole
 from ..xml_tree import Element
 from .placing import of_quaternion
 from .words import ACTUATORS, EQUALITIES, TENDONS, TRANSMISSIONS
@@ -65,7 +64,10 @@ def _tendons(reader: Any) -> dict[str, Weights]:
 
 def _tendon_forces(reader: Any, element: Element, name: str, weights: Weights) -> None:
     """Add the spring and damper of a tendon, and report what it has beside them."""
-    for attribute, what in (("range", "its length is not limited"), ("frictionloss", "it moves without dry friction")):
+    for attribute, what in (
+        ("range", "its length is not limited"),
+        ("frictionloss", "it moves without dry friction"),
+    ):
         if any(element.several(attribute)) and element.attributes.get("limited") != "false":
             reader.reading.left_out(f"<fixed> '{name}'", element.line, f"{attribute}: {what}")
     if any(element.several("armature")):
@@ -174,7 +176,9 @@ def _actuator(reader: Any, element: Element, number: int, tendons: dict[str, Wei
     for one in reader.document.given(element):
         law.put(one)
     problem = ACTUATORS.get(element.tag, "not an actuator that freebody knows")
-    problem = problem or next((text for key, text in TRANSMISSIONS.items() if text and key in full.attributes), "")
+    problem = problem or next(
+        (text for key, text in TRANSMISSIONS.items() if text and key in full.attributes), ""
+    )
     if not problem and law.dynamics != "none":
         problem = f"its activation is a state that the machine does not have ({law.dynamics})"
     weights = {} if problem else _transmission(reader, full, what, tendons)
@@ -285,7 +289,8 @@ def _joints(reader: Any, element: Element, name: str, tendons: dict[str, Weights
     if not ends:
         raise element.error(f"expected the attribute 'joint1' of equality '{name}'")
     x = ends[1] if len(ends) > 1 else sympy.Integer(0)
-    reader.s.constrain(_polynomial(element, ends[0], x), name=reader.renamed(name, reader.conditions))
+    with refused(element):
+        reader.s.constrain(_polynomial(element, ends[0], x), name=reader.renamed(name, reader.conditions))
     return ""
 
 
@@ -302,7 +307,8 @@ def _lengths(reader: Any, element: Element, name: str, tendons: dict[str, Weight
     if not ends:
         raise element.error(f"expected the attribute 'tendon1' of equality '{name}'")
     x = ends[1] if len(ends) > 1 else sympy.Integer(0)
-    reader.s.constrain(_polynomial(element, ends[0], x), name=reader.renamed(name, reader.conditions))
+    with refused(element):
+        reader.s.constrain(_polynomial(element, ends[0], x), name=reader.renamed(name, reader.conditions))
     return ""
 
 
@@ -339,7 +345,8 @@ def _connect(reader: Any, element: Element, name: str, tendons: dict[str, Weight
         anchor = tuple(map(whole, element.numbers("anchor", 3)))
         in_ground = reader.places[one].point(anchor)
         at, to = X.point(anchor), Y.point(reader.places[two].inverse.point(in_ground))
-    _close(reader, reader.s.ball, name, (first, at), (second, to), {})
+    with refused(element):
+        reader.s.ball(reader.renamed(name, reader.joints), first, second, at=at, to=to)
     return ""
 
 
@@ -362,11 +369,7 @@ def _weld(reader: Any, element: Element, name: str, tendons: dict[str, Weights])
             relative = reader.places[one].inverse @ reader.places[two]
     at_first = X @ relative  # where the second body's frame is, in the first carrier
     axes = {"parent_axes": at_first.rotation.matrix, "child_axes": Y.rotation.matrix}
-    _close(reader, reader.s.weld, name, (first, at_first.position), (second, Y.position), axes)
+    with refused(element):
+        text = reader.renamed(name, reader.joints)
+        reader.s.weld(text, first, second, at=at_first.position, to=Y.position, **axes)
     return ""
-
-
-def _close(reader: Any, make: Callable[..., Any], name: str, first: Any, second: Any, axes: dict[str, Any]) -> None:
-    """Add a joint that closes a loop; the ground is its child only where the other end is a body."""
-    text = reader.renamed(name, reader.joints)
-    make(text, first[0], second[0], at=first[1], to=second[1], **axes)

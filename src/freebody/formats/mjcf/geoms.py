@@ -63,25 +63,38 @@ class Geoms:
         self.solids: dict[str, Solid] = {}
         for one in document.sections("asset"):
             if one.tag == "mesh":
-                name = one.attributes.get("name") or one.attributes.get("file", "").rpartition("/")[2].rpartition(".")[0]
+                name = (
+                    one.attributes.get("name")
+                    or one.attributes.get("file", "").rpartition("/")[2].rpartition(".")[0]
+                )
                 self.assets[name] = document.full(one)
 
     def geom(self, element: Element) -> Geom:
         """Return the geom of an element that has the attributes of its class."""
-        kind = element.choice("type", TYPES, "sphere") if "type" in element.attributes else (
-            "mesh" if "mesh" in element.attributes else "sphere"
+        kind = (
+            element.choice("type", TYPES, "sphere")
+            if "type" in element.attributes
+            else ("mesh" if "mesh" in element.attributes else "sphere")
         )
         group = int(element.number("group", 0))
         where = pose(element, self.document.compiler)
         if kind == "mesh":
             return self._mesh(element, group, where)
         if kind not in SIZES or "mesh" in element.attributes:
-            problem = "" if kind == "plane" else f"a {kind} that is fitted to a mesh" if kind in SIZES else f"a {kind}"
+            problem = (
+                ""
+                if kind == "plane"
+                else f"a {kind} that is fitted to a mesh"
+                if kind in SIZES
+                else f"a {kind}"
+            )
             return Geom(kind, element, where, (), group, None, None, problem)
         size = self._size(element, kind)
         if "fromto" in element.attributes:
             if kind == "sphere":
-                raise element.error("expected fromto= of a capsule, cylinder, ellipsoid or box, got it of a sphere")
+                raise element.error(
+                    "expected fromto= of a capsule, cylinder, ellipsoid or box, got it of a sphere"
+                )
             ends = element.numbers("fromto", 6)
             along = [a - b for a, b in zip(ends[:3], ends[3:], strict=True)]
             half = math.hypot(*along) / 2
@@ -89,10 +102,14 @@ class Geoms:
             middle: Any = tuple(whole((a + b) / 2) for a, b in zip(ends[:3], ends[3:], strict=True))
             where = Pose(Rotation.trusted(to_axis(unit(element, "fromto", along))), middle)
         if any(x <= 0 for x in size):
-            raise element.error(f"expected sizes of a {kind} above zero, got {' '.join(f'{x:g}' for x in size)}")
+            raise element.error(
+                f"expected sizes of a {kind} above zero, got {' '.join(f'{x:g}' for x in size)}"
+            )
         mass = self._mass(element, volume(kind, size))
         shell = element.choice("shellinertia", ("false", "true"), "false") == "true"
-        own = MassProperties.as_given(mass, ZERO, _diagonal(mass, kind, size), possible=False) if mass else None
+        own = (
+            MassProperties.as_given(mass, ZERO, _diagonal(mass, kind, size), possible=False) if mass else None
+        )
         shape = placed(shape_of(kind, size), where) if group < SHOWN_GROUPS and self.drawn else None
         problem = "the inertia of a shell is that of the solid" if shell else ""
         return Geom(kind, element, where, size, group, own and placed(own, where), shape, problem)
@@ -107,7 +124,11 @@ class Geoms:
 
     def _mass(self, element: Element, volume: float) -> float:
         """Return the mass of a geom, from its own or its density."""
-        mass = element.number("mass") if "mass" in element.attributes else element.number("density", DENSITY) * volume
+        mass = (
+            element.number("mass")
+            if "mass" in element.attributes
+            else element.number("density", DENSITY) * volume
+        )
         if mass < 0:
             raise element.error(f"expected a mass or density that is not negative, got {mass:g} kg")
         return mass
@@ -158,7 +179,11 @@ class Geoms:
                 points, faces = self.document.meshes.surface(path)
             else:
                 points = np.array(asset.several("vertex")).reshape(-1, 3)
-                faces = np.array(asset.several("face"), int).reshape(-1, 3) if "face" in asset.attributes else None
+                faces = (
+                    np.array(asset.several("face"), int).reshape(-1, 3)
+                    if "face" in asset.attributes
+                    else None
+                )
             refpos, refquat, scale = _reference(asset)
             points = points.astype(np.float32).astype(float)  # the vertices of MuJoCo are of single precision
             self.solids[name] = mesh_solid((points - refpos) @ refquat * scale, faces, way)

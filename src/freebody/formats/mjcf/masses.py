@@ -6,8 +6,9 @@ then P is this mass centre, which gives volume and inertia.
 
     V = Σ |V_i|      c = Σ |V_i| (3 m_i + P)/4 / V      ∫ r rᵀ dV = Σ |V_i| (a aᵀ + b bᵀ + d dᵀ + s sᵀ)/20
 
-with the corners a, b, d of triangle i from P, m_i its mean and s their sum. With inertia="exact" the volumes have signs,
-with "convex" the triangles are those of the convex hull, with "shell" areas take the place of volumes (and 12 that of 20).
+with the corners a, b, d of triangle i from P, m_i its mean and s their sum. With inertia="exact" the volumes have
+signs, with "convex" the triangles are those of the convex hull, with "shell" areas take the place of volumes (and 12
+that of 20).
 
 Source: MuJoCo's documentation, XML reference, asset/mesh/inertia; measured against its compiled models.
 """

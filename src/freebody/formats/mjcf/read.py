@@ -1,7 +1,7 @@
 """An MJCF file as a system: bodies without joints merge with their parents, the others have joints of the system.
 
-A coordinate has the file's values (``qpos``), so that its limits, springs and targets can be compared with the file. The
-pose that the file draws is ``s.reading.initial``.
+A coordinate has the file's values (``qpos``), so that its limits, springs and targets can be compared with the file.
+The pose that the file draws is ``s.reading.initial``.
 """
 
 from __future__ import annotations
@@ -9,16 +9,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from ...describe.joints.ball import Ball
+from ...describe.joints.hinge import Hinge
+from ...describe.joints.slider import Slider
 from ...scalar.algebra import IDENTITY, ZERO
 from ...scalar.expression import exact
-from ...space.mass import MassProperties
 from ...space.pose import Pose
 from ...space.quaternion import quaternion_from_matrix
-from ..builder import Builder, Cluster, check_options
+from ..builder import COMPONENTS, Builder, Cluster, check_options, refused
 from ..case import Case
 from ..reading import Reading
-from ..xml_tree import Element
-from .bodies import Bodies, Body, Joint
+from ..xml_tree import Element, identifier
+from .bodies import SINGLE, Bodies, Body, Joint
 from .document import Document, document
 from .forces import add_forces
 from .words import OPTIONS, SECTIONS
@@ -59,7 +61,6 @@ class Reader(Builder):
         self.document, self.keep_fixed = document, keep_fixed
         self.coordinates = reading.coordinates
         self.displacements: dict[str, Any] = {}  # coordinate of each hinge and slide
-        self.made: dict[str, Any] = {}  # joints of the system
         self.joint_of: dict[str, Joint] = {}
         self.carriers: dict[str, tuple[Any, Pose]] = {}  # body of the system that carries a body of the file
         self.places: dict[str, Pose] = {}  # of bodies and sites in the ground, as the file draws them
@@ -128,20 +129,19 @@ class Reader(Builder):
     # -- joints -------------------------------------------------------------------------------------
 
     def hold(self, body: Body, parent: Any, child: Any, pose: Pose, base: str | None) -> None:
-        """Add the joints of a body, one after the other, with frames without mass between them."""
+        """Add the joints of a body: one joint of the system, which is a chain if there are several."""
         joints = body.joints
         if not joints:
             self.base(body, parent, child, pose, base)
-            return
-        for number, joint in enumerate(joints):
-            last = number == len(joints) - 1
-            name = self.renamed(joint.name, self.joints)
-            end = child
-            if not last:
-                nothing = MassProperties.as_given(0, ZERO, ((0, 0, 0),) * 3)
-                end = self.s.body(self.renamed(f"{body.name}_{joint.name}", self.bodies), nothing, shape="nothing")
-            self.joint(joint, name, parent, end, pose)
-            parent, pose = end, Pose()
+        elif len(joints) == 1:
+            self.single(joints[0], parent, child, pose)
+        else:
+            name = self.renamed(body.name, self.joints)
+            with refused(body.element):
+                motions = [self.motion(joint) for joint in joints]
+                made = self.s.chain(name, parent, child, motions, **_where(pose, ZERO))
+            for index, joint in enumerate(joints):
+                self.with_forces(joint, made, index)
 
     def base(self, body: Body, parent: Any, child: Any, pose: Pose, base: str | None) -> None:
         """Hold a body without joints: as ``base`` says, or welded."""
@@ -156,68 +156,105 @@ class Reader(Builder):
             prefix = self.free(name)
             self.s.free(name, parent, child, coordinate=prefix, **where)
 
-    def joint(self, joint: Joint, name: str, parent: Any, child: Any, pose: Pose) -> None:
-        """Add a joint with its spring, damper and armature."""
-        s = self.s
-        self.joint_of[joint.name] = joint
+    def single(self, joint: Joint, parent: Any, child: Any, pose: Pose) -> None:
+        """Add the only joint of a body."""
+        s, name = self.s, self.renamed(joint.name, self.joints)
         where = _where(pose, joint.place)
         armature = self.parameter(f"A_{name}", joint.armature, "")
-        if joint.kind in ("hinge", "slide"):
-            text = self.name(joint.name)
-            q = s.coordinates(text)
-            add = s.hinge if joint.kind == "hinge" else s.slider
-            where["at"] = self.lengths(name, where["at"])
-            made = add(name, parent, child, axis=joint.axis, coordinate=q - exact(joint.ref), armature=armature, **where)
-            self.displacements[joint.name], self.coordinates[joint.name] = q, (text,)
-            if joint.ref:
-                self.reading.initial[text] = joint.ref
-            self._forces(joint, name, made)
-        elif joint.kind == "ball":
-            prefix = self.free(name)
-            made = s.ball(name, parent, child, coordinate=prefix, armature=armature, **where)
-            self.coordinates[joint.name] = tuple(f"{prefix}_e{i}" for i in range(4))
-            self._drag(joint, name, prefix, child, parent)
+        with refused(joint.element):
+            if joint.kind in SINGLE:
+                where["at"] = self.lengths(name, where["at"])
+                add = s.hinge if joint.kind == "hinge" else s.slider
+                y = self.displacement(joint)
+                made = add(name, parent, child, axis=joint.axis, coordinate=y, armature=armature, **where)
+            elif joint.kind == "ball":
+                made = s.ball(
+                    name, parent, child, coordinate=self.quaternion(joint), armature=armature, **where
+                )
+            else:
+                prefix = self.free(name)
+                made = s.free(name, parent, child, coordinate=prefix, armature=armature)
+                self.coordinates[joint.name] = tuple(f"{prefix}_{x}" for x in COMPONENTS[:7])
+                values = (*pose.position, *quaternion_from_matrix(pose.rotation.matrix))
+                pairs = zip(self.coordinates[joint.name], map(float, values), strict=True)
+                self.reading.initial.update((text, x) for text, x in pairs if x != 0)
+        self.with_forces(joint, made, 0)
+
+    def motion(self, joint: Joint) -> Any:
+        """Return one of several joints of a body, as a motion of a chain."""
+        armature = self.parameter(f"A_{joint.name}", joint.armature, "") or ()
+        if joint.kind == "ball":
+            return Ball(coordinate=self.quaternion(joint), at=joint.place, armature=armature)
+        kind = Hinge if joint.kind == "hinge" else Slider
+        return kind(joint.axis, self.displacement(joint), at=joint.place, armature=armature)
+
+    def displacement(self, joint: Joint) -> Any:
+        """Return the displacement q - ref of a hinge or slide from the pose of the file."""
+        text = self.name(joint.name)
+        q = self.s.coordinates(text)
+        self.displacements[joint.name], self.coordinates[joint.name] = q, (text,)
+        if joint.ref:
+            self.reading.initial[text] = joint.ref
+        return q - exact(joint.ref)
+
+    def quaternion(self, joint: Joint) -> str:
+        """Return the prefix of the coordinates of a ball."""
+        prefix = self.free(identifier(joint.name, set()))
+        self.coordinates[joint.name] = tuple(f"{prefix}_e{i}" for i in range(4))
+        return prefix
+
+    def with_forces(self, joint: Joint, made: Any, index: int) -> None:
+        """Add the spring, damper, stops and friction of a joint, which is the motion ``index`` of one of the system."""
+        self.joint_of[joint.name] = joint
+        name = identifier(joint.name, set())
+        if joint.kind not in SINGLE:
+            self.drag(joint, name, made)
         else:
-            prefix = self.free(name)
-            made = s.free(name, parent, child, coordinate=prefix, armature=armature)
-            self.coordinates[joint.name] = tuple(f"{prefix}_{x}" for x in ("x", "y", "z", "e0", "e1", "e2", "e3"))
-            values = (*pose.position, *quaternion_from_matrix(_floats(pose.rotation.matrix)))
-            self.reading.initial.update(
-                (text, float(x)) for text, x in zip(self.coordinates[joint.name], values, strict=True) if x != 0
-            )
-            self._drag(joint, name, prefix, child, parent)
-        self.made[joint.name] = made
+            damping, stiffness = UNITS[joint.kind]
+            if joint.damping:
+                d = self.parameter(f"d_{name}", joint.damping, damping)
+                self.s.damper(self.renamed(f"{name}_damper", self.loads), made, damping=d, coordinate=index)
+            if joint.stiffness:
+                k = self.parameter(f"k_{name}", joint.stiffness, stiffness)
+                rest = exact(joint.rest) - exact(joint.ref)
+                self.s.spring(
+                    self.renamed(f"{name}_spring", self.loads), made, stiffness=k, rest=rest, coordinate=index
+                )
         if joint.limits is not None:
             low, high = joint.limits
             self.reading.limits[joint.name] = {"lower": low, "upper": high}
             self.reading.left_out(
-                joint.what, joint.element.line, "no stop holds the joint at its limits", f"{low:g} to {high:g}"
+                joint.what,
+                joint.element.line,
+                "no stop holds the joint at its limits",
+                f"{low:g} to {high:g}",
             )
         if joint.friction:
             self.reading.left_out(
-                joint.what, joint.element.line, "the joint moves without its dry friction", f"{joint.friction:g}"
+                joint.what,
+                joint.element.line,
+                "the joint moves without its dry friction",
+                f"{joint.friction:g}",
             )
 
-    def _forces(self, joint: Joint, name: str, made: Any) -> None:
-        """Add spring and damper of a hinge or slide."""
-        damping, stiffness = UNITS[joint.kind]
-        if joint.damping:
-            self.s.damper(f"{name}_damper", made, damping=self.parameter(f"d_{name}", joint.damping, damping))
-        if joint.stiffness:
-            k = self.parameter(f"k_{name}", joint.stiffness, stiffness)
-            self.s.spring(f"{name}_spring", made, stiffness=k, rest=exact(joint.rest) - exact(joint.ref))
-
-    def _drag(self, joint: Joint, name: str, prefix: str, child: Any, parent: Any) -> None:
+    def drag(self, joint: Joint, name: str, made: Any) -> None:
         """Add the damping of a ball or free joint: against each of its speeds."""
         if joint.stiffness:
-            self.reading.left_out(joint.what, joint.element.line, f"the spring of a {joint.kind} joint is left out")
+            self.reading.left_out(
+                joint.what, joint.element.line, f"the spring of a {joint.kind} joint is left out"
+            )
         if not joint.damping:
             return
         d = self.parameter(f"d_{name}", joint.damping, "")
+        prefix = self.coordinates[joint.name][-1].removesuffix("_e3")
+        child = made.child
         turns = [f"-({d})*{prefix}_w{x}" for x in "xyz"]
-        self.s.torque(f"{name}_damper", child, turns, frame=child, reaction_on=parent)
+        self.s.torque(
+            self.renamed(f"{name}_damper", self.loads), child, turns, frame=child, reaction_on=made.parent
+        )
         if joint.kind == "free":
-            self.s.force(f"{name}_drag", child.point(0, 0, 0), [f"-({d})*{prefix}_v{x}" for x in "xyz"], frame=child)
+            slides = [f"-({d})*{prefix}_v{x}" for x in "xyz"]
+            self.s.force(self.renamed(f"{name}_drag", self.loads), child.point(0, 0, 0), slides, frame=child)
 
     # -- settings -----------------------------------------------------------------------------------
 
@@ -256,7 +293,10 @@ class Reader(Builder):
             values = key.several("qpos")
             if values and len(values) != len(order):
                 self.reading.left_out(
-                    f"<key> '{name}'", key.line, "a keyframe of other joints", f"{len(values)} of {len(order)} values"
+                    f"<key> '{name}'",
+                    key.line,
+                    "a keyframe of other joints",
+                    f"{len(values)} of {len(order)} values",
                 )
             elif values:
                 self.reading.keyframes[name] = dict(zip(order, values, strict=True))
@@ -274,12 +314,8 @@ def _moves_mass(reader: Reader, cluster: Cluster, base: str | None) -> bool:
 
 
 def _where(pose: Pose, place: Any) -> dict[str, Any]:
-    """Return the arguments of a joint whose child is at a pose in its parent, with the anchor at ``place`` of the child."""
+    """Return the arguments of a joint at ``place`` of its child, which is at a pose in its parent."""
     where: dict[str, Any] = {"at": pose.point(place), "to": place}
     if pose.rotation.matrix != IDENTITY:
         where["parent_axes"] = pose.rotation.matrix
     return where
-
-
-def _floats(matrix: Any) -> Any:
-    return tuple(tuple(map(float, row)) for row in matrix)

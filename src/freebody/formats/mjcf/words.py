@@ -55,7 +55,10 @@ EQUALITIES: dict[str, str] = {"connect": "", "weld": "", "joint": "", "tendon": 
 ) | {"distance": "not a part of MuJoCo any more"}  # fmt: skip
 """Elements of <equality>."""
 
-TENDONS = {"fixed": "", "spatial": "a spatial tendon: its force is left out; s.cable and s.rope go over points"}
+TENDONS = {
+    "fixed": "",
+    "spatial": "a spatial tendon: its force is left out; s.cable and s.rope go over points",
+}
 """Elements of <tendon>."""
 
 ACTUATORS: dict[str, str] = dict.fromkeys(("motor", "position", "velocity", "general", "damper"), "") | {
@@ -67,6 +70,7 @@ ACTUATORS: dict[str, str] = dict.fromkeys(("motor", "position", "velocity", "gen
 }
 """Elements of <actuator>."""
 TRANSMISSIONS: dict[str, str] = {"joint": "", "jointinparent": "", "tendon": ""} | dict.fromkeys(
-    ("site", "cranksite", "slidersite", "body", "refsite"), "acts on sites or bodies: give it as s.force or s.torque"
+    ("site", "cranksite", "slidersite", "body", "refsite"),
+    "acts on sites or bodies: give it as s.force or s.torque",
 )
 """Attributes of actuators that say on what they act."""
