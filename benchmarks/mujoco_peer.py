@@ -10,12 +10,17 @@ condition of M, and poses relative to the size of the machine.
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .tables import show, time_text
+
 STATES = 3
+SHOWN = 12
+"""Number of files in the table: those with the largest differences."""
 FREE, BALL = 0, 1  # types of joints in MuJoCo
 LARGEST = 150
 """Greatest number of speeds of a model that is compared."""
@@ -192,3 +197,29 @@ def compared(path: Path) -> tuple[str, Any]:
         return "compared", np.max([peer.differences(system, random) for _ in range(STATES)], axis=0)
     except FreebodyError as error:
         return "no motion", str(error)
+
+
+def table(quick: bool = False) -> None:
+    """Print what became of every file."""
+    begin = time.perf_counter()
+    outcomes: dict[str, list[tuple[Path, Any]]] = {}
+    for path in files()[:: 10 if quick else 1]:
+        outcome, found = compared(path)
+        outcomes.setdefault(outcome, []).append((path, found))
+    rows = sorted(outcomes.get("compared", []), key=lambda row: -max(row[1]))
+    counts = ", ".join(f"{len(rows)} {outcome}" for outcome, rows in sorted(outcomes.items()))
+    others = [
+        f"{outcome}: {path.name}: {found}"
+        for outcome, rows in sorted(outcomes.items())
+        if outcome not in ("compared", "no joint moves")
+        for path, found in rows
+    ]
+    show(
+        f"MJCF files: {counts}",
+        ["file", "M", "bias", "forward dynamics", "poses"],
+        [[path.name, *(f"{x:.0e}" for x in found)] for path, found in rows[:SHOWN]],
+        [
+            f"Largest differences of {len(rows)} files; all in {time_text(time.perf_counter() - begin)}.",
+            *others,
+        ],
+    )

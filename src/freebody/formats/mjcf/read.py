@@ -100,8 +100,14 @@ class Reader(Builder):
                 place = pose @ child.pose
                 if self.moves(child, base, body):
                     result.joints.append((child, place))
-                else:
-                    waiting.append((child, place))
+                    continue
+                waiting.append((child, place))
+                if any(joint.kind == "free" for joint in child.joints):
+                    self.reading.changed(
+                        f"body '{child.name}'",
+                        child.element.line,
+                        "base='fixed' holds the body that the file has free",
+                    )
         result.joints.sort(key=lambda pair: pair[0].number)
         return result
 
@@ -284,9 +290,9 @@ class Reader(Builder):
             what = SECTIONS.get(section.tag, "not a part of MJCF that freebody knows")
             if what and section.children:
                 self.reading.left_out(f"<{section.tag}>", section.line, what)
-        for name, (body, pose) in self.sites.items():
-            key = name if name not in self.reading.frames else f"{name} (site)"
-            self.reading.frames[key] = (body.point(*pose.position), pose.rotation.matrix)
+        for site, (body, pose) in self.sites.items():
+            label = site if site not in self.reading.frames else f"{site} (site)"
+            self.reading.frames[label] = (body.point(*pose.position), pose.rotation.matrix)
         order = [text for joint in self.joint_of.values() for text in self.coordinates[joint.name]]
         for number, key in enumerate(self.document.sections("keyframe")):
             name = key.attributes.get("name") or f"key{number + 1}"
