@@ -1,4 +1,5 @@
-"""(j) Robots: every URDF file that the installed packages bring, read and compared with Pinocchio.
+"""(j) Robots: every URDF file that the installed packages bring, read and compared with Pinocchio, and every MJCF file
+with MuJoCo (:mod:`benchmarks.mujoco_peer`).
 
 A file is read with numbers for all masses and lengths. At random states, mass matrix M and bias forces h are compared
 relative to their largest entries. Joints that mimic others follow by the rates G of all joints: Gᵀ M G and Gᵀ h.
@@ -135,8 +136,14 @@ def compared(path: Path, base: str) -> tuple[str, Any]:
 
 
 def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
-    """Print the table of each base."""
+    """Print the table of MJCF, and that of URDF with each base."""
     del repeats, limit
+    if module("mujoco") is None:
+        print(f"robots: MuJoCo is {NOT_INSTALLED}")
+    else:
+        from .mujoco_peer import table
+
+        table(quick)
     if module("pinocchio") is None:
         print(f"robots: Pinocchio is {NOT_INSTALLED}")
         return

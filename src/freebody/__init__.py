@@ -25,8 +25,12 @@ if TYPE_CHECKING:
     from . import testing as testing
     from .describe.body import Body as Body
     from .describe.frame import Point as Point
+    from .describe.joints.ball import Ball as Ball
+    from .describe.joints.hinge import Hinge as Hinge
     from .describe.joints.joint import Joint as Joint
     from .describe.joints.rotor import Rotor as Rotor
+    from .describe.joints.screw import Screw as Screw
+    from .describe.joints.slider import Slider as Slider
     from .describe.loads.action import Couple as Couple
     from .describe.loads.action import GeneralizedForce as GeneralizedForce
     from .describe.loads.action import JointForce as JointForce
@@ -102,11 +106,13 @@ if TYPE_CHECKING:
 
 # public name -> its module; "module:attribute" if the attribute has another name, "module:" if it is the module
 _EXPORTS = {
+    "Ball": "describe.joints.ball",
     "Body": "describe.body",
     "Couple": "describe.loads.action",
     "Expression": "scalar.algebra",
     "FreebodyError": "errors",
     "GeneralizedForce": "describe.loads.action",
+    "Hinge": "describe.joints.hinge",
     "Joint": "describe.joints.joint",
     "JointForce": "describe.loads.action",
     "Load": "describe.loads.load",
@@ -119,6 +125,8 @@ _EXPORTS = {
     "Pose": "space.pose",
     "Rotation": "space.rotation",
     "Rotor": "describe.joints.rotor",
+    "Screw": "describe.joints.screw",
+    "Slider": "describe.joints.slider",
     "System": "describe.system",
     "Trajectory": "motion.trajectory.trajectory",
     "Vector": "scalar.algebra",

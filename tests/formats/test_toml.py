@@ -153,7 +153,7 @@ def test_round_trip_of_a_turned_solid_keeps_its_mass_properties() -> None:
 def every_joint() -> fb.System:
     s = fb.System("every joint")
     p = s.parameters(p=0.1)
-    bodies = [s.ground, *(s.body(f"b{i}", fb.sphere(1, 1)) for i in range(10))]
+    bodies = [s.ground, *(s.body(f"b{i}", fb.sphere(1, 1)) for i in range(11))]
     ends = iter(zip(bodies, bodies[1:], strict=False))
     s.hinge("hinge", *next(ends), at=(1, 0, p), axis=(1, 2, 0), coordinate="alpha")
     s.ball("ball", *next(ends), to=(0, 0, 1))
@@ -165,6 +165,12 @@ def every_joint() -> fb.System:
     s.planar("planar", *next(ends), axis="y", parent_axes=((0, -1, 0), (1, 0, 0), (0, 0, 1)))
     s.free("free", *next(ends), coordinate="f")
     s.weld("weld", *next(ends), child_axes=((0, 0, 1), (1, 0, 0), (0, 1, 0)))
+    motions = [
+        fb.Hinge("x", "hip", armature=2, rotor=fb.Rotor(p, 3)),
+        fb.Screw((0, 3, 4), "knee", at=(0, p, -1), pitch=p),
+        fb.Slider("-z", "3*hip"),
+    ]
+    s.chain("chain", *next(ends), motions, at=(1, 2, 3), parent_axes=((0, 0, 1), (1, 0, 0), (0, 1, 0)))
     return s
 
 

@@ -32,6 +32,7 @@ from .description import (
     varying,
     vector,
 )
+from .joints import chain as _chain
 from .joints import system_joints as _joints
 from .joints.joint import Joint
 from .loads import bushing as _bushing
@@ -212,6 +213,7 @@ class System(Description):
     ball = arguments_named(_joints.ball)
     free = arguments_named(_joints.free)
     weld = arguments_named(_joints.weld)
+    chain = arguments_named(_chain.chain)
     add = arguments_named(add)
     force = arguments_named(_loads.force)
     torque = arguments_named(_loads.torque)

@@ -15,7 +15,7 @@ from typing import Any
 
 from ..model.model import Model
 from ..scalar.algebra import Scalar, divide
-from .joint_freedom import free_displacements
+from .joints.freedom import free_displacements
 from .state import State
 
 

@@ -45,7 +45,7 @@ from ..space.spatial import (
 from .composite import mass_matrix
 from .constraints import linearized, rows, separating_force, wrenches
 from .coordinates import forces_on_coordinates
-from .joint_freedom import transmissible
+from .joints.freedom import transmissible
 from .kinematics import link_postures, place_of, point_position, rotation
 from .linear import Factorization, applied, combined, products
 from .loading import Loading

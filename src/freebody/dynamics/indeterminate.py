@@ -20,7 +20,7 @@ from ..model.model import Model
 from ..scalar.algebra import IDENTITY, ZERO, Vector, apply, subtract
 from .constrained import DEPENDENT, constrained_loading, with_wrenches
 from .constraints import linearized, radial_names, rows, separating_force
-from .joint_freedom import transmissible
+from .joints.freedom import transmissible
 from .kinematics import rotation
 from .loading import loading
 from .newton_euler import reactions

@@ -21,7 +21,7 @@ from ..scalar.algebra import IDENTITY, ZERO, Scalar, Vector, add, apply, apply_t
 from ..space.spatial import ZERO6, Spatial, force_to_parent, minus, plus, power
 from .armature import has_armature, resistance, spin_rate
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
-from .joint_freedom import loads_on_child, transmissible
+from .joints.freedom import loads_on_child, transmissible
 from .kinematics import accelerations, rotation, turning, velocities
 from .loading import Loading, loading
 from .state import State

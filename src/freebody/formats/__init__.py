@@ -14,15 +14,17 @@ if TYPE_CHECKING:
     from ..describe.system import System
     from .case import Case
 
-MAX_SIZE = {".toml": 4_000_000, ".urdf": 40_000_000}
+MAX_SIZE = {".toml": 4_000_000, ".urdf": 40_000_000, ".xml": 40_000_000, ".mjcf": 40_000_000}
 """Greatest size of a file, in bytes."""
-OPTIONS: dict[str, Any] = {"base": "fixed", "symbols": "masses", "keep_fixed": False, "meshes": True}
+OPTIONS: dict[str, Any] = {"base": None, "symbols": "masses", "keep_fixed": False, "meshes": True}
 """Options of robots' files, with their defaults."""
 WRITTEN = {".toml": ""}
 """Formats that are written."""
 READ = {
     ".toml": "",
     ".urdf": "",
+    ".xml": "",
+    ".mjcf": "",
     ".xacro": "Expand its macros first: `xacro IN.urdf.xacro > OUT.urdf` (ROS), or `xacrodoc IN -o OUT.urdf` (PyPI).",
     ".sdf": "Convert it first, by sdformat's `gz sdf --print` and a converter to URDF such as sdformat_urdf.",
 }
@@ -34,7 +36,7 @@ __all__ = ["read", "read_case", "replacing", "write"]
 def read(
     path: str | os.PathLike[str],
     *,
-    base: str = "fixed",
+    base: str | None = None,
     symbols: str = "masses",
     keep_fixed: bool = False,
     meshes: bool = True,
@@ -115,6 +117,11 @@ def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
         from .xml_tree import tree
 
         return Case(system_of(tree(data, file.name), file, **{**OPTIONS, **options}))
+    if suffix in (".xml", ".mjcf"):
+        from .mjcf.read import case_of
+        from .xml_tree import tree
+
+        return case_of(tree(data, file.name), file, **{**OPTIONS, **options})
     for name, value in options.items():
         if value != OPTIONS[name]:
             raise FormatError(

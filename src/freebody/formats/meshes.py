@@ -37,7 +37,9 @@ class Meshes:
         self.allowed = [root.resolve() for root in self.roots if len(root.resolve().parts) > 2] or [
             self.folder
         ]
+        self.subfolder = ""  # where meshes are that are named by a path
         self.read: dict[tuple[Path, tuple[float, ...]], Shape] = {}
+        self.surfaces: dict[Path, tuple[np.ndarray, np.ndarray]] = {}
 
     def shape(self, name: str, scale: tuple[float, ...]) -> Shape:
         """Return the mesh as a shape.
@@ -49,7 +51,7 @@ class Meshes:
         """
         path = self.path(name)
         if (path, scale) not in self.read:
-            vertices, faces = surface(path)
+            vertices, faces = self.surface(path)
             if len(faces):
                 vertices, faces = coarse(vertices, faces)
             if not len(faces):
@@ -60,8 +62,14 @@ class Meshes:
             self.read[path, scale] = Shape("mesh", (("vertices", vertices), ("faces", faces)))
         return self.read[path, scale]
 
-    def path(self, name: str) -> Path:
-        """Return the file of a name."""
+    def surface(self, path: Path) -> tuple[np.ndarray, np.ndarray]:
+        """Return vertices and triangles of a file."""
+        if path not in self.surfaces:
+            self.surfaces[path] = surface(path)
+        return self.surfaces[path]
+
+    def path(self, name: str, folder: Path | None = None) -> Path:
+        """Return the file of a name, which is beside the robot's file or in another ``folder``."""
         kind, mark, rest = name.rpartition("://")
         if kind not in ("", "package", "model"):
             raise FormatError(f"expected a path or package://, got {kind}://")
@@ -71,7 +79,8 @@ class Meshes:
                 root / rest.partition("/")[2] for root in self.roots
             ]  # the package is above the file
         else:
-            candidates = [self.folder / name]
+            candidates = [folder / name] if folder else []
+            candidates.append(self.folder / ("" if folder else self.subfolder) / name)
         for path in candidates:
             path = path.resolve()
             if path.is_file() and any(path.is_relative_to(root) for root in self.allowed):
@@ -80,7 +89,7 @@ class Meshes:
 
 
 def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (n, 3) and triangles (k, 3) of a file: STL and OBJ, and what trimesh reads if it is installed."""
+    """Return vertices (n, 3) and triangles (k, 3) of a file: STL, OBJ, MSH, and what trimesh reads."""
     if path.stat().st_size > LARGEST:
         raise FormatError(f"expected at most {LARGEST} bytes, got {path.stat().st_size}")
     kind = path.suffix.lower()
@@ -88,6 +97,8 @@ def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
         return _stl(path.read_bytes())
     if kind == ".obj":
         return _obj(path.read_text(errors="replace"))
+    if kind == ".msh":
+        return _msh(path.read_bytes())
     if kind not in (".dae", ".ply", ".glb", ".gltf", ".off"):
         raise FormatError(f"expected a mesh (STL, OBJ, DAE, PLY, glTF, OFF), got {kind or 'no suffix'}")
     try:
@@ -140,6 +151,24 @@ def _obj(text: str) -> tuple[np.ndarray, np.ndarray]:
     if not len(triangles) or triangles.min() < 0 or triangles.max() >= len(points):
         raise FormatError("expected OBJ with faces of its own vertices")
     return points, triangles
+
+
+def _msh(data: bytes) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of a binary MSH file of MuJoCo: four counts, vertices, normals, texture, triangles.
+
+    Source: MuJoCo's documentation, XML reference, asset/mesh.
+    """
+    if len(data) < 16:
+        raise FormatError("expected MSH with its counts")
+    points, normals, texture, triangles = (int(x) for x in np.frombuffer(data, "<i4", 4))
+    size = 4 * (4 + 3 * points + 3 * normals + 2 * texture + 3 * triangles)
+    if min(points, normals, texture, triangles) < 0 or size != len(data):
+        raise FormatError(f"expected MSH of {size} bytes, as its counts say, got {len(data)}")
+    vertices = np.frombuffer(data, "<f4", 3 * points, 16).reshape(-1, 3).astype(float)
+    faces = np.frombuffer(data, "<i4", 3 * triangles, size - 12 * triangles).reshape(-1, 3).astype(int)
+    if not np.isfinite(vertices).all() or not len(faces) or faces.min() < 0 or faces.max() >= points:
+        raise FormatError("expected MSH with triangles of its own finite vertices")
+    return vertices, faces
 
 
 def _numbers(rows: list[list[str]]) -> np.ndarray:

@@ -55,6 +55,15 @@ class Reading:
         Origin and axes of each link, in the body that carries it: ``point, axes = s.reading.frames["tool"]``.
     limits : dict of str to dict
         ``lower``, ``upper``, ``effort`` and ``velocity`` of joints, by name. The motion knows nothing of them.
+    coordinates : dict of str to tuple of str
+        Coordinates of each joint of an MJCF file, in the file's order.
+    inputs : dict of str to str
+        The parameter that is the control of an actuator, by the actuator's name.
+    initial : dict of str to float
+        Values of coordinates in the pose that the file draws, where they are not zero: ``fb.simulate(s, 1,
+        initial=s.reading.initial)``.
+    keyframes : dict of str to dict
+        Values of all coordinates, by the name of a keyframe.
     """
 
     file: str
@@ -63,6 +72,10 @@ class Reading:
     names: dict[str, str] = field(default_factory=dict)
     frames: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     limits: dict[str, dict[str, float]] = field(default_factory=dict)
+    coordinates: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    inputs: dict[str, str] = field(default_factory=dict)
+    initial: dict[str, float] = field(default_factory=dict)
+    keyframes: dict[str, dict[str, float]] = field(default_factory=dict)
     right_angles: int = field(default=0, repr=False)
 
     def changed(self, element: str, line: int, what: str, detail: str = "") -> None:
@@ -96,7 +109,9 @@ class Reading:
 def plural(noun: str, count: int) -> str:
     """Return the noun for a number of things.
 
-    >>> plural("link", 1), plural("joint", 2)
-    ('link', 'joints')
+    >>> plural("link", 1), plural("joint", 2), plural("body", 3)
+    ('link', 'joints', 'bodies')
     """
-    return noun if count == 1 else noun + "s"
+    if count == 1:
+        return noun
+    return noun[:-1] + "ies" if noun.endswith("y") else noun + "s"

@@ -66,6 +66,18 @@ class Element:
         """Return an attribute that is a number."""
         return self.numbers(name, 1, None if default is None else (default,))[0]
 
+    def several(self, name: str) -> tuple[float, ...]:
+        """Return an attribute of any number of numbers; without it, none."""
+        return self.numbers(name, len(self.attributes.get(name, "").replace(",", " ").split()), ())
+
+    def choice(self, name: str, values: tuple[str, ...], default: str | None = None) -> str:
+        """Return an attribute that is one of some words."""
+        value = self.get(name, default)
+        if value not in values:
+            listed = ", ".join(f"'{one}'" for one in values)
+            raise self.error(f"expected one of {listed} for {name}= of <{self.tag}>, got '{value[:60]}'")
+        return value
+
     def error(self, message: str) -> FormatError:
         """Return the error of this element."""
         return FormatError(f"{self.file}, line {self.line}: {message}.")

@@ -10,12 +10,15 @@ from typing import Any
 import sympy
 
 from ..describe.description import about_of, changes_of, coordinates_of, names_of, parameters_of, positive_in
-from ..describe.joints.joint import Joint, Primitive
+from ..describe.joints.chain import parallel_turns
+from ..describe.joints.joint import Joint
+from ..describe.joints.primitive import Primitive
 from ..describe.joints.rotor import Rotor, own_rotor
+from ..describe.joints.weld import Weld
 from ..describe.names import TIME, rate
 from ..describe.system import System
 from ..errors import ModelError, shown
-from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, scale, subtract, transpose
+from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, dot, multiply, scale, subtract, transpose
 from ..scalar.expression import exact
 from .closure import closure
 from .contact import contacts
@@ -76,7 +79,7 @@ def assemble(system: System) -> Model:
         primitives = list(joint.primitives)
         mounted = rotors.get(joint.name, ())
         if primitives[last].kind in ("ball", "free") and joint.child_axes != IDENTITY:
-            primitives.append(Primitive("weld"))
+            primitives.append(Weld())
             last += 1
         for i, primitive in enumerate(primitives):
             body = None
@@ -85,6 +88,12 @@ def assemble(system: System) -> Model:
                 axis = tuple(map(exact, apply(joint.child_axes, primitive.axis)))
                 primitive, body = replace(primitive, axis=axis), joint.child
             numbers.append(len(links))
+            if i:
+                position = (
+                    _minus(primitives[i].at or ZERO, primitives[i - 1].at or ZERO)
+                    if i < len(joint.primitives)
+                    else ZERO
+                )
             link = _link(joint, primitive, parent, (rotation, position), body, index, positions)
             links.append(_with_rotors(link, mounted, joint.child_axes))
             parent, position, rotation = numbers[-1], ZERO, IDENTITY
@@ -94,8 +103,9 @@ def assemble(system: System) -> Model:
             numbers[-1], _minus(ZERO, joint.to), mass.mass, mass.center, mass.inertia, mass
         )
         joints[joint.name] = JointPlace(
-            joint.type, tuple(numbers), joint.parent.name, joint.child.name, joint.at, joint.to
-        )
+            joint.type, tuple(numbers), joint.parent.name, joint.child.name, joint.at, joint.to,
+            parallel_turns(primitives), joint.path, joint.path or _anchored(joint.primitives),
+        )  # fmt: skip
     model = Model(
         name=system.name,
         parameters=tuple(parameters_of(system)),
@@ -213,6 +223,21 @@ def _link(
         primitive.pitch, y if primitive.kind in ("hinge", "slider", "screw") else 0, partials, drift, bias, q, u,
         mass, center, inertia, primitive.armature,
     )  # fmt: skip
+
+
+def _anchored(motions: Sequence[Primitive]) -> bool:
+    """True if a motion does not carry the joint's point along its axis only: turns about other points, slides after
+    turns, and slides that are not at right angles.
+    """
+    anchors = {motion.at or ZERO for motion in motions}
+    turned = False
+    slides: list[Vector] = []
+    for motion in motions:
+        if motion.slides and (turned or any(exact(dot(motion.axis, axis)) != 0 for axis in slides)):
+            return True
+        turned = turned or motion.turns
+        slides += [motion.axis] if motion.slides and not motion.turns else []
+    return len(anchors) > 1 or any(first != k for k, (first, _) in enumerate(parallel_turns(motions)))
 
 
 def _rotors(system: System) -> dict[str, list[Rotor]]:

@@ -5,10 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from ..describe.joints.ball import Ball
+from ..describe.joints.free import Free
+from ..describe.joints.hinge import Hinge
+from ..describe.joints.primitive import Primitive
+from ..describe.joints.screw import Screw
+from ..describe.joints.slider import Slider
+from ..describe.joints.weld import Weld
 from ..scalar.algebra import Expression, Matrix, Vector
 from ..space.mass import MassProperties
 
 GROUND = -1
+
+MOTIONS: dict[str, type[Primitive]] = {kind.kind: kind for kind in (Hinge, Slider, Screw, Ball, Free, Weld)}
+"""The kinds of primitive motions by their words."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +76,14 @@ class Link:
     )  # spin of rotors in the parent per unit rate, in the link's axes at no displacement
 
     @property
+    def motion(self) -> type[Primitive]:
+        """The kind of the motion."""
+        return MOTIONS[self.kind]
+
+    @property
     def one_dof(self) -> bool:
         """True if the motion has a displacement."""
-        return self.kind in ("hinge", "slider", "screw")
+        return MOTIONS[self.kind].displaces
 
     @property
     def driven(self) -> bool:
@@ -98,3 +113,6 @@ class JointPlace:
     child: str
     at: Vector
     to: Vector
+    parallel: tuple[tuple[int, int], ...] = ()  # chain.parallel_turns of its motions
+    path: bool = False  # True if its displacements are functions of few coordinates and make one motion
+    anchored: bool = False  # True if the axes of its motions do not tell what it transmits

@@ -16,8 +16,8 @@ from ..contacts.contact import ContactPair
 from ..contacts.system_contacts import coefficient, contact
 from ..description import Description, claim, names_of, take_as_positive
 from ..frame import Point, own_point
+from ..joints.joining import check_smooth, check_unbroken
 from ..joints.joint import Joint
-from ..joints.system_joints import check_smooth, check_unbroken
 from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
 
 

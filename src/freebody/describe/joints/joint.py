@@ -9,26 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ...scalar.algebra import Matrix, Scalar, Vector
+from ...scalar.algebra import Matrix, Vector
 from ..frame import Frame
-from .rotor import Rotor
-
-
-@dataclass(frozen=True)
-class Primitive:
-    """One elementary motion.
-
-    ``kind`` is hinge, slider, screw, ball, free or weld; ``axis`` in joint axes; ``coordinate`` the
-    displacement, an expression of coordinates and time (1-dof kinds), or the tuple of the names of
-    the joint's own coordinates (ball, free). ``armature`` has an entry for each of its speeds, or none.
-    """
-
-    kind: str
-    axis: Vector = (0, 0, 0)
-    coordinate: Any = None
-    pitch: Scalar = 0
-    armature: tuple[Scalar, ...] = ()
-    rotor: Rotor | None = None
+from .primitive import Primitive
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +34,8 @@ class Joint:
         Further arguments of the method, as the user wrote them.
     closes : bool
         True if the joint closes a loop: its child already has a joint, or is the ground.
+    path : bool
+        True if the displacements are functions of the joint's own coordinates, which make one motion.
     """
 
     name: str
@@ -64,6 +49,7 @@ class Joint:
     primitives: tuple[Primitive, ...]
     arguments: dict[str, Any]
     closes: bool = False
+    path: bool = False
 
     def __repr__(self) -> str:
         return f"{self.type} '{self.name}' ({self.parent.name} -> {self.child.name})"

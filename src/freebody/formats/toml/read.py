@@ -8,11 +8,16 @@ from __future__ import annotations
 import inspect
 import re
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from ...describe.description import names_of, varying
+from ...describe.joints.ball import Ball
+from ...describe.joints.hinge import Hinge
+from ...describe.joints.primitive import Primitive
 from ...describe.joints.rotor import Rotor
+from ...describe.joints.screw import Screw
+from ...describe.joints.slider import Slider
 from ...describe.system import System
 from ...errors import FormatError, nearest
 from ...space import solids
@@ -42,6 +47,14 @@ JOINTS = {
     "ball": ("coordinate", "armature"),
     "free": ("coordinate", "armature"),
     "weld": (),
+    "chain": ("motions",),
+}
+
+MOTIONS: dict[str, tuple[type[Primitive], tuple[str, ...]]] = {
+    "hinge": (Hinge, ("axis", "coordinate", "armature", "rotor")),
+    "slider": (Slider, ("axis", "coordinate", "armature", "rotor")),
+    "screw": (Screw, ("axis", "coordinate", "pitch", "armature", "rotor")),
+    "ball": (Ball, ("coordinate",)),
 }
 
 
@@ -241,23 +254,45 @@ def _joint(system: System, name: str, table: Table) -> None:
     for key in ("parent_axes", "child_axes"):
         if table.has(key):
             arguments[key] = table.matrix(key)
-    if "axis" in JOINTS[kind] and table.has("axis"):
+    arguments |= _motion(table, kind, JOINTS[kind])
+    if "motions" in JOINTS[kind]:
+        arguments["motions"] = [_part(part) for part in table.each("motions")]
+    parent, child = table.text("parent", "ground"), table.text("child")
+    table.done()
+    table.guard(lambda: getattr(system, kind)(name, parent, child, **arguments))
+
+
+def _motion(table: Table, kind: str, keys: Sequence[str]) -> dict[str, Any]:
+    """The axis, coordinate, pitch, armature and rotor of a joint or of one motion of a chain."""
+    arguments: dict[str, Any] = {}
+    if "axis" in keys and table.has("axis"):
         arguments["axis"] = _axis(table, table.data["axis"], kind)
-    if "coordinate" in JOINTS[kind] and table.has("coordinate"):
+    if "coordinate" in keys and table.has("coordinate"):
         arguments["coordinate"] = _coordinate(table, table.data["coordinate"])
-    if "pitch" in JOINTS[kind]:
+    if "pitch" in keys:
         arguments["pitch"] = table.expression("pitch")
-    if "armature" in JOINTS[kind] and table.has("armature"):
+    if "armature" in keys and table.has("armature"):
         value = table.data["armature"]
         several = isinstance(value, list)
         arguments["armature"] = (
             [table.read(x, "armature") for x in value] if several else table.read(value, "armature")
         )
-    if "rotor" in JOINTS[kind] and table.has("rotor"):
+    if "rotor" in keys and table.has("rotor"):
         arguments["rotor"] = _rotor(table.table("rotor"))
-    parent, child = table.text("parent", "ground"), table.text("child")
+    return arguments
+
+
+def _part(table: Table) -> Primitive:
+    """One motion of a chain."""
+    kind = table.text("type")
+    if kind not in MOTIONS:
+        table.fail(f"Unknown motion '{kind}' of a chain; {nearest(kind, MOTIONS)}", "type")
+    make, keys = MOTIONS[kind]
+    arguments = _motion(table, kind, keys)
+    if table.has("at"):
+        arguments["at"] = table.vector("at")
     table.done()
-    table.guard(lambda: getattr(system, kind)(name, parent, child, **arguments))
+    return make(**arguments)
 
 
 def _rotor(table: Table) -> Rotor:

@@ -144,6 +144,13 @@ class Table:
         for name, data in below.data.items():
             yield name, Table(self.document, (*below.path, name), data, self.system)
 
+    def each(self, key: str) -> list[Table]:
+        """Return the tables of a list, ``key = [{...}, {...}]``."""
+        value = self.raw(key)
+        if not isinstance(value, list):
+            self.fail(f"Expected a list of tables [{{...}}, {{...}}], got {kind(value)}: {value!r}.", key)
+        return [Table(self.document, (*self.path, key), data, self.system) for data in value]
+
     def done(self) -> None:
         """Raise FormatError if there are keys that were never taken."""
         for key in self.data:

@@ -14,6 +14,7 @@ from ...describe.contacts.contact import ContactPair
 from ...describe.description import about_of, coordinates_of, names_of, parameters_of, positive_in, vector
 from ...describe.frame import Frame
 from ...describe.joints.joint import Joint
+from ...describe.joints.primitive import Primitive
 from ...describe.names import is_identifier
 from ...describe.system import System
 from ...errors import FormatError, FreebodyError
@@ -228,10 +229,10 @@ class Writer(ValueTexts):
             "parent": quoted(joint.parent.name),
             "child": quoted(joint.child.name),
         }
-        if joint.at != ZERO:
-            keys["at"] = self.row(joint.at)
-        if joint.to != ZERO:
-            keys["to"] = self.row(joint.to)
+        for key, place in (("at", joint.at), ("to", joint.to)):
+            place = joint.arguments.get(key, place)
+            if place != ZERO:
+                keys[key] = self.row(place)
         if joint.parent_axes != IDENTITY:
             keys["parent_axes"] = self.matrix(joint.parent_axes)
         if joint.child_axes != IDENTITY:
@@ -240,6 +241,9 @@ class Writer(ValueTexts):
             keys["axis"] = self.axis(joint.arguments["axis"])
         if "pitch" in JOINTS[joint.type]:
             keys["pitch"] = self.value(joint.primitives[0].pitch)
+        if "motions" in JOINTS[joint.type]:
+            parts = ",\n  ".join(map(self.motion, joint.primitives))
+            return keys | {"motions": f"[\n  {parts},\n]"}
         keys |= self.inertia(joint)
         if joint.closes:
             return keys  # it has no coordinates
@@ -261,12 +265,29 @@ class Writer(ValueTexts):
             keys["armature"] = self.value(several[0])
             if len(set(several)) > 1:
                 keys["armature"] = f"[{', '.join(map(self.value, several))}]"
-        rotor = joint.primitives[0].rotor
+        return keys | self.rotor(joint.primitives[0])
+
+    def rotor(self, motion: Primitive) -> dict[str, str]:
+        """Return the key of the rotor of a motion, if it has one."""
+        keys: dict[str, str] = {}
+        rotor = motion.rotor
         if rotor is not None:
             parts = [f"inertia = {self.value(rotor.inertia)}", f"ratio = {self.value(rotor.ratio)}"]
             parts += [] if rotor.axis is None else [f"axis = {self.axis(rotor.axis)}"]
             keys["rotor"] = f"{{ {', '.join(parts)} }}"
         return keys
+
+    def motion(self, motion: Primitive) -> str:
+        """Return the table of one motion of a chain."""
+        keys = {"type": quoted(motion.kind)}
+        if motion.displaces:
+            keys |= {"axis": self.row(motion.axis), "coordinate": self.coordinate(motion.coordinate)}
+        else:
+            keys["coordinate"] = quoted(str(motion.coordinate[0].func).removesuffix("_e0"))
+        keys |= {"at": self.row(motion.at)} if motion.at != ZERO else {}
+        keys |= {"pitch": self.value(motion.pitch)} if motion.pitch != 0 else {}
+        keys |= {"armature": self.value(motion.armature[0])} if motion.armature else {}
+        return "{ " + ", ".join(f"{key} = {text}" for key, text in (keys | self.rotor(motion)).items()) + " }"
 
     def coordinate(self, coordinate: Any) -> str:
         """Return the text of a joint's displacement."""

@@ -17,6 +17,7 @@ from ...space.mass import MassProperties
 from ...space.pose import Pose
 from ...space.rotation import Rotation
 from ...space.shape import Shape, compound
+from ..builder import placed, whole
 from ..meshes import Meshes
 from ..reading import Reading
 from ..xml_tree import Element
@@ -318,16 +319,6 @@ def _with_forces(joint: Joint, what: str, reading: Reading) -> Joint:
 
 
 # -- poses ----------------------------------------------------------------------------------------------
-
-
-def whole(x: float) -> Any:
-    """Return an integer for a whole number: it is exact in formulas."""
-    return int(x) if x == int(x) else x
-
-
-def placed(thing: Any, pose: Pose) -> Any:
-    """Return a shape, or mass properties, that stand at a pose."""
-    return thing.rotated(pose.rotation.matrix).moved(pose.position)
 
 
 def _pose(element: Element, reading: Reading | None = None) -> Pose:

@@ -42,7 +42,7 @@ from functools import lru_cache
 from typing import Any
 
 from ...dynamics.articulated import apparent_inertia, columns_solved, free_motions, pivot
-from ...dynamics.joint_freedom import Axis, carried_part
+from ...dynamics.joints.freedom import Axis, carried_part
 from ...dynamics.linear import Factorization
 from ...dynamics.state import ball_joint, free_joint, one_dof_joint
 from ...model.model import GROUND, Link, Model

@@ -23,7 +23,7 @@ from ...dynamics.coordinates import (
     forces_on_coordinates,
     forces_on_displacements,
 )
-from ...dynamics.joint_freedom import free_displacements, loads_on_child, transmissible
+from ...dynamics.joints.freedom import free_displacements, loads_on_child, transmissible
 from ...dynamics.kinematics import Posture, jacobian, rotation
 from ...dynamics.loading import Loading, load_potential, load_power, loading
 from ...dynamics.state import State

@@ -21,7 +21,7 @@ from ...describe.loads.load import Load
 from ...dynamics.armature import resistance, spin_rate
 from ...dynamics.constraints import Row, rows, torques
 from ...dynamics.coordinates import forces_on_free_displacements
-from ...dynamics.joint_freedom import unit_load_wrench
+from ...dynamics.joints.freedom import unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
 from ...dynamics.loading import actions, joint_link, speed_of, weight
 from ...errors import ModelError, nearest

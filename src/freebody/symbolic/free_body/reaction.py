@@ -12,7 +12,8 @@ from typing import Any
 
 import sympy
 
-from ...dynamics.joint_freedom import joint_axes
+from ...dynamics.joints.freedom import free_motions, joint_axes
+from ...dynamics.joints.motions import couple_beside, dual, slides_and_turns
 from ...dynamics.kinematics import rotation
 from ...dynamics.state import State
 from ...model.model import Model
@@ -24,6 +25,7 @@ from ...scalar.algebra import (
     Vector,
     add,
     apply,
+    apply_transpose,
     cross,
     divide,
     dot,
@@ -96,6 +98,8 @@ def unknowns(model: Model, state: State, name: str) -> list[Component]:
     joint = model.joints[name]
     last = joint.links[-1]
     R = rotation(model, state, last)
+    if joint.anchored:
+        return _of_chain(model, state, name, R)
     free = [axis for axis in joint_axes(model, state, joint) if axis.free]
     kinds = [model.links[i].kind for i in joint.links]
     slides = [axis.direction for axis in free if axis.kind == "slider"]
@@ -112,6 +116,19 @@ def unknowns(model: Model, state: State, name: str) -> list[Component]:
         # the thread carries an axial force f and the moment -h f, which together do no work
         n = apply(R, turns[0])
         result = [_threaded(c, n, free[0].pitch) for c in result]
+    return result
+
+
+def _of_chain(model: Model, state: State, name: str, R: Matrix) -> list[Component]:
+    """Components of a chain or a path: each force with the couple that takes away its power in the turns."""
+    slides, turns = slides_and_turns(free_motions(model, state, model.joints[name]))
+    up = dual([t.turn for t in turns])
+    result = []
+    for letter, along in _across(model, state, [_unit(state, v) for v in slides.values()], R):
+        couple = apply(R, couple_beside(apply_transpose(R, along), turns, up))
+        result.append(_component(model, state, f"{name}_{letter}", along, couple))
+    for letter, along in _across(model, state, [_unit(state, t.turn) for t in turns], R):
+        result.append(_component(model, state, f"{name}_M{letter}", ZERO, along))
     return result
 
 
@@ -159,6 +176,9 @@ def _along(axis: Vector) -> int | None:
 
 
 def _unit(state: State, v: Vector) -> Vector:
+    nonzero = [k for k in range(3) if v[k] != 0]
+    if len(nonzero) == 1:
+        return IDENTITY[nonzero[0]]
     length = state.field.sqrt(dot(v, v))
     return scale(divide(1, length), v)
 

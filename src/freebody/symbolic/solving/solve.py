@@ -14,7 +14,7 @@ from typing import Any
 
 import sympy
 
-from ...dynamics.joint_freedom import free_displacements
+from ...dynamics.joints.freedom import free_displacements
 from ...errors import ModelError
 from ...model.contact import Touching
 from ...scalar.algebra import Scalar

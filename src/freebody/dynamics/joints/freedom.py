@@ -17,10 +17,11 @@ from dataclasses import dataclass
 
 import sympy
 
-from ..model.model import JointPlace, Model
-from ..scalar.algebra import ZERO, Scalar, Vector, add, apply_transpose, cross, divide, dot, scale, subtract
-from ..space.spatial import Spatial
-from .state import State
+from ...model.model import JointPlace, Model
+from ...scalar.algebra import ZERO, Scalar, Vector, add, apply_transpose, cross, divide, dot, scale, subtract
+from ...space.spatial import Spatial
+from ..state import State
+from .motions import Twist, carried, twists, wrenches
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,8 @@ def joint_axes(model: Model, state: State, joint: JointPlace) -> list[Axis]:
 
 def transmissible(model: Model, state: State, joint: JointPlace, wrench: Spatial) -> Spatial:
     """Return the part of a wrench on the child, about the joint's point in the last link's axes, that it can carry."""
+    if joint.anchored:
+        return carried(free_motions(model, state, joint), wrench)
     kinds = {model.links[i].kind for i in joint.links}
     ideal = not kinds & {"free", "ball"}
     return carried_part(
@@ -103,6 +106,21 @@ def carried_part(kinds: Container[str], free: list[Axis], wrench: Spatial) -> Sp
     return (_across(n, turns), _across(f, slides))
 
 
+def free_motions(model: Model, state: State, joint: JointPlace) -> list[Twist]:
+    """Return the motions that a chain or a path can make alone."""
+    if joint.path:
+        return twists(model, state, joint)
+    free = {axis.link for axis in joint_axes(model, state, joint) if axis.free}
+    free |= {i for i in joint.links if model.links[i].u >= 0}
+    return [t for t in twists(model, state, joint) if t.key[1] in free]
+
+
+def _with(free: list[Twist], motions: list[Twist], link: int) -> list[Twist]:
+    """The free motions and that of a link."""
+    keys = {t.key for t in free}
+    return [t for t in motions if t.key in keys or t.key == ("link", link)]
+
+
 def _across(v: Vector, free: list[Vector]) -> Vector:
     """Return v less its projection on the span of the free directions, which are unit vectors."""
     if not free:
@@ -120,6 +138,9 @@ def unit_load_wrench(model: Model, state: State, joint: JointPlace, link: int) -
 
     It has power one in that displacement and none in the other free displacements.
     """
+    if joint.anchored:
+        motions = _with(free_motions(model, state, joint), twists(model, state, joint), link)
+        return wrenches(motions)[[t.key for t in motions].index(("link", link))]
     axes = joint_axes(model, state, joint)
     (loaded,) = [axis for axis in axes if axis.link == link]
     if loaded.kind == "slider":
@@ -142,7 +163,7 @@ def loads_on_child(
     """Return the wrench on the child of the loads ``along`` the joint's free displacements, or along the others."""
     n: Vector = ZERO
     f: Vector = ZERO
-    for axis in joint_axes(model, state, joint):
+    for axis in joint_axes(model, state, joint) if along else ():
         if axis.free == free and axis.link in along:
             moment, force = unit_load_wrench(model, state, joint, axis.link)
             n = add(n, scale(along[axis.link], moment))

@@ -1,0 +1,225 @@
+"""(j) MJCF: every file that the installed packages bring and that MuJoCo compiles, read and compared with MuJoCo.
+
+Both model the same: contacts, limits, dry friction, fluid and gravity compensation are switched off in MuJoCo, and
+equalities in both (:func:`tree_of`). At random states, mass matrix M, bias forces h (with springs, dampers, tendons and
+actuators at random controls), forward dynamics a and the poses of all bodies are compared: M and h relative to their
+largest entries, a by the residual M a + h of MuJoCo's M and h, relative to |M| |a| + |h|, which does not depend on the
+condition of M, and poses relative to the size of the machine.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .tables import show, time_text
+
+STATES = 3
+SHOWN = 12
+"""Number of files in the table: those with the largest differences."""
+FREE, BALL = 0, 1  # types of joints in MuJoCo
+LARGEST = 150
+"""Greatest number of speeds of a model that is compared."""
+
+
+def files() -> list[Path]:
+    """Return every XML file beside the installed packages with the root of MJCF."""
+    found: set[Path] = set()
+    for folder in map(Path, sys.path):
+        if folder.name in ("site-packages", "dist-packages"):
+            found.update(path for path in folder.rglob("*.xml") if b"<mujoco" in path.read_bytes()[:20000])
+    return sorted(path for path in found if b"<mujocoinclude" not in path.read_bytes()[:20000])
+
+
+def tree_of(system: Any) -> Any:
+    """Return the system without what closes loops or constrains it."""
+    system.constraints.clear()
+    for name in [name for name, joint in system.joints.items() if joint.closes]:
+        del system.joints[name]
+    return system
+
+
+class Peer:
+    """A model in MuJoCo, without what freebody does not model."""
+
+    def __init__(self, path: Path) -> None:
+        import mujoco
+
+        self.mujoco = mujoco
+        mujoco.set_mju_user_warning(lambda text: None)
+        self.model = m = mujoco.MjModel.from_xml_path(str(path))
+        flag = mujoco.mjtDisableBit
+        m.opt.disableflags |= flag.mjDSBL_CONTACT | flag.mjDSBL_CONSTRAINT
+        m.opt.density = m.opt.viscosity = 0
+        m.body_gravcomp[:] = 0
+        self.data = mujoco.MjData(m)
+
+    def only(self, system: Any) -> None:
+        """Switch off what freebody did not read: springs of balls, spatial tendons, actuators."""
+        m = self.model
+        for j in range(m.njnt):
+            if int(m.jnt_type[j]) in (FREE, BALL):
+                m.jnt_stiffness[j] = 0
+        notes = [note.element for note in system.reading.notes if note.what.startswith("springdamper")]
+        for j in range(m.njnt):
+            if f"joint '{m.joint(j).name}'" in notes:
+                m.jnt_stiffness[j] = m.dof_damping[m.jnt_dofadr[j]] = 0
+        for i in range(m.ntendon):
+            if int(m.wrap_type[m.tendon_adr[i]]) != int(self.mujoco.mjtWrap.mjWRAP_JOINT):
+                m.tendon_stiffness[i] = m.tendon_damping[i] = 0
+
+    def differences(self, system: Any, random: Any) -> tuple[float, ...]:
+        """Return the differences of M, h, a and poses at a random state."""
+        import freebody as fb
+
+        program, model = fb.compile(system), fb.assemble(system)
+        m, d = self.model, self.data
+        values = self.state(system, random)
+        inputs = system.reading.inputs
+        for i in range(m.nu):
+            d.ctrl[i] = random.uniform(-1, 1)
+            name = m.actuator(i).name
+            parameter = inputs.get(name) or inputs.get(f"actuator{i + 1}")
+            if parameter is None:
+                m.actuator_gainprm[i] = m.actuator_biasprm[i] = 0
+            else:
+                values[parameter] = d.ctrl[i]
+        q = np.array([values[name] for name in model.coordinate_names])
+        u = np.array([values[name] for name in model.speed_names])
+        given = {name: values[name] for name in inputs.values()}
+        self.mujoco.mj_forward(m, d)
+        M, h, S = (
+            np.zeros((m.nv, m.nv)),
+            d.qfrc_bias - d.qfrc_passive - d.qfrc_actuator,
+            self.speeds(model, values),
+        )
+        self.mujoco.mj_fullM(m, d, M)
+        M, h = S.T @ M @ S, S.T @ (h + M @ self.drift)
+        a = program.forward_dynamics(q, u, values=given)
+        most = float(np.abs(M).max())
+        rest = np.abs(M @ a + h).max() / (most * np.abs(a).max() + np.abs(h).max() or 1)
+        return (
+            float(np.abs(program.mass_matrix(q, values=given) - M).max() / most),
+            float(np.abs(program.bias(q, u, values=given) - h).max() / (np.abs(h).max() or 1)),
+            float(rest),
+            self.poses(system, program, q, given),
+        )
+
+    def state(self, system: Any, random: Any) -> dict[str, float]:
+        """Set a random state, and return our values of it."""
+        m, d = self.model, self.data
+        d.qpos[:], d.qvel[:] = random.uniform(-1, 1, m.nq), random.uniform(-1, 1, m.nv)
+        values: dict[str, float] = {}
+        self.names = list(system.reading.coordinates.values())
+        assert len(self.names) == m.njnt, (len(self.names), m.njnt)
+        for j, names in enumerate(self.names):
+            at, where, kind = m.jnt_qposadr[j], m.jnt_dofadr[j], int(m.jnt_type[j])
+            if kind in (FREE, BALL):
+                end = at + (7 if kind == FREE else 4)
+                d.qpos[end - 4 : end] /= np.linalg.norm(d.qpos[end - 4 : end])
+                prefix = names[-1][:-3]
+                turns = where + (3 if kind == FREE else 0)
+                values |= {f"{prefix}_w{x}": d.qvel[turns + i] for i, x in enumerate("xyz")}
+                if kind == FREE:
+                    R = np.zeros(9)
+                    self.mujoco.mju_quat2Mat(R, d.qpos[end - 4 : end])
+                    slides = R.reshape(3, 3).T @ d.qvel[where : where + 3]
+                    values |= {f"{prefix}_v{x}": slides[i] for i, x in enumerate("xyz")}
+            else:
+                values[f"{names[0]}'"] = d.qvel[where]
+            values |= {name: d.qpos[at + i] for i, name in enumerate(names)}
+        return values
+
+    def speeds(self, model: Any, values: dict[str, float]) -> np.ndarray:
+        """Return the rates S of MuJoCo's speeds to ours; ``drift`` is what is left of their accelerations."""
+        m, d = self.model, self.data
+        S, names = np.zeros((m.nv, len(model.speed_names))), list(model.speed_names)
+        self.drift = np.zeros(m.nv)
+        for j, own in enumerate(self.names):
+            where, kind, at = m.jnt_dofadr[j], int(m.jnt_type[j]), m.jnt_qposadr[j]
+            if kind not in (FREE, BALL):
+                S[where, names.index(f"{own[0]}'")] = 1
+                continue
+            prefix = own[-1][:-3]
+            turns = where
+            if kind == FREE:
+                R = np.zeros(9)
+                self.mujoco.mju_quat2Mat(R, d.qpos[at + 3 : at + 7])
+                R = R.reshape(3, 3)
+                columns = [names.index(f"{prefix}_v{x}") for x in "xyz"]
+                S[where : where + 3, columns] = R
+                turns = where + 3
+                w, v = ([values[f"{prefix}_{c}{x}"] for x in "xyz"] for c in "wv")
+                self.drift[where : where + 3] = R @ np.cross(w, v)  # d(R v)/dt = R (v' + w x v)
+            S[turns : turns + 3, [names.index(f"{prefix}_w{x}") for x in "xyz"]] = np.eye(3)
+        return S
+
+    def poses(self, system: Any, program: Any, q: np.ndarray, given: dict[str, float]) -> float:
+        """Return the largest difference of the place and axes of a body."""
+        m, d = self.model, self.data
+        own = program.poses(q, values=given)
+        size = max(1.0, float(np.abs(d.xpos).max()))
+        worst = 0.0
+        for i in range(1, m.nbody):
+            name = m.body(i).name or f"body{i}"
+            point, axes = system.reading.frames[name]
+            R, p = (np.eye(3), np.zeros(3)) if point.body.name == "ground" else own[point.body.name]
+            p = p + R @ np.array(point.components, float)
+            R = R @ np.array(axes, float)
+            worst = max(
+                worst, float(np.abs(p - d.xpos[i]).max()) / size, float(np.abs(R.ravel() - d.xmat[i]).max())
+            )
+        return worst
+
+
+def compared(path: Path) -> tuple[str, Any]:
+    """Return what became of a file, and the differences to MuJoCo or a reason."""
+    import freebody as fb
+    from freebody.errors import FreebodyError
+
+    try:
+        peer = Peer(path)
+    except (ValueError, AttributeError) as error:
+        return "MuJoCo refuses", str(error)
+    if not 0 < peer.model.nv <= LARGEST:
+        return "no joint moves" if not peer.model.nv else "large", peer.model.nv
+    try:
+        system = tree_of(fb.read(path, symbols="none", meshes=False))
+    except FreebodyError as error:
+        return "refused", str(error)
+    peer.only(system)
+    random = np.random.default_rng(1)
+    try:
+        return "compared", np.max([peer.differences(system, random) for _ in range(STATES)], axis=0)
+    except FreebodyError as error:
+        return "no motion", str(error)
+
+
+def table(quick: bool = False) -> None:
+    """Print what became of every file."""
+    begin = time.perf_counter()
+    outcomes: dict[str, list[tuple[Path, Any]]] = {}
+    for path in files()[:: 10 if quick else 1]:
+        outcome, found = compared(path)
+        outcomes.setdefault(outcome, []).append((path, found))
+    rows = sorted(outcomes.get("compared", []), key=lambda row: -max(row[1]))
+    counts = ", ".join(f"{len(rows)} {outcome}" for outcome, rows in sorted(outcomes.items()))
+    others = [
+        f"{outcome}: {path.name}: {found}"
+        for outcome, rows in sorted(outcomes.items())
+        if outcome not in ("compared", "no joint moves")
+        for path, found in rows
+    ]
+    show(
+        f"MJCF files: {counts}",
+        ["file", "M", "bias", "forward dynamics", "poses"],
+        [[path.name, *(f"{x:.0e}" for x in found)] for path, found in rows[:SHOWN]],
+        [
+            f"Largest differences of {len(rows)} files; all in {time_text(time.perf_counter() - begin)}.",
+            *others,
+        ],
+    )

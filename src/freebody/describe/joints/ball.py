@@ -1,0 +1,19 @@
+"""All turns about a point, by a unit quaternion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from .primitive import Primitive
+
+
+@dataclass(frozen=True)
+class Ball(Primitive):
+    """All turns about the point, by a unit quaternion and three speeds w."""
+
+    kind: ClassVar[str] = "ball"
+    n_q: ClassVar[int] = 4
+    n_u: ClassVar[int] = 3
+    turns: ClassVar[bool] = True
+    quaternion: ClassVar[int] = 0

@@ -1,0 +1,20 @@
+"""All motions of a body: three displacements and all turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from .primitive import Primitive
+
+
+@dataclass(frozen=True)
+class Free(Primitive):
+    """Three displacements, a unit quaternion, and six speeds (w, v)."""
+
+    kind: ClassVar[str] = "free"
+    n_q: ClassVar[int] = 7
+    n_u: ClassVar[int] = 6
+    turns: ClassVar[bool] = True
+    slides: ClassVar[bool] = True
+    quaternion: ClassVar[int] = 3

@@ -1,0 +1,1 @@
+"""What a joint lets free, and what it carries."""

@@ -1,0 +1,167 @@
+"""The system that grows from a robot's file: names, parameters, bodies of merged links."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import reduce
+from operator import add
+from typing import Any
+
+from ..describe.system import System
+from ..errors import MassError, ModelError, shown
+from ..scalar.algebra import IDENTITY, Matrix, Vector
+from ..space.mass import MassProperties
+from ..space.pose import Pose
+from .reading import Reading
+from .xml_tree import Element, identifier
+
+BASES = (None, "fixed", "free", "planar")
+"""Values of ``base``: how the ground holds the first link; None is what the file says, or fixed."""
+SYMBOLS = ("none", "masses", "all")
+"""Values of ``symbols``: what becomes a parameter."""
+COMPONENTS = ("x", "y", "z", "e0", "e1", "e2", "e3", "wx", "wy", "wz", "vx", "vy", "vz")
+"""Endings of the coordinates and speeds of a free joint."""
+
+
+@dataclass
+class Cluster:
+    """Links that fixed joints hold together, with their poses in the first one, which is ``head``.
+
+    A link has ``name``, ``element``, ``properties`` (in its own axes) and ``color``. ``joints`` holds what moves
+    relative to the cluster, with its pose in the first link.
+    """
+
+    head: Any
+    members: list[tuple[Any, Pose]] = field(default_factory=list)
+    joints: list[tuple[Any, Pose]] = field(default_factory=list)
+
+    @property
+    def properties(self) -> MassProperties:
+        """Mass properties of the links together, in the axes of the first, with their solids."""
+        return reduce(add, (placed(link.properties, pose) for link, pose in self.members))
+
+    @property
+    def massive(self) -> bool:
+        """True if the cluster has a mass or an inertia."""
+        links = (link.properties for link, _ in self.members)
+        return any(one.mass or any(map(any, one.inertia)) for one in links)
+
+
+def check_options(**options: Any) -> None:
+    """Raise ModelError for an option of robots' files that has a value that does not exist."""
+    known = {"base": BASES, "symbols": SYMBOLS}
+    for name, value in options.items():
+        values: Any = known.get(name, (False, True))
+        if value not in values or isinstance(value, int) != isinstance(values[-1], int):
+            listed = ", ".join(repr(x) for x in values if x is not None)
+            raise ModelError(f"Expected {name}= one of {listed}, got {shown(value)}.")
+
+
+class Builder:
+    """The system, and the names that are taken in it."""
+
+    def __init__(self, name: str, reading: Reading, symbols: str) -> None:
+        self.s, self.reading, self.symbols = System(name), reading, symbols
+        self.s.reading = reading
+        self.taken = {"t"}  # names of coordinates, their speeds and parameters
+        self.bodies, self.joints, self.loads = {"ground"}, set(), set()  # type: set[str], set[str], set[str]
+
+    def renamed(self, name: str, taken: set[str]) -> str:
+        """Return the name of a link or joint in the system."""
+        result = identifier(name, taken)
+        if result != name:
+            self.reading.names[name] = result
+        return result
+
+    def name(self, name: str) -> str:
+        """Return a name of a coordinate or parameter."""
+        return identifier(name, self.taken)
+
+    def free(self, name: str) -> str:
+        """Return the prefix of the components of a free or ball joint."""
+        while self.taken.intersection(parts := [f"{name}_{ending}" for ending in COMPONENTS]):
+            name += "_"
+        self.taken.update(parts)
+        return name
+
+    def parameter(self, name: str, value: float, unit: str) -> Any:
+        """Return a parameter with this default, or the number itself: zero, or where no symbols are wanted."""
+        if self.symbols == "none" or value == 0:
+            return value
+        symbol = self.s.parameters(**{(text := self.name(name)): value})
+        if unit:
+            self.s.describe(text, unit=unit)
+        return symbol
+
+    def lengths(self, name: str, place: Vector) -> Any:
+        """Return the place of a joint; its components are parameters with ``symbols="all"``."""
+        if self.symbols != "all":
+            return place
+        return [self.parameter(f"r_{name}_{a}", x, "m") for a, x in zip("xyz", place, strict=True)]
+
+    def body(self, cluster: Cluster, kind: str) -> Any:
+        """Add the body of a cluster of links of a ``kind``, as the file calls them."""
+        name = self.renamed(cluster.head.name, self.bodies)
+        total = cluster.properties
+        mass, center, inertia = _each(total.mass), _each(total.center), _each(total.inertia)
+        possible = True
+        try:
+            MassProperties(mass, center, inertia)
+        except MassError as error:
+            possible = False
+            self.reading.changed(
+                f"{kind} '{cluster.head.name}'", cluster.head.element.line,
+                "kept as it is, although no body can have it", str(error),
+            )  # fmt: skip
+        if self.symbols != "none":
+            mass = self.parameter(f"m_{name}", mass, "kg")
+            center = [self.parameter(f"c_{name}_{a}", x, "m") for a, x in zip("xyz", center, strict=True)]
+            entries = {
+                a + b: self.parameter(f"I_{name}_{a}{b}", inertia[i][j], "kg m²")
+                for i, a in enumerate("xyz") for j, b in enumerate("xyz") if i <= j
+            }  # fmt: skip
+            inertia = [[entries["".join(sorted(a + b))] for b in "xyz"] for a in "xyz"]
+        color = next((link.color for link, _ in cluster.members if link.color), None)
+        rows: Any = tuple(map(tuple, inertia))
+        given = MassProperties.as_given(mass, tuple(center), rows, total.shape, possible)
+        return self.s.body(name, given, color=color or None)
+
+
+def _each(x: Any) -> Any:
+    """Return integers and the nearest floats of exact numbers, in nested tuples."""
+    if isinstance(x, tuple):
+        return tuple(map(_each, x))
+    return x if isinstance(x, int) else float(x)
+
+
+def whole(x: float) -> Any:
+    """Return an integer for a whole number: it is exact in formulas."""
+    return int(x) if x == int(x) else x
+
+
+def placed(thing: Any, pose: Pose) -> Any:
+    """Return a shape, or mass properties, that stand at a pose."""
+    return thing.rotated(pose.rotation.matrix).moved(pose.position)
+
+
+def normal(axis: Vector) -> Matrix:
+    """Return a rotation matrix whose third column is a unit vector."""
+    x, y, z = axis
+    if (x, y) == (0, 0):
+        return IDENTITY if z > 0 else ((1, 0, 0), (0, -1, 0), (0, 0, -1))
+    across = math.hypot(x, y)
+    u: Vector = (-y / across, x / across, 0)
+    v = (-z * u[1], z * u[0], x * u[1] - y * u[0])
+    return ((u[0], v[0], x), (u[1], v[1], y), (u[2], v[2], z))
+
+
+@contextmanager
+def refused(element: Element) -> Iterator[None]:
+    """Give the line of an element to what the system refuses."""
+    try:
+        yield
+    except ModelError as error:
+        raise element.error(str(error).rstrip(".")) from None
