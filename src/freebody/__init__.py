@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from . import exact as exact
     from . import testing as testing
     from .describe.body import Body as Body
+    from .describe.contacts.gap import Gap as Gap
     from .describe.frame import Point as Point
     from .describe.joints.joint import Joint as Joint
     from .describe.joints.rotor import Rotor as Rotor
@@ -104,6 +105,7 @@ _EXPORTS = {
     "Couple": "describe.loads.action",
     "Expression": "scalar.algebra",
     "FreebodyError": "errors",
+    "Gap": "describe.contacts.gap",
     "GeneralizedForce": "describe.loads.action",
     "Joint": "describe.joints.joint",
     "JointForce": "describe.loads.action",
