@@ -12,6 +12,9 @@ enters
 through b, which is computed by truncated series along the motion and so is exact for all shapes. The force N n + T t
 acts on the feature at P and its opposite on the surface at Q; the same rows W give its generalized force.
 
+A contact that is known by its gap (:class:`freebody.Gap`) says the actions of its forces instead; their power gives
+the rates, and their generalized force the rows.
+
 Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapters 4 and 5.
 """
 
@@ -23,10 +26,14 @@ from functools import cached_property
 from typing import Any
 
 from ..describe.contact_shapes import kind_of
+from ..describe.contacts.gap import Gap
+from ..describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
+from ..errors import ModelError
 from ..model.contact import Contact
 from ..model.model import GROUND, Model
 from ..scalar.algebra import (
     IDENTITY,
+    ZERO,
     Scalar,
     Vector,
     add,
@@ -41,7 +48,18 @@ from ..scalar.algebra import (
 )
 from ..scalar.expression import evaluate
 from ..scalar.series import derivative_at_start, value_at_start
-from .kinematics import link_postures, motions, place_of, rotation, state_along, state_moving, velocities
+from .kinematics import (
+    Spot,
+    link_postures,
+    motions,
+    place_of,
+    point_position,
+    point_velocity,
+    rotation,
+    state_along,
+    state_moving,
+)
+from .loading import action_power, asked, asked_actions, checked_actions, joint_link, speed_of
 from .state import State
 
 
@@ -104,6 +122,8 @@ def touch(model: Model, state: State, contact: Contact) -> Touch:
 
 
 def _touch(model: Model, state: State, contact: Contact) -> Touch:
+    if contact.law is not None:
+        return _touch_of_law(model, state, contact, contact.law)
     feature, surface = contact.feature, contact.surface
     first, second = (surface, feature) if contact.swapped else (feature, surface)
     if kind_of(second) in ("plane", "segment"):
@@ -294,13 +314,8 @@ class ContactRows:
         model, state = self._model, self._state
         result = []
         for c in self._contacts:
-            geometry = touch(model, state, c)
-            for e in (geometry.normal, *geometry.tangents):
-                pair = (
-                    (c.feature.body, geometry.on_feature, e),
-                    (c.surface.body, geometry.on_surface, negate(e)),
-                )
-                result.append(generalized_force(model, state, pair))
+            for row in unit_forces(model, state, c):
+                result.append(row_of(model, state, row, c))
         return tuple(result)
 
     @cached_property
@@ -335,40 +350,122 @@ def rows_of(model: Model, state: State, contacts: Sequence[Contact]) -> ContactR
 
 
 def _rates(model: Model, state: State, contacts: Sequence[Contact]) -> list[Scalar]:
-    result = []
+    result: list[Scalar] = []
     for c in contacts:
+        if c.law is not None:
+            for row in unit_forces(model, state, c):
+                power: Scalar = 0
+                for action in row:
+                    power = power + action_power(model, state, c.law, action)
+                result.append(power)
+            continue
         geometry = touch(model, state, c)
         v = subtract(
-            material_velocity(model, state, c.feature.body, geometry.on_feature),
-            material_velocity(model, state, c.surface.body, geometry.on_surface),
+            point_velocity(model, state, Spot(c.feature.body, geometry.on_feature)),
+            point_velocity(model, state, Spot(c.surface.body, geometry.on_surface)),
         )
         result += [dot(e, v) for e in (geometry.normal, *geometry.tangents)]
     return result
 
 
-def material_velocity(model: Model, state: State, body: Any, position: Vector) -> Vector:
-    """Return the velocity of the point of a body that is at a position now, in ground axes [m/s]."""
-    link, _ = place_of(model, body)
-    if link == GROUND:
-        return (0, 0, 0)
-    posture = link_postures(model, state)[link]
-    w, v = velocities(model, state)[link]
-    arm = subtract(position, posture.position)
-    return add(apply(posture.rotation, v), cross(apply(posture.rotation, w), arm))
+# --- forces ----------------------------------------------------------------------------------------
 
 
-def generalized_force(
-    model: Model, state: State, forces: Sequence[tuple[Any, Vector, Vector]]
-) -> tuple[Scalar, ...]:
-    """Return the generalized force of (body, position, force) triples in ground axes. Length n_u."""
+def unit_forces(model: Model, state: State, contact: Contact) -> tuple[tuple[Action, ...], ...]:
+    """Return the actions of a unit of each force of a contact, in the order of :func:`contact_layout`."""
+    law = contact.law
+    if law is None:
+        it = touch(model, state, contact)
+        P, Q = Spot(contact.feature.body, it.on_feature), Spot(contact.surface.body, it.on_surface)
+        return tuple((PointForce(P, e), PointForce(Q, negate(e))) for e in (it.normal, *it.tangents))
+    key = ("unit forces", contact.name)
+    if key not in state.cache:
+        found = [asked_actions(model, state, law, law.normal)]
+        if contact.tangents:
+            tangents = asked(model, state, law, lambda at: tuple(map(tuple, law.tangents(at))))
+            if len(tangents) != contact.tangents:
+                raise ModelError(
+                    f"{law.heading} has friction, so that its tangents must be {contact.tangents}, the number in "
+                    f"'directions' of its class, got {len(tangents)}."
+                )
+            found += [checked_actions(model, law, row) for row in tangents]
+        state.cache[key] = tuple(found)
+    return state.cache[key]
+
+
+def wrench_on_feature(
+    model: Model, state: State, contact: Contact, acting: Sequence[Action]
+) -> tuple[Vector, Vector]:
+    """Return force and moment of actions on the feature's body, about the place where they act."""
+    force: Vector = ZERO
+    moment: Vector = ZERO
+    for action in acting:
+        match action:
+            case PointForce(point, value) if point.body is contact.feature.body:
+                force = add(force, value)
+            case Couple(body, value) if body is contact.feature.body:
+                moment = add(moment, value)
+            case JointForce(_, value):
+                i = joint_link(model, action)
+                R, (w, v) = rotation(model, state, i), state.subspace(i)
+                turns = any(x != 0 for x in w)
+                moment = add(moment, scale(value, apply(R, w)))
+                force = add(force, ZERO if turns else scale(value, apply(R, v)))
+    return force, moment
+
+
+def row_of(model: Model, state: State, acting: Sequence[Action], contact: Contact) -> tuple[Scalar, ...]:
+    """Return the generalized force of actions. Length n_u."""
     total: list[Scalar] = [0] * model.n_u
-    for body, place, force in forces:
-        link, _ = place_of(model, body)
-        while link != GROUND:
-            posture = link_postures(model, state)[link]
-            moment = apply_transpose(posture.rotation, cross(subtract(place, posture.position), force))
-            along = apply_transpose(posture.rotation, force)
-            for j, weight, (w, v) in motions(model, state, link):
-                total[j] = total[j] + weight * (dot(w, moment) + dot(v, along))
-            link = model.links[link].parent
+    for action in acting:
+        match action:
+            case PointForce(point, force):
+                _add_row(model, state, total, point.body, (point_position(model, state, point), force))
+            case Couple(body, moment):
+                _add_row(model, state, total, body, moment=moment)
+            case JointForce():
+                for j, partial in model.links[joint_link(model, action)].partials:
+                    total[j] = total[j] + action.value * state(partial)
+            case GeneralizedForce():
+                assert contact.law is not None
+                j = speed_of(model, contact.law, action.coordinate)
+                total[j] = total[j] + action.value
     return tuple(total)
+
+
+def _add_row(
+    model: Model,
+    state: State,
+    total: list[Scalar],
+    body: Any,
+    pressed: tuple[Vector, Vector] | None = None,
+    moment: Vector = ZERO,
+) -> None:
+    """Add the generalized force of (position, force) or of a moment on a body, in ground axes."""
+    link, _ = place_of(model, body)
+    while link != GROUND:
+        posture = link_postures(model, state)[link]
+        along = ZERO
+        if pressed is not None:
+            place, force = pressed
+            moment = cross(subtract(place, posture.position), force)
+            along = apply_transpose(posture.rotation, force)
+        turning = apply_transpose(posture.rotation, moment)
+        for j, weight, (w, v) in motions(model, state, link):
+            total[j] = total[j] + weight * (dot(w, turning) + dot(v, along))
+        link = model.links[link].parent
+
+
+def _touch_of_law(model: Model, state: State, contact: Contact, law: Gap) -> Touch:
+    """Return the gap, and the place and direction of the force on the feature; zeros for a force along a joint."""
+    gap = asked(model, state, law, law.gap)
+    place: Vector = ZERO
+    directions: list[Vector] = []
+    for row in unit_forces(model, state, contact):
+        for action in row:
+            if isinstance(action, PointForce) and action.point.body is contact.feature.body:
+                place = point_position(model, state, action.point)
+            elif isinstance(action, JointForce):
+                place = point_position(model, state, action.joint.child.point(*action.joint.to))
+        directions.append(wrench_on_feature(model, state, contact, row)[0])
+    return Touch(gap, directions[0], tuple(directions[1:]), place, place)

@@ -6,7 +6,7 @@ plane. A contact in that plane has one tangent, any other contact has two.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +20,10 @@ from ..describe.contact_shapes import (
     kind_of,
 )
 from ..describe.contacts.contact import ContactPair
+from ..describe.contacts.gap import Gap
 from ..describe.frame import Point
+from ..describe.loads.action import Action
+from ..describe.loads.load import Load, Look
 from ..errors import ModelError, nearest
 from ..scalar.algebra import IDENTITY, ZERO, Expression, Matrix, Vector, apply, cross, dot, multiply
 from ..scalar.expression import exact
@@ -30,8 +33,16 @@ ROUND = (Ball, Circle, Cylinder)
 
 
 @dataclass(frozen=True)
+class Side:
+    """A body of a contact that is known by its gap and not by two shapes."""
+
+    body: Any
+    kind = "side"
+
+
+@dataclass(frozen=True)
 class Contact:
-    """One element of a contact: two shapes that touch at one point.
+    """One element of a contact: two shapes that touch at one point, or a gap of another sort.
 
     Attributes
     ----------
@@ -48,6 +59,8 @@ class Contact:
         Ground axis against gravity; the tangents of round surfaces are undefined where n = -upright.
     normal_name, tangent_names : str, tuple of str
         Names of the forces N and T.
+    law : Gap or None
+        The gap and the actions of the forces, if it is no pair of shapes; feature and surface are then the two bodies.
     """
 
     name: str
@@ -62,6 +75,7 @@ class Contact:
     upright: Vector
     normal_name: str
     tangent_names: tuple[str, ...]
+    law: Gap | None = None
 
     def __repr__(self) -> str:
         return f"contact '{self.name}'"
@@ -77,12 +91,22 @@ class Contact:
         return bool(self.friction == 0 and self.static_friction == 0)
 
     @property
+    def slipping(self) -> str:
+        """The mode of the closed contact that slips: "closed" if it has no tangents, else "slip"."""
+        return "slip" if self.tangent_names or self.law is None else "closed"
+
+    @property
+    def held(self) -> bool:
+        """True if a normal force of 1 that is no unknown holds it closed, as in dry friction of a joint."""
+        return self.law is not None and self.law.held
+
+    @property
     def swapped(self) -> bool:
         """True if the flat shape of the two is the feature."""
         return kind_of(self.feature) in ("plane", "segment", "heightline")
 
 
-def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
+def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact, ...]:
     """Return the elements of all contacts, in order of declaration.
 
     Raises
@@ -103,6 +127,9 @@ def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
     names = {pair.name for pair in pairs}
     result: list[Contact] = []
     for pair in pairs:
+        if isinstance(pair, Gap):
+            result += _gaps(model, pair, names, taken)
+            continue
         for ending, feature, surface in _elements(pair):
             name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
             names.add(name)
@@ -119,6 +146,27 @@ def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
                 )
             )  # fmt: skip
     return tuple(result)
+
+
+def _gaps(model: Model, pair: Gap, names: set[str], taken: set[str]) -> list[Contact]:
+    """Return the elements of a contact that is known by its gaps."""
+    result = []
+    feature, surface = map(Side, pair.bodies)
+    static = pair.friction if pair.static_friction is None else pair.static_friction
+    for ending, law in pair.elements:
+        name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
+        names.add(name)
+        count = 0 if pair.friction == static == 0 else law.directions
+        letters = ((), ("T",), ("T1", "T2"))[count]
+        forces = [_free(f"{letter}_{name}", taken) for letter in ("N", *letters)]
+        taken.update(forces)
+        result.append(
+            Contact(
+                name, pair.name, feature, surface, pair.friction, static, pair.restitution, pair.impact, None,
+                upright_of(model.gravity), forces[0], tuple(forces[1:]), law,
+            )
+        )  # fmt: skip
+    return result
 
 
 def _free(name: str, taken: set[str]) -> str:
@@ -268,7 +316,24 @@ class Touching:
         return self.direction is not None
 
 
-MODES = ("open", "stick", "slip+", "slip-", "slip")
+class Sliding(Load):
+    """The friction of a joint that slips, T = -μ d along its displacement; ``direction`` d is 1 or -1."""
+
+    law: Any
+    friction: Any
+    direction: int = 1
+
+    noun = "friction"
+    look = Look("damper")
+
+    def actions(self, at: Any) -> Iterator[Action]:
+        """Yield the friction along the joint."""
+        (row,) = self.law.tangents(at)
+        for action in row:
+            yield replace(action, value=-self.direction * at(self.friction) * action.value)
+
+
+MODES = ("open", "closed", "stick", "slip+", "slip-", "slip")
 
 
 def in_modes(model: Model, modes: Any) -> Model:
@@ -296,16 +361,23 @@ def in_modes(model: Model, modes: Any) -> Model:
                 if names
                 else f"Unknown contact '{name}' in modes: this machine has no contacts. Declare one by s.contact."
             )
-    closed = {}
+    closed, sliding = {}, {}
     elements = {c.name for c in model.contacts}
     for contact in model.contacts:
         # a name that an element shares with its contact means the element only
         whole = "open" if contact.owner in elements else modes.get(contact.owner, "open")
         mode = modes.get(contact.name, whole)
         touching = _touching(model, contact, mode)
-        if touching is not None:
+        if touching is None:
+            continue
+        if contact.held and touching.slips:
+            (direction,) = touching.direction or (0,)
+            sliding[contact.tangent_names[0]] = Sliding(
+                contact.law, contact.friction, direction, name=contact.tangent_names[0]
+            )
+        else:
             closed[contact.name] = touching
-    return replace(model, constraints={**model.constraints, **closed})
+    return replace(model, constraints={**model.constraints, **closed}, loads={**model.loads, **sliding})
 
 
 def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:
@@ -313,18 +385,24 @@ def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:
     name = contact.name
     if mode == "open":
         return None
+    if mode == "closed":
+        if contact.tangents and not contact.frictionless:
+            raise ModelError(
+                f"Contact '{name}' has friction: expected the mode 'stick', or that of its slip, got 'closed'."
+            )
+        return Touching(contact, ())
     if mode == "stick":
         if contact.frictionless:
             raise ModelError(f"Contact '{name}' has no friction and cannot stick. Its mode is 'slip'.")
         return Touching(contact, None)
     if mode in ("slip+", "slip-"):
-        if contact.planar is None:
+        if contact.tangents == 2:
             raise ModelError(
                 f"Contact '{name}' can slip in two directions: expected 'slip', or ('slip', (d1, d2)), got '{mode}'."
             )
         return Touching(contact, (1,) if mode == "slip+" else (-1,))
     if mode == "slip":
-        if contact.planar is not None and not contact.frictionless:
+        if contact.tangents == 1 and not contact.frictionless:
             raise ModelError(
                 f"Contact '{name}' slips along one line: expected 'slip+' or 'slip-', by the sign of its slip "
                 f"velocity, got 'slip'."

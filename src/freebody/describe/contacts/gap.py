@@ -21,7 +21,7 @@ from ..loads.load import Constant, Part
 from .system_contacts import IMPACTS
 
 
-@dataclass_transform(frozen_default=True)
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
 @dataclass(frozen=True, repr=False)
 class Gap(Part):
     """A kind of contact by its gap: subclass it, declare its data as fields, and say its gap and its direction.
@@ -29,8 +29,8 @@ class Gap(Part):
     The fields of a subclass are those of :class:`freebody.Load`, and every contact has ``friction``,
     ``static_friction``, ``restitution`` and ``impact``, given by name (:meth:`System.contact` explains them).
 
-    ``gap(at)`` returns the distance that cannot become negative [m] or [rad]; ``at`` is the machine at a state, as loads
-    get it. ``normal(at)`` yields the actions of a normal force of 1 N: ``fb.PointForce`` on the one body and its
+    ``gap(at)`` returns the distance that cannot become negative [m] or [rad]; ``at`` is the machine at a state, as
+    loads get it. ``normal(at)`` yields the actions of a normal force of 1 N: ``fb.PointForce`` on the one body and its
     opposite on the other, or ``fb.JointForce`` along a joint. Their power must be the rate of the gap
     (:func:`freebody.testing.check_contact` compares). ``tangents(at)`` returns, for friction, one sequence of such
     actions, or two at right angles, of a tangential force of 1 N each. ``at.spot(body, position)`` is a place on a body
@@ -66,8 +66,8 @@ class Gap(Part):
     article: ClassVar[str] = "contact"
     held: ClassVar[bool] = False
     """True if a constant normal force of 1 holds it closed: friction up to the coefficients themselves."""
-    closed: ClassVar[str] = "closed"
-    """What the mode of the closed contact is called if it has no friction."""
+    directions: ClassVar[int] = 1
+    """Number of tangents, 1 or 2, if there is friction."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()

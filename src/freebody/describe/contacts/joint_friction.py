@@ -93,9 +93,9 @@ def friction(
     title = f"friction '{name}'"
     if coefficient is not None:
         raise ModelError(
-            f"{title.capitalize()} has a coefficient, but the load of a joint depends on its own friction and on how its "
-            f"bearings share it, which the machine does not say. Give torque= or force=; a bearing that is a shape in a "
-            f"shape is a contact, s.contact."
+            f"{title.capitalize()} has a coefficient, but the load of a joint depends on its own friction and on how "
+            f"its bearings share it, which the machine does not say. Give torque= or force=; a bearing that is a shape "
+            f"in a shape is a contact, s.contact."
         )
     if not isinstance(joint, Joint):
         raise ModelError(f"Expected a joint for {title}, got {shown(joint)}.")

@@ -49,7 +49,7 @@ class Look:
     label: str = ""
 
 
-@dataclass_transform(frozen_default=True)
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
 @dataclass(frozen=True, repr=False)
 class Part(Named):
     """A part of a machine whose data are its fields. ``table`` is the dictionary of the system that holds it."""
@@ -78,7 +78,7 @@ class Part(Named):
         return f"{self.title[0].upper()}{self.title[1:]}"
 
 
-@dataclass_transform(frozen_default=True)
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
 @dataclass(frozen=True, repr=False)
 class Load(Part):
     """A kind of load: subclass it, declare its data as fields, and say its actions.

@@ -58,7 +58,7 @@ def test_no_file_names_a_kind_of_load():
                     continue  # the loads of model files, and of time steps
                 assert node.module.rpartition(".")[2] in ("action", "law", "load", "loads"), path
                 assert {alias.name for alias in node.names} <= {
-                    "Action", "Couple", "GeneralizedForce", "JointForce", "KINDS", "Law", "Load", "Look", "PointForce",
+                    "Action", "Couple", "GeneralizedForce", "JointForce", "KINDS", "Law", "Load", "Look", "Part", "PointForce",
                     "RATE", "STRETCH", "add", "sort_of", "system_loads",
                 }, path  # fmt: skip
 
