@@ -115,14 +115,23 @@ class History:
     @cached_property
     def path(self) -> Phases:
         """The phases of the run."""
-        E, segments, crossings = len(self.work.names), [], list[Crossing]()
+        return Phases(Logged(self), self.status)
+
+    @cached_property
+    def phases(self) -> list[tuple[list[int], Array, tuple[Crossing, ...]]]:
+        """The entries of phases, each with the events of the user in it."""
+        result, crossings = [], list[Crossing]()
         for kind, marks, numbers in self.entries():
             if kind == CROSSING:
                 crossings.append(Crossing(float(numbers[0]), marks[0], marks[1], numbers[1:].copy()))
             if kind == PHASE:
-                segments.append(self._segment(marks, numbers, tuple(crossings), E))
+                result.append((marks, numbers, tuple(crossings)))
                 crossings = []
-        return Phases(tuple(segments), self.status)
+        return result
+
+    def segment(self, k: int) -> Segment:
+        """Return a phase of the run."""
+        return self._segment(*self.phases[k], len(self.work.names))
 
     def _segment(self, marks: list[int], numbers: Array, crossings: Any, E: int) -> Segment:
         first, rows, status, rejected, evaluations, stiff, blame, straight, spare = marks[:9]
@@ -250,6 +259,27 @@ class History:
         warnings = passed(self.work, hit)
         parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
         return self._happening(hit.t, "impact", hit.before, hit.after, "; ".join(parts), warnings)
+
+
+class Logged(Sequence[Segment]):
+    """The phases of a run, each made from the log when it is first asked for."""
+
+    def __init__(self, history: History) -> None:
+        self.history, self._made = history, dict[int, Segment]()
+
+    def __len__(self) -> int:
+        return len(self.history.phases)
+
+    def __getitem__(self, k: Any) -> Any:
+        if isinstance(k, slice):
+            return tuple(self[i] for i in range(*k.indices(len(self))))
+        at = range(len(self))[k]
+        if at not in self._made:
+            self._made[at] = self.history.segment(at)
+        return self._made[at]
+
+    def __reduce__(self) -> Any:
+        return tuple, (list(self),)
 
 
 @dataclass(frozen=True)

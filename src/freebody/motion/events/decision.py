@@ -1,7 +1,9 @@
 """The modes of closed contacts from the contact problem of their accelerations, in compiled code, where it decides.
 
-It decides if every law holds with a margin, and if the motion is the only one (`unique`) or the contacts are so many
-that the limit of equal compliance is taken. Otherwise Python compares all sets of modes (`contact.modes`).
+It decides if the motion is the only one (`unique`), or if the limit of equal compliance is taken: the motion leaves the
+shares of the normal forces open (`depend`), or the contacts are many. Every law has to hold with a margin, or its end
+is the event: a force that has fallen to zero opens, friction that has reached its limit slips against it. Otherwise
+Python compares all sets of modes (`contact.modes`).
 """
 
 from __future__ import annotations
@@ -11,9 +13,10 @@ from ..cones.contacts import EXACT, Contacts
 from ..cones.elimination import solved
 from ..cones.newton import factor
 from ..phase.places import OPEN, SLIDE, SLIDE_BACK, SLIDE_ON, SMOOTH, STICK
-from .event_run import SMALL, EventRun
+from .event_run import CONE_REACHED, NORMAL_ZERO, SMALL, EventRun
 from .impulses import gather
 from .moment import product_of
+from .setting import depends, listed
 
 WHOLE, MOST = 2, 1 << 8
 """Largest number of contacts at rest in space, and of combinations of modes, for which all of them are compared."""
@@ -193,7 +196,11 @@ def decide(it: EventRun, contacts: Contacts) -> int:
     gather(it, contacts, 0)
     if it.refuse != 0:
         return 0
-    if are_many(contacts) == 0 and alone(contacts) == 0 and unique(contacts) == 0:
+    for i in range(it.count):
+        if it.hit == 0 and it.reason[it.chosen[i]] == CONE_REACHED:
+            contacts.static[i] = contacts.friction[i]
+    sole = 1 if alone(contacts) != 0 or unique(contacts) != 0 else 0
+    if sole == 0 and are_many(contacts) == 0 and depend(contacts) == 0:
         return 0
     run_by(it.finding, contacts)
     if not contacts.residual <= EXACT:
@@ -202,7 +209,17 @@ def decide(it: EventRun, contacts: Contacts) -> int:
         run_by(it.finding, contacts)
         if not contacts.residual <= EXACT:
             return 0
-    return named(it, contacts)
+    return named(it, contacts, sole)
+
+
+@compiled
+def depend(contacts: Contacts) -> int:
+    """Return 1 if the motion does not determine how the contacts share the normal forces, else 0."""
+    k, m, S = contacts.contacts, contacts.rows, contacts.H
+    for i in range(k):
+        for j in range(k):
+            S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
+    return 1 if factor(S, k, contacts.factors, SMALL, contacts.left, contacts.order) < k else 0
 
 
 @compiled
@@ -244,8 +261,11 @@ def mode_of(contacts: Contacts, i: int) -> int:
 
 
 @compiled
-def named(it: EventRun, contacts: Contacts) -> int:
-    """Set the modes of the solution; return 0 if a law holds with equality, else 1."""
+def named(it: EventRun, contacts: Contacts, sole: int) -> int:
+    """Set the modes of the solution; return 0 if a law holds with equality and that is not the event, else 1.
+
+    ``sole`` is 1 if the motion is the only one.
+    """
     m, A = contacts.rows, contacts.A
     most_force, most_rate = greatest(contacts.forces, m), greatest(contacts.given, m)
     for a in range(m):
@@ -256,18 +276,40 @@ def named(it: EventRun, contacts: Contacts) -> int:
         if abs(A[a * m + a]) > 0.0:
             most_force = greater(most_force, abs(contacts.given[a] / A[a * m + a]))
     f, r = 1.0 / most_force if most_force > 0.0 else 1.0, 1.0 / most_rate if most_rate > 0.0 else 1.0
+    idle = 0
     for i in range(contacts.contacts):
         at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
         it.mode[k] = mode_of(contacts, i)
-        if not margin(contacts, i, it.mode[k], f, r) > SMALL:
-            return 0
         for j in range(1 + n):
             it.force[it.first[k] + j] = contacts.forces[at + j]
+        if not margin(contacts, i, it.mode[k], f, r) > SMALL:
+            ends = it.hit == 0 and sole != 0
+            if it.mode[k] == OPEN and ends and it.reason[k] == NORMAL_ZERO:
+                pass
+            elif it.mode[k] == OPEN and sole == 0:
+                idle += 1
+            elif it.mode[k] == STICK and ends and it.reason[k] == CONE_REACHED:  # noqa: SIM109
+                it.mode[k] = SLIDE
+            else:
+                return 0
         if it.mode[k] == SLIDE and it.rough[k] != 0:
             if n == 0 or contacts.static[i] == 0.0:
                 it.mode[k] = SMOOTH
             else:
                 set_way(it, contacts, i)
+    return 1 if idle == 0 or all_idle(it, contacts) != 0 else 0
+
+
+@compiled
+def all_idle(it: EventRun, contacts: Contacts) -> int:
+    """Return 1 if the others hold all open contacts of the problem in place whose rates are zero, else 0."""
+    slow = ALIKE * greater(greatest(contacts.given, contacts.rows), greatest(contacts.after, contacts.rows))
+    count = listed(it)
+    for i in range(it.count):
+        k = it.chosen[i]
+        if it.mode[k] == OPEN and abs(contacts.after[contacts.at[i]]) <= slow:
+            if depends(it, contacts, it.first[k], count) == 0:
+                return 0
     return 1
 
 
@@ -298,9 +340,14 @@ def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
 def set_way(it: EventRun, contacts: Contacts, i: int) -> None:
     """Set the direction of slip of a contact."""
     at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
-    speed = size_of(contacts.after[at + 1 :], n)
+    speed, friction = size_of(contacts.after[at + 1 :], n), size_of(contacts.forces[at + 1 :], n)
+    begins = mode_of(contacts, i) == STICK  # friction has reached its limit
     for j in range(n):
-        slides = contacts.slides[i] != 0
-        it.way[k, j] = contacts.way[2 * i + j] if slides else contacts.after[at + 1 + j] / speed
+        if contacts.slides[i] != 0:
+            it.way[k, j] = contacts.way[2 * i + j]
+        elif begins:
+            it.way[k, j] = -contacts.forces[at + 1 + j] / friction
+        else:
+            it.way[k, j] = contacts.after[at + 1 + j] / speed
     if n == 1:
         it.mode[k] = SLIDE_BACK if it.way[k, 0] < 0.0 else SLIDE_ON

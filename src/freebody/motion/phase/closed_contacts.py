@@ -68,8 +68,6 @@ from .places import (
     FREE_AT,
     G_AT,
     GAP,
-    GROUP_AT,
-    GROUPS,
     HOLONOMIC,
     INDEPENDENT,
     L_AT,
@@ -90,6 +88,9 @@ from .places import (
     OWN,
     OWN_AT,
     OWN_NUMBER,
+    PAIR_AT,
+    PAIR_COUNT,
+    PAIRS,
     PLACE,
     PLACES,
     PLUS,
@@ -104,6 +105,7 @@ from .places import (
     ROW_SIZE,
     ROWS,
     SCALE_AT,
+    SEEN_AT,
     SIDE,
     SIGN,
     SLIP,
@@ -117,6 +119,7 @@ from .places import (
     STOP,
     STOPPED_SQUARE,
     TANGENTS,
+    TOUCHES,
     UDOT_AT,
     VALUES,
     VALUES_CONSTANTS,
@@ -129,11 +132,19 @@ from .places import (
 
 
 @compiled
-def looked_at(groups: Integers, t: float, y: Reals, c: Reals, T: Integers) -> None:
-    """Call the kernels of some groups of contacts."""
-    for i in range(groups[0]):
-        g = groups[1 + i]
-        call(T[T[GROUPS] + g], t, y, 0, shifted(c, T[CONSTANTS]), c, T[T[GROUP_AT] + g])
+def looked_at(contacts: Integers, t: float, y: Reals, c: Reals, T: Integers) -> None:
+    """Call the kernels of some contacts."""
+    for i in range(contacts[0]):
+        k = contacts[1 + i]
+        at = T[T[CONTACT] + CONTACT_SIZE * k + AT]
+        call(T[T[TOUCHES] + k], t, y, 0, shifted(c, T[CONSTANTS]), c, at)
+
+
+@compiled
+def gaps_at(t: float, y: Reals, c: Reals, T: Integers) -> None:
+    """Call the kernels of the gaps and reaches of all contacts."""
+    for p in range(T[PAIR_COUNT]):
+        call(T[T[PAIRS] + p], t, y, 0, shifted(c, T[CONSTANTS]), c, T[T[PAIR_AT] + p])
 
 
 @inlined
@@ -478,10 +489,9 @@ def acceleration(t: float, y: Reals, c: Reals, out: Reals) -> None:
 def gap(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Set ``out`` to the gaps of all contacts."""
     T = table(c)
-    looked_at(shifted(T, T[CALLED]), t, y, c, T)
-    looked_at(shifted(T, T[WATCHED]), t, y, c, T)
+    gaps_at(t, y, c, T)
     for k in range(T[CONTACTS]):
-        out[k] = contact_at(c, T, k)[0]
+        out[k] = c[T[T[CONTACT] + CONTACT_SIZE * k + SEEN_AT]]
 
 
 @compiled
@@ -588,13 +598,13 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
     if T[CONDITIONS] > T[OWN]:
         solve(t, y, c, T)
         size = ROUNDED * parts_of_forces(c, T)
-    looked_at(shifted(T, T[WATCHED]), t, y, c, T)
+    gaps_at(t, y, c, T)
     for i in range(T[ENDINGS]):
         one = T[ENDING] + ENDING_SIZE * i
         k, law, sign, place = T[one + CONTACT_OF], T[one + LAW], T[one + SIGN], T[one + PLACE]
-        seen, v = contact_at(c, T, k), rates_of(c, T, k)
         at = T[CONTACT] + CONTACT_SIZE * k
-        F, mu = shifted(c, T[FORCE_AT] + T[at + FIRST]), seen[2 + T[at + REACHES]]
+        seen, v = shifted(c, T[at + SEEN_AT]), rates_of(c, T, k)
+        F, mu = shifted(c, T[FORCE_AT] + T[at + FIRST]), contact_at(c, T, k)[2 + T[at + REACHES]]
         value = 1.0
         if law == NEVER:
             pass

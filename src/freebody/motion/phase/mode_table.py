@@ -22,8 +22,6 @@ from .places import (
     FIXED,
     FORCE_ROW,
     GAP,
-    GROUP,
-    GROUP_COUNT,
     HOLONOMIC,
     INDEPENDENT,
     K_AT,
@@ -137,7 +135,7 @@ def set_modes(T: Integers, modes: Integers, dead: Integers, active: Integers, co
             holonomic[holonomic[0]] = independent[i]
     if T[ENDINGS] > 0:
         set_endings(T, modes, dead)
-    set_groups(T, modes)
+    set_closed(T, modes)
 
 
 @compiled
@@ -149,22 +147,17 @@ def set_condition(T: Integers, i: int, source: int, row: int, slip: int) -> None
 
 
 @compiled
-def set_groups(T: Integers, modes: Integers) -> None:
-    """Write the groups with closed contacts, and the other groups that are watched."""
-    called, watched, groups = shifted(T, T[CALLED]), shifted(T, T[WATCHED]), T[GROUP_COUNT]
+def set_closed(T: Integers, modes: Integers) -> None:
+    """List the closed contacts, and the open ones."""
+    called, watched = shifted(T, T[CALLED]), shifted(T, T[WATCHED])
     called[0], watched[0] = 0, 0
-    for g in range(groups):
-        called[1 + g] = 0
     for k in range(T[CONTACTS]):
         if modes[k] != OPEN:
-            called[1 + T[T[CONTACT] + CONTACT_SIZE * k + GROUP]] = 1
-    for g in range(groups):
-        if called[1 + g] != 0:
             called[0] += 1
-            called[called[0]] = g
+            called[called[0]] = k
         else:
             watched[0] += 1
-            watched[watched[0]] = g
+            watched[watched[0]] = k
 
 
 # -- endings ---------------------------------------------------------------------------------------------

@@ -20,8 +20,10 @@ from __future__ import annotations
     ENDINGS,  # functions that may end the phase
     EXPRESSIONS,  # functions of the user before them
     MACHINE,  # address of the kernel "machine"
-    GROUPS,  # list: addresses of the kernels of the groups of contacts
-    GROUP_AT,  # list: places of their outputs
+    TOUCHES,  # list: addresses of the kernels of the contacts
+    PAIR_COUNT,  # pairs of bodies with contacts
+    PAIRS,  # list: addresses of the kernels of the gaps and reaches between the bodies of each pair
+    PAIR_AT,  # list: places of their outputs
     CONSTANTS,  # place of the constants of these kernels
     VALUES,  # address of the kernel of the user's functions
     VALUES_CONSTANTS,
@@ -29,9 +31,8 @@ from __future__ import annotations
     POWER_CONSTANTS,
     DERIVED,  # address of a kernel of the state, accelerations, forces and multipliers
     DERIVED_CONSTANTS,
-    GROUP_COUNT,
-    CALLED,  # list: number of the groups with closed contacts, then these groups
-    WATCHED,  # list: number of the other groups, then these groups
+    CALLED,  # list: number of the closed contacts, then these contacts
+    WATCHED,  # list: number of the open contacts, then these contacts
     CONTACT,  # list: six numbers for each contact
     KIND,  # list: two more numbers for each contact
     ROW,  # list: three numbers for each row
@@ -67,11 +68,11 @@ from __future__ import annotations
     FORCE_AT,
     MULTIPLIER_AT,
     HEAD,
-) = range(59)
+) = range(60)
 
-GROUP, AT, TANGENTS, REACHES, FIRST, AWAY_AT = range(6)
-"""Numbers of a contact: its group, place of its outputs (gap, reaches, μ, μ_s, e, rates, biases), first row, place of
-the rates of its reaches."""
+SEEN_AT, AT, TANGENTS, REACHES, FIRST, AWAY_AT = range(6)
+"""Numbers of a contact: place of its gap and reaches among those of its pair, place of its own outputs (gap, reaches,
+μ, μ_s, e, rates, biases), tangents, reaches, first row, place of the rates of its reaches."""
 CONTACT_SIZE, ROW_SIZE, KIND_SIZE = 6, 3, 2
 ROUGH, SIDE_OF = range(2)
 """More numbers of a contact: 1 if it may have friction, and the side that it ends or -1."""
