@@ -47,22 +47,25 @@ def unique(contacts: Contacts) -> int:
         w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + H_TᵀH_T/α) w μ/2     for every α > 0
 
     with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. So w = 0 where the greatest eigenvalue is
-    below 2/μ; α = |H_T|/|P|. The static coefficient must be the kinetic one.
+    below 2/μ; α = |H_T|/|P|. The static coefficient must be the kinetic one. Friction with a given bound is monotone:
+    it adds nothing to the sum.
     """
     m, mu = contacts.rows, 0.0
     for i in range(contacts.contacts):
         if contacts.slides[i] == 0 and contacts.static[i] != contacts.friction[i]:
             return 0
-        mu = greater(mu, contacts.friction[i])
+        if contacts.least[i] == 0.0:
+            mu = greater(mu, contacts.friction[i])
     n = factor(contacts.A, m, contacts.factors, SMALL, contacts.left, contacts.order)
     if mu == 0.0:
-        return 1 if n == m else 0
+        return 1 if n == m - held(contacts) or held(contacts) == contacts.contacts else 0
     across = normal_parts(contacts, n)
     if across < 0.0:
         return 0
     H, P, M, along = contacts.factors, contacts.H, contacts.normal, 0.0
     for i in range(contacts.contacts):
-        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + contacts.tangents[i]):
+        tangents = contacts.tangents[i] if contacts.least[i] == 0.0 else 0
+        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + tangents):
             along += product_of(H[r * m :], H[r * m :], n)
     if along == 0.0:
         return 1
@@ -73,10 +76,20 @@ def unique(contacts: Contacts) -> int:
         M[p * n + p] = 2.0 / mu
     for i in range(contacts.contacts):
         a = contacts.at[i]
-        subtract(M, P[a * m :], part, n)
-        for r in range(a + 1, a + 1 + contacts.tangents[i]):
-            subtract(M, H[r * m :], 1.0 / part, n)
+        if contacts.least[i] == 0.0:
+            subtract(M, P[a * m :], part, n)
+            for r in range(a + 1, a + 1 + contacts.tangents[i]):
+                subtract(M, H[r * m :], 1.0 / part, n)
     return definite(M, n)
+
+
+@compiled
+def held(contacts: Contacts) -> int:
+    """Return the number of contacts whose normal force is given and moves nothing."""
+    result = 0
+    for i in range(contacts.contacts):
+        result += 1 if contacts.least[i] > 0.0 else 0
+    return result
 
 
 @compiled
@@ -91,9 +104,11 @@ def normal_parts(contacts: Contacts, n: int) -> float:
                 for r in range(m):
                     G[p * n + q] += H[r * m + p] * H[r * m + q]
             P[a * m + p] = H[a * m + p]
+        if contacts.least[i] > 0.0:
+            continue
         if solved(G, n, P[a * m :]) == 0:
             return -1.0
-        if n < m and abs(1.0 - product_of(P[a * m :], H[a * m :], n)) > root(SMALL):
+        if n < m - held(contacts) and abs(1.0 - product_of(P[a * m :], H[a * m :], n)) > root(SMALL):
             return -1.0
         square += product_of(P[a * m :], P[a * m :], n)
     return square
@@ -139,6 +154,8 @@ def alone(contacts: Contacts) -> int:
                 for d in range(contacts.tangents[j]):
                     ray = -contacts.friction[j] * contacts.way[2 * j + d]
                     S[i * k + j] += ray * contacts.A[contacts.at[i] * m + contacts.at[j] + 1 + d]
+            if contacts.least[i] > 0.0 or contacts.least[j] > 0.0:  # a given force
+                S[i * k + j] = 1.0 if i == j else 0.0
     if k > 8:
         return 0
     for chosen in range(1, 1 << k):
@@ -219,7 +236,8 @@ def depend(contacts: Contacts) -> int:
     for i in range(k):
         for j in range(k):
             S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
-    return 1 if factor(S, k, contacts.factors, SMALL, contacts.left, contacts.order) < k else 0
+    independent = factor(S, k, contacts.factors, SMALL, contacts.left, contacts.order)
+    return 1 if independent < k - held(contacts) else 0
 
 
 @compiled
@@ -250,7 +268,7 @@ def mode_of(contacts: Contacts, i: int) -> int:
     """Return the mode of a contact in the solution: open, stick or slip."""
     at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
     slow = ALIKE * greater(greatest(contacts.given, m), greatest(contacts.after, m))
-    if contacts.forces[at] <= ALIKE * greatest(contacts.forces, m):
+    if contacts.least[i] == 0.0 and contacts.forces[at] <= ALIKE * greatest(contacts.forces, m):
         return OPEN
     if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
         return SLIDE
@@ -326,7 +344,7 @@ def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
     rests = contacts.slides[i] == 0 and n > 0 and contacts.static[i] > 0.0
     if mode == OPEN:
         return contacts.after[at] * r
-    least = contacts.forces[at] * f
+    least = contacts.forces[at] * f if contacts.least[i] == 0.0 else 1.0
     if mode == STICK:
         least = lesser(
             least, f * (contacts.static[i] * contacts.forces[at] - size_of(contacts.forces[at + 1 :], n))

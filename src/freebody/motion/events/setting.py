@@ -51,8 +51,8 @@ def listed(it: EventRun) -> int:
     """List the conditions of closed contacts; return their number."""
     count = 0
     for k in range(it.contacts):
-        for j in range(conditions_of(it.tangents[k], it.mode[k])):
-            count = add_row(it, count, it.first[k] + j, 0.0)
+        for j in range(conditions_of(it.tangents[k], it.mode[k], it.held[k])):
+            count = add_row(it, count, it.first[k] + j + it.held[k], 0.0)
     return count
 
 

@@ -22,6 +22,7 @@ from .places import (
     FIXED,
     FORCE_ROW,
     GAP,
+    HELD,
     HOLONOMIC,
     INDEPENDENT,
     K_AT,
@@ -44,6 +45,7 @@ from .places import (
     OWN_HOLONOMIC,
     PLACE,
     PLUS,
+    PUSHED,
     REACH,
     REACHES,
     ROUGH,
@@ -94,11 +96,11 @@ def direction_kind(T: Integers, k: int, mode: int) -> int:
 
 
 @compiled
-def conditions_of(tangents: int, mode: int) -> int:
-    """Return the number of conditions of a contact."""
+def conditions_of(tangents: int, mode: int, held: int) -> int:
+    """Return the number of conditions of a contact; its normal is none if it is ``held``."""
     if mode == OPEN:
         return 0
-    return 1 + tangents if mode == STICK else 1
+    return 1 - held + (tangents if mode == STICK else 0)
 
 
 @compiled
@@ -113,12 +115,13 @@ def set_modes(T: Integers, modes: Integers, dead: Integers, active: Integers, co
         set_condition(T, i, -1 - i, 0, NO_SLIP)
     at, slipping = own, 0
     for k in range(T[CONTACTS]):
-        slip = direction_kind(T, k, modes[k])
+        slip, held = direction_kind(T, k, modes[k]), T[T[KIND] + KIND_SIZE * k + HELD]
+        T[T[KIND] + KIND_SIZE * k + PUSHED] = slip if held != 0 else NO_SLIP
         normal = at
-        for j in range(conditions_of(T[T[CONTACT] + CONTACT_SIZE * k + TANGENTS], modes[k])):
-            set_condition(T, at, k, j, slip)
+        for j in range(conditions_of(T[T[CONTACT] + CONTACT_SIZE * k + TANGENTS], modes[k], held)):
+            set_condition(T, at, k, j + held, slip)
             one = T[CONDITION] + CONDITION_SIZE * at
-            if j > 0:
+            if j > 0 and held == 0:
                 T[one + NORMAL_OF] = normal
             if slip != NO_SLIP:
                 T[one + FORCE_ROW] = T[K_AT] + slipping * n
@@ -194,7 +197,7 @@ def set_endings(T: Integers, modes: Integers, dead: Integers) -> None:
             hidden = dead[k] != 0 or elsewhere(T, modes, k) != 0
             i = set_ending(T, i, NEVER if hidden else GAP, 0)
         else:
-            i = set_ending(T, i, NORMAL, 0)
+            i = set_ending(T, i, NEVER if T[T[KIND] + KIND_SIZE * k + HELD] != 0 else NORMAL, 0)
         law, sign, last = NEVER, 0, NEVER
         if mode == STICK:
             law, sign, last = LINE_CONE if n == 1 else (CONE if n == 2 else NEVER), 1, LINE_CONE

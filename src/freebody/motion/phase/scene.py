@@ -170,6 +170,7 @@ class Scene:
             self.candidates.tangents,
             self.candidates.rows,
         )
+        self.held = tuple(int(c.held) for c in self.model.contacts)
         self.names = tuple(row.name for row in contact_layout(self.model.contacts))
         self._phases: dict[Any, Phase] = {}
         self.ends = _ends(self.model)
@@ -282,7 +283,7 @@ class Scene:
             (k, j)
             for k, mode in enumerate(modes)
             if mode != "open"
-            for j in range(1 + (self.tangents[k] if mode == "stick" else 0))
+            for j in range(self.held[k], 1 + (self.tangents[k] if mode == "stick" else 0))
         ]
 
     def _independent(self, modes: Modes, seen: Snapshot) -> list[int]:
@@ -484,7 +485,7 @@ class _Table:
         for place, value in {
             places.N_Q: model.n_q, places.N_U: n, places.CONTACTS: E, places.ROWS: m, places.OWN: first,
             places.ALL_OWN: candidates.own, places.ENDINGS: len(scene.endings) if endings else 0,
-            places.PAIR_COUNT: len(pattern.pairs),
+            places.PAIR_COUNT: len(pattern.pairs), places.HELD_COUNT: sum(scene.held),
         }.items():  # fmt: skip
             self.head[place] = value
         L = len(pattern.below)
@@ -511,7 +512,11 @@ class _Table:
         sides = {k: side for k, ((side, _),) in scene.ends.items()}
         self.list(
             places.KIND,
-            [x for k, c in enumerate(model.contacts) for x in (int(not c.frictionless), sides.get(k, -1))],
+            [
+                x
+                for k, c in enumerate(model.contacts)
+                for x in (int(not c.frictionless), sides.get(k, -1), int(c.held), 0)
+            ],
         )
         of_row = [at for at, n_t in zip(blocks, scene.tangents, strict=True) for _ in range(1 + n_t)]
         self.list(
