@@ -95,6 +95,10 @@ class Contact:
         """The mode of the closed contact that slips: "closed" if it has no tangents, else "slip"."""
         return "slip" if self.tangent_names or self.law is None else "closed"
 
+    def shown(self, mode: str) -> str:
+        """Return a mode as it is shown: without tangents a contact does not slip, it is closed."""
+        return self.slipping if mode == "slip" else mode
+
     @property
     def held(self) -> bool:
         """True if a normal force of 1 that is no unknown holds it closed, as in dry friction of a joint."""

@@ -154,7 +154,10 @@ class History:
         loose = np.zeros(scene.rows, dtype=bool)
         if spare or any(dead):
             loose = loose_forces(work, phase, dead, work.look(float(self.times[first]), self.states[first]))
-        names = tuple(KINDS[mode % DEAD] for mode in shown_modes)
+        names = tuple(
+            contact.shown(KINDS[mode % DEAD])
+            for contact, mode in zip(work.model.contacts, shown_modes, strict=True)
+        )
         return Segment(path, phase, float(numbers[0]), names, loose)
 
     @cached_property
@@ -227,10 +230,12 @@ class History:
                 why += "; equal compliance shares the forces"
             if k in current:
                 current[k][3] = t
-            current[k] = [name, KINDS[after], t, None, why]
+            mode = work.model.contacts[k].shown(KINDS[after])
+            current[k] = [name, mode, t, None, why]
             changes.append(current[k])
             if before >= 0:
-                text = f"contact {name}: {shown(KINDS[before])} → {shown(KINDS[after])}, {why}"
+                was = work.model.contacts[k].shown(KINDS[before])
+                text = f"contact {name}: {shown(was)} → {shown(mode)}, {why}"
                 happenings.append(self._happening(t, name, y, y, text))
 
     def _rest(self, marks: list[int], numbers: Array) -> Happening:

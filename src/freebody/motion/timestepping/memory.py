@@ -48,6 +48,7 @@ def memory_of(
         np.array([number(model, values, getattr(c, field), name) for c in model.contacts])
         for field, name in (("friction", "mu"), ("restitution", "restitution"))
     )
+    contacts.least = np.array([float(c.held) for c in model.contacts])
     pieces, row_first, row_at = (
         np.concatenate([part, np.zeros(room * pairs, dtype=np.int64)])
         for part, room in ((shape.pieces, 6), (shape.row_first, 3), (shape.row_at, 3))
