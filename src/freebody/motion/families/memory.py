@@ -7,19 +7,20 @@ from typing import Any
 
 import numpy as np
 
+from ...describe.shapes.shape import ContactShape, have_law
 from ...dynamics.kinematics import link_postures, motions, place_of, velocities
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ...model import Model
-from ...model.family import Family, touch_each_other
+from ...model.family import Family
 from ...model.model import GROUND
 from ..kernels.kernels import Kernels, Program
 from ..start.initial import number
 from .family_record import BALL, EDGE, OVAL, POSE, SPOT, UNBOUNDED, Families
-from .pair_programs import chosen, numbers_of, pair_program
+from .pair_programs import numbers_of, pair_program, turned
 
-BOUNDS = {"point": SPOT, "end": SPOT, "sphere": BALL, "ellipsoid": OVAL, "circle": EDGE}
-"""How the bounds of the kinds that have some follow from their numbers."""
+BOUNDS = {"spot": SPOT, "ball": BALL, "oval": OVAL, "edge": EDGE}
+"""How the bounds of the shapes that have some follow from their numbers."""
 Whole = Any  # array of int64
 
 
@@ -122,13 +123,13 @@ def _fill_members(of: Families, model: Model, values: Mapping[str, float]) -> No
         for member in one.members:
             shape = member.shape
             at, origin = place_of(model, shape.body)
-            found = [float(state(x)) for x in numbers_of(shape, member.kind, origin)]
+            found = [float(state(x)) for x in numbers_of(shape, origin)]
             link.append(at + 1 if at != GROUND else 0)
             kind.append(kinds.index(member.kind))
             family.append(f)
             group.append(member.group)
             body.append(bodies[shape.body.name])
-            bound.append(_bound(one, member.kind))
+            bound.append(_bound(one, shape))
             sizes.append(found)
     n = len(link)
     members.count = n
@@ -151,14 +152,16 @@ def _fill_members(of: Families, model: Model, values: Mapping[str, float]) -> No
     )
 
 
-def _bound(family: Family, kind: str) -> int:
+def _bound(family: Family, shape: ContactShape) -> int:
     """Return how the bounds of a member follow from its numbers.
 
     In a plane and beside round shapes an edge is a wall without end.
     """
-    if kind == "circle" and (family.planar or not set(family.by_kind) <= {"circle", "plane"}):
+    others = [family.members[members[0]].shape for members in family.by_kind.values()]
+    walls = family.planar or any(o.round and type(o) is not type(shape) for o in others)
+    if shape.inside or (shape.extruded and walls):
         return UNBOUNDED
-    return BOUNDS.get(kind, UNBOUNDED)
+    return BOUNDS.get(shape.bound, UNBOUNDED)
 
 
 def kinds_of(families: Sequence[Family]) -> list[str]:
@@ -176,13 +179,16 @@ def _fill_laws(of: Families, model: Model, values: Mapping[str, float]) -> tuple
     for f, family in enumerate(model.families):
         for i, first in enumerate(kinds):
             for j, second in enumerate(kinds):
-                if not touch_each_other(first, second) or not {first, second} <= set(family.by_kind):
+                if not {first, second} <= set(family.by_kind):
                     continue
-                a, b, turned = chosen(first, second)  # as in `Family.ordered`
-                program = pair_program(a, b, family.planar)
+                a, b = (family.members[family.by_kind[kind][0]].shape for kind in (first, second))
+                if not have_law(a, b):
+                    continue
+                swapped = turned(a, b)  # as in `Family.ordered`
+                program = pair_program(*((b, a) if swapped else (a, b)), family.planar)
                 programs.append(program)
                 for name, value in (
-                    ("program", program.address), ("turned", turned), ("reaches", program.reaches),
+                    ("program", program.address), ("turned", swapped), ("reaches", program.reaches),
                     ("defined", program.defined),
                 ):  # fmt: skip
                     tables[name][f, i, j] = value

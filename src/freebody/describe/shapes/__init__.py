@@ -1,0 +1,1 @@
+"""Shapes by which bodies touch each other, one file each."""
