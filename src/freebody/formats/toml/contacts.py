@@ -28,6 +28,9 @@ from ..text import expression_text
 from .table import Table
 from .value_texts import ValueTexts
 
+POINT = "point"
+"""Kind of a shape that does not say its kind."""
+
 _UNITS = {
     (1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z", (-1, 0, 0): "-x", (0, -1, 0): "-y", (0, 0, -1): "-z",
 }  # fmt: skip
@@ -62,7 +65,7 @@ def read_contact(system: System, name: str, table: Table) -> None:
 def _shape(place: Table, key: str = "shapes") -> Any:
     """Return the shape that a table describes."""
     body = place.guard(lambda: own_body(place.system, place.text("body", "ground"), f"'{key}'"), "body")
-    kind = named_kind(place, "shape", KINDS, ContactShape, "shape") if place.has("shape") else KINDS["point"]
+    kind = named_kind(place, "shape", KINDS, ContactShape, "shape") if place.has("shape") else KINDS[POINT]
     for key in kind.required:
         place.raw(key)
     data = {key: _READERS[sort](place, key) for key, sort in kind.words.items() if place.has(key)}
@@ -161,7 +164,7 @@ def _shape_text(writer: ValueTexts, shape: ContactShape) -> str:
     keys: dict[str, str] = {}
     if not shape.body.is_ground:
         keys["body"] = f'"{shape.body.name}"'
-    if shape.kind != "point":
+    if shape.kind != POINT:
         keys["shape"] = f'"{shape.kind}"'
     for word, sort in shape.words.items():
         value = shape.told(word)
