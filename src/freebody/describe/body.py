@@ -12,6 +12,7 @@ from .shapes.ellipsoid import ellipsoid
 from .shapes.heightline import heightline
 from .shapes.plane import plane
 from .shapes.segment import segment
+from .shapes.solid import box, capsule, hull
 from .shapes.sphere import sphere
 
 
@@ -30,6 +31,9 @@ class Body(Frame):
     """
 
     sphere = sphere
+    box = box
+    capsule = capsule
+    hull = hull
     ellipsoid = ellipsoid
     circle = circle
     cylinder = cylinder

@@ -78,7 +78,7 @@ def corners(body: Frame, *points: Any, size: Any = None, at: Any = None) -> Corn
     if size is not None and points:
         raise ModelError(f"Expected either points or size=(a, b) for {what}, got both.")
     if size is None and not points:
-        points = _vertices(body, what)
+        points = vertices_of(body, what)
     if size is not None:
         if isinstance(size, str) or not hasattr(size, "__len__") or len(size) not in (2, 3):
             raise ModelError(f"Expected two or three edges, size=(a, b, c), for {what}, got {shown(size)}.")
@@ -103,7 +103,7 @@ def corners(body: Frame, *points: Any, size: Any = None, at: Any = None) -> Corn
     return Corners(body, tuple(Point(body, place_in(body, point, what)) for point in points))
 
 
-def _vertices(body: Frame, what: str) -> tuple[Any, ...]:
+def vertices_of(body: Frame, what: str) -> tuple[Any, ...]:
     """Return the vertices of the mesh that a body is made of, in body axes."""
     shape = None if body.mass_properties is None else body.mass_properties.shape
     if shape is None or shape.kind != "mesh":

@@ -107,6 +107,8 @@ class ContactShape(OfBody):
     """True for a flat surface without end."""
     precedence: ClassVar[int] = 0
     """Of two shapes the one with the greater number gives the tangents; 0 gives none."""
+    patches: ClassVar[bool] = False
+    """True for a convex solid, which touches other solids, spheres and points in patches."""
     in_families: ClassVar[bool] = True
     section: ClassVar[str] = "contacts"
     """Section of model files in which contacts with such a surface stand."""
@@ -261,8 +263,18 @@ def have_law(a: ContactShape, b: ContactShape) -> bool:
 
 def may_touch(first: type[ContactShape], second: type[ContactShape]) -> bool:
     """Return True if two kinds, or the parts by which they touch, have a law of contact in either order."""
+    if in_patches(first, second):
+        return True
     a, b = first.part(second), second.part(first)
     return any(f.touches.get(s.kind) or s.law_with(f) for f, s in ((a, b), (b, a)))
+
+
+def in_patches(first: type[ContactShape], second: type[ContactShape]) -> bool:
+    """Return True if two kinds touch in patches, which only families of contacts find: a solid and another, or a ball."""
+    return any(
+        a.patches and (b.patches or b.bound in ("spot", "ball"))
+        for a, b in ((first, second), (second, first))
+    )
 
 
 def partners(kind: type[ContactShape]) -> list[str]:
