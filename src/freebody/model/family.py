@@ -88,7 +88,7 @@ class Family:
         one, other = a.shape.body, b.shape.body
         if one is other or (self.grouped and a.group == b.group):
             return False
-        return (one.name, other.name) not in self.joined and have_law(a.shape, b.shape)
+        return (one.name, other.name) not in self.joined and touch_each_other(a.shape, b.shape)
 
     def pair(self, name: str) -> tuple[int, int] | None:
         """Return the members whose contact has a name; None if there are none that may touch."""
@@ -101,7 +101,11 @@ class Family:
     def ordered(self, first: int, second: int) -> tuple[int, int]:
         """Return two members as feature and surface: in their order, but a hollow is the surface."""
         first, second = min(first, second), max(first, second)
-        return (second, first) if self.members[first].shape.inside else (first, second)
+        return (
+            (second, first)
+            if turned(self.members[first].shape, self.members[second].shape)
+            else (first, second)
+        )
 
     @cached_property
     def places(self) -> dict[str, int]:
@@ -115,6 +119,24 @@ class Family:
         for i, member in enumerate(self.members):
             result.setdefault(member.kind, []).append(i)
         return result
+
+
+def touch_each_other(first: ContactShape, second: ContactShape) -> bool:
+    """Return whether there is a law of contact for two members: of their kinds, or in a patch."""
+    return touch_in_patch(first, second) or have_law(first, second)
+
+
+def touch_in_patch(first: ContactShape, second: ContactShape) -> bool:
+    """Return whether two members touch in a patch: a solid with another one, a sphere, a point or a plane."""
+    return any(
+        a.patches and (b.patches or b.endless or (b.bound in ("spot", "ball") and not b.inside))
+        for a, b in ((first, second), (second, first))
+    )
+
+
+def turned(first: ContactShape, second: ContactShape) -> bool:
+    """Return whether the second of two members is the feature: a hollow, and the plane of a solid, is the surface."""
+    return first.inside or (first.endless and second.patches)
 
 
 def families(model: Model, system: System) -> tuple[Family, ...]:
@@ -196,9 +218,11 @@ def text_of_members(family: Family) -> str:
 
 
 def unrolled(model: Model, most: int) -> Model | None:
-    """Return the model with the pairs of its families as contacts of their own; None if they are more than ``most``."""
+    """Return the model with the pairs of its families as contacts of their own; None if they are more than ``most``, or in patches."""
     contacts = list(model.contacts)
     for family in model.families:
+        if any(member.shape.patches for member in family.members):
+            return None
         for i in range(len(family.members)):
             for j in range(i + 1, len(family.members)):
                 if family.meet(i, j):

@@ -124,8 +124,3 @@ def _two_bodies() -> Model:
         body = s.body(name, MassProperties(1, ZERO, IDENTITY))
         s.free(f"free{name}", s.ground, body)
     return assemble(s)
-
-
-def turned(first: ContactShape, second: ContactShape) -> bool:
-    """Return True if the second of two members is the feature: a hollow is the surface."""
-    return first.inside
