@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from .describe.loads.action import PointForce as PointForce
     from .describe.loads.load import Load as Load
     from .describe.loads.load import Look as Look
+    from .describe.shapes.shape import ContactShape as ContactShape
+    from .describe.shapes.shape import Nearest as Nearest
     from .describe.signal import signal as signal
     from .describe.system import System as System
     from .dynamics.unilateral import MotionWarning as MotionWarning
@@ -102,6 +104,7 @@ if TYPE_CHECKING:
 # public name -> its module; "module:attribute" if the attribute has another name, "module:" if it is the module
 _EXPORTS = {
     "Body": "describe.body",
+    "ContactShape": "describe.shapes.shape",
     "Couple": "describe.loads.action",
     "Expression": "scalar.algebra",
     "FreebodyError": "errors",
@@ -114,6 +117,7 @@ _EXPORTS = {
     "MassProperties": "space.mass",
     "Model": "model.model",
     "MotionWarning": "dynamics.unilateral",
+    "Nearest": "describe.shapes.shape",
     "Point": "describe.frame",
     "PointForce": "describe.loads.action",
     "Pose": "space.pose",

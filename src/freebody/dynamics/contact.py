@@ -20,20 +20,21 @@ Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from ..describe.contact_shapes import kind_of
 from ..describe.contacts.gap import Gap
 from ..describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
+from ..describe.shapes.shape import law
 from ..errors import ModelError
 from ..model.contact import Contact
 from ..model.model import GROUND, Model
 from ..scalar.algebra import (
     IDENTITY,
     ZERO,
+    Field,
     Scalar,
     Vector,
     add,
@@ -46,7 +47,6 @@ from ..scalar.algebra import (
     scale,
     subtract,
 )
-from ..scalar.expression import evaluate
 from ..scalar.series import derivative_at_start, value_at_start
 from .kinematics import (
     Spot,
@@ -125,16 +125,14 @@ def _touch(model: Model, state: State, contact: Contact) -> Touch:
     if contact.law is not None:
         return _touch_of_law(model, state, contact, contact.law)
     feature, surface = contact.feature, contact.surface
-    first, second = (surface, feature) if contact.swapped else (feature, surface)
-    if kind_of(second) in ("plane", "segment"):
-        P, Q, n, gap, reach = _on_flat(model, state, first, second)
-    elif kind_of(second) == "heightline":
-        P, Q, n, gap, reach = _on_line(model, state, first, second)
-    else:
-        P, Q, n, gap, reach = _between_round(model, state, first, second)
-    if contact.swapped:
+    at, swapped = Geometry(model, state), contact.swapped
+    first, second = (surface, feature) if swapped else (feature, surface)
+    known = law(first, second)
+    assert known is not None, contact
+    P, Q, n, gap, reach = known(at, first, second)
+    if swapped:
         P, Q, n = Q, P, negate(n)
-    return Touch(gap, n, _tangents(model, state, contact, n), P, Q, reach)
+    return Touch(gap, n, _tangents(at, contact, n), P, Q, reach)
 
 
 def reaches_along(
@@ -147,140 +145,68 @@ def reaches_along(
 
 # --- the pairs of shapes -------------------------------------------------------------------------
 
-Nearest = tuple[Vector, Vector, Vector, Scalar, tuple[Scalar, ...]]
-"""P, Q, n, gap and reach of a pair of shapes."""
+
+class Geometry:
+    """The machine at a state, as the shapes of :mod:`freebody.describe.shapes` ask for it."""
+
+    def __init__(self, model: Model, state: State) -> None:
+        self.model, self.state, self.field = model, state, state.field
+
+    def __call__(self, expression: Any) -> Scalar:
+        """Return the value of an expression."""
+        return self.state(expression)
+
+    def of(self, expression: Any, values: Mapping[Any, Scalar]) -> Scalar:
+        """Return the value of an expression with values for names of its own."""
+        return self.state.with_values(expression, values)
+
+    def place(self, body: Any, components: Sequence[Scalar]) -> Vector:
+        """Return the position, in ground axes, of a place given in body axes."""
+        link, origin = place_of(self.model, body)
+        p = self.state.vector(tuple(a + b for a, b in zip(origin, components, strict=True)))
+        if link == GROUND:
+            return p
+        posture = link_postures(self.model, self.state)[link]
+        return add(posture.position, apply(posture.rotation, p))
+
+    def turned(self, body: Any, components: Sequence[Any]) -> Vector:
+        """Return a direction, given in body axes by expressions, in ground axes."""
+        link, _ = place_of(self.model, body)
+        return apply(rotation(self.model, self.state, link), self.state.vector(components))
+
+    def within(self, body: Any, v: Vector) -> Vector:
+        """Return a direction, given in ground axes, in body axes."""
+        link, _ = place_of(self.model, body)
+        return apply_transpose(rotation(self.model, self.state, link), v)
+
+    def outward(self, body: Any, v: Vector) -> Vector:
+        """Return a direction, given in body axes by values, in ground axes."""
+        link, _ = place_of(self.model, body)
+        return apply(rotation(self.model, self.state, link), v)
 
 
-def _at(model: Model, state: State, body: Any, components: Sequence[Scalar]) -> Vector:
-    """Return the position, in ground axes, of a place given in body axes."""
-    link, origin = place_of(model, body)
-    p = state.vector(tuple(a + b for a, b in zip(origin, components, strict=True)))
-    if link == GROUND:
-        return p
-    posture = link_postures(model, state)[link]
-    return add(posture.position, apply(posture.rotation, p))
-
-
-def _turned(model: Model, state: State, body: Any, components: Sequence[Scalar]) -> Vector:
-    """Return a direction, given in body axes, in ground axes."""
-    link, _ = place_of(model, body)
-    return apply(rotation(model, state, link), state.vector(components))
-
-
-def _middle(model: Model, state: State, shape: Any) -> Vector:
-    return _at(model, state, shape.body, shape.components if kind_of(shape) == "point" else shape.at)
-
-
-def _radius(state: State, shape: Any) -> Any:
-    return 0 if kind_of(shape) == "point" else state(shape.radius)
-
-
-def _on_flat(model: Model, state: State, shape: Any, flat: Any) -> Nearest:
-    """Return the nearest points of a point, sphere, ellipsoid or disk edge and a plane or straight side of normal n:
-
-        P = C,    C - r n,    C - D n/sqrt(n·D n)  with D = R diag(a², b², c²) Rᵀ of the half axes,
-        C - r p/|p|, p = n - (n·a) a = a × (n × a)  with the axis a of the disk;    Q = P - g n.
-
-    The foot of the side is at s = e·(P - start) along it.
-    """
-    n = _turned(model, state, flat.body, flat.normal)
-    C = _middle(model, state, shape)
-    kind = kind_of(shape)
-    P = C
-    if kind == "sphere":
-        P = subtract(C, scale(state(shape.radius), n))
-    elif kind == "ellipsoid":
-        link, _ = place_of(model, shape.body)
-        R = rotation(model, state, link)
-        within = apply_transpose(R, n)
-        squares = tuple(state(half) * state(half) for half in shape.half_axes)
-        support = tuple(square * x for square, x in zip(squares, within, strict=True))
-        width = state.field.sqrt(dot(within, support))
-        P = subtract(C, apply(R, scale(divide(1, width), support)))
-    elif kind in ("circle", "cylinder"):
-        a = _turned(model, state, shape.body, shape.axis)
-        # as a product p is exact to its last digits for a disk that lies almost flat; for a flat disk the whole edge
-        # touches, and the force acts at the middle
-        P = subtract(C, scale(state(shape.radius), state.field.unit(cross(a, cross(n, a)))))
-    side = kind_of(flat) == "segment"
-    O = _at(model, state, flat.body, flat.start if side else flat.at)  # noqa: E741
-    gap = dot(n, subtract(P, O))
-    reach: tuple[Scalar, ...] = ()
-    if side:
-        s = dot(_turned(model, state, flat.body, flat.along), subtract(P, O))
-        reach = (s, state(flat.length) - s)
-    return P, subtract(P, scale(gap, n)), n, gap, reach
-
-
-def _between_round(model: Model, state: State, a: Any, b: Any) -> Nearest:
-    """Return the nearest points of points, spheres and walls of cylinders.
-
-    With d from the centre of b to the centre of a, at right angles to the axis,
-
-    outside  n = d/|d|,   g = |d| - r_a - r_b;        inside  n = -d/|d|,   g = r_b - r_a - |d|.
-    """
-    A, B = _middle(model, state, a), _middle(model, state, b)
-    d = subtract(A, B)
-    # the centre of a cylinder moves along its axis to the depth of the other shape
-    if kind_of(b) in ("circle", "cylinder"):
-        axis = _turned(model, state, b.body, b.axis)
-        along = scale(dot(axis, d), axis)
-        B, d = add(B, along), subtract(d, along)
-    elif kind_of(a) in ("circle", "cylinder"):
-        axis = _turned(model, state, a.body, a.axis)
-        along = scale(dot(axis, d), axis)
-        A, d = subtract(A, along), subtract(d, along)
-    distance = state.field.sqrt(dot(d, d))
-    r_a, r_b = _radius(state, a), _radius(state, b)
-    if getattr(b, "inside", False):
-        n = scale(divide(-1, distance), d)
-        return subtract(A, scale(r_a, n)), subtract(B, scale(r_b, n)), n, r_b - r_a - distance, ()
-    n = scale(divide(1, distance), d)
-    return subtract(A, scale(r_a, n)), add(B, scale(r_b, n)), n, distance - r_a - r_b, ()
-
-
-def _on_line(model: Model, state: State, point: Any, line: Any) -> Nearest:
-    """Return the nearest points of a point and a line y = f(x), with the foot below the point:
-
-    n = (-f', 1, 0)/sqrt(1 + f'²),  g = (y - f)/sqrt(1 + f'²). Near contact g is the distance to first order.
-    """
-    P = _middle(model, state, point)
-    O = _at(model, state, line.body, line.at)  # noqa: E741
-    link, _ = place_of(model, line.body)
-    R = rotation(model, state, link)
-    x, y, z = apply_transpose(R, subtract(P, O))
-    values = {**state.values, line.variable: x}
-    f, slope = (evaluate(x, values, state.field) for x in (line.height, line.slope))
-    root = state.field.sqrt(1 + slope * slope)
-    n = apply(R, (divide(-slope, root), divide(1, root), 0))
-    return P, add(O, apply(R, (x, f, z))), n, divide(y - f, root), ()
-
-
-def _tangents(model: Model, state: State, contact: Contact, n: Vector) -> tuple[Vector, ...]:
+def _tangents(at: Geometry, contact: Contact, n: Vector) -> tuple[Vector, ...]:
     if contact.planar is not None:
         return (cross(n, contact.planar),)
-    for shape, flip in ((contact.surface, False), (contact.feature, True)):
-        if kind_of(shape) == "plane":
-            first, second = (_turned(model, state, shape.body, e) for e in (shape.first, shape.second))
-            return (second, first) if flip else (first, second)
-    for shape in (contact.surface, contact.feature):
-        if kind_of(shape) in ("circle", "cylinder"):
-            axis = _turned(model, state, shape.body, shape.axis)
-            return (axis, cross(n, axis))
-    return _upright(n, contact.upright)
+    shape = max((contact.surface, contact.feature), key=lambda shape: shape.precedence)
+    if shape.precedence > 0:
+        return shape.tangents(at, n, shape is contact.feature)
+    return _upright(at.field, n, contact.upright)
 
 
-def _upright(n: Vector, up: Vector) -> tuple[Vector, Vector]:
-    """Return the axes at right angles to ``up``, turned with it to n the short way; undefined at n = -up.
+def _upright(field: Field, n: Vector, up: Vector) -> tuple[Vector, Vector]:
+    """Return the axes at right angles to ``up``, turned with it, or with its opposite, to n the short way.
 
-    Source: Frisvad, Journal of Graphics Tools 16 (2012) 151-159.
+    Source: T. Duff and others, Building an orthonormal basis, revisited, J. Computer Graphics Techniques 6 (2017) 1-8.
     """
     k = up.index(1)
     e1, e2 = IDENTITY[(k + 1) % 3], IDENTITY[(k + 2) % 3]
     x, y, z = dot(n, e1), dot(n, e2), dot(n, up)
-    share = divide(1, 1 + z)
-    first = add(add(scale(1 - x * x * share, e1), scale(-(x * y * share), e2)), scale(-x, up))
-    second = add(add(scale(-(x * y * share), e1), scale(1 - y * y * share, e2)), scale(-y, up))
+    side = field.apply("sign", z)
+    s = side + 1 - side * side  # 1 at z = 0
+    share = divide(1, 1 + s * z)
+    first = add(add(scale(1 - x * x * share, e1), scale(-(x * y * share), e2)), scale(-(s * x), up))
+    second = add(add(scale(-(s * x * y * share), e1), scale(s * (1 - y * y * share), e2)), scale(-y, up))
     return first, second
 
 

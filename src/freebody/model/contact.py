@@ -10,26 +10,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..describe.contact_shapes import (
-    Ball,
-    Circle,
-    Corners,
-    Cylinder,
-    Ellipsoid,
-    Segment,
-    kind_of,
-)
 from ..describe.contacts.contact import ContactPair
 from ..describe.contacts.gap import Gap
-from ..describe.frame import Point
 from ..describe.loads.action import Action
 from ..describe.loads.load import Load, Look
+from ..describe.shapes.shape import ContactShape, law
 from ..errors import ModelError, nearest
 from ..scalar.algebra import IDENTITY, ZERO, Expression, Matrix, Vector, apply, cross, dot, multiply
 from ..scalar.expression import exact
 from .model import GROUND, Link, Model
-
-ROUND = (Ball, Circle, Cylinder)
 
 
 @dataclass(frozen=True)
@@ -65,8 +54,8 @@ class Contact:
 
     name: str
     owner: str
-    feature: Any
-    surface: Any
+    feature: ContactShape
+    surface: ContactShape
     friction: Expression
     static_friction: Expression
     restitution: Expression
@@ -106,8 +95,8 @@ class Contact:
 
     @property
     def swapped(self) -> bool:
-        """True if the flat shape of the two is the feature."""
-        return kind_of(self.feature) in ("plane", "segment", "heightline")
+        """True if the law of contact takes the surface as its feature."""
+        return self.law is None and law(self.feature, self.surface) is None
 
 
 def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact, ...]:
@@ -191,32 +180,16 @@ def _elements(pair: ContactPair) -> list[tuple[str, Any, Any]]:
 
     The ending is empty for the main element: the only one, or the side of a segment.
     """
-    feature, surface = _parts(pair.feature, pair.surface), _parts(pair.surface, pair.feature)
-    pairs = [(a, b) for a in feature for b in surface]
+    a, b = pair.feature, pair.surface
+    pairs = [(first, second) for first in a.parts(b) for second in b.parts(a)]
     if len(pairs) > 1:
-        return [(str(i), a, b) for i, (a, b) in enumerate(pairs, start=1)]
-    ((a, b),) = pairs
-    result = [("", a, b)]
-    # a round shape can roll over the end of a side
-    if isinstance(a, Segment) and isinstance(b, ROUND):
-        result += [(ending, end, b) for ending, end in zip(("start", "end"), ends_of(a), strict=True)]
-    elif isinstance(b, Segment) and isinstance(a, ROUND):
-        result += [(ending, a, end) for ending, end in zip(("start", "end"), ends_of(b), strict=True)]
-    return result
-
-
-def ends_of(side: Segment) -> list[Point]:
-    """Return the two ends of a side."""
-    return [Point(side.body, side.start), Point(side.body, side.end)]
-
-
-def _parts(shape: Any, other: Any) -> list[Any]:
-    """The parts of a shape that touch the other separately: corners, and ends of a segment on a plane or inside."""
-    if isinstance(shape, Corners):
-        return list(shape.points)
-    if isinstance(shape, Segment) and (kind_of(other) == "plane" or getattr(other, "inside", False)):
-        return ends_of(shape)
-    return [shape]
+        return [(str(i), first, second) for i, (first, second) in enumerate(pairs, start=1)]
+    names = ("start", "end")  # a round shape can roll over the end of a side
+    return [
+        ("", *pairs[0]),
+        *((ending, end, b) for ending, end in zip(names, a.ends(b), strict=False)),
+        *((ending, a, end) for ending, end in zip(names, b.ends(a), strict=False)),
+    ]
 
 
 # --- the plane of motion -----------------------------------------------------------------------
@@ -256,23 +229,17 @@ def moves_across(links: Sequence[Link], frames: Sequence[tuple[Matrix, Vector]],
     return True
 
 
-def within(model: Model, frames: Sequence[tuple[Matrix, Vector]], a: Any, b: Any, k: Vector) -> bool:
+def within(
+    model: Model, frames: Sequence[tuple[Matrix, Vector]], a: ContactShape, b: ContactShape, k: Vector
+) -> bool:
     """True if two shapes of a machine that moves at right angles to k touch in the plane of motion."""
     depths = []
     for shape in (a, b):
         R, p = _frame(model, frames, shape.body)
-        kind = kind_of(shape)
-        if kind in ("plane", "segment") and exact(dot(apply(R, shape.normal), k)) != 0:
+        if not shape.lies_across(R, k):
             return False
-        if kind in ("circle", "cylinder") and not _zero(cross(apply(R, shape.axis), k)):
-            return False
-        if kind == "ellipsoid" and all(not _zero(cross(apply(R, axis), k)) for axis in IDENTITY):
-            return False
-        if kind == "heightline" and not (_zero(cross(apply(R, IDENTITY[2]), k))):
-            return False
-        if isinstance(shape, Point | Ball | Ellipsoid):
-            at = shape.components if isinstance(shape, Point) else shape.at
-            depths.append(exact(dot(k, p) + dot(k, apply(R, at))))
+        if shape.depth is not None:
+            depths.append(exact(dot(k, p) + dot(k, apply(R, shape.depth))))
     # the line between two points or spheres is in the plane if both have the same depth
     return len(depths) < 2 or exact(depths[0] - depths[1]) == 0
 
@@ -287,12 +254,10 @@ def _frame(model: Model, frames: Sequence[tuple[Matrix, Vector]], body: Any) -> 
     return R, tuple(a + b for a, b in zip(p, shift, strict=True))
 
 
-def check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
+def check_axes(name: str, a: ContactShape, b: ContactShape, k: int | None) -> None:
     """Refuse two cylinders, or a cylinder and a flat side, that do not touch in the plane of motion."""
-    walls = [shape for shape in (a, b) if isinstance(shape, Circle | Cylinder)]
-    flat = [shape for shape in (a, b) if kind_of(shape) == "segment"]
-    if k is None and (len(walls) == 2 or (walls and flat)):
-        first, second = (kind_of(shape) for shape in (a, b))
+    if k is None and a.extruded and b.extruded:
+        first, second = a.kind, b.kind
         raise ModelError(
             f"The {first} and the {second} of contact '{name}' touch at one point only if all motion is in a plane "
             f"at right angles to their axes, which is not the case here. In 3-D, use a sphere for one of them, or a "

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING, fields
-from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from ...describe.frame import Point, own_body
@@ -25,6 +24,7 @@ from ...describe.loads.law import RATE, STRETCH, Law
 from ...describe.loads.load import KINDS, Load, add, sort_of
 from ...describe.system import System
 from ...errors import FormatError, nearest
+from ..own_kinds import named_kind
 from ..text import expression_text
 from .table import Table
 from .value_texts import ValueTexts, quoted
@@ -65,41 +65,10 @@ def _load(system: System, name: str, table: Table) -> None:
 
 
 def _named_kind(table: Table) -> type[Load]:
-    name = table.text("kind")
-    if name not in KINDS:
-        for entry in entry_points(group="freebody.kinds", name=name):
-            _import(table, entry)
-    if name not in KINDS or KINDS[name].sections != ("loads",):
-        table.fail(
-            f"Unknown kind of load '{name}'; {nearest(name, _own_kinds())} Import the module that defines it, as "
-            f"class Drag(fb.Load, kind='{name}'), before the file is read.",
-            "kind",
-        )
-    return KINDS[name]
-
-
-def _import(table: Table, entry: EntryPoint) -> None:
-    """Import the class that a package names for a kind of load."""
-    package = "a package" if entry.dist is None else f"the package '{entry.dist.name}'"
-    try:
-        found = entry.load()
-    except Exception as error:
-        table.fail(
-            f"The kind of load '{entry.name}' is that of {package}, whose {entry.value} cannot be imported: "
-            f"{type(error).__name__}: {error}. Repair or remove the package.",
-            "kind",
-        )
-    if not (isinstance(found, type) and issubclass(found, Load) and found.kind == entry.name):
-        table.fail(
-            f"The kind of load '{entry.name}' is that of {package}, but its {entry.value} is not a class "
-            f"(fb.Load, kind='{entry.name}').",
-            "kind",
-        )
-
-
-def _own_kinds() -> list[str]:
-    known = [name for name, kind in KINDS.items() if kind.sections == ("loads",)]
-    return [*known, *entry_points(group="freebody.kinds").names]
+    kind: type[Load] = named_kind(
+        table, "kind", KINDS, Load, "load", lambda kind: kind.sections == ("loads",)
+    )
+    return kind
 
 
 def _kind_in(section: str, on_joint: bool) -> type[Load]:

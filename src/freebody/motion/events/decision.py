@@ -306,7 +306,7 @@ def named(it: EventRun, contacts: Contacts, sole: int) -> int:
                 pass
             elif it.mode[k] == OPEN and sole == 0:
                 idle += 1
-            elif it.mode[k] == STICK and ends and it.reason[k] == CONE_REACHED:  # noqa: SIM109
+            elif it.mode[k] == STICK and ends and it.reason[k] == CONE_REACHED:
                 it.mode[k] = SLIDE
             else:
                 return 0
