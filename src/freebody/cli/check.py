@@ -124,9 +124,9 @@ def _contacts(system: System, text: Any) -> None:
 
     grid = Grid("Contact", "Feature", "Surface", "Friction", "Restitution")
     for name, pair in system.contacts.items():
-        shapes = [f"{shape.kind} of {shape.body.name}" for shape in (pair.feature, pair.surface)]
+        shapes = pair.parts
         friction = text(pair.friction)
-        if pair.static_friction != pair.friction:
+        if pair.static_friction not in (None, pair.friction):
             friction += f", static {text(pair.static_friction)}"
         bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
         grid.row(name, *shapes, friction, bounce)

@@ -21,12 +21,8 @@ from ..scalar.expression import exact
 from .model import GROUND, Link, Model
 
 
-@dataclass(frozen=True)
-class Side:
+class Side(ContactShape):
     """A body of a contact that is known by its gap and not by two shapes."""
-
-    body: Any
-    kind = "side"
 
 
 @dataclass(frozen=True)
@@ -146,17 +142,17 @@ def _gaps(model: Model, pair: Gap, names: set[str], taken: set[str]) -> list[Con
     result = []
     feature, surface = map(Side, pair.bodies)
     static = pair.friction if pair.static_friction is None else pair.static_friction
-    for ending, law in pair.elements:
+    for ending, gap in pair.elements:
         name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
         names.add(name)
-        count = 0 if pair.friction == static == 0 else law.directions
+        count = 0 if pair.friction == static == 0 else gap.directions
         letters = ((), ("T",), ("T1", "T2"))[count]
         forces = [_free(f"{letter}_{name}", taken) for letter in ("N", *letters)]
         taken.update(forces)
         result.append(
             Contact(
                 name, pair.name, feature, surface, pair.friction, static, pair.restitution, pair.impact, None,
-                upright_of(model.gravity), forces[0], tuple(forces[1:]), law,
+                upright_of(model.gravity), forces[0], tuple(forces[1:]), gap,
             )
         )  # fmt: skip
     return result

@@ -17,8 +17,12 @@ from ...scalar.algebra import Scalar
 from ..constants import default_value
 from ..frame import Frame, Point
 from ..loads.action import Action
-from ..loads.load import Constant, Part
+from ..loads.load import Constant, Part, register
 from .system_contacts import IMPACTS
+
+
+GAPS: dict[str, type[Gap]] = {}
+"""Kinds of contacts by their gaps that model files know, by name."""
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
@@ -69,9 +73,9 @@ class Gap(Part):
     directions: ClassVar[int] = 1
     """Number of tangents, 1 or 2, if there is friction."""
 
-    def __init_subclass__(cls) -> None:
+    def __init_subclass__(cls, *, kind: str = "") -> None:
         super().__init_subclass__()
-        dataclass(frozen=True, repr=False)(cls)
+        register(cls, kind, GAPS)
 
     def __repr__(self) -> str:
         return f"{self.noun} '{self.name}'" if self.noun else super().__repr__()
@@ -119,6 +123,14 @@ class Gap(Part):
                 f"its class one, such as point: fb.Point."
             )
         return found[0], found[1] if len(found) > 1 else found[0].system.ground
+
+    @property
+    def parts(self) -> tuple[str, str]:
+        """What touches what, in words."""
+        joint = getattr(self, "joint", None)
+        first, second = (body.name for body in self.bodies)
+        what = self.noun or repr(self).partition(" '")[0]
+        return (f"{what} of {joint.name}", "-") if joint is not None else (f"{what} of {first}", second)
 
     def check(self) -> None:
         """Refuse laws that no contact can have."""

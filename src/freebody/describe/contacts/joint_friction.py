@@ -18,13 +18,14 @@ from ..loads.load import add
 from .gap import Gap
 
 
-class JointFriction(Gap):
+class JointFriction(Gap, kind="joint_friction"):
     """Friction along a displacement of a joint, up to ``friction``, while it sticks up to ``static_friction``."""
 
     joint: Joint
     index: int = 0
 
     noun = "friction"
+    words = {"index": "coordinate"}
     held = True
 
     def check(self) -> None:

@@ -27,7 +27,7 @@ from ..loads.load import Constant, Load, add
 from .gap import Gap
 
 
-class Stop(Gap):
+class Stop(Gap, kind="stop"):
     """The stops of a displacement of a joint, at the values ``low`` and ``high`` if they are given."""
 
     joint: Joint
@@ -59,7 +59,7 @@ class Stop(Gap):
         yield JointForce(self.joint, -1 if self.low is None else 1, self.index)
 
 
-class CoordinateStop(Gap):
+class CoordinateStop(Gap, kind="coordinate_stop"):
     """The stops of an expression of coordinates, at the values ``low`` and ``high`` if they are given."""
 
     expression: Expression

@@ -63,6 +63,10 @@ class Part(Named):
     """What messages call fields, if not by their names."""
     noun: ClassVar[str] = ""
     """What messages call the part, if not by the name of its class."""
+    kind: ClassVar[str] = ""
+    """Name of the kind in model files."""
+    words: ClassVar[Mapping[str, str]] = {}
+    """Keys in model files that are not the names of their fields."""
 
     def check(self) -> None:
         """Refuse data that no part of this kind can have; :meth:`System.add` calls it."""
@@ -124,12 +128,8 @@ class Load(Part):
     y'' + g = -y'*abs(y')/10
     """
 
-    kind: ClassVar[str] = ""
-    """Name of the kind in model files."""
     sections: ClassVar[tuple[str, ...]] = ("loads",)
     """Sections of model files in which the kind stands."""
-    words: ClassVar[Mapping[str, str]] = {}
-    """Keys in model files that are not the names of their fields."""
     units: ClassVar[Mapping[str, str]] = {}
     """Units of fields; a parameter that stands in one may then be given in any unit of this sort."""
     turning_units: ClassVar[Mapping[str, str]] = {}
@@ -140,17 +140,8 @@ class Load(Part):
 
     def __init_subclass__(cls, *, kind: str = "", sections: tuple[str, ...] = ("loads",)) -> None:
         super().__init_subclass__()
-        # a class of the same place replaces the one that it was: a notebook runs a cell again, a script is imported
-        other = KINDS.get(kind)
-        if other is not None and _place(other) != _place(cls):
-            raise ModelError(
-                f"There is already a kind of load '{kind}' in files, {other.__module__}.{other.__qualname__}. Choose "
-                f"another kind= for {cls.__qualname__}."
-            )
-        cls.kind, cls.sections = kind, sections
-        dataclass(frozen=True, repr=False)(cls)
-        if kind:
-            KINDS[kind] = cls
+        cls.sections = sections
+        register(cls, kind, KINDS)
 
     def actions(self, at: Any) -> Iterator[Action]:
         """Yield the forces and couples of the load at a state."""
@@ -192,7 +183,22 @@ class Load(Part):
         return {name: value for name, value in values if isinstance(value, Point)}
 
 
-def _place(cls: type[Load]) -> tuple[str, str]:
+def register(cls: type[Part], kind: str, known: dict[str, Any]) -> None:
+    """Make a class of a part a frozen dataclass, and its kind known to model files."""
+    # a class of the same place replaces the one that it was: a notebook runs a cell again, a script is imported
+    other = known.get(kind)
+    if other is not None and _place(other) != _place(cls):
+        raise ModelError(
+            f"There is already a kind of {cls.article} '{kind}' in files, {other.__module__}.{other.__qualname__}. "
+            f"Choose another kind= for {cls.__qualname__}."
+        )
+    cls.kind = kind
+    dataclass(frozen=True, repr=False)(cls)
+    if kind:
+        known[kind] = cls
+
+
+def _place(cls: type[Part]) -> tuple[str, str]:
     """Return the file, or else the module, in which a class is written, and its name there."""
     module = cls.__module__
     return getattr(sys.modules.get(module), "__file__", None) or module, cls.__qualname__

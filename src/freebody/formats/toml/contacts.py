@@ -1,9 +1,14 @@
-"""Contacts in model files, read and written: a table for each contact, with its two shapes.
+"""Contacts in model files, read and written: a table for each contact, with its two shapes, or with its kind.
 
 [contacts.floor]
 feature = { body = "disk", shape = "circle", radius = "R" }
 surface = { shape = "plane", normal = "y" }
 friction = "mu"
+
+[contacts.knee]
+kind = "stop"
+joint = "hip"
+low = 0
 
 [families.pile]
 shapes = [{ body = "a", shape = "sphere", radius = 0.1 }, { shape = "plane", normal = "y" }]
@@ -19,12 +24,14 @@ import sympy
 
 from ...describe.contacts.contact import ContactPair
 from ...describe.contacts.family import ContactFamily
+from ...describe.contacts.gap import GAPS, Gap
 from ...describe.frame import own_body
 from ...describe.shapes.heightline import LINE
 from ...describe.shapes.shape import KINDS, ContactShape
 from ...describe.system import System
 from ..own_kinds import named_kind
 from ..text import expression_text
+from .loads import added, part_keys
 from .table import Table
 from .value_texts import ValueTexts
 
@@ -49,6 +56,9 @@ def read_contacts(system: System, root: Table) -> None:
 
 def read_contact(system: System, name: str, table: Table) -> None:
     """Add one contact of a file to the system."""
+    if table.has("kind"):
+        added(system, name, named_kind(table, "kind", GAPS, Gap, "contact"), table)
+        return
     feature, surface = (
         _shape(Table(table.document, (*table.path, key), table.raw(key), table.system), key)
         for key in ("feature", "surface")
@@ -134,8 +144,10 @@ def _each(table: Table, key: str) -> list[Table]:
 # --- write -------------------------------------------------------------------------------------
 
 
-def contact_keys(writer: ValueTexts, pair: ContactPair) -> dict[str, str]:
+def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
     """Return the keys of one contact and their texts."""
+    if isinstance(pair, Gap):
+        return part_keys(writer, pair, "fb.Gap")
     keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
     if pair.friction != 0:
         keys["friction"] = writer.value(pair.friction)

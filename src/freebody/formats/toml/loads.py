@@ -21,7 +21,7 @@ from typing import Any
 
 from ...describe.frame import Point, own_body
 from ...describe.loads.law import RATE, STRETCH, Law
-from ...describe.loads.load import KINDS, Load, add, sort_of
+from ...describe.loads.load import KINDS, Load, Part, add, sort_of
 from ...describe.system import System
 from ...errors import FormatError, nearest
 from ..own_kinds import named_kind
@@ -53,15 +53,20 @@ def _load(system: System, name: str, table: Table) -> None:
     """Add a load of the kind that its section, and the key ``kind`` or ``joint`` in it, name."""
     section = table.path[0]
     kind = _named_kind(table) if section == "loads" else _kind_in(section, table.has("joint"))
+    load = added(system, name, kind, table)
+    if load.section != section:
+        table.fail(f"Expected {load.title} in [{load.section}.{name}], got it in [{section}.{name}].")
+
+
+def added(system: System, name: str, kind: type[Part], table: Table) -> Any:
+    """Add a part of a kind to the system, with the data of a table, and return it."""
     data: dict[str, Any] = {}
     for field in fields(kind):
         word = kind.words.get(field.name, field.name)
         if field.name != "name" and (table.has(word) or field.default is MISSING):
             data[field.name] = _READERS.get(sort_of(field), _unreadable)(table, word)
     table.done()
-    load = table.guard(lambda: add(system, name, kind(**data)))
-    if load.section != section:
-        table.fail(f"Expected {load.title} in [{load.section}.{name}], got it in [{section}.{name}].")
+    return table.guard(lambda: add(system, name, kind(**data)))
 
 
 def _named_kind(table: Table) -> type[Load]:
@@ -137,7 +142,15 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
 
 
 def load_keys(writer: ValueTexts, load: Load) -> tuple[str, dict[str, str]]:
-    """Return the section and the keys of a load.
+    """Return the section and the keys of a load."""
+    keys = part_keys(writer, load, "fb.Load")
+    if load.section != "loads":
+        del keys["kind"]
+    return load.section, keys
+
+
+def part_keys(writer: ValueTexts, load: Part, base: str) -> dict[str, str]:
+    """Return the keys of a part of a machine, whose kind is a subclass of ``base``.
 
     Raises
     ------
@@ -148,9 +161,9 @@ def load_keys(writer: ValueTexts, load: Load) -> tuple[str, dict[str, str]]:
     if not load.kind:
         raise FormatError(
             f"A model file cannot hold {load.title}: its kind has no name in files. Give it one, "
-            f"class {kind}(fb.Load, kind='{kind.lower()}')."
+            f"class {kind}({base}, kind='{kind.lower()}')."
         )
-    keys = {"kind": quoted(load.kind)} if load.section == "loads" else {}
+    keys = {"kind": quoted(load.kind)}
     for field in fields(load):
         value = getattr(load, field.name)
         if field.name == "name" or (field.default is not MISSING and value == field.default):
@@ -161,7 +174,7 @@ def load_keys(writer: ValueTexts, load: Load) -> tuple[str, dict[str, str]]:
                 f"joints, expressions or texts, or keep the description in Python."
             )
         keys[load.words.get(field.name, field.name)] = _WRITERS[sort_of(field)](writer, value)
-    return load.section, keys
+    return keys
 
 
 _WRITERS: dict[str, Callable[[ValueTexts, Any], str]] = {

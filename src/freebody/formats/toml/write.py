@@ -98,9 +98,10 @@ class Writer(ValueTexts):
         for name, constraint in system.constraints.items():
             parts.append(block(("constraints", name), self.constraint(constraint)))
         for name, pair in system.contacts.items() if contacts else ():
-            slack = pair.surface.look == "rope"
+            shape = getattr(pair, "surface", None)  # a stop has none
+            slack = shape is not None and shape.look == "rope"
             keys = self.slack_rope(pair) if slack else contact_keys(self, pair)
-            parts.append(block((pair.surface.section, name), keys))
+            parts.append(block((shape.section if shape is not None else "contacts", name), keys))
         for name, family in system.families.items() if contacts else ():
             parts.append(block(("families", name), family_keys(self, family)))
         for name, load in system.loads.items():
