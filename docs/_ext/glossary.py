@@ -34,7 +34,7 @@ MACHINES = [
     Term("rotor", "`J`, `n`", "kg m²", "part of a motor that a joint turns through a gear", "describe/joints/rotor.py:Rotor"),
     Term("load", "", "", "force or couple that acts on bodies, such as a spring's", "describe/loads/load.py:Load"),
     Term("parameter", "", "", "symbol with a default value", "describe/description.py:Parameter"),
-    Term("feature", "", "", "point, edge or surface of a body that can touch another", "describe/contact_shapes.py:Plane"),
+    Term("feature", "", "", "point, edge or surface of a body that can touch another", "describe/shapes/plane.py:Plane"),
     Term("constraint", "", "", "restriction of the motion besides the joints of the tree", "describe/constraints/constraint.py:Constraint"),
     Term("condition", "", "", "scalar equation of a constraint or a closed contact", "dynamics/constraints.py:Row"),
     Term("closed loop", "", "", "joints that connect a body to the ground in more than one way", "model/closure.py:Closure"),

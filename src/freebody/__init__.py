@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from . import exact as exact
     from . import testing as testing
     from .describe.body import Body as Body
+    from .describe.contacts.gap import Gap as Gap
     from .describe.frame import Point as Point
     from .describe.joints.ball import Ball as Ball
     from .describe.joints.hinge import Hinge as Hinge
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
     from .describe.loads.action import PointForce as PointForce
     from .describe.loads.load import Load as Load
     from .describe.loads.load import Look as Look
+    from .describe.shapes.shape import ContactShape as ContactShape
+    from .describe.shapes.shape import Nearest as Nearest
     from .describe.signal import signal as signal
     from .describe.system import System as System
     from .dynamics.unilateral import MotionWarning as MotionWarning
@@ -108,9 +111,11 @@ if TYPE_CHECKING:
 _EXPORTS = {
     "Ball": "describe.joints.ball",
     "Body": "describe.body",
+    "ContactShape": "describe.shapes.shape",
     "Couple": "describe.loads.action",
     "Expression": "scalar.algebra",
     "FreebodyError": "errors",
+    "Gap": "describe.contacts.gap",
     "GeneralizedForce": "describe.loads.action",
     "Hinge": "describe.joints.hinge",
     "Joint": "describe.joints.joint",
@@ -120,6 +125,7 @@ _EXPORTS = {
     "MassProperties": "space.mass",
     "Model": "model.model",
     "MotionWarning": "dynamics.unilateral",
+    "Nearest": "describe.shapes.shape",
     "Point": "describe.frame",
     "PointForce": "describe.loads.action",
     "Pose": "space.pose",

@@ -10,9 +10,9 @@ import sympy
 
 import freebody as fb
 from freebody.describe.description import about_of, names_of, parameters_of, positive_in
+from freebody.describe.shapes.shape import KINDS
 from freebody.formats import read_case
 from freebody.formats.text import expression_text, toml_number
-from freebody.formats.toml.contacts import SHAPES
 from freebody.formats.toml.read import CONSTRAINTS, JOINTS, SOLIDS, case_from_text
 from freebody.formats.toml.write import toml_text
 from freebody.gallery import entries
@@ -105,7 +105,7 @@ def test_the_page_names_every_solid_joint_and_key() -> None:
     page = PAGE.read_text(encoding="utf-8")
     for word in (*SOLIDS, *JOINTS, *CONSTRAINTS, *(key for keys in CONSTRAINTS.values() for key in keys)):
         assert f"`{word}`" in page
-    for word in (*SHAPES, *(key for keys in SHAPES.values() for key in keys)):
+    for word in (*KINDS, *(word for kind in KINDS.values() for word in kind.words)):
         assert f"`{word}`" in page
     assert len(EXAMPLES) == 4
 
@@ -465,7 +465,7 @@ def test_the_ball_of_the_page_touches_the_floor() -> None:
 @pytest.mark.parametrize(
     "old,new,message",
     [
-        ('shape = "sphere"', 'shape = "spere"', "Unknown shape 'spere'; did you mean 'sphere'?"),
+        ('shape = "sphere"', 'shape = "spere"', "Unknown kind of shape 'spere'; did you mean 'sphere'?"),
         ('shape = "plane"', 'shape = "plane", body = "bal"', "Unknown body 'bal' in 'surface'; did you mean 'ball'?"),
         ('normal = "y"', 'radius = 1', "Unknown key 'radius'"),
         (", radius = 0.05 }", " }", "Expected the key 'radius', but it is missing."),

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.describe.loads.action import PointForce
 from freebody.dynamics import float_state, mass_matrix, polynomial_state, poses, traced_state
 from freebody.dynamics.constrained import independent_rows
 from freebody.dynamics.constraints import linearized, residuals
-from freebody.dynamics.contact import contact_layout, contact_rows, generalized_force, rows_of, touches
+from freebody.dynamics.contact import contact_layout, contact_rows, row_of, rows_of, touches
 from freebody.dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
 from freebody.dynamics.kinematics import (
+    Spot,
     accelerations,
     coordinate_rates,
     point_acceleration,
@@ -150,10 +152,10 @@ def test_power_of_contact_forces_is_force_times_rate():
         x * np.array(e, dtype=float) for x, e in zip((N, T1, T2), (it.normal, *it.tangents), strict=True)
     )
     pair = [
-        (contact.feature.body, it.on_feature, tuple(force)),
-        (contact.surface.body, it.on_surface, tuple(-force)),
+        PointForce(Spot(contact.feature.body, it.on_feature), tuple(force)),
+        PointForce(Spot(contact.surface.body, it.on_surface), tuple(-force)),
     ]
-    power = np.dot(generalized_force(model, state, pair), state.u)
+    power = np.dot(row_of(model, state, pair, contact), state.u)
     assert power == pytest.approx(np.dot((N, T1, T2), contact_rows(model, state).rate), rel=1e-13)
 
 

@@ -121,13 +121,12 @@ def _constraints(system: System, text: Any) -> None:
 def _contacts(system: System, text: Any) -> None:
     if not system.contacts:
         return
-    from ..describe.contact_shapes import kind_of
 
     grid = Grid("Contact", "Feature", "Surface", "Friction", "Restitution")
     for name, pair in system.contacts.items():
-        shapes = [f"{kind_of(shape)} of {shape.body.name}" for shape in (pair.feature, pair.surface)]
+        shapes = pair.parts
         friction = text(pair.friction)
-        if pair.static_friction != pair.friction:
+        if pair.static_friction not in (None, pair.friction):
             friction += f", static {text(pair.static_friction)}"
         bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
         grid.row(name, *shapes, friction, bounce)

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from . import body_shapes as _shapes
 from .frame import Frame
+from .shapes.circle import circle
+from .shapes.corners import corners
+from .shapes.cylinder import cylinder
+from .shapes.ellipsoid import ellipsoid
+from .shapes.heightline import heightline
+from .shapes.plane import plane
+from .shapes.segment import segment
+from .shapes.solid import box, capsule, hull
+from .shapes.sphere import sphere
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -22,11 +30,14 @@ class Body(Frame):
         Mass, mass centre and inertia; None for the ground.
     """
 
-    sphere = _shapes.sphere
-    ellipsoid = _shapes.ellipsoid
-    circle = _shapes.circle
-    cylinder = _shapes.cylinder
-    plane = _shapes.plane
-    segment = _shapes.segment
-    corners = _shapes.corners
-    heightline = _shapes.heightline
+    sphere = sphere
+    box = box
+    capsule = capsule
+    hull = hull
+    ellipsoid = ellipsoid
+    circle = circle
+    cylinder = cylinder
+    plane = plane
+    segment = segment
+    corners = corners
+    heightline = heightline

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, ClassVar
 
 
 class Named:
@@ -19,7 +19,7 @@ class OfBody:
     """A part that is fixed in a body; its text is its kind and that body."""
 
     body: Any
-    kind: str
+    kind: ClassVar[str]
 
     def __repr__(self) -> str:
         return f"the {self.kind} of {self.body!r}"

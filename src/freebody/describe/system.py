@@ -19,6 +19,8 @@ from . import controller as _controller
 from .body import Body
 from .constraints import system_constraints as _constraints
 from .constraints.constraint import Constraint
+from .contacts import joint_friction as _joint_friction
+from .contacts import stop as _stop
 from .contacts import system_contacts as _contacts
 from .contacts.family import ContactFamily
 from .contacts.system_families import ContactTable
@@ -232,6 +234,8 @@ class System(Description):
     rope = arguments_named(_constraints.rope)
     rolling = arguments_named(_constraints.rolling)
     contact = arguments_named(_contacts.contact)
+    stop = arguments_named(_stop.stop)
+    friction = arguments_named(_joint_friction.friction)
     controller = arguments_named(_controller.controller)
 
     # -- bodies ---------------------------------------------------------------------------------

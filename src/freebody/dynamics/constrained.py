@@ -27,6 +27,7 @@ from ..space.spatial import plus
 from .composite import mass_diagonal, mass_matrix
 from .constraints import (
     Action,
+    closed_forces,
     linearized,
     residuals,
     rows,
@@ -47,7 +48,7 @@ from .linear import (
     products,
     scalar_product,
 )
-from .loading import Loading, loading
+from .loading import Loading, act, loading, scaled
 from .loops import articulated_masses, loop_motion, own_speeds
 from .mobility import check_mobility
 from .newton_euler import bias
@@ -141,6 +142,11 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Scalar
     for i, (row, acting) in enumerate(zip(rows(model), wrenches(model, state), strict=True)):
         value, owner = multipliers[i], model.constraints[row.owner]
         if isinstance(value, int) and value == 0:
+            continue
+        if isinstance(owner, Touching) and owner.contact.law is not None:
+            first = next(k for k, other in enumerate(rows(model)) if other.owner == row.owner)
+            for action in closed_forces(model, state, owner)[i - first]:
+                act(model, state, result, owner.contact.law, [scaled(action, value)])
             continue
         for place, force, moment in acting:
             _press(model, state, result, place, scale(value, force), scale(value, moment))

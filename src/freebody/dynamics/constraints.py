@@ -20,6 +20,8 @@ import sympy
 
 from ..describe.constraints.constraint import Gear, Rolling, Rope, SpeedCondition
 from ..describe.joints.joint import Joint
+from ..describe.loads.action import Action as ContactAction
+from ..describe.loads.action import Couple, PointForce
 from ..model.closure import Closure, Thread
 from ..model.contact import Touching
 from ..model.mesh import Mesh
@@ -41,7 +43,7 @@ from ..scalar.algebra import (
     subtract,
 )
 from ..scalar.series import derivative_at_start, value_at_start
-from .contact import ContactRows, rows_of, touch
+from .contact import ContactRows, rows_of, touch, unit_forces
 from .dependence import dependence, directions
 from .kinematics import (
     Spot,
@@ -55,6 +57,7 @@ from .kinematics import (
     state_along,
 )
 from .linear import entries
+from .loading import scaled
 from .loop_ends import carrier_of, ends, last_link, loop_rows
 from .state import State
 
@@ -99,10 +102,9 @@ def _rows(model: Model) -> tuple[Row, ...]:
         elif isinstance(constraint, Touching):
             # assembly already keeps these names apart from others
             contact = constraint.contact
-            contact_rows.update(
-                range(len(result), len(result) + 1 + (0 if constraint.slips else contact.tangents))
-            )
-            result.append(Row(contact.normal_name, name))
+            contact_rows.update(range(len(result), len(result) + _count(constraint)))
+            if not contact.held:
+                result.append(Row(contact.normal_name, name))
             if not constraint.slips:
                 result += [Row(tangent, name, True) for tangent in contact.tangent_names]
         else:
@@ -171,15 +173,19 @@ def _conditions(pin: Closure) -> int:
 
 def _count(touching: Touching) -> int:
     """Return the number of conditions of a closed contact."""
-    return 1 if touching.slips else 1 + touching.contact.tangents
+    return (0 if touching.slips else touching.contact.tangents) + (0 if touching.contact.held else 1)
+
+
+def _own(touching: Touching) -> slice:
+    """Return the rows of a contact that are conditions while it is closed."""
+    first = 1 if touching.contact.held else 0
+    return slice(first, first + _count(touching))
 
 
 def _touching(model: Model, state: State, touching: Touching) -> list[Scalar]:
     """Return the gap and, in stick, the slip velocities."""
-    gap = touch(model, state, touching.contact).gap
-    if touching.slips:
-        return [gap]
-    return [gap, *rows_of(model, state, (touching.contact,)).rate[1:]]
+    given = rows_of(model, state, (touching.contact,))
+    return [*given.gap, *(() if touching.slips else given.rate[1:])][_own(touching)]
 
 
 def _displacement(model: Model, state: State, joint: Joint) -> Scalar:
@@ -329,22 +335,44 @@ def wrenches(model: Model, state: State) -> list[list[Action]]:
                 pulls += [(constraint.points[k], unit, ZERO), (constraint.points[k + 1], negate(unit), ZERO)]
             result.append(pulls)
         elif isinstance(constraint, Touching):
-            contact, geometry = constraint.contact, touch(model, state, constraint.contact)
-            forces = [geometry.normal] if constraint.slips else [geometry.normal, *geometry.tangents]
-            ends = (
-                Spot(contact.feature.body, geometry.on_feature),
-                Spot(contact.surface.body, geometry.on_surface),
-            )
-            pairs = [[(ends[0], force, ZERO), (ends[1], negate(force), ZERO)] for force in forces]
-            if constraint.slips and not contact.frictionless:
-                friction = slip_friction(model, state, constraint)
-                pairs[0] += [(ends[0], friction, ZERO), (ends[1], negate(friction), ZERO)]
-            result += pairs
+            result += [_places(acting) for acting in closed_forces(model, state, constraint)]
         elif isinstance(constraint, Gear) and isinstance(mesh := model.meshes[constraint.name], Mesh):
             tangent = apply(rotation(model, state, mesh.carrier), state.vector(mesh.tangent))
             result.append(_at_pitch_point(model, state, mesh, tangent))
         else:
             result.append([])
+    return result
+
+
+def _places(acting: Sequence[ContactAction]) -> list[Action]:
+    """Return the (point, force, moment) of actions on bodies."""
+    result: list[Action] = []
+    for action in acting:
+        match action:
+            case PointForce(point, force):
+                result.append((point, force, ZERO))
+            case Couple(body, moment):
+                result.append((body.origin, ZERO, moment))
+    return result
+
+
+def closed_forces(model: Model, state: State, touching: Touching) -> list[tuple[ContactAction, ...]]:
+    """Return, for each condition of a closed contact, its actions per unit multiplier, friction of slip included."""
+    contact, found = touching.contact, unit_forces(model, state, touching.contact)
+    result = list(found[_own(touching)])
+    if touching.slips and not contact.frictionless:
+        if contact.law is None:
+            friction = slip_friction(model, state, touching)
+            opposite = negate(friction)
+            result[0] += tuple(
+                PointForce(one.point, force)
+                for one, force in zip(result[0], (friction, opposite), strict=True)
+                if isinstance(one, PointForce)
+            )
+        else:
+            mu = state(contact.friction)
+            for d, row in zip(slip_direction(model, state, touching), found[1:], strict=True):
+                result[0] += tuple(scaled(action, -(mu * d)) for action in row)
     return result
 
 
@@ -445,7 +473,7 @@ class Linearized:
         pairs = zip(along, self._kinds, strict=True)
         result = [value_at_start(r) if kind.on_speeds else derivative_at_start(r, 1) for r, kind in pairs]
         for i, touching in self.touching:
-            result[i : i + _count(touching)] = self._contact_rows(touching).rate[: _count(touching)]
+            result[i : i + _count(touching)] = self._contact_rows(touching).rate[_own(touching)]
         return tuple(result)
 
     @cached_property
@@ -457,7 +485,7 @@ class Linearized:
         for i, pin in self._pins:
             result[i : i + _conditions(pin)] = self._in_ground(pin)[1]
         for i, touching in self.touching:
-            result[i : i + _count(touching)] = self._contact_rows(touching).bias[: _count(touching)]
+            result[i : i + _count(touching)] = self._contact_rows(touching).bias[_own(touching)]
         return tuple(result)
 
     @cached_property
@@ -481,7 +509,7 @@ class Linearized:
         for i, pin in self._pins:
             result[i : i + _conditions(pin)] = map(tuple, self._in_ground(pin)[0])
         for i, touching in self.touching:
-            result[i : i + _count(touching)] = self._contact_rows(touching).matrix[: _count(touching)]
+            result[i : i + _count(touching)] = self._contact_rows(touching).matrix[_own(touching)]
         return tuple(result)
 
     @cached_property

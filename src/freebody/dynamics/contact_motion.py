@@ -21,16 +21,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..model.contact import Touching, in_modes
+from ..model.contact import Sliding, Touching, in_modes
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, add, negate, scale
 from .composite import mass_matrix
 from .constrained import constrained_loading, with_wrenches
 from .constraints import linearized, rows, slip_direction
-from .contact import contact_rows, rows_of, touch
+from .contact import contact_rows, rows_of, touch, unit_forces
 from .kinematics import Spot
 from .linear import Factorization, applied, combined, products, scalar_product
-from .loading import Loading
+from .loading import Loading, act, scaled
 from .motion import Motion
 from .newton_euler import bias
 from .state import State
@@ -130,6 +130,11 @@ def contact_forces(
     """Return (N, T) or (N, T1, T2) on the feature of every contact of a machine in modes; zeros if it is open [N]."""
     result: dict[str, tuple[Scalar, ...]] = {c.name: (0,) * (1 + c.tangents) for c in model.contacts}
     by_contact: dict[str, list[Scalar]] = {}
+    for contact in model.contacts:
+        if contact.held:
+            sliding = model.loads.get(contact.tangent_names[0]) if contact.tangents else None
+            d = sliding.direction if isinstance(sliding, Sliding) else 0
+            result[contact.name] = (1, -(state(contact.friction) * d))
     for row, value in zip(rows(model), multipliers, strict=True):
         if isinstance(model.constraints[row.owner], Touching):
             by_contact.setdefault(row.owner, []).append(value)
@@ -139,7 +144,7 @@ def contact_forces(
             (N,) = values
             mu = state(touching.contact.friction)
             values = [N, *(-(mu * N * d) for d in slip_direction(model, state, touching))]
-        result[name] = tuple(values)
+        result[name] = (1, *values) if touching.contact.held else tuple(values)
     return result
 
 
@@ -167,10 +172,14 @@ def forced_motion(
     blows: Any = (),
 ) -> Motion:
     """Return a motion with known accelerations, forces of all contacts and multipliers: loads, constraints, blows."""
-    loads: Loading = constrained_loading(model, state, multipliers)
-    acting = [*blows]
+    acting, laws = [*blows], Loading()
     at = 0
     for contact in model.contacts:
+        if contact.law is not None:
+            for row in unit_forces(model, state, contact):
+                act(model, state, laws, contact.law, [scaled(action, forces[at]) for action in row])
+                at += 1
+            continue
         it = touch(model, state, contact)
         total: Any = ZERO
         for k, e in enumerate((it.normal, *it.tangents)):
@@ -180,4 +189,5 @@ def forced_motion(
             (Spot(contact.feature.body, it.on_feature), total, ZERO),
             (Spot(contact.surface.body, it.on_surface), negate(total), ZERO),
         ]
-    return Motion(tuple(udot), tuple(multipliers), with_wrenches(model, state, loads, acting))
+    loads = with_wrenches(model, state, constrained_loading(model, state, multipliers), acting)
+    return Motion(tuple(udot), tuple(multipliers), loads.plus(laws))

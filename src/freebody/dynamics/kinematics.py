@@ -163,10 +163,18 @@ def point_position(model: Model, state: State, point: Any) -> Vector:
 
 
 def point_velocity(model: Model, state: State, point: Any) -> Vector:
-    """Return the velocity of a point in the ground, in ground axes [m/s]."""
+    """Return the velocity of a point of a body in the ground, in ground axes [m/s].
+
+    The velocity of a spot is that of the point of the body that is there now.
+    """
     link, origin = place_of(model, point.body)
     if link == GROUND:
         return ZERO
+    if isinstance(point, Spot):
+        posture = link_postures(model, state)[link]
+        w, v = velocities(model, state)[link]
+        arm = subtract(point.position, posture.position)
+        return add(apply(posture.rotation, v), cross(apply(posture.rotation, w), arm))
     p_LP_L = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
     w, v = velocities(model, state)[link]
     return apply(rotation(model, state, link), add(v, cross(w, p_LP_L)))

@@ -6,7 +6,7 @@ of actions, and no kind of load.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 
 from ..describe.frame import Frame, Point
 from ..describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
-from ..describe.loads.load import Load
+from ..describe.loads.load import Part
 from ..errors import FreebodyError, ModelError, nearest, shown
 from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import (
@@ -32,11 +32,20 @@ from ..scalar.algebra import (
     cross,
     dot,
     scale,
+    subtract,
     three,
 )
 from ..scalar.trace import Tape
 from ..space.spatial import ZERO6, Spatial, plus
-from .kinematics import angular_velocity, place_of, point_position, point_velocity, rotation
+from .kinematics import (
+    Spot,
+    angular_velocity,
+    link_postures,
+    place_of,
+    point_position,
+    point_velocity,
+    rotation,
+)
 from .state import State, traced_state
 
 PACKAGE = Path(__file__).parents[1]
@@ -46,7 +55,7 @@ PACKAGE = Path(__file__).parents[1]
 class Instant:
     """The machine at a state, as a load sees it; :class:`freebody.Load` lists what it gives."""
 
-    def __init__(self, model: Model, state: State, load: Load) -> None:
+    def __init__(self, model: Model, state: State, load: Part) -> None:
         self._model = model
         self._state = state
         self._load = load
@@ -106,6 +115,11 @@ class Instant:
         """Return the position of a point from the ground's origin [m]."""
         return self._in(point_position(self._model, self._state, self._point(point)), frame)
 
+    def spot(self, body: Any, position: Any) -> Spot:
+        """Return the place on a body that is at a position now, in ground axes; it may move over the body."""
+        self._place(body)
+        return Spot(body, three(position))
+
     def velocity(self, point: Any, frame: Any = None) -> FieldVector:
         """Return the velocity of a point in the ground [m/s]."""
         return self._in(point_velocity(self._model, self._state, self._point(point)), frame)
@@ -142,9 +156,9 @@ class Instant:
     def _is_ground(self, frame: Any) -> bool:
         return frame is None or self._place(frame)[0] == GROUND
 
-    def _point(self, point: Any) -> Point:
+    def _point(self, point: Any) -> Point | Spot:
         point = point.origin if isinstance(point, Frame) else point
-        if not isinstance(point, Point):
+        if not isinstance(point, Point | Spot):
             raise ModelError(f"{_begin(self._load)}expected a point of a body, got {shown(point)}.")
         self._place(point.body)
         return point
@@ -171,6 +185,17 @@ class Loading:
         """Return the wrench on a link, zero if there is none."""
         return self.wrenches.get(link, ZERO6)
 
+    def plus(self, other: Loading) -> Loading:
+        """Return these loads together with others."""
+        result = Loading(dict(self.wrenches), dict(self.along), dict(self.generalized))
+        for link, wrench in other.wrenches.items():
+            result.wrenches[link] = plus(result.wrench(link), wrench)
+        for link, value in other.along.items():
+            result.along[link] = result.along.get(link, 0) + value
+        for j, value in other.generalized.items():
+            result.generalized[j] = result.generalized.get(j, 0) + value
+        return result
+
 
 # --- actions -----------------------------------------------------------------------------------
 
@@ -186,9 +211,41 @@ def actions(model: Model, state: State, name: str) -> tuple[Action, ...]:
     key = ("actions", name)
     if key not in state.cache:
         load = model.loads[name]
-        result = _asked(load, lambda: tuple(load.actions(Instant(model, state, load))))
-        state.cache[key] = tuple(_own_action(model, load, action) for action in result)
+        state.cache[key] = asked_actions(model, state, load, load.actions)
     return state.cache[key]
+
+
+def asked_actions(
+    model: Model, state: State, part: Part, question: Callable[[Instant], Any]
+) -> tuple[Action, ...]:
+    """Return the actions that a part answers at a state, checked."""
+    return checked_actions(model, part, _asked(part, lambda: tuple(question(Instant(model, state, part)))))
+
+
+def checked_actions(model: Model, part: Part, acting: Iterable[Action]) -> tuple[Action, ...]:
+    """Return actions of a part, their vectors as tuples, if they act on this machine."""
+    return tuple(_own_action(model, part, action) for action in acting)
+
+
+def asked(model: Model, state: State, part: Part, question: Callable[[Instant], Any]) -> Any:
+    """Return what a part answers at a state; an error in its code names the part, the line and the cure."""
+    return _asked(part, lambda: question(Instant(model, state, part)))
+
+
+def scaled(action: Action, factor: Scalar) -> Action:
+    """Return an action times a factor."""
+    match action:
+        case PointForce():
+            return replace(action, force=scale(factor, action.force))
+        case Couple():
+            return replace(action, moment=scale(factor, action.moment))
+    return replace(action, value=factor * action.value)
+
+
+def act(model: Model, state: State, result: Loading, part: Part, acting: Iterable[Action]) -> None:
+    """Add the actions of a part to a loading."""
+    for action in acting:
+        _apply(model, state, result, part, action)
 
 
 def conditions(model: Model, state: State, name: str) -> list[Scalar]:
@@ -219,7 +276,7 @@ def _without_value(action: Action) -> Action:
     return replace(action, value=0)
 
 
-def _asked(load: Load, question: Callable[[], Any]) -> Any:
+def _asked(load: Part, question: Callable[[], Any]) -> Any:
     """Return what a load answers; an error in its code names the load, the line and the cure."""
     try:
         return question()
@@ -229,7 +286,7 @@ def _asked(load: Load, question: Callable[[], Any]) -> Any:
         _blame(load, error)
 
 
-def _blame(load: Load, error: Exception) -> NoReturn:
+def _blame(load: Part, error: Exception) -> NoReturn:
     frames = extract_tb(error.__traceback__)
     own = [frame for frame in frames if not Path(frame.filename).is_relative_to(PACKAGE)]
     line = own[-1] if own else frames[-1]
@@ -239,12 +296,12 @@ def _blame(load: Load, error: Exception) -> NoReturn:
     ) from error
 
 
-def _begin(load: Load) -> str:
+def _begin(load: Part) -> str:
     title = load.title
     return f"{title[0].upper()}{title[1:]}: "
 
 
-def _own_action(model: Model, load: Load, action: Any) -> Action:
+def _own_action(model: Model, load: Part, action: Any) -> Action:
     """Return an action of a load, its vectors as tuples, if it acts on this machine."""
     try:
         match action:
@@ -268,7 +325,7 @@ def _own_action(model: Model, load: Load, action: Any) -> Action:
     )
 
 
-def _own_place(model: Model, load: Load, body: Any) -> tuple[int, Vector]:
+def _own_place(model: Model, load: Part, body: Any) -> tuple[int, Vector]:
     if not isinstance(body, Frame):
         raise ModelError(f"{_begin(load)}expected a body, got {shown(body)}.")
     if body.system is not model.described[0] or not (body.is_ground or body.name in model.bodies):
@@ -279,7 +336,7 @@ def _own_place(model: Model, load: Load, body: Any) -> tuple[int, Vector]:
     return place_of(model, body)
 
 
-def _own_link(model: Model, load: Load, joint: Any, index: int) -> int:
+def _own_link(model: Model, load: Part, joint: Any, index: int) -> int:
     """Return the link that a displacement of a joint moves."""
     place = model.joints.get(getattr(joint, "name", ""))
     if place is None:
@@ -291,7 +348,7 @@ def _own_link(model: Model, load: Load, joint: Any, index: int) -> int:
     return place.links[index]
 
 
-def speed_of(model: Model, load: Load, coordinate: Any) -> int:
+def speed_of(model: Model, load: Part, coordinate: Any) -> int:
     """Return the index of the speed to which a force on a coordinate is conjugate."""
     name = f"{model.names.texts.get(coordinate, coordinate)}'"
     if name not in model.speed_names:
@@ -321,13 +378,17 @@ def loading(model: Model, state: State, only: set[str] | None = None) -> Loading
     return result
 
 
-def _apply(model: Model, state: State, result: Loading, load: Load, action: Action) -> None:
+def _apply(model: Model, state: State, result: Loading, load: Part, action: Action) -> None:
     """Add one action to the loading."""
     match action:
         case PointForce(point, force):
             link, origin = place_of(model, point.body)
             if link != GROUND:
-                arm = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
+                if isinstance(point, Spot):
+                    posture = link_postures(model, state)[link]
+                    arm = apply_transpose(posture.rotation, subtract(point.position, posture.position))
+                else:
+                    arm = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
                 force = apply_transpose(rotation(model, state, link), force)
                 result.wrenches[link] = plus(result.wrench(link), (cross(arm, force), force))
         case Couple(body, moment):
@@ -362,7 +423,7 @@ def load_power(model: Model, state: State) -> Scalar:
     return total
 
 
-def action_power(model: Model, state: State, load: Load, action: Action) -> Scalar:
+def action_power(model: Model, state: State, load: Part, action: Action) -> Scalar:
     """Return the power of one action at a state [W]."""
     match action:
         case PointForce(point, force):

@@ -12,7 +12,8 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, Vector, add, scale
 from .articulated import forward_dynamics
 from .constrained import constrained_dynamics, constrained_loading, constraint_power
-from .constraints import rows, wrenches
+from .constraints import closed_forces, rows, wrenches
+from .contact import wrench_on_feature
 from .energy import mechanical_power
 from .loading import Loading, loading
 from .newton_euler import reactions
@@ -74,13 +75,18 @@ def all_reactions(model: Model, state: State, moving: Motion) -> dict[str, tuple
     result = reactions(model, state, moving.udot, loads=moving.loads)
     if not model.constraints:
         return result
+    closed = {
+        name: iter(closed_forces(model, state, constraint))
+        for name, constraint in model.constraints.items()
+        if isinstance(constraint, Touching)
+    }
     for row, value, acting in zip(rows(model), moving.multipliers, wrenches(model, state), strict=True):
-        if isinstance(model.constraints[row.owner], Touching):
+        if row.owner in closed:
             # about the point of contact, where its forces act
+            contact = model.constraints[row.owner].contact
+            force, moment = wrench_on_feature(model, state, contact, next(closed[row.owner]))
             f, n = result.get(row.owner, (ZERO, ZERO))
-            for _, force, _ in acting[::2]:
-                f = add(f, scale(value, force))
-            result[row.owner] = (f, n)
+            result[row.owner] = (add(f, scale(value, force)), add(n, scale(value, moment)))
         elif isinstance(model.constraints[row.owner], Closure | Rolling):
             _, force, moment = acting[0]
             f, n = result.get(row.owner, (ZERO, ZERO))

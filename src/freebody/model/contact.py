@@ -6,32 +6,28 @@ plane. A contact in that plane has one tangent, any other contact has two.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..describe.contact_shapes import (
-    Ball,
-    Circle,
-    Corners,
-    Cylinder,
-    Ellipsoid,
-    Segment,
-    kind_of,
-)
 from ..describe.contacts.contact import ContactPair
-from ..describe.frame import Point
+from ..describe.contacts.gap import Gap
+from ..describe.loads.action import Action
+from ..describe.loads.load import Load, Look
+from ..describe.shapes.shape import ContactShape, law
 from ..errors import ModelError, nearest
 from ..scalar.algebra import IDENTITY, ZERO, Expression, Matrix, Vector, apply, cross, dot, multiply
 from ..scalar.expression import exact
 from .model import GROUND, Link, Model
 
-ROUND = (Ball, Circle, Cylinder)
+
+class Side(ContactShape):
+    """A body of a contact that is known by its gap and not by two shapes."""
 
 
 @dataclass(frozen=True)
 class Contact:
-    """One element of a contact: two shapes that touch at one point.
+    """One element of a contact: two shapes that touch at one point, or a gap of another sort.
 
     Attributes
     ----------
@@ -48,12 +44,14 @@ class Contact:
         Ground axis against gravity; the tangents of round surfaces are undefined where n = -upright.
     normal_name, tangent_names : str, tuple of str
         Names of the forces N and T.
+    law : Gap or None
+        The gap and the actions of the forces, if it is no pair of shapes; feature and surface are then the two bodies.
     """
 
     name: str
     owner: str
-    feature: Any
-    surface: Any
+    feature: ContactShape
+    surface: ContactShape
     friction: Expression
     static_friction: Expression
     restitution: Expression
@@ -62,6 +60,7 @@ class Contact:
     upright: Vector
     normal_name: str
     tangent_names: tuple[str, ...]
+    law: Gap | None = None
 
     def __repr__(self) -> str:
         return f"contact '{self.name}'"
@@ -77,12 +76,26 @@ class Contact:
         return bool(self.friction == 0 and self.static_friction == 0)
 
     @property
+    def slipping(self) -> str:
+        """The mode of the closed contact that slips: "closed" if it has no tangents, else "slip"."""
+        return "slip" if self.tangent_names or self.law is None else "closed"
+
+    def shown(self, mode: str) -> str:
+        """Return a mode as it is shown: without tangents a contact does not slip, it is closed."""
+        return self.slipping if mode == "slip" else mode
+
+    @property
+    def held(self) -> bool:
+        """True if a normal force of 1 that is no unknown holds it closed, as in dry friction of a joint."""
+        return self.law is not None and self.law.held
+
+    @property
     def swapped(self) -> bool:
-        """True if the flat shape of the two is the feature."""
-        return kind_of(self.feature) in ("plane", "segment", "heightline")
+        """True if the law of contact takes the surface as its feature."""
+        return self.law is None and law(self.feature, self.surface) is None
 
 
-def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
+def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact, ...]:
     """Return the elements of all contacts, in order of declaration.
 
     Raises
@@ -103,6 +116,9 @@ def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
     names = {pair.name for pair in pairs}
     result: list[Contact] = []
     for pair in pairs:
+        if isinstance(pair, Gap):
+            result += _gaps(model, pair, names, taken)
+            continue
         for ending, feature, surface in _elements(pair):
             name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
             names.add(name)
@@ -119,6 +135,27 @@ def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
                 )
             )  # fmt: skip
     return tuple(result)
+
+
+def _gaps(model: Model, pair: Gap, names: set[str], taken: set[str]) -> list[Contact]:
+    """Return the elements of a contact that is known by its gaps."""
+    result = []
+    feature, surface = map(Side, pair.bodies)
+    static = pair.friction if pair.static_friction is None else pair.static_friction
+    for ending, gap in pair.elements:
+        name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
+        names.add(name)
+        count = 0 if pair.friction == static == 0 else gap.directions
+        letters = ((), ("T",), ("T1", "T2"))[count]
+        forces = [_free(f"{letter}_{name}", taken) for letter in ("N", *letters)]
+        taken.update(forces)
+        result.append(
+            Contact(
+                name, pair.name, feature, surface, pair.friction, static, pair.restitution, pair.impact, None,
+                upright_of(model.gravity), forces[0], tuple(forces[1:]), gap,
+            )
+        )  # fmt: skip
+    return result
 
 
 def _free(name: str, taken: set[str]) -> str:
@@ -139,32 +176,16 @@ def _elements(pair: ContactPair) -> list[tuple[str, Any, Any]]:
 
     The ending is empty for the main element: the only one, or the side of a segment.
     """
-    feature, surface = _parts(pair.feature, pair.surface), _parts(pair.surface, pair.feature)
-    pairs = [(a, b) for a in feature for b in surface]
+    a, b = pair.feature, pair.surface
+    pairs = [(first, second) for first in a.parts(b) for second in b.parts(a)]
     if len(pairs) > 1:
-        return [(str(i), a, b) for i, (a, b) in enumerate(pairs, start=1)]
-    ((a, b),) = pairs
-    result = [("", a, b)]
-    # a round shape can roll over the end of a side
-    if isinstance(a, Segment) and isinstance(b, ROUND):
-        result += [(ending, end, b) for ending, end in zip(("start", "end"), ends_of(a), strict=True)]
-    elif isinstance(b, Segment) and isinstance(a, ROUND):
-        result += [(ending, a, end) for ending, end in zip(("start", "end"), ends_of(b), strict=True)]
-    return result
-
-
-def ends_of(side: Segment) -> list[Point]:
-    """Return the two ends of a side."""
-    return [Point(side.body, side.start), Point(side.body, side.end)]
-
-
-def _parts(shape: Any, other: Any) -> list[Any]:
-    """The parts of a shape that touch the other separately: corners, and ends of a segment on a plane or inside."""
-    if isinstance(shape, Corners):
-        return list(shape.points)
-    if isinstance(shape, Segment) and (kind_of(other) == "plane" or getattr(other, "inside", False)):
-        return ends_of(shape)
-    return [shape]
+        return [(str(i), first, second) for i, (first, second) in enumerate(pairs, start=1)]
+    names = ("start", "end")  # a round shape can roll over the end of a side
+    return [
+        ("", *pairs[0]),
+        *((ending, end, b) for ending, end in zip(names, a.ends(b), strict=False)),
+        *((ending, a, end) for ending, end in zip(names, b.ends(a), strict=False)),
+    ]
 
 
 # --- the plane of motion -----------------------------------------------------------------------
@@ -204,23 +225,17 @@ def moves_across(links: Sequence[Link], frames: Sequence[tuple[Matrix, Vector]],
     return True
 
 
-def within(model: Model, frames: Sequence[tuple[Matrix, Vector]], a: Any, b: Any, k: Vector) -> bool:
+def within(
+    model: Model, frames: Sequence[tuple[Matrix, Vector]], a: ContactShape, b: ContactShape, k: Vector
+) -> bool:
     """True if two shapes of a machine that moves at right angles to k touch in the plane of motion."""
     depths = []
     for shape in (a, b):
         R, p = _frame(model, frames, shape.body)
-        kind = kind_of(shape)
-        if kind in ("plane", "segment") and exact(dot(apply(R, shape.normal), k)) != 0:
+        if not shape.lies_across(R, k):
             return False
-        if kind in ("circle", "cylinder") and not _zero(cross(apply(R, shape.axis), k)):
-            return False
-        if kind == "ellipsoid" and all(not _zero(cross(apply(R, axis), k)) for axis in IDENTITY):
-            return False
-        if kind == "heightline" and not (_zero(cross(apply(R, IDENTITY[2]), k))):
-            return False
-        if isinstance(shape, Point | Ball | Ellipsoid):
-            at = shape.components if isinstance(shape, Point) else shape.at
-            depths.append(exact(dot(k, p) + dot(k, apply(R, at))))
+        if shape.depth is not None:
+            depths.append(exact(dot(k, p) + dot(k, apply(R, shape.depth))))
     # the line between two points or spheres is in the plane if both have the same depth
     return len(depths) < 2 or exact(depths[0] - depths[1]) == 0
 
@@ -235,12 +250,10 @@ def _frame(model: Model, frames: Sequence[tuple[Matrix, Vector]], body: Any) -> 
     return R, tuple(a + b for a, b in zip(p, shift, strict=True))
 
 
-def check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
+def check_axes(name: str, a: ContactShape, b: ContactShape, k: int | None) -> None:
     """Refuse two cylinders, or a cylinder and a flat side, that do not touch in the plane of motion."""
-    walls = [shape for shape in (a, b) if isinstance(shape, Circle | Cylinder)]
-    flat = [shape for shape in (a, b) if kind_of(shape) == "segment"]
-    if k is None and (len(walls) == 2 or (walls and flat)):
-        first, second = (kind_of(shape) for shape in (a, b))
+    if k is None and a.extruded and b.extruded:
+        first, second = a.kind, b.kind
         raise ModelError(
             f"The {first} and the {second} of contact '{name}' touch at one point only if all motion is in a plane "
             f"at right angles to their axes, which is not the case here. In 3-D, use a sphere for one of them, or a "
@@ -268,7 +281,24 @@ class Touching:
         return self.direction is not None
 
 
-MODES = ("open", "stick", "slip+", "slip-", "slip")
+class Sliding(Load):
+    """The friction of a joint that slips, T = -μ d along its displacement; ``direction`` d is 1 or -1."""
+
+    law: Any
+    friction: Any
+    direction: int = 1
+
+    noun = "friction"
+    look = Look("damper")
+
+    def actions(self, at: Any) -> Iterator[Action]:
+        """Yield the friction along the joint."""
+        (row,) = self.law.tangents(at)
+        for action in row:
+            yield replace(action, value=-self.direction * at(self.friction) * action.value)
+
+
+MODES = ("open", "closed", "stick", "slip+", "slip-", "slip")
 
 
 def in_modes(model: Model, modes: Any) -> Model:
@@ -296,16 +326,23 @@ def in_modes(model: Model, modes: Any) -> Model:
                 if names
                 else f"Unknown contact '{name}' in modes: this machine has no contacts. Declare one by s.contact."
             )
-    closed = {}
+    closed, sliding = {}, {}
     elements = {c.name for c in model.contacts}
     for contact in model.contacts:
         # a name that an element shares with its contact means the element only
         whole = "open" if contact.owner in elements else modes.get(contact.owner, "open")
         mode = modes.get(contact.name, whole)
         touching = _touching(model, contact, mode)
-        if touching is not None:
+        if touching is None:
+            continue
+        if contact.held and touching.slips:
+            (direction,) = touching.direction or (0,)
+            sliding[contact.tangent_names[0]] = Sliding(
+                contact.law, contact.friction, direction, name=contact.tangent_names[0]
+            )
+        else:
             closed[contact.name] = touching
-    return replace(model, constraints={**model.constraints, **closed})
+    return replace(model, constraints={**model.constraints, **closed}, loads={**model.loads, **sliding})
 
 
 def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:
@@ -313,18 +350,24 @@ def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:
     name = contact.name
     if mode == "open":
         return None
+    if mode == "closed":
+        if contact.tangents and not contact.frictionless:
+            raise ModelError(
+                f"Contact '{name}' has friction: expected the mode 'stick', or that of its slip, got 'closed'."
+            )
+        return Touching(contact, ())
     if mode == "stick":
         if contact.frictionless:
             raise ModelError(f"Contact '{name}' has no friction and cannot stick. Its mode is 'slip'.")
         return Touching(contact, None)
     if mode in ("slip+", "slip-"):
-        if contact.planar is None:
+        if contact.tangents == 2:
             raise ModelError(
                 f"Contact '{name}' can slip in two directions: expected 'slip', or ('slip', (d1, d2)), got '{mode}'."
             )
         return Touching(contact, (1,) if mode == "slip+" else (-1,))
     if mode == "slip":
-        if contact.planar is not None and not contact.frictionless:
+        if contact.tangents == 1 and not contact.frictionless:
             raise ModelError(
                 f"Contact '{name}' slips along one line: expected 'slip+' or 'slip-', by the sign of its slip "
                 f"velocity, got 'slip'."

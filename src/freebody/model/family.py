@@ -11,25 +11,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from ..describe.contact_shapes import Corners, Segment, kind_of
 from ..describe.contacts.family import ContactFamily
+from ..describe.shapes.shape import ContactShape, have_law
 from ..describe.system import System
 from ..scalar.algebra import IDENTITY, Expression, Vector
-from .contact import Contact, check_axes, ends_of, frames_at_rest, moves_across, upright_of, within
+from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
-
-PARTNERS = {
-    "point": ("sphere", "bowl", "circle", "ring", "cylinder", "pipe", "plane", "segment"),
-    "end": ("sphere", "bowl", "circle", "ring", "cylinder", "pipe", "plane"),
-    "sphere": ("sphere", "bowl", "circle", "ring", "cylinder", "pipe", "plane", "segment"),
-    "ellipsoid": ("plane",),
-    "circle": ("circle", "bowl", "ring", "cylinder", "pipe", "plane", "segment"),
-    "cylinder": ("bowl", "ring", "cylinder", "pipe", "segment"),
-}
-"""Kinds of members that each kind may touch, in either order; those that are touched from inside have other names."""
-
-INSIDE = {"sphere": "bowl", "circle": "ring", "cylinder": "pipe"}
-"""Names of hollow kinds."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +28,7 @@ class Member:
     """
 
     label: str
-    shape: Any
+    shape: ContactShape
     kind: str
     group: int
 
@@ -101,7 +88,7 @@ class Family:
         one, other = a.shape.body, b.shape.body
         if one is other or (self.grouped and a.group == b.group):
             return False
-        return (one.name, other.name) not in self.joined and touch_each_other(a.kind, b.kind)
+        return (one.name, other.name) not in self.joined and touch_each_other(a.shape, b.shape)
 
     def pair(self, name: str) -> tuple[int, int] | None:
         """Return the members whose contact has a name; None if there are none that may touch."""
@@ -114,7 +101,11 @@ class Family:
     def ordered(self, first: int, second: int) -> tuple[int, int]:
         """Return two members as feature and surface: in their order, but a hollow is the surface."""
         first, second = min(first, second), max(first, second)
-        return (second, first) if self.members[first].kind in INSIDE.values() else (first, second)
+        return (
+            (second, first)
+            if turned(self.members[first].shape, self.members[second].shape)
+            else (first, second)
+        )
 
     @cached_property
     def places(self) -> dict[str, int]:
@@ -130,9 +121,22 @@ class Family:
         return result
 
 
-def touch_each_other(first: str, second: str) -> bool:
-    """Return whether there is a law of contact for two kinds of members."""
-    return second in PARTNERS.get(first, ()) or first in PARTNERS.get(second, ())
+def touch_each_other(first: ContactShape, second: ContactShape) -> bool:
+    """Return whether there is a law of contact for two members: of their kinds, or in a patch."""
+    return touch_in_patch(first, second) or have_law(first, second)
+
+
+def touch_in_patch(first: ContactShape, second: ContactShape) -> bool:
+    """Return whether two members touch in a patch: a solid with another one, a sphere, a point or a plane."""
+    return any(
+        a.patches and (b.patches or b.endless or (b.bound in ("spot", "ball") and not b.inside))
+        for a, b in ((first, second), (second, first))
+    )
+
+
+def turned(first: ContactShape, second: ContactShape) -> bool:
+    """Return whether the second of two members is the feature: a hollow, and the plane of a solid, is the surface."""
+    return first.inside or (first.endless and second.patches)
 
 
 def families(model: Model, system: System) -> tuple[Family, ...]:
@@ -177,21 +181,15 @@ def families(model: Model, system: System) -> tuple[Family, ...]:
 
 def _one_for_each_depth(model: Model, frames: Any, shapes: Sequence[Any]) -> Iterator[Any]:
     """Yield the shapes to compare with the first one: those that have a depth come first."""
-    yield from sorted(shapes, key=lambda shape: kind_of(shape) not in ("point", "sphere", "ellipsoid"))
+    yield from sorted(shapes, key=lambda shape: shape.depth is None)
 
 
 def _members(family: ContactFamily) -> Iterator[Member]:
     """Yield the members: the parts of the shapes that touch at one point."""
-    parts: list[tuple[str, Any, int]] = []
+    parts: list[tuple[str, ContactShape, int]] = []
     for group, shapes in enumerate((family.shapes, family.against)):
         for shape in shapes:
-            kind = kind_of(shape)
-            if isinstance(shape, Corners):
-                parts += [("point", point, group) for point in shape.points]
-                continue
-            parts.append((INSIDE[kind] if getattr(shape, "inside", False) else kind, shape, group))
-            if isinstance(shape, Segment):
-                parts += [("end", point, group) for point in ends_of(shape)]
+            parts += [(part.hollow if part.inside else part.kind, part, group) for part in shape.members]
     count: dict[str, int] = {}
     for _, shape, _ in parts:
         count[shape.body.name] = count.get(shape.body.name, 0) + 1
@@ -220,9 +218,11 @@ def text_of_members(family: Family) -> str:
 
 
 def unrolled(model: Model, most: int) -> Model | None:
-    """Return the model with the pairs of its families as contacts of their own; None if they are more than ``most``."""
+    """Return the model with the pairs of its families as contacts of their own; None if they are more than ``most``, or in patches."""
     contacts = list(model.contacts)
     for family in model.families:
+        if any(member.shape.patches for member in family.members):
+            return None
         for i in range(len(family.members)):
             for j in range(i + 1, len(family.members)):
                 if family.meet(i, j):

@@ -243,6 +243,7 @@ _RULES: dict[str, Any] = {
     "tanh": lambda f, x: 1 - 2 / (_exp(f, 2 * x) + 1),
     "atan2": _atan2,
     "abs": _abs,
+    "sign": lambda f, x: f.base.apply("sign", x.c[0]),  # constant, but where x passes through 0
     "pow": _pow,
 }
 

@@ -11,13 +11,13 @@ from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
 from ..axes import UNIT, direction
 from ..constants import default_value
-from ..contact_shapes import Tether
 from ..contacts.contact import ContactPair
 from ..contacts.system_contacts import coefficient, contact
 from ..description import Description, claim, names_of, take_as_positive
 from ..frame import Point, own_point
 from ..joints.joining import check_smooth, check_unbroken
 from ..joints.joint import Joint
+from ..shapes.sphere import Tether
 from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
 
 

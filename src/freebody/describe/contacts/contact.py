@@ -24,5 +24,11 @@ class ContactPair:
     restitution: Scalar
     impact: str
 
+    @property
+    def parts(self) -> tuple[str, str]:
+        """What touches what, in words."""
+        feature, surface = (f"{shape.kind} of {shape.body.name}" for shape in (self.feature, self.surface))
+        return feature, surface
+
     def __repr__(self) -> str:
         return f"contact '{self.name}'"

@@ -7,19 +7,10 @@ from typing import Any
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression, Scalar
 from ..constants import constant, default_value, is_number
-from ..contact_shapes import (
-    Ball,
-    Circle,
-    Corners,
-    Cylinder,
-    Ellipsoid,
-    Heightline,
-    Plane,
-    Segment,
-    kind_of,
-)
 from ..description import Description, claim
-from ..frame import Frame, Point, own_body
+from ..frame import Frame, Point
+from ..shapes.point import spot
+from ..shapes.shape import ContactShape, have_law, may_touch, partners
 from .contact import ContactPair
 
 SHAPES = (
@@ -110,59 +101,44 @@ def contact(
 
 # --- pairs -------------------------------------------------------------------------------------
 
-ROUND = ("point", "sphere", "circle", "cylinder")
-SUPPORTED = {
-    "point": ("sphere", "circle", "cylinder", "plane", "segment", "heightline"),
-    "sphere": ("point", "sphere", "circle", "cylinder", "plane", "segment"),
-    "ellipsoid": ("plane",),
-    "circle": ("point", "sphere", "circle", "cylinder", "plane", "segment"),
-    "cylinder": ("point", "sphere", "circle", "cylinder", "segment"),
-    "segment": ("point", "sphere", "circle", "cylinder", "plane"),
-    "corners": ("sphere", "circle", "cylinder", "plane", "segment", "heightline"),
-    "plane": ("point", "sphere", "ellipsoid", "circle", "segment", "corners"),
-    "heightline": ("point", "corners"),
-}
-"""The shapes that each shape may touch, in either order."""
 
-
-def check_pair(feature: Any, surface: Any, what: str, cure: str = "") -> None:
+def check_pair(feature: ContactShape, surface: ContactShape, what: str, cure: str = "") -> None:
     """Refuse two shapes that have no law of contact, or that do not fit into each other."""
-    a, b = kind_of(feature), kind_of(surface)
-    if b == "tether":  # made by s.rope, whose ends are points
-        return
-    if b not in SUPPORTED[a] and a not in SUPPORTED[b]:
-        partners = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
+    a, b = feature.kind, surface.kind
+    if not may_touch(type(feature), type(surface)):
+        names = partners(type(feature))
         raise ModelError(
-            f"The {a} and the {b} of {what} are not a supported pair. A {a} may touch a "
-            f"{', '.join(partners[:-1]) + ' or ' if len(partners) > 1 else ''}{partners[-1]}.{cure}"
+            f"The {a} and the {b} of {what} are not a supported pair. {_article(a)} may touch a "
+            f"{', '.join(names[:-1]) + ' or ' if len(names) > 1 else ''}{names[-1] if names else 'nothing'}.{cure}"
         )
-    hollow = [shape for shape in (feature, surface) if getattr(shape, "inside", False)]
-    if getattr(feature, "inside", False):
+    if feature.inside:
         raise ModelError(
             f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."
         )
-    if hollow and a == "plane":
-        raise ModelError(f"The plane of {what} cannot touch a {b} from inside.")
-    if hollow and a in ("sphere", "circle", "cylinder"):
-        R, r = hollow[0].radius, feature.radius
-        if is_number(R) and is_number(r) and r >= R:
-            raise ModelError(
-                f"The {a} of {what} has the radius {r} and does not fit inside a {b} of radius {R}."
-            )
+    if surface.inside and not any(have_law(x, surface) for x in feature.parts(surface)):
+        raise ModelError(f"The {a} of {what} cannot touch a {b} from inside.")
+    R: Any
+    r: Any
+    R, r = (getattr(shape, "radius", None) for shape in (surface, feature))
+    if surface.inside and is_number(R) and is_number(r) and r >= R:
+        raise ModelError(f"The {a} of {what} has the radius {r} and does not fit inside a {b} of radius {R}.")
 
 
-def shape_of(system: Description, shape: Any, what: str) -> Any:
+def _article(word: str) -> str:
+    return f"{'An' if word[0] in 'aeiou' else 'A'} {word}"
+
+
+def shape_of(system: Description, shape: Any, what: str) -> ContactShape:
     """Return a shape of the system's own bodies; refuse anything else."""
     if isinstance(shape, Frame):
         raise ModelError(
             f"Expected a shape for {what}, got the whole of {shape!r}. Say what of it touches: {SHAPES}."
         )
-    if not isinstance(
-        shape, Point | Ball | Ellipsoid | Circle | Cylinder | Plane | Segment | Corners | Heightline
-    ):
+    if isinstance(shape, Point):
+        shape = spot(shape)
+    if not isinstance(shape, ContactShape):
         raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {shown(shape)}.")
-    own_body(system, shape.body, what)
-    return shape
+    return shape.checked(system, what)
 
 
 def coefficient(system: Description, value: Expression, what: str) -> Scalar:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import fields
 from typing import Any
 
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
-from ..contact_shapes import kind_of
 from ..description import Description, changes_of, claim
 from ..frame import Frame
+from ..shapes.shape import ContactShape
 from ..table import Table
 from .family import ContactFamily
 from .system_contacts import SHAPES, bounce, check_pair, coefficient, shape_of
@@ -84,7 +85,7 @@ class ContactTable(Table):
         return family
 
 
-def _shapes(system: Description, shapes: Any, what: str) -> tuple[Any, ...]:
+def _shapes(system: Description, shapes: Any, what: str) -> tuple[ContactShape, ...]:
     if isinstance(shapes, Frame) or hasattr(shapes, "body"):
         shapes = (shapes,)
     if isinstance(shapes, str) or not isinstance(shapes, Iterable):
@@ -95,7 +96,7 @@ def _shapes(system: Description, shapes: Any, what: str) -> tuple[Any, ...]:
 def _check_once(shapes: Sequence[Any], what: str) -> None:
     seen: set[Any] = set()
     for shape in shapes:
-        key = (type(shape), *(getattr(shape, name) for name in shape.__dataclass_fields__))
+        key = (type(shape), *(getattr(shape, name) for name in (f.name for f in fields(shape))))
         if key in seen:
             raise ModelError(
                 f"Expected every shape of {what} once, got two equal ones: {shape!r} at the same place. "
@@ -109,8 +110,8 @@ def _check_pairs(own: Sequence[Any], others: Sequence[Any], what: str) -> None:
     kinds: dict[Any, list[Any]] = {}
     for group, shapes in enumerate((own, others)):
         for shape in shapes:
-            alike = shape.radius if getattr(shape, "inside", False) else None
-            kinds.setdefault((group, kind_of(shape), alike), []).append(shape)
+            alike = getattr(shape, "radius", None) if shape.inside else None
+            kinds.setdefault((group, shape.kind, shape.inside, alike), []).append(shape)
     keys, found = list(kinds), False
     for i, first in enumerate(keys):
         for second in keys[i:]:
@@ -121,13 +122,13 @@ def _check_pairs(own: Sequence[Any], others: Sequence[Any], what: str) -> None:
                 continue
             found = True
             for shape in pair:
-                if kind_of(shape) in ("heightline", "tether"):
+                if not shape.in_families:
                     raise ModelError(
-                        f"A {kind_of(shape)} cannot be one of {what}: its form is an expression of its own. Give it "
+                        f"A {shape.kind} cannot be one of {what}: its form is an expression of its own. Give it "
                         "contacts one by one, s.contact(name, feature, surface)."
                     )
-            hollow = getattr(pair[0], "inside", False)
-            check_pair(pair[1] if hollow else pair[0], pair[0] if hollow else pair[1], what, CURE)
+            feature, surface = pair[::-1] if pair[0].inside else pair
+            check_pair(feature, surface, what, CURE)
     if not found:
         raise ModelError(
             f"Expected shapes of two bodies or more for {what}, or of a body and the ground; none of these "

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from ...scalar.algebra import Scalar
-from ..frame import Frame, Point
+from ..frame import Frame
 from ..joints.joint import Joint
 
 
@@ -14,7 +14,7 @@ from ..joints.joint import Joint
 class PointForce:
     """A force at a point of a body, components in ground axes [N]."""
 
-    point: Point
+    point: Any  # a point of a body, or a place on it that may move
     force: Any
 
 

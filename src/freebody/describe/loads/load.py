@@ -1,4 +1,8 @@
-"""The protocol of a load: its data, its actions at a state, its potential, its words in a file and its look."""
+"""The protocol of a load: its data, its actions at a state, its potential, its words in a file and its look.
+
+What users may add by classes of their own, loads and contacts, are parts (:class:`Part`): data in fields, which
+:func:`add` checks.
+"""
 
 from __future__ import annotations
 
@@ -45,9 +49,42 @@ class Look:
     label: str = ""
 
 
-@dataclass_transform(frozen_default=True)
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
 @dataclass(frozen=True, repr=False)
-class Load(Named):
+class Part(Named):
+    """A part of a machine whose data are its fields. ``table`` is the dictionary of the system that holds it."""
+
+    name: str = field(default="", kw_only=True)
+
+    table: ClassVar[str] = "loads"
+    article: ClassVar[str] = "load"
+    """What messages call a part of this sort."""
+    labels: ClassVar[Mapping[str, str]] = {}
+    """What messages call fields, if not by their names."""
+    noun: ClassVar[str] = ""
+    """What messages call the part, if not by the name of its class."""
+    kind: ClassVar[str] = ""
+    """Name of the kind in model files."""
+    words: ClassVar[Mapping[str, str]] = {}
+    """Keys in model files that are not the names of their fields."""
+
+    def check(self) -> None:
+        """Refuse data that no part of this kind can have; :meth:`System.add` calls it."""
+
+    @property
+    def title(self) -> str:
+        """Kind and name, as messages write them."""
+        return f"{self.noun} '{self.name}'" if self.noun else repr(self)
+
+    @property
+    def heading(self) -> str:
+        """Kind and name at the beginning of a sentence."""
+        return f"{self.title[0].upper()}{self.title[1:]}"
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+@dataclass(frozen=True, repr=False)
+class Load(Part):
     """A kind of load: subclass it, declare its data as fields, and say its actions.
 
     A subclass is a frozen dataclass. Its fields are annotated ``fb.Point``, ``fb.Body``, ``fb.Joint``,
@@ -91,39 +128,20 @@ class Load(Named):
     y'' + g = -y'*abs(y')/10
     """
 
-    name: str = field(default="", kw_only=True)
-
-    kind: ClassVar[str] = ""
-    """Name of the kind in model files."""
     sections: ClassVar[tuple[str, ...]] = ("loads",)
     """Sections of model files in which the kind stands."""
-    words: ClassVar[Mapping[str, str]] = {}
-    """Keys in model files that are not the names of their fields."""
-    labels: ClassVar[Mapping[str, str]] = {}
-    """What messages call fields, if not by their names."""
     units: ClassVar[Mapping[str, str]] = {}
     """Units of fields; a parameter that stands in one may then be given in any unit of this sort."""
     turning_units: ClassVar[Mapping[str, str]] = {}
     """Units of fields of a load along a joint's turn, if they differ from those along its slide."""
-    noun: ClassVar[str] = ""
-    """What messages call the load, if not by the name of its class."""
     look: ClassVar[Look] = Look()
     switches: ClassVar[tuple[str, str]] = ("switches", "switches back")
     """What events say when a condition of ``at.where`` rises through zero, and when it falls."""
 
     def __init_subclass__(cls, *, kind: str = "", sections: tuple[str, ...] = ("loads",)) -> None:
         super().__init_subclass__()
-        # a class of the same place replaces the one that it was: a notebook runs a cell again, a script is imported
-        other = KINDS.get(kind)
-        if other is not None and _place(other) != _place(cls):
-            raise ModelError(
-                f"There is already a kind of load '{kind}' in files, {other.__module__}.{other.__qualname__}. Choose "
-                f"another kind= for {cls.__qualname__}."
-            )
-        cls.kind, cls.sections = kind, sections
-        dataclass(frozen=True, repr=False)(cls)
-        if kind:
-            KINDS[kind] = cls
+        cls.sections = sections
+        register(cls, kind, KINDS)
 
     def actions(self, at: Any) -> Iterator[Action]:
         """Yield the forces and couples of the load at a state."""
@@ -135,19 +153,6 @@ class Load(Named):
     def potential(self, at: Any) -> Scalar:
         """Return the potential energy of the load at a state [J]."""
         raise ModelError(f"{self.title} has no potential.")
-
-    def check(self) -> None:
-        """Refuse data that no load of this kind can have; :meth:`System.add` calls it."""
-
-    @property
-    def title(self) -> str:
-        """Kind and name, as messages write them."""
-        return f"{self.noun} '{self.name}'" if self.noun else repr(self)
-
-    @property
-    def heading(self) -> str:
-        """Kind and name at the beginning of a sentence."""
-        return f"{self.title[0].upper()}{self.title[1:]}"
 
     @property
     def section(self) -> str:
@@ -178,42 +183,58 @@ class Load(Named):
         return {name: value for name, value in values if isinstance(value, Point)}
 
 
-def _place(cls: type[Load]) -> tuple[str, str]:
+def register(cls: type[Part], kind: str, known: dict[str, Any]) -> None:
+    """Make a class of a part a frozen dataclass, and its kind known to model files."""
+    # a class of the same place replaces the one that it was: a notebook runs a cell again, a script is imported
+    other = known.get(kind)
+    if other is not None and _place(other) != _place(cls):
+        raise ModelError(
+            f"There is already a kind of {cls.article} '{kind}' in files, {other.__module__}.{other.__qualname__}. "
+            f"Choose another kind= for {cls.__qualname__}."
+        )
+    cls.kind = kind
+    dataclass(frozen=True, repr=False)(cls)
+    if kind:
+        known[kind] = cls
+
+
+def _place(cls: type[Part]) -> tuple[str, str]:
     """Return the file, or else the module, in which a class is written, and its name there."""
     module = cls.__module__
     return getattr(sys.modules.get(module), "__file__", None) or module, cls.__qualname__
 
 
-def add(system: Description, name: str, load: Load) -> Any:
-    """Add a load to the machine.
+def add(system: Description, name: str, part: Part) -> Any:
+    """Add a load or a contact to the machine.
 
     Parameters
     ----------
     name : str
-    load : Load
-        Such as an instance of your own subclass of :class:`freebody.Load`.
+    part : Load or Gap
+        Such as an instance of your own subclass of :class:`freebody.Load` or :class:`freebody.Gap`.
 
     Returns
     -------
-    Load
-        The load with its name.
+    Load or Gap
+        The part with its name.
     """
-    claim(system, name, "load")
-    if not isinstance(load, Load):
-        cure = " Make it one: Drag(point, factor)." if isinstance(load, type) else ""
+    claim(system, name, getattr(part, "article", "load"))
+    if not isinstance(part, Part):
+        cure = " Make it one: Drag(point, factor)." if isinstance(part, type) else ""
         raise ModelError(
-            f"Expected a load for '{name}', an instance of a subclass of fb.Load, got {shown(load)}.{cure}"
+            f"Expected a load or a contact for '{name}', an instance of a subclass of fb.Load or fb.Gap, got "
+            f"{shown(part)}.{cure}"
         )
-    if load.name:
-        raise ModelError(f"{load.title} is already part of a system. Make another one for '{name}'.")
-    load = replace(load, name=name)
+    if part.name:
+        raise ModelError(f"{part.title} is already part of a system. Make another one for '{name}'.")
+    part = replace(part, name=name)
     values = {
-        f.name: _checked(system, f, getattr(load, f.name), load) for f in fields(load) if f.name != "name"
+        f.name: _checked(system, f, getattr(part, f.name), part) for f in fields(part) if f.name != "name"
     }
-    load = replace(load, **values)
-    load.check()
-    system.loads[name] = load
-    return load
+    part = replace(part, **values)
+    part.check()
+    getattr(system, part.table)[name] = part
+    return part
 
 
 # --- fields ------------------------------------------------------------------------------------
@@ -226,7 +247,7 @@ def sort_of(field: Any) -> str:
     return {"Frame": "Body", "tuple": "Vector", "Any": "Expression", "Scalar": "Expression"}.get(text, text)
 
 
-def _checked(system: Description, field: Any, value: Any, load: Load) -> Any:
+def _checked(system: Description, field: Any, value: Any, load: Part) -> Any:
     """Return the value of a field in the system's own terms; None only where that is the default."""
     sort = sort_of(field)
     if sort not in _SORTS or (value is None and field.default is None):
@@ -234,11 +255,11 @@ def _checked(system: Description, field: Any, value: Any, load: Load) -> Any:
     return _SORTS[sort](system, value, load, field.name)
 
 
-def _expression(system: Description, value: Any, load: Load, name: str) -> Any:
+def _expression(system: Description, value: Any, load: Part, name: str) -> Any:
     return system.expression(value, load.title)
 
 
-def _constant(system: Description, value: Any, load: Load, name: str) -> Any:
+def _constant(system: Description, value: Any, load: Part, name: str) -> Any:
     what = f"the {load.labels.get(name, name)} of {load.title}"
     expression = system.expression(value, what)
     moving = varying(system, expression)
@@ -250,7 +271,7 @@ def _constant(system: Description, value: Any, load: Load, name: str) -> Any:
     return expression
 
 
-def _joint(system: Description, value: Any, load: Load, name: str) -> Any:
+def _joint(system: Description, value: Any, load: Part, name: str) -> Any:
     if not isinstance(value, Joint):
         raise ModelError(f"Expected a joint for {load.title}, got {shown(value)}.")
     title = load.title
@@ -275,7 +296,7 @@ def own_coordinate(system: Description, value: Any) -> Any:
     return atom
 
 
-_SORTS: dict[str, Callable[[Description, Any, Load, str], Any]] = {
+_SORTS: dict[str, Callable[[Description, Any, Part, str], Any]] = {
     "Point": lambda system, value, load, name: own_point(system, value, load.title),
     "Body": lambda system, value, load, name: own_body(system, value, load.title),
     "Joint": _joint,

@@ -1,9 +1,14 @@
-"""Contacts in model files, read and written: a table for each contact, with its two shapes.
+"""Contacts in model files, read and written: a table for each contact, with its two shapes, or with its kind.
 
 [contacts.floor]
 feature = { body = "disk", shape = "circle", radius = "R" }
 surface = { shape = "plane", normal = "y" }
 friction = "mu"
+
+[contacts.knee]
+kind = "stop"
+joint = "hip"
+low = 0
 
 [families.pile]
 shapes = [{ body = "a", shape = "sphere", radius = 0.1 }, { shape = "plane", normal = "y" }]
@@ -17,29 +22,21 @@ from typing import Any
 
 import sympy
 
-from ...describe.contact_shapes import kind_of
 from ...describe.contacts.contact import ContactPair
 from ...describe.contacts.family import ContactFamily
+from ...describe.contacts.gap import GAPS, Gap
 from ...describe.frame import own_body
+from ...describe.shapes.heightline import LINE
+from ...describe.shapes.shape import KINDS, ContactShape
 from ...describe.system import System
-from ...errors import nearest
-from ...scalar.algebra import ZERO
+from ..own_kinds import named_kind
 from ..text import expression_text
+from .loads import added, part_keys
 from .table import Table
 from .value_texts import ValueTexts
 
-SHAPES = {
-    "point": ("point",),
-    "sphere": ("radius", "at", "inside"),
-    "ellipsoid": ("half_axes", "at"),
-    "circle": ("radius", "at", "axis", "inside"),
-    "cylinder": ("radius", "at", "axis", "inside"),
-    "plane": ("at", "normal"),
-    "segment": ("start", "end", "normal"),
-    "corners": ("points", "size", "at"),
-    "heightline": ("height", "at"),
-}
-"""Keys of each shape, besides ``body`` and ``shape``."""
+POINT = "point"
+"""Kind of a shape that does not say its kind."""
 
 _UNITS = {
     (1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z", (-1, 0, 0): "-x", (0, -1, 0): "-y", (0, 0, -1): "-z",
@@ -59,6 +56,9 @@ def read_contacts(system: System, root: Table) -> None:
 
 def read_contact(system: System, name: str, table: Table) -> None:
     """Add one contact of a file to the system."""
+    if table.has("kind"):
+        added(system, name, named_kind(table, "kind", GAPS, Gap, "contact"), table)
+        return
     feature, surface = (
         _shape(Table(table.document, (*table.path, key), table.raw(key), table.system), key)
         for key in ("feature", "surface")
@@ -75,37 +75,12 @@ def read_contact(system: System, name: str, table: Table) -> None:
 def _shape(place: Table, key: str = "shapes") -> Any:
     """Return the shape that a table describes."""
     body = place.guard(lambda: own_body(place.system, place.text("body", "ground"), f"'{key}'"), "body")
-    shape = place.text("shape", "point")
-    if shape not in SHAPES:
-        place.fail(f"Unknown shape '{shape}'; {nearest(shape, SHAPES)}", "shape")
-    arguments = {name: _READERS[name](place, name) for name in SHAPES[shape] if place.has(name)}
+    kind = named_kind(place, "shape", KINDS, ContactShape, "shape") if place.has("shape") else KINDS[POINT]
+    for key in kind.required:
+        place.raw(key)
+    data = {key: _READERS[sort](place, key) for key, sort in kind.words.items() if place.has(key)}
     place.done()
-    first = {
-        "point": "point",
-        "ellipsoid": "half_axes",
-        "sphere": "radius",
-        "circle": "radius",
-        "cylinder": "radius",
-    }.get(shape)
-    if shape == "point":
-        return place.guard(lambda: body.point(*arguments.get("point", ZERO)))
-    if shape == "segment":
-        for required in ("start", "end", "normal"):
-            place.raw(required)
-        start, end = arguments.pop("start"), arguments.pop("end")
-        return place.guard(lambda: body.segment(start, end, **arguments))
-    if shape == "heightline":
-        height = place.raw("height")
-        arguments.pop("height")
-        return place.guard(lambda: body.heightline(height, **arguments))
-    if shape == "corners":
-        points = arguments.pop("points", ())
-        return place.guard(lambda: body.corners(*points, **arguments))
-    if first:
-        place.raw(first)
-        radius = arguments.pop(first)
-        return place.guard(lambda: getattr(body, shape)(radius, **arguments))
-    return place.guard(lambda: getattr(body, shape)(**arguments))
+    return place.guard(lambda: kind.made(body, **data))
 
 
 def _direction(table: Table, key: str) -> Any:
@@ -133,19 +108,15 @@ def _height(table: Table, key: str) -> Any:
 
 
 _READERS: dict[str, Callable[[Table, str], Any]] = {
-    "point": lambda table, key: table.vector(key),
-    "radius": lambda table, key: table.expression(key),
-    "at": lambda table, key: table.vector(key),
-    "half_axes": lambda table, key: table.vector(key),
-    "axis": _direction,
-    "normal": _direction,
-    "inside": Table.flag,
-    "start": lambda table, key: table.vector(key),
-    "end": lambda table, key: table.vector(key),
+    "vector": lambda table, key: table.vector(key),
+    "expression": lambda table, key: table.expression(key),
+    "direction": _direction,
+    "flag": Table.flag,
     "points": _rows,
-    "size": _edges,
-    "height": _height,
+    "edges": _edges,
+    "text": _height,
 }
+"""Readers of the data of shapes, by the sorts that their ``words`` name."""
 
 
 def read_family(system: System, name: str, table: Table) -> None:
@@ -173,8 +144,10 @@ def _each(table: Table, key: str) -> list[Table]:
 # --- write -------------------------------------------------------------------------------------
 
 
-def contact_keys(writer: ValueTexts, pair: ContactPair) -> dict[str, str]:
+def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
     """Return the keys of one contact and their texts."""
+    if isinstance(pair, Gap):
+        return part_keys(writer, pair, "fb.Gap")
     keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
     if pair.friction != 0:
         keys["friction"] = writer.value(pair.friction)
@@ -198,38 +171,31 @@ def family_keys(writer: ValueTexts, family: ContactFamily) -> dict[str, str]:
     return keys
 
 
-def _shape_text(writer: ValueTexts, shape: Any) -> str:
+def _shape_text(writer: ValueTexts, shape: ContactShape) -> str:
     """Return a shape as an inline table."""
-    kind = kind_of(shape)
     keys: dict[str, str] = {}
     if not shape.body.is_ground:
         keys["body"] = f'"{shape.body.name}"'
-    if kind != "point":
-        keys["shape"] = f'"{kind}"'
-    for name in SHAPES[kind]:
-        text = _value(writer, kind, shape, name)
-        if text is not None:
-            keys[name] = text
+    if shape.kind != POINT:
+        keys["shape"] = f'"{shape.kind}"'
+    for word, sort in shape.words.items():
+        value = shape.told(word)
+        if value is not None:
+            keys[word] = _WRITERS[sort](writer, value)
     return "{ " + ", ".join(f"{key} = {text}" for key, text in keys.items()) + " }"
 
 
-def _value(writer: ValueTexts, kind: str, shape: Any, name: str) -> str | None:
-    """Return the text of one key, or None to leave it out."""
-    if name == "point":
-        return writer.row(shape.components)
-    if name == "points":
-        return f"[{', '.join(writer.row(point.components) for point in shape.points)}]"
-    if name == "height":
-        texts = {**writer.texts, shape.variable: "x"}
-        return f'"{expression_text(sympy.sympify(shape.height), texts)}"'
-    if name == "size" or (kind == "corners" and name == "at"):
-        return None  # the points contain it
-    value = getattr(shape, name)
-    if name == "inside":
-        return "true" if value else None
-    if name in ("axis", "normal"):
-        letter = _UNITS.get(tuple(value))
-        return f'"{letter}"' if letter else writer.row(value)
-    if name == "at":
-        return None if value == ZERO else writer.row(value)
-    return writer.row(value) if isinstance(value, tuple) else writer.value(value)
+def _direction_text(writer: ValueTexts, value: Any) -> str:
+    letter = _UNITS.get(tuple(value))
+    return f'"{letter}"' if letter else writer.row(value)
+
+
+_WRITERS: dict[str, Callable[[ValueTexts, Any], str]] = {
+    "vector": ValueTexts.row,
+    "expression": ValueTexts.value,
+    "direction": _direction_text,
+    "flag": lambda writer, value: "true" if value else "false",
+    "points": lambda writer, value: f"[{', '.join(map(writer.row, value))}]",
+    "text": lambda writer, value: f'"{expression_text(sympy.sympify(value), {**writer.texts, LINE: "x"})}"',
+}
+"""Texts of the data of shapes, by the sorts that their ``words`` name."""

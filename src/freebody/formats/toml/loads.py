@@ -17,14 +17,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING, fields
-from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from ...describe.frame import Point, own_body
 from ...describe.loads.law import RATE, STRETCH, Law
-from ...describe.loads.load import KINDS, Load, add, sort_of
+from ...describe.loads.load import KINDS, Load, Part, add, sort_of
 from ...describe.system import System
 from ...errors import FormatError, nearest
+from ..own_kinds import named_kind
 from ..text import expression_text
 from .table import Table
 from .value_texts import ValueTexts, quoted
@@ -53,53 +53,27 @@ def _load(system: System, name: str, table: Table) -> None:
     """Add a load of the kind that its section, and the key ``kind`` or ``joint`` in it, name."""
     section = table.path[0]
     kind = _named_kind(table) if section == "loads" else _kind_in(section, table.has("joint"))
+    load = added(system, name, kind, table)
+    if load.section != section:
+        table.fail(f"Expected {load.title} in [{load.section}.{name}], got it in [{section}.{name}].")
+
+
+def added(system: System, name: str, kind: type[Part], table: Table) -> Any:
+    """Add a part of a kind to the system, with the data of a table, and return it."""
     data: dict[str, Any] = {}
     for field in fields(kind):
         word = kind.words.get(field.name, field.name)
         if field.name != "name" and (table.has(word) or field.default is MISSING):
             data[field.name] = _READERS.get(sort_of(field), _unreadable)(table, word)
     table.done()
-    load = table.guard(lambda: add(system, name, kind(**data)))
-    if load.section != section:
-        table.fail(f"Expected {load.title} in [{load.section}.{name}], got it in [{section}.{name}].")
+    return table.guard(lambda: add(system, name, kind(**data)))
 
 
 def _named_kind(table: Table) -> type[Load]:
-    name = table.text("kind")
-    if name not in KINDS:
-        for entry in entry_points(group="freebody.kinds", name=name):
-            _import(table, entry)
-    if name not in KINDS or KINDS[name].sections != ("loads",):
-        table.fail(
-            f"Unknown kind of load '{name}'; {nearest(name, _own_kinds())} Import the module that defines it, as "
-            f"class Drag(fb.Load, kind='{name}'), before the file is read.",
-            "kind",
-        )
-    return KINDS[name]
-
-
-def _import(table: Table, entry: EntryPoint) -> None:
-    """Import the class that a package names for a kind of load."""
-    package = "a package" if entry.dist is None else f"the package '{entry.dist.name}'"
-    try:
-        found = entry.load()
-    except Exception as error:
-        table.fail(
-            f"The kind of load '{entry.name}' is that of {package}, whose {entry.value} cannot be imported: "
-            f"{type(error).__name__}: {error}. Repair or remove the package.",
-            "kind",
-        )
-    if not (isinstance(found, type) and issubclass(found, Load) and found.kind == entry.name):
-        table.fail(
-            f"The kind of load '{entry.name}' is that of {package}, but its {entry.value} is not a class "
-            f"(fb.Load, kind='{entry.name}').",
-            "kind",
-        )
-
-
-def _own_kinds() -> list[str]:
-    known = [name for name, kind in KINDS.items() if kind.sections == ("loads",)]
-    return [*known, *entry_points(group="freebody.kinds").names]
+    kind: type[Load] = named_kind(
+        table, "kind", KINDS, Load, "load", lambda kind: kind.sections == ("loads",)
+    )
+    return kind
 
 
 def _kind_in(section: str, on_joint: bool) -> type[Load]:
@@ -168,7 +142,15 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
 
 
 def load_keys(writer: ValueTexts, load: Load) -> tuple[str, dict[str, str]]:
-    """Return the section and the keys of a load.
+    """Return the section and the keys of a load."""
+    keys = part_keys(writer, load, "fb.Load")
+    if load.section != "loads":
+        del keys["kind"]
+    return load.section, keys
+
+
+def part_keys(writer: ValueTexts, load: Part, base: str) -> dict[str, str]:
+    """Return the keys of a part of a machine, whose kind is a subclass of ``base``.
 
     Raises
     ------
@@ -179,9 +161,9 @@ def load_keys(writer: ValueTexts, load: Load) -> tuple[str, dict[str, str]]:
     if not load.kind:
         raise FormatError(
             f"A model file cannot hold {load.title}: its kind has no name in files. Give it one, "
-            f"class {kind}(fb.Load, kind='{kind.lower()}')."
+            f"class {kind}({base}, kind='{kind.lower()}')."
         )
-    keys = {"kind": quoted(load.kind)} if load.section == "loads" else {}
+    keys = {"kind": quoted(load.kind)}
     for field in fields(load):
         value = getattr(load, field.name)
         if field.name == "name" or (field.default is not MISSING and value == field.default):
@@ -192,7 +174,7 @@ def load_keys(writer: ValueTexts, load: Load) -> tuple[str, dict[str, str]]:
                 f"joints, expressions or texts, or keep the description in Python."
             )
         keys[load.words.get(field.name, field.name)] = _WRITERS[sort_of(field)](writer, value)
-    return load.section, keys
+    return keys
 
 
 _WRITERS: dict[str, Callable[[ValueTexts, Any], str]] = {

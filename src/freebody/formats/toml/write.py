@@ -9,7 +9,6 @@ from typing import Any
 import sympy
 
 from ...describe.constraints import constraint as constraints
-from ...describe.contact_shapes import Tether
 from ...describe.contacts.contact import ContactPair
 from ...describe.description import about_of, coordinates_of, names_of, parameters_of, positive_in, vector
 from ...describe.frame import Frame
@@ -100,9 +99,10 @@ class Writer(ValueTexts):
         for name, constraint in system.constraints.items():
             parts.append(block(("constraints", name), self.constraint(constraint)))
         for name, pair in system.contacts.items() if contacts else ():
-            slack = isinstance(pair.surface, Tether)
+            shape = getattr(pair, "surface", None)  # a stop has none
+            slack = shape is not None and shape.look == "rope"
             keys = self.slack_rope(pair) if slack else contact_keys(self, pair)
-            parts.append(block(("constraints" if slack else "contacts", name), keys))
+            parts.append(block((shape.section if shape is not None else "contacts", name), keys))
         for name, family in system.families.items() if contacts else ():
             parts.append(block(("families", name), family_keys(self, family)))
         for name, load in system.loads.items():

@@ -35,6 +35,7 @@ ROUNDS, LOOSE = 20, 1e-13
 class Touching:
     """One closed contact of the problem.
 
+    ``held``       True if its normal force is 1 and its normal row is zero
     ``row``        its first row (normal), followed by its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless)
     ``friction``   kinetic coefficient; ``static`` is the static coefficient
     ``sliding``    unit direction of slip, shape (tangents,), if it already slips; None at rest
@@ -46,6 +47,7 @@ class Touching:
     friction: float
     static: float
     sliding: NDArray[np.float64] | None = None
+    held: bool = False
 
 
 @record
@@ -123,6 +125,8 @@ def contacts_of(
         it.friction[:] = [one.friction for one in contacts]
         it.static[:] = it.friction if impact else [one.static for one in contacts]
         it.least[:] = low
+        if not impact:
+            it.least[[one.held for one in contacts]] = 1.0
     for i, one in enumerate(contacts):
         if one.sliding is not None and not impact:
             it.slides[i] = 1
@@ -183,7 +187,21 @@ def lay_out(it: Contacts) -> None:
             if a + k < m:
                 problem.matrix[a, k] = it.A[row + it.place[a + k]]
         problem.matrix[a, 0] = abs(problem.matrix[a, 0])
+    scale_held(it)
     set_scales(problem)
+
+
+@compiled
+def scale_held(it: Contacts) -> None:
+    """Compare a normal force that moves nothing, such as that of a joint's friction, by the rate of its tangent."""
+    a, problem = it.equalities, it.problem
+    for k in range(it.contacts):
+        if it.least[k] > 0.0 and it.A[it.at[k] * (it.rows + 1)] == 0.0:
+            tangent = (it.at[k] + 1) * (it.rows + 1)
+            problem.matrix[a, 0] = it.A[tangent]
+        a += 1
+        while a < problem.count and problem.kinds[a] != NORMAL:
+            a += 1
 
 
 @compiled

@@ -143,7 +143,7 @@ def _modes_of(forces: Array, rates: Array, c: Array, contacts: Sequence[Touching
         at, n = contact.row, contact.tangents
         v = rates[at + 1 : at + 1 + n]
         speed = float(np.linalg.norm(v))
-        if forces[at] <= small:
+        if forces[at] <= small and not contact.held:
             result.append((OPEN, None))
         elif n == 0 or contact.friction == contact.static == 0:
             result.append((SLIP, np.zeros(n)))
@@ -160,6 +160,12 @@ def _may_begin(choices: Sequence[tuple[str, Any]]) -> bool:
 
 
 def _choices(contact: Touching) -> list[tuple[str, Any]]:
+    """Return the modes of a contact; one whose normal force is given is not open."""
+    result = _modes(contact)
+    return result[1:] if contact.held else result
+
+
+def _modes(contact: Touching) -> list[tuple[str, Any]]:
     if contact.tangents == 0 or contact.friction == contact.static == 0:
         return [(OPEN, None), (SLIP, np.zeros(contact.tangents))]
     if contact.sliding is not None:
@@ -263,18 +269,22 @@ def _chosen_directions(
 def unknowns(
     m: int, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
 ) -> tuple[list[Array], list[int]]:
-    """Return the columns of B in λ = B x and the rows of r that vanish; a slip of unknown direction has no column."""
+    """Return the columns of B in λ = B x and the rows of r that vanish; a slip of unknown direction has no column.
+
+    A contact whose normal force is given has no column and no row of its normal.
+    """
     columns, rows = [], []
     unit = np.eye(m)
     for contact, (mode, d) in zip(contacts, modes, strict=True):
         if mode == OPEN:
             continue
         at, n = contact.row, contact.tangents
-        rows.append(at)
+        if not contact.held:
+            rows.append(at)
         if mode == STICK:
-            columns += list(unit[at : at + 1 + n])
+            columns += list(unit[at + contact.held : at + 1 + n])
             rows += range(at + 1, at + 1 + n)
-        elif d is not None:
+        elif d is not None and not contact.held:
             e = unit[at].copy()
             e[at + 1 : at + 1 + n] = -contact.friction * d
             columns.append(e)
@@ -286,7 +296,7 @@ def _linear(
 ) -> Solution | None:
     """Return forces and rates of one combination; None if its equations have no solution."""
     columns, rows = unknowns(len(c), contacts, modes)
-    forces, lack = np.zeros(len(c)), 0
+    forces, lack = given_forces(len(c), contacts, modes), 0
     if rows:
         found = balanced(A, c, contacts, np.array(columns).T, rows, forces)
         if found is None:
@@ -294,6 +304,17 @@ def _linear(
         forces, lack = found
     rates = A @ forces + c
     return _judged(A, c, contacts, tuple(modes), forces, rates, rows, lack)
+
+
+def given_forces(m: int, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]) -> Array:
+    """Return the forces of contacts whose normal force is given: 1, and in slip -μ d along the tangents."""
+    result = np.zeros(m)
+    for contact, (mode, d) in zip(contacts, modes, strict=True):
+        if contact.held:
+            result[contact.row] = 1.0
+            if mode == SLIP and d is not None:
+                result[contact.row + 1 : contact.row + 1 + contact.tangents] = -contact.friction * d
+    return result
 
 
 def balanced(
@@ -352,7 +373,8 @@ def _judged(
         if mode == OPEN:
             slack.append((i, "open", rates[at] * r))
             continue
-        slack.append((i, "normal", forces[at] * f))
+        if not contact.held:
+            slack.append((i, "normal", forces[at] * f))
         if mode == STICK:
             T = float(np.linalg.norm(forces[at + 1 : at + 1 + n]))
             slack.append((i, "cone", (contact.static * forces[at] - T) * f))
@@ -399,9 +421,9 @@ def distinct(
 
 def dependent_normals(A: Array, contacts: Sequence[Touching]) -> bool:
     """Return True if the motion does not determine how the contacts share the normal forces."""
-    normals = [c.row for c in contacts]
+    normals = [c.row for c in contacts if not c.held]
     sizes = np.linalg.svd(A[np.ix_(normals, normals)], compute_uv=False)
-    return bool(sizes[-1] <= SMALL * sizes[0])
+    return bool(normals) and bool(sizes[-1] <= SMALL * sizes[0])
 
 
 def painleve(A: Array, contact: Touching) -> float:

@@ -115,14 +115,23 @@ class History:
     @cached_property
     def path(self) -> Phases:
         """The phases of the run."""
-        E, segments, crossings = len(self.work.names), [], list[Crossing]()
+        return Phases(Logged(self), self.status)
+
+    @cached_property
+    def phases(self) -> list[tuple[list[int], Array, tuple[Crossing, ...]]]:
+        """The entries of phases, each with the events of the user in it."""
+        result, crossings = [], list[Crossing]()
         for kind, marks, numbers in self.entries():
             if kind == CROSSING:
                 crossings.append(Crossing(float(numbers[0]), marks[0], marks[1], numbers[1:].copy()))
             if kind == PHASE:
-                segments.append(self._segment(marks, numbers, tuple(crossings), E))
+                result.append((marks, numbers, tuple(crossings)))
                 crossings = []
-        return Phases(tuple(segments), self.status)
+        return result
+
+    def segment(self, k: int) -> Segment:
+        """Return a phase of the run."""
+        return self._segment(*self.phases[k], len(self.work.names))
 
     def _segment(self, marks: list[int], numbers: Array, crossings: Any, E: int) -> Segment:
         first, rows, status, rejected, evaluations, stiff, blame, straight, spare = marks[:9]
@@ -145,7 +154,10 @@ class History:
         loose = np.zeros(scene.rows, dtype=bool)
         if spare or any(dead):
             loose = loose_forces(work, phase, dead, work.look(float(self.times[first]), self.states[first]))
-        names = tuple(KINDS[mode % DEAD] for mode in shown_modes)
+        names = tuple(
+            contact.shown(KINDS[mode % DEAD])
+            for contact, mode in zip(work.model.contacts, shown_modes, strict=True)
+        )
         return Segment(path, phase, float(numbers[0]), names, loose)
 
     @cached_property
@@ -218,10 +230,12 @@ class History:
                 why += "; equal compliance shares the forces"
             if k in current:
                 current[k][3] = t
-            current[k] = [name, KINDS[after], t, None, why]
+            mode = work.model.contacts[k].shown(KINDS[after])
+            current[k] = [name, mode, t, None, why]
             changes.append(current[k])
             if before >= 0:
-                text = f"contact {name}: {shown(KINDS[before])} → {shown(KINDS[after])}, {why}"
+                was = work.model.contacts[k].shown(KINDS[before])
+                text = f"contact {name}: {shown(was)} → {shown(mode)}, {why}"
                 happenings.append(self._happening(t, name, y, y, text))
 
     def _rest(self, marks: list[int], numbers: Array) -> Happening:
@@ -250,6 +264,27 @@ class History:
         warnings = passed(self.work, hit)
         parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
         return self._happening(hit.t, "impact", hit.before, hit.after, "; ".join(parts), warnings)
+
+
+class Logged(Sequence[Segment]):
+    """The phases of a run, each made from the log when it is first asked for."""
+
+    def __init__(self, history: History) -> None:
+        self.history, self._made = history, dict[int, Segment]()
+
+    def __len__(self) -> int:
+        return len(self.history.phases)
+
+    def __getitem__(self, k: Any) -> Any:
+        if isinstance(k, slice):
+            return tuple(self[i] for i in range(*k.indices(len(self))))
+        at = range(len(self))[k]
+        if at not in self._made:
+            self._made[at] = self.history.segment(at)
+        return self._made[at]
+
+    def __reduce__(self) -> Any:
+        return tuple, (list(self),)
 
 
 @dataclass(frozen=True)

@@ -60,9 +60,9 @@ def starting_modes(
             "Choose other initial values, initial=."
         ) from None
     result = {}
-    for name, mode, held in zip(work.names, modes, dead, strict=True):
+    for contact, mode, held in zip(work.model.contacts, modes, dead, strict=True):
         rests = held and mode in ("slip+", "slip-")
-        result[name] = STICK if rests else SLIP if mode == SMOOTH else mode
+        result[contact.name] = contact.shown(STICK if rests else SLIP if mode == SMOOTH else mode)
     return result
 
 

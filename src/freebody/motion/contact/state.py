@@ -207,7 +207,7 @@ class ContactRun:
         return Touching(
             self.names[k], self.scene.first[k] if row is None else row, self.scene.tangents[k],
             float(seen.friction[k]), float(seen.static[k]),
-            self.slip(seen, k) / speed if speed > still else None,
+            self.slip(seen, k) / speed if speed > still else None, bool(self.scene.held[k]),
         )  # fmt: skip
 
     def alike(self, contacts: Sequence[Touching], seen: Snapshot, chosen: Sequence[int], y: Array) -> float:
@@ -265,4 +265,4 @@ class ContactRun:
 def found_closed(work: ContactRun) -> None:
     """Find the closed contacts of the present moment, and choose those that do not leave."""
     code("find_closed")(work.it)
-    code("choose")(work.it)
+    code("choose_all")(work.it)

@@ -9,7 +9,17 @@ from ...native.loop import Function, made, sibling
 _MODULES = tuple(
     sibling(__name__, name) for name in ("event_loop", "decision", "impulses", "moment", "setting")
 )
-_CALLED = ("go_on", "break_off", "strike", "find_closed", "choose", "decide", "find_dead", "unique", "depth")
+_CALLED = (
+    "go_on",
+    "break_off",
+    "strike",
+    "find_closed",
+    "choose_all",
+    "decide",
+    "find_dead",
+    "unique",
+    "depth",
+)
 
 
 def code(name: str) -> Function:

@@ -1,7 +1,9 @@
 """The modes of closed contacts from the contact problem of their accelerations, in compiled code, where it decides.
 
-It decides if every law holds with a margin, and if the motion is the only one (`unique`) or the contacts are so many
-that the limit of equal compliance is taken. Otherwise Python compares all sets of modes (`contact.modes`).
+It decides if the motion is the only one (`unique`), or if the limit of equal compliance is taken: the motion leaves the
+shares of the normal forces open (`depend`), or the contacts are many. Every law has to hold with a margin, or its end
+is the event: a force that has fallen to zero opens, friction that has reached its limit slips against it. Otherwise
+Python compares all sets of modes (`contact.modes`).
 """
 
 from __future__ import annotations
@@ -11,9 +13,10 @@ from ..cones.contacts import EXACT, Contacts
 from ..cones.elimination import solved
 from ..cones.newton import factor
 from ..phase.places import OPEN, SLIDE, SLIDE_BACK, SLIDE_ON, SMOOTH, STICK
-from .event_run import SMALL, EventRun
+from .event_run import CONE_REACHED, NORMAL_ZERO, SMALL, EventRun
 from .impulses import gather
 from .moment import product_of
+from .setting import depends, listed
 
 WHOLE, MOST = 2, 1 << 8
 """Largest number of contacts at rest in space, and of combinations of modes, for which all of them are compared."""
@@ -44,22 +47,25 @@ def unique(contacts: Contacts) -> int:
         w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + H_TᵀH_T/α) w μ/2     for every α > 0
 
     with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. So w = 0 where the greatest eigenvalue is
-    below 2/μ; α = |H_T|/|P|. The static coefficient must be the kinetic one.
+    below 2/μ; α = |H_T|/|P|. The static coefficient must be the kinetic one. Friction with a given bound is monotone:
+    it adds nothing to the sum.
     """
     m, mu = contacts.rows, 0.0
     for i in range(contacts.contacts):
         if contacts.slides[i] == 0 and contacts.static[i] != contacts.friction[i]:
             return 0
-        mu = greater(mu, contacts.friction[i])
+        if contacts.least[i] == 0.0:
+            mu = greater(mu, contacts.friction[i])
     n = factor(contacts.A, m, contacts.factors, SMALL, contacts.left, contacts.order)
     if mu == 0.0:
-        return 1 if n == m else 0
+        return 1 if n == m - held(contacts) or held(contacts) == contacts.contacts else 0
     across = normal_parts(contacts, n)
     if across < 0.0:
         return 0
     H, P, M, along = contacts.factors, contacts.H, contacts.normal, 0.0
     for i in range(contacts.contacts):
-        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + contacts.tangents[i]):
+        tangents = contacts.tangents[i] if contacts.least[i] == 0.0 else 0
+        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + tangents):
             along += product_of(H[r * m :], H[r * m :], n)
     if along == 0.0:
         return 1
@@ -70,10 +76,20 @@ def unique(contacts: Contacts) -> int:
         M[p * n + p] = 2.0 / mu
     for i in range(contacts.contacts):
         a = contacts.at[i]
-        subtract(M, P[a * m :], part, n)
-        for r in range(a + 1, a + 1 + contacts.tangents[i]):
-            subtract(M, H[r * m :], 1.0 / part, n)
+        if contacts.least[i] == 0.0:
+            subtract(M, P[a * m :], part, n)
+            for r in range(a + 1, a + 1 + contacts.tangents[i]):
+                subtract(M, H[r * m :], 1.0 / part, n)
     return definite(M, n)
+
+
+@compiled
+def held(contacts: Contacts) -> int:
+    """Return the number of contacts whose normal force is given and moves nothing."""
+    result = 0
+    for i in range(contacts.contacts):
+        result += 1 if contacts.least[i] > 0.0 else 0
+    return result
 
 
 @compiled
@@ -88,9 +104,11 @@ def normal_parts(contacts: Contacts, n: int) -> float:
                 for r in range(m):
                     G[p * n + q] += H[r * m + p] * H[r * m + q]
             P[a * m + p] = H[a * m + p]
+        if contacts.least[i] > 0.0:
+            continue
         if solved(G, n, P[a * m :]) == 0:
             return -1.0
-        if n < m and abs(1.0 - product_of(P[a * m :], H[a * m :], n)) > root(SMALL):
+        if n < m - held(contacts) and abs(1.0 - product_of(P[a * m :], H[a * m :], n)) > root(SMALL):
             return -1.0
         square += product_of(P[a * m :], P[a * m :], n)
     return square
@@ -136,6 +154,8 @@ def alone(contacts: Contacts) -> int:
                 for d in range(contacts.tangents[j]):
                     ray = -contacts.friction[j] * contacts.way[2 * j + d]
                     S[i * k + j] += ray * contacts.A[contacts.at[i] * m + contacts.at[j] + 1 + d]
+            if contacts.least[i] > 0.0 or contacts.least[j] > 0.0:  # a given force
+                S[i * k + j] = 1.0 if i == j else 0.0
     if k > 8:
         return 0
     for chosen in range(1, 1 << k):
@@ -193,7 +213,11 @@ def decide(it: EventRun, contacts: Contacts) -> int:
     gather(it, contacts, 0)
     if it.refuse != 0:
         return 0
-    if are_many(contacts) == 0 and alone(contacts) == 0 and unique(contacts) == 0:
+    for i in range(it.count):
+        if it.hit == 0 and it.reason[it.chosen[i]] == CONE_REACHED:
+            contacts.static[i] = contacts.friction[i]
+    sole = 1 if alone(contacts) != 0 or unique(contacts) != 0 else 0
+    if sole == 0 and are_many(contacts) == 0 and depend(contacts) == 0:
         return 0
     run_by(it.finding, contacts)
     if not contacts.residual <= EXACT:
@@ -202,7 +226,18 @@ def decide(it: EventRun, contacts: Contacts) -> int:
         run_by(it.finding, contacts)
         if not contacts.residual <= EXACT:
             return 0
-    return named(it, contacts)
+    return named(it, contacts, sole)
+
+
+@compiled
+def depend(contacts: Contacts) -> int:
+    """Return 1 if the motion does not determine how the contacts share the normal forces, else 0."""
+    k, m, S = contacts.contacts, contacts.rows, contacts.H
+    for i in range(k):
+        for j in range(k):
+            S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
+    independent = factor(S, k, contacts.factors, SMALL, contacts.left, contacts.order)
+    return 1 if independent < k - held(contacts) else 0
 
 
 @compiled
@@ -233,7 +268,7 @@ def mode_of(contacts: Contacts, i: int) -> int:
     """Return the mode of a contact in the solution: open, stick or slip."""
     at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
     slow = ALIKE * greater(greatest(contacts.given, m), greatest(contacts.after, m))
-    if contacts.forces[at] <= ALIKE * greatest(contacts.forces, m):
+    if contacts.least[i] == 0.0 and contacts.forces[at] <= ALIKE * greatest(contacts.forces, m):
         return OPEN
     if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
         return SLIDE
@@ -244,8 +279,11 @@ def mode_of(contacts: Contacts, i: int) -> int:
 
 
 @compiled
-def named(it: EventRun, contacts: Contacts) -> int:
-    """Set the modes of the solution; return 0 if a law holds with equality, else 1."""
+def named(it: EventRun, contacts: Contacts, sole: int) -> int:
+    """Set the modes of the solution; return 0 if a law holds with equality and that is not the event, else 1.
+
+    ``sole`` is 1 if the motion is the only one.
+    """
     m, A = contacts.rows, contacts.A
     most_force, most_rate = greatest(contacts.forces, m), greatest(contacts.given, m)
     for a in range(m):
@@ -256,18 +294,40 @@ def named(it: EventRun, contacts: Contacts) -> int:
         if abs(A[a * m + a]) > 0.0:
             most_force = greater(most_force, abs(contacts.given[a] / A[a * m + a]))
     f, r = 1.0 / most_force if most_force > 0.0 else 1.0, 1.0 / most_rate if most_rate > 0.0 else 1.0
+    idle = 0
     for i in range(contacts.contacts):
         at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
         it.mode[k] = mode_of(contacts, i)
-        if not margin(contacts, i, it.mode[k], f, r) > SMALL:
-            return 0
         for j in range(1 + n):
             it.force[it.first[k] + j] = contacts.forces[at + j]
+        if not margin(contacts, i, it.mode[k], f, r) > SMALL:
+            ends = it.hit == 0 and sole != 0
+            if it.mode[k] == OPEN and ends and it.reason[k] == NORMAL_ZERO:
+                pass
+            elif it.mode[k] == OPEN and sole == 0:
+                idle += 1
+            elif it.mode[k] == STICK and ends and it.reason[k] == CONE_REACHED:
+                it.mode[k] = SLIDE
+            else:
+                return 0
         if it.mode[k] == SLIDE and it.rough[k] != 0:
             if n == 0 or contacts.static[i] == 0.0:
                 it.mode[k] = SMOOTH
             else:
                 set_way(it, contacts, i)
+    return 1 if idle == 0 or all_idle(it, contacts) != 0 else 0
+
+
+@compiled
+def all_idle(it: EventRun, contacts: Contacts) -> int:
+    """Return 1 if the others hold all open contacts of the problem in place whose rates are zero, else 0."""
+    slow = ALIKE * greater(greatest(contacts.given, contacts.rows), greatest(contacts.after, contacts.rows))
+    count = listed(it)
+    for i in range(it.count):
+        k = it.chosen[i]
+        if it.mode[k] == OPEN and abs(contacts.after[contacts.at[i]]) <= slow:
+            if depends(it, contacts, it.first[k], count) == 0:
+                return 0
     return 1
 
 
@@ -284,7 +344,7 @@ def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
     rests = contacts.slides[i] == 0 and n > 0 and contacts.static[i] > 0.0
     if mode == OPEN:
         return contacts.after[at] * r
-    least = contacts.forces[at] * f
+    least = contacts.forces[at] * f if contacts.least[i] == 0.0 else 1.0
     if mode == STICK:
         least = lesser(
             least, f * (contacts.static[i] * contacts.forces[at] - size_of(contacts.forces[at + 1 :], n))
@@ -298,9 +358,14 @@ def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
 def set_way(it: EventRun, contacts: Contacts, i: int) -> None:
     """Set the direction of slip of a contact."""
     at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
-    speed = size_of(contacts.after[at + 1 :], n)
+    speed, friction = size_of(contacts.after[at + 1 :], n), size_of(contacts.forces[at + 1 :], n)
+    begins = mode_of(contacts, i) == STICK  # friction has reached its limit
     for j in range(n):
-        slides = contacts.slides[i] != 0
-        it.way[k, j] = contacts.way[2 * i + j] if slides else contacts.after[at + 1 + j] / speed
+        if contacts.slides[i] != 0:
+            it.way[k, j] = contacts.way[2 * i + j]
+        elif begins:
+            it.way[k, j] = -contacts.forces[at + 1 + j] / friction
+        else:
+            it.way[k, j] = contacts.after[at + 1 + j] / speed
     if n == 1:
         it.mode[k] = SLIDE_BACK if it.way[k, 0] < 0.0 else SLIDE_ON

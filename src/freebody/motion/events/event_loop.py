@@ -81,7 +81,7 @@ from .event_run import (
 )
 from .impulses import collide, end_slow_slips, lift, log_rest, quiet, take_approach, take_away
 from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
-from .moment import choose, copy, copy_wholes, find_closed, joined, look
+from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .setting import find_flights, project, set_up, shortest_flight
 from .slips import begin_slip, begins_slip, fading, greatest_pull, halt, nudge, scale_of
 
@@ -196,7 +196,7 @@ def clear_reasons(it: EventRun, reason: int) -> None:
 @compiled
 def decision(it: EventRun, contacts: Contacts) -> int:
     """Find the modes."""
-    choose(it)
+    choose_all(it)
     it.then = LEAVE
     copy_wholes(it.mode, it.before, it.contacts)
     if decide(it, contacts) == 0:

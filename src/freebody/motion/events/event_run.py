@@ -92,6 +92,7 @@ class EventRun(Record):
     ``quaternions``               components at which the ``turned`` unit quaternions begin
     ``side``, ``end_of``          side that a corner ends, or -1, and which end that is
     ``poisson``                   1 for Poisson's law
+    ``held``                      1 for a contact that a normal force of 1 holds: friction of a joint
     ``ending``, ``place``         contact of each ending, and the end of a side or -1
 
     ``stage``, ``then``           where the loop goes on, now and after the modes are decided
@@ -146,6 +147,7 @@ class EventRun(Record):
     rough: Annotated[Wholes, "contacts"]
     side: Annotated[Wholes, "contacts"]
     poisson: Annotated[Wholes, "contacts"]
+    held: Annotated[Wholes, "contacts"]
     turned: Count
     quaternions: Wholes
     ending: Wholes
@@ -261,6 +263,7 @@ def event_run(scene: Any, n_y: int) -> EventRun:
     it.tangents[:], it.first[:] = scene.tangents, scene.first
     it.rough[:] = [not c.frictionless for c in model.contacts]
     it.poisson[:] = [c.impact == "poisson" for c in model.contacts]
+    it.held[:] = scene.held
     it.side[:] = -1
     for k, ((side, place),) in scene.ends.items():
         it.side[k], it.end_of[k] = side, place

@@ -72,7 +72,7 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
         k = it.chosen[i]
         contacts.at[i], contacts.tangents[i] = m, it.tangents[k]
         contacts.friction[i], contacts.static[i] = it.coefficients[3 * k], it.coefficients[3 * k + 1]
-        contacts.least[i], contacts.slides[i] = 0.0, 0
+        contacts.least[i], contacts.slides[i] = 1.0 * it.held[k], 0
         speed = slip_speed(it, k)
         if impact != 0:
             contacts.static[i] = contacts.friction[i]

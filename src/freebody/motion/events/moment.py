@@ -42,7 +42,9 @@ def find_closed(it: EventRun) -> None:
     for k in range(it.contacts):
         if it.closed[k] != 0 and it.side[k] >= 0 and it.closed[it.side[k]] != 0:
             it.closed[k] = 0
-        if it.closed[k] != 0:
+        if it.held[k] != 0:  # it takes no part in impacts and rests
+            it.closed[k] = 0
+        if it.closed[k] != 0 or it.held[k] != 0:
             it.needed += 1 + it.tangents[k]
 
 
@@ -73,6 +75,16 @@ def choose(it: EventRun) -> None:
     it.count = 0
     for k in range(it.contacts):
         if it.closed[k] != 0 and normal_speed(it, k) <= it.still:
+            it.chosen[it.count] = k
+            it.count += 1
+
+
+@compiled
+def choose_all(it: EventRun) -> None:
+    """List the closed contacts that do not leave, then those that a normal force of 1 holds."""
+    choose(it)
+    for k in range(it.contacts):
+        if it.held[k] != 0:
             it.chosen[it.count] = k
             it.count += 1
 

@@ -47,15 +47,22 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
 
 
 @compiled
+def listed(it: EventRun) -> int:
+    """List the conditions of closed contacts; return their number."""
+    count = 0
+    for k in range(it.contacts):
+        for j in range(conditions_of(it.tangents[k], it.mode[k], it.held[k])):
+            count = add_row(it, count, it.first[k] + j + it.held[k], 0.0)
+    return count
+
+
+@compiled
 def find_active(it: EventRun, contacts: Contacts) -> None:
     """Find independent conditions of closed contacts by Cholesky pivots of A, the largest first.
 
     With small pivots the round-off of what follows would pass for independence.
     """
-    count, A = 0, contacts.A
-    for k in range(it.contacts):
-        for j in range(conditions_of(it.tangents[k], it.mode[k])):
-            count = add_row(it, count, it.first[k] + j, 0.0)
+    count, A = listed(it), contacts.A
     for a in range(count):
         for b in range(count):
             A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
@@ -74,7 +81,7 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
 
     Their rows depend on the rows of the others, so the functions that end their modes stay at zero.
     """
-    found, count = 0, 0
+    found, count = 0, listed(it)
     for k in range(it.contacts):
         mode, it.dead[k] = it.mode[k], 0
         if mode == OPEN:
@@ -82,8 +89,6 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
         elif mode == SLIDE_ON or mode == SLIDE_BACK:  # noqa: SIM109
             it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
         found += it.dead[k]
-        for j in range(conditions_of(it.tangents[k], mode)):
-            count = add_row(it, count, it.first[k] + j, 0.0)
     if found == 0 or count == 0:
         for k in range(it.contacts):
             it.dead[k] = 0

@@ -8,8 +8,9 @@ Source: J. D. Cohen, M. C. Lin, D. Manocha, M. K. Ponamgi, I-COLLIDE, Proc. Symp
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled, greater, root
-from .family_record import BALL, EDGE, OVAL, POSE, Families, Members
+from ...native.instructions import Reals, compiled, greater, lesser, root
+from .family_record import BALL, EDGE, OVAL, POSE, SOLID, Families, Members
+from .patches import lay_core
 
 
 @compiled
@@ -20,26 +21,43 @@ def place(pose: Reals, at: Reals, result: Reals) -> None:
 
 
 @compiled
-def bounds(of: Families) -> None:
-    """Set the bounds of all bounded members, and the axis of their greatest spread."""
+def bounds(of: Families, margin: float) -> None:
+    """Set the bounds of all bounded members, with a margin between two of them."""
     members, poses = of.members, of.links.poses
     for b in range(members.bounded):
         k = members.order[b]
         pose, sizes = poses[POSE * members.link[k] :], members.sizes[members.sizes_at[k] :]
         lower, upper, kind = members.lower[k], members.upper[k], members.bound[k]
-        place(pose, sizes, lower)
-        for i in range(3):
-            R, extent = pose[3 * i :], 0.0
-            if kind == BALL:
-                extent = sizes[3]
-            elif kind == EDGE:
-                along = R[0] * sizes[3] + R[1] * sizes[4] + R[2] * sizes[5]
-                extent = sizes[6] * root(greater(1.0 - along * along, 0.0))
-            elif kind == OVAL:
-                x, y, z = R[0] * sizes[3], R[1] * sizes[4], R[2] * sizes[5]
-                extent = root(x * x + y * y + z * z)
-            upper[i] = lower[i] + extent
-            lower[i] -= extent
+        if kind == SOLID:
+            lay_core(of, of.one, k)
+            for i in range(3):
+                lower[i], upper[i] = of.one.corners[i], of.one.corners[i]
+                for v in range(of.one.count):
+                    lower[i] = lesser(lower[i], of.one.corners[3 * v + i])
+                    upper[i] = greater(upper[i], of.one.corners[3 * v + i])
+                lower[i] -= of.one.radius + 0.5 * margin
+                upper[i] += of.one.radius + 0.5 * margin
+        else:
+            place(pose, sizes, lower)
+            extend(members, k, pose, sizes, margin)
+
+
+@compiled
+def extend(members: Members, k: int, pose: Reals, sizes: Reals, margin: float) -> None:
+    """Set the bounds of a member that is no solid, whose middle is in ``lower``."""
+    lower, upper, kind = members.lower[k], members.upper[k], members.bound[k]
+    for i in range(3):
+        R, extent = pose[3 * i :], 0.0
+        if kind == BALL:
+            extent = sizes[3]
+        elif kind == EDGE:
+            along = R[0] * sizes[3] + R[1] * sizes[4] + R[2] * sizes[5]
+            extent = sizes[6] * root(greater(1.0 - along * along, 0.0))
+        elif kind == OVAL:
+            x, y, z = R[0] * sizes[3], R[1] * sizes[4], R[2] * sizes[5]
+            extent = root(x * x + y * y + z * z)
+        upper[i] = lower[i] + extent + 0.5 * margin
+        lower[i] -= extent + 0.5 * margin
 
 
 @compiled

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from ...native.records import Count, Kernel, Record, Row, Rows, Whole, Wholes, record
+from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 
+POINTS = 4096
+"""More than the points of a patch."""
 POSE = 18
 """Length of a pose."""
 TOUCH = 18
@@ -16,7 +18,7 @@ TOUCH = 18
 ENTRY = 15
 """Length of an entry of the log: N, T1, T2, mode, impulse on the first body (3) and the point where it acts (3), first
 and second member, point (3) where its opposite acts on the second body."""
-UNBOUNDED, SPOT, BALL, EDGE, OVAL = range(5)
+UNBOUNDED, SPOT, BALL, EDGE, OVAL, SOLID = range(6)
 """How the bounds of a member follow from its numbers."""
 
 
@@ -57,6 +59,10 @@ class Members(Record):
     ``bound``   how the bounds follow from them;  ``lower``, ``upper``: bounds in ground axes
     ``order``   bounded members along the axis ``axis``;  ``wide``: the others
     ``joined``  bodies joined to a body, from ``joined_at`` on
+    ``mesh``    corners, faces and edges of the solids: number of corners and of faces, place of the edges, first corner of
+                each face and the end, corners of the faces; number of edges, number of those that differ in direction,
+                which come first, and two corners of each. A plane has no corners; ``mesh_at``: first of each member
+    ``radius``  by which a solid is rounded
     """
 
     count: Count
@@ -72,6 +78,9 @@ class Members(Record):
     joined: Wholes
     lower: Annotated[Rows, "members", 3]
     upper: Annotated[Rows, "members", 3]
+    mesh: Wholes
+    mesh_at: Wholes
+    radius: Row
     bounded: Count
     order: Wholes
     unbounded: Count
@@ -89,6 +98,7 @@ class Laws(Record):
     ``tangents``   1 or 2 of each family; ``grouped``: 1 if only different groups touch
     ``up``         ground axis (3) against which the tangents of round shapes turn, of each family
     ``defined``    1 if the program gives the tangents
+    ``patched``    1 if the two touch in patches (`patches`), without a program
     """
 
     kinds: Count
@@ -96,6 +106,7 @@ class Laws(Record):
     turned: Wholes
     reaches: Wholes
     defined: Wholes
+    patched: Wholes
     tangents: Wholes
     grouped: Wholes
     up: Row
@@ -109,7 +120,7 @@ class Pairs(Record):
 
     ``count``, ``most``    number of pairs, and the room for them; ``count`` beyond ``most``: it did not suffice
     ``first``, ``second``  members; ``touch``: geometry
-    ``ids``                first · members + second, in ascending order;  ``slots``: places of that order
+    ``ids``                (first · members + second) · `POINTS` + number of the point, in ascending order;  ``slots``: places of that order
     ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each)
     ``found``, ``given``   geometry of one pair, and the arguments of its program
     """
@@ -129,6 +140,40 @@ class Pairs(Record):
 
 
 @record
+class Core(Record):
+    """The corners of a solid in ground axes, their middle, the radius around, and the place of its mesh."""
+
+    count: Whole
+    mesh: Whole
+    radius: Real
+    middle: Annotated[Row, 3]
+    corners: Row
+
+
+@record
+class Patch(Record):
+    """The patch of two solids: the best normal and the distance of the cores along it, and points.
+
+    ``kind``, ``face``       feature of the normal;  ``extent`` of the cores
+    ``points``               place (3), normal from the second to the first body (3), gap
+    ``pair``, ``trial``, ``polygon``, ``rest``   two points, a vector or two points, a face that is cut, and what is left
+    """
+
+    most: Count
+    count: Whole
+    kind: Whole
+    face: Whole
+    apart: Real
+    extent: Real
+    normal: Annotated[Row, 3]
+    pair: Annotated[Row, 6]
+    trial: Annotated[Row, 6]
+    polygon: Row
+    rest: Row
+    points: Annotated[Rows, "points", 7]
+
+
+@record
 class Families(Record):
     """Families of contacts of a machine."""
 
@@ -136,3 +181,6 @@ class Families(Record):
     members: Members
     laws: Laws
     pairs: Pairs
+    one: Core
+    other: Core
+    patch: Patch

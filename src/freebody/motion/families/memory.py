@@ -7,19 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from ...describe.shapes.shape import ContactShape
 from ...dynamics.kinematics import link_postures, motions, place_of, velocities
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ...model import Model
-from ...model.family import Family, touch_each_other
+from ...model.family import Family, touch_each_other, touch_in_patch, turned
 from ...model.model import GROUND
 from ..kernels.kernels import Kernels, Program
 from ..start.initial import number
-from .family_record import BALL, EDGE, OVAL, POSE, SPOT, UNBOUNDED, Families
-from .pair_programs import chosen, numbers_of, pair_program
+from .family_record import BALL, EDGE, OVAL, POSE, SOLID, SPOT, UNBOUNDED, Families
+from .meshes import core_of, mesh_of
+from .pair_programs import numbers_of, pair_program
 
-BOUNDS = {"point": SPOT, "end": SPOT, "sphere": BALL, "ellipsoid": OVAL, "circle": EDGE}
-"""How the bounds of the kinds that have some follow from their numbers."""
+BOUNDS = {"spot": SPOT, "ball": BALL, "oval": OVAL, "edge": EDGE, "solid": SOLID}
+"""How the bounds of the shapes that have some follow from their numbers."""
 Whole = Any  # array of int64
 
 
@@ -116,30 +118,38 @@ def _constant_motions(model: Model, state: State, i: int) -> Any:
 def _fill_members(of: Families, model: Model, values: Mapping[str, float]) -> None:
     members, state = of.members, float_state(model, values=values)
     bodies = {name: k for k, name in enumerate(("ground", *model.bodies))}
-    link, kind, family, group, body, bound, sizes = ([] for _ in range(7))
+    link, kind, family, group, body, bound, sizes, mesh, radius = ([] for _ in range(9))
     kinds = kinds_of(model.families)
     for f, one in enumerate(model.families):
         for member in one.members:
             shape = member.shape
             at, origin = place_of(model, shape.body)
-            found = [float(state(x)) for x in numbers_of(shape, member.kind, origin)]
+            found = [float(state(x)) for x in (core_of(shape, origin) or numbers_of(shape, origin))]
+            mesh.append(mesh_of(shape, found))
+            radius.append(float(state(getattr(shape, "radius", 0))))
             link.append(at + 1 if at != GROUND else 0)
             kind.append(kinds.index(member.kind))
             family.append(f)
             group.append(member.group)
             body.append(bodies[shape.body.name])
-            bound.append(_bound(one, member.kind))
+            bound.append(_bound(one, shape))
             sizes.append(found)
     n = len(link)
     members.count = n
     for name, numbers in (
         ("link", link), ("kind", kind), ("family", family), ("group", group), ("body", body), ("bound", bound),
         ("sizes_at", np.cumsum([0, *map(len, sizes)])),
+        ("mesh_at", np.cumsum([0, *map(len, mesh)])), ("mesh", [x for one in mesh for x in one]),
         ("order", [k for k in range(n) if bound[k] != UNBOUNDED]),
         ("wide", [k for k in range(n) if bound[k] == UNBOUNDED]),
     ):  # fmt: skip
         setattr(members, name, whole(numbers))
     members.sizes = np.array([x for one in sizes for x in one] + [0.0])
+    members.radius = np.array([*radius, 0.0])
+    corners = max((one[0] for one in mesh), default=1)
+    for core in (of.one, of.other):
+        core.corners = np.zeros(3 * max(corners, 1))
+    of.patch.polygon, of.patch.rest = np.zeros(6 * (corners + 2)), np.zeros(6 * (corners + 2))
     members.bounded = sum(x != UNBOUNDED for x in bound)
     members.unbounded = n - members.bounded
     near: list[list[int]] = [[] for _ in bodies]
@@ -151,14 +161,16 @@ def _fill_members(of: Families, model: Model, values: Mapping[str, float]) -> No
     )
 
 
-def _bound(family: Family, kind: str) -> int:
+def _bound(family: Family, shape: ContactShape) -> int:
     """Return how the bounds of a member follow from its numbers.
 
     In a plane and beside round shapes an edge is a wall without end.
     """
-    if kind == "circle" and (family.planar or not set(family.by_kind) <= {"circle", "plane"}):
+    others = [family.members[members[0]].shape for members in family.by_kind.values()]
+    walls = family.planar or any(o.round and type(o) is not type(shape) for o in others)
+    if shape.inside or (shape.extruded and walls):
         return UNBOUNDED
-    return BOUNDS.get(kind, UNBOUNDED)
+    return BOUNDS.get(shape.bound, UNBOUNDED)
 
 
 def kinds_of(families: Sequence[Family]) -> list[str]:
@@ -170,19 +182,28 @@ def _fill_laws(of: Families, model: Model, values: Mapping[str, float]) -> tuple
     laws, kinds = of.laws, kinds_of(model.families)
     count, n = len(model.families), len(kinds)
     tables = {
-        name: np.zeros((count, n, n), dtype=np.int64) for name in ("program", "turned", "reaches", "defined")
+        name: np.zeros((count, n, n), dtype=np.int64)
+        for name in ("program", "turned", "reaches", "defined", "patched")
     }
     programs = []
     for f, family in enumerate(model.families):
         for i, first in enumerate(kinds):
             for j, second in enumerate(kinds):
-                if not touch_each_other(first, second) or not {first, second} <= set(family.by_kind):
+                if not {first, second} <= set(family.by_kind):
                     continue
-                a, b, turned = chosen(first, second)  # as in `Family.ordered`
-                program = pair_program(a, b, family.planar)
+                a, b = (family.members[family.by_kind[kind][0]].shape for kind in (first, second))
+                if not touch_each_other(a, b):
+                    continue
+                swapped = turned(a, b)  # as in `Family.ordered`
+                if touch_in_patch(a, b):
+                    for name in ("program", "patched"):
+                        tables[name][f, i, j] = 1
+                    tables["turned"][f, i, j] = swapped
+                    continue
+                program = pair_program(*((b, a) if swapped else (a, b)), family.planar)
                 programs.append(program)
                 for name, value in (
-                    ("program", program.address), ("turned", turned), ("reaches", program.reaches),
+                    ("program", program.address), ("turned", swapped), ("reaches", program.reaches),
                     ("defined", program.defined),
                 ):  # fmt: skip
                     tables[name][f, i, j] = value

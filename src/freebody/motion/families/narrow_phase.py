@@ -8,10 +8,11 @@ Pairs stand in ascending order of their members, whatever the order of the broad
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, call, compiled, room
+from ...native.instructions import Reals, call, compiled, greater, room
 from ..cones.contact_problem import Blocks
 from .broad_phase import bounds, choose_axis, overlap, sort
-from .family_record import POSE, TOUCH, Families, Links, Members, Pairs
+from .family_record import POINTS, POSE, TOUCH, Families, Links, Members, Pairs
+from .patches import measure
 
 P, Q, T = 4, 7, 10
 """Places in the geometry of a touch."""
@@ -26,7 +27,7 @@ def seek(of: Families, t: float, y: Reals, limit: float) -> None:
         return
     links.code(t, y, links.c, links.poses[POSE:])
     if members.bounded > 0:
-        bounds(of)
+        bounds(of, greater(limit, 0.0))
         choose_axis(members)
         sort(members)
     order, axis = members.order, members.axis
@@ -75,6 +76,9 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
     first, second = i, j
     if laws.turned[law] == 1:
         first, second = j, i
+    if laws.patched[law] == 1:
+        spread(of, first, second, i * members.count + j, limit)
+        return
     given, found, k = pairs.given, pairs.found, 24
     for n in range(12):
         given[n] = links.poses[POSE * members.link[first] + n]
@@ -98,9 +102,28 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
     if laws.defined[law] == 0:
         turn(found, laws.up[3 * f :])
     pairs.first[slot], pairs.second[slot] = first, second
-    pairs.ids[slot], pairs.slots[slot] = i * members.count + j, slot
+    pairs.ids[slot], pairs.slots[slot] = (i * members.count + j) * POINTS, slot
     for n in range(TOUCH):
         pairs.touch[slot, n] = found[n]
+
+
+@compiled
+def spread(of: Families, first: int, second: int, number: int, limit: float) -> None:
+    """Add the points of two solids whose gaps are at most ``limit``."""
+    pairs, patch, found = of.pairs, of.patch, of.pairs.found
+    if measure(of, first, second, limit) <= limit:
+        for p in range(patch.count):
+            slot, point = pairs.count, patch.points[p]
+            pairs.count += 1
+            if slot < pairs.most:
+                found[0] = point[6]
+                for n in range(3):
+                    found[1 + n], found[P + n], found[Q + n] = point[3 + n], point[n], point[n]
+                turn(found, of.laws.up[3 * of.members.family[first] :])
+                pairs.first[slot], pairs.second[slot] = first, second
+                pairs.ids[slot], pairs.slots[slot] = number * POINTS + p, slot
+                for n in range(TOUCH):
+                    pairs.touch[slot, n] = found[n]
 
 
 @compiled

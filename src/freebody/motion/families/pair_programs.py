@@ -14,8 +14,7 @@ from typing import Any
 
 import sympy
 
-from ...describe.contact_shapes import Ball, Circle, Cylinder, Ellipsoid, Plane, Segment
-from ...describe.frame import Point
+from ...describe.shapes.shape import ContactShape, numbers
 from ...describe.system import System
 from ...dynamics.contact import touch
 from ...dynamics.kinematics import Posture
@@ -28,21 +27,8 @@ from ...scalar.trace import Tape
 from ...space.mass import MassProperties
 from .family_record import TOUCH
 
-VECTORS = {
-    "point": ("components",), "end": ("components",), "sphere": ("at",), "ellipsoid": ("at", "half_axes"),
-    "circle": ("at", "axis"), "cylinder": ("at", "axis"), "plane": ("at", "normal", "first", "second"),
-    "segment": ("start", "along", "normal", "end"),
-}  # fmt: skip
-"""Fields of three components of each kind. They stand in this order before the number in `NUMBERS`."""
-NUMBERS = {"sphere": "radius", "circle": "radius", "cylinder": "radius", "segment": "length"}
-CLASSES: dict[str, Any] = {
-    "point": Point, "end": Point, "sphere": Ball, "ellipsoid": Ellipsoid, "circle": Circle, "cylinder": Cylinder,
-    "plane": Plane, "segment": Segment,
-}  # fmt: skip
-OUTSIDE = {"bowl": "sphere", "ring": "circle", "pipe": "cylinder"}
-"""Kinds of which these are the inside."""
-FIXED = ("at", "components", "start", "end")
-"""Fields that are places: from the origin of the body, in the description."""
+Kind = tuple[type[ContactShape], bool]
+"""Class of a shape, and whether it is touched from inside."""
 
 
 @dataclass(frozen=True)
@@ -59,18 +45,23 @@ class PairProgram:
         return int(self.compiled["touch"].address)
 
 
-def numbers_of(shape: Any, kind: str, origin: Vector) -> list[Any]:
+def numbers_of(shape: ContactShape, origin: Vector) -> list[Any]:
     """Return the expressions of a shape's numbers, places from the origin of the link."""
-    kind = OUTSIDE.get(kind, kind)
     result: list[Any] = []
-    for name in VECTORS[kind]:
-        shift = origin if name in FIXED else ZERO
-        result += [a + b for a, b in zip(getattr(shape, name), shift, strict=True)]
-    return [*result, getattr(shape, NUMBERS[kind])] if kind in NUMBERS else result
+    for name, count in numbers(type(shape)).items():
+        value = getattr(shape, name)
+        shift = origin if name in shape.places else ZERO
+        result += [a + b for a, b in zip(value, shift, strict=True)] if count > 1 else [value]
+    return result
+
+
+def pair_program(first: ContactShape, second: ContactShape, planar: Vector | None) -> PairProgram:
+    """Return the program of two members: that of their kinds."""
+    return _program((type(first), first.inside), (type(second), second.inside), planar)
 
 
 @lru_cache(maxsize=128)
-def pair_program(first: str, second: str, planar: Vector | None) -> PairProgram:
+def _program(first: Kind, second: Kind, planar: Vector | None) -> PairProgram:
     """Return the program of two kinds of members."""
     model, tape = _two_bodies(), Tape()
     poses, inputs = [], []
@@ -101,8 +92,7 @@ def pair_program(first: str, second: str, planar: Vector | None) -> PairProgram:
         ("T",) if planar else ("T1", "T2"),
     )
     it = touch(model, state, contact)
-    walls = {"plane", "circle", "cylinder", "ring", "pipe"}
-    defined = planar is not None or not walls.isdisjoint((first, second))
+    defined = planar is not None or max(feature.precedence, surface.precedence) > 0
     tangents = [*it.tangents, ZERO][:2] if defined else [ZERO, ZERO]
     outputs = [it.gap, *it.normal, *it.on_feature, *it.on_surface, *tangents[0], *tangents[1], *it.reach]
     assert len(outputs) <= TOUCH
@@ -110,9 +100,9 @@ def pair_program(first: str, second: str, planar: Vector | None) -> PairProgram:
     return PairProgram(compiled, len(it.reach), defined)
 
 
-def _shape(kind: str, body: Any, values: dict[Any, Any], tape: Tape) -> Any:
+def _shape(kind: Kind, body: Any, values: dict[Any, Any], tape: Tape) -> ContactShape:
     """Return a shape of a kind whose numbers are inputs of the tape; ``values`` receives these."""
-    outside = OUTSIDE.get(kind, kind)
+    shape, inside = kind
 
     def number(name: str) -> Any:
         symbol = sympy.Symbol(f"{body.name}_{name}")
@@ -120,13 +110,10 @@ def _shape(kind: str, body: Any, values: dict[Any, Any], tape: Tape) -> Any:
         return symbol
 
     fields: dict[str, Any] = {
-        name: tuple(number(f"{name}{k}") for k in range(3)) for name in VECTORS[outside]
+        name: tuple(number(f"{name}{k}") for k in range(count)) if count > 1 else number(name)
+        for name, count in numbers(shape).items()
     }
-    if outside in NUMBERS:
-        fields[NUMBERS[outside]] = number(NUMBERS[outside])
-    if kind in OUTSIDE:
-        fields["inside"] = True
-    return CLASSES[outside](body, **fields)
+    return shape(body, **fields, **({"inside": True} if inside else {}))
 
 
 @lru_cache(maxsize=1)
@@ -137,9 +124,3 @@ def _two_bodies() -> Model:
         body = s.body(name, MassProperties(1, ZERO, IDENTITY))
         s.free(f"free{name}", s.ground, body)
     return assemble(s)
-
-
-def chosen(first: str, second: str) -> tuple[str, str, bool]:
-    """Return two kinds as feature and surface, and whether they are exchanged: a hollow is the surface."""
-    turned = first in OUTSIDE
-    return (second, first, True) if turned else (first, second, False)

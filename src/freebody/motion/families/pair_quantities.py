@@ -40,9 +40,9 @@ def pair_quantities(
         link, origin = place_of(model, member.shape.body)
         at_rest = np.tile(np.eye(3).reshape(-1).tolist() + [0.0] * 9, (len(times), 1))
         own.append(at_rest if link == GROUND else poses[:, POSE * link : POSE * (link + 1)])
-        sizes += [float(state(x)) for x in numbers_of(member.shape, member.kind, origin)]
+        sizes += [float(state(x)) for x in numbers_of(member.shape, origin)]
     given = [own[0][:, :12], own[1][:, :12], np.tile(sizes, (len(times), 1))]
-    law = pair_program(*(family.members[k].kind for k in pair), family.planar)
+    law = pair_program(family.members[pair[0]].shape, family.members[pair[1]].shape, family.planar)
     outputs = law.compiled["touch"].outputs
     y = np.ascontiguousarray(np.concatenate(given, axis=1))
     touch = observe(law.address, outputs, times, y, np.zeros(1))

@@ -86,6 +86,7 @@ class Run(Record):
     ``k``               rates at the stages: k[0] at y, k[12] at the end
     ``y_new``, ``end``  end of the step, as the method gives it, and on the constraints
     ``dense``, ``point``    coefficients of the dense output, and a state inside the step
+    ``reached``         fraction of the step whose state, of a shorter step, ``point`` is; -1 if it is another
     ``times`` ...       buffers for ``room`` steps: time, length and state at the start of each, then the end
     """
 
@@ -110,6 +111,7 @@ class Run(Record):
     fixed: Whole
     required: Whole
     after: Real
+    reached: Real
     last: Whole
     rates: Kernel
     c: Row

@@ -77,6 +77,7 @@ def dense_state(run: Run, x: float) -> None:
     """Set the row point: the dense output at the fraction ``x`` (0 to 1) of the step, with unit quaternions."""
     method.interpolate(run, x)
     normalise(run, run.point)
+    run.reached = -1.0
 
 
 @part
@@ -98,12 +99,13 @@ def shorter_step(run: Run, x: float) -> None:
 @part
 def state_in_step(run: Run, x: float) -> None:
     """Set the row point: the state at the fraction ``x`` of the step, by a shorter step from the same start, or, for a
-    single step, from the dense output.
+    single step, from the dense output. A state that the row still holds is not computed again.
     """
     if method.single_step:
         dense_state(run, x)
-    else:
+    elif run.reached != x:
         shorter_step(run, x)
+        run.reached = x
 
 
 # -- states at given times -----------------------------------------------------------------------------

@@ -42,25 +42,24 @@ class Pattern:
 
     ``order``      speed at each place of the order of elimination
     ``starts``     first entry of each column of L, and the end; ``below`` has the row of each entry
-    ``groups``     contacts of each group
-    ``contacts``   for each contact: group, place in its outputs, tangents, reaches, first row, place of the rates of
-                   its reaches
+    ``contacts``   for each contact: pair of bodies, place in its outputs, tangents, reaches, first row, place of the
+                   rates of its reaches in its own outputs
     ``rows``       for each row: first entry in ``columns``, number of entries, place of the first in the outputs
     ``columns``    place in the order of elimination of each entry of W
-    ``sizes``      number of outputs of each group
+    ``sizes``      number of outputs of each contact; ``pairs``: of each pair of bodies
     """
 
     order: tuple[int, ...]
     starts: tuple[int, ...]
     below: tuple[int, ...]
-    groups: tuple[tuple[int, ...], ...]
     contacts: tuple[tuple[int, ...], ...]
     rows: tuple[tuple[int, ...], ...]
     columns: tuple[int, ...]
     sizes: tuple[int, ...]
+    pairs: tuple[int, ...]
 
 
-def groups_of(model: Model) -> list[tuple[int, ...]]:
+def pairs_of(model: Model) -> list[tuple[int, ...]]:
     """Return the contacts between each pair of bodies."""
     result: dict[Any, list[int]] = {}
     for k, contact in enumerate(model.contacts):
@@ -115,44 +114,50 @@ class Candidates:
             load_power(model, state),
             *own,
         ]
-        groups = groups_of(model)
         contacts: dict[int, tuple[int, ...]] = {}
-        of_rows: dict[int, tuple[int, ...]] = {}
+        of_rows: list[tuple[int, ...]] = []
         columns: list[int] = []
+        pairs: list[list[Any]] = []
+        for pair in pairs_of(model):
+            pairs.append([])
+            for k in pair:
+                it = touch(model, state, model.contacts[k])
+                contacts[k] = (len(pairs) - 1, len(pairs[-1]), self.tangents[k], len(it.reach), self.first[k])
+                pairs[-1] += [it.gap, *it.reach]
         outputs: list[list[Any]] = []
-        for g, group in enumerate(groups):
-            values: list[Any] = []
-            for k in group:
-                contact = model.contacts[k]
-                it, given = touch(model, state, contact), rows_of(model, state, (contact,))
-                at = len(values)
-                coefficients = (
-                    state(x) for x in (contact.friction, contact.static_friction, contact.restitution)
-                )
-                values += [it.gap, *it.reach, *coefficients, *given.rate, *given.bias]
-                for j, along in enumerate(given.matrix):
-                    W = entries(along)
-                    of_rows[self.first[k] + j] = (len(columns), len(W), len(values))
-                    columns += [place[i] for i, _ in W]
-                    values += [x for _, x in W]
-                contacts[k] = (g, at, self.tangents[k], len(it.reach), self.first[k], len(values))
-                if it.reach:
-                    values += [rate for _, rate, _ in reaches_along(model, state, contact, [0] * model.n_u)]
+        for k, contact in enumerate(model.contacts):
+            it, given = touch(model, state, contact), rows_of(model, state, (contact,))
+            coefficients = (
+                state(x) for x in (contact.friction, contact.static_friction, contact.restitution)
+            )
+            values = [it.gap, *it.reach, *coefficients, *given.rate, *given.bias]
+            for along in given.matrix:
+                W = entries(along)
+                of_rows.append((len(columns), len(W), len(values)))
+                columns += [place[i] for i, _ in W]
+                values += [x for _, x in W]
+            contacts[k] = (*contacts[k], len(values))
+            if it.reach:
+                values += [rate for _, rate, _ in reaches_along(model, state, contact, [0] * model.n_u)]
             outputs.append(values)
         self.kernels.cache[Pattern] = Pattern(
             tuple(M.order),
             tuple(np.cumsum([0, *map(len, below)]).tolist()),
             tuple(i for column in below for i in column),
-            tuple(groups),
             tuple(contacts[k] for k in range(len(contacts))),
-            tuple(of_rows[r] for r in range(len(of_rows))),
+            tuple(of_rows),
             tuple(columns),
             tuple(map(len, outputs)),
-        )  # fmt: skip
-        return {"machine": machine, **{f"group {g}": values for g, values in enumerate(outputs)}}
+            tuple(map(len, pairs)),
+        )
+        return {
+            "machine": machine,
+            **{f"pair {p}": values for p, values in enumerate(pairs)},
+            **{f"contact {k}": values for k, values in enumerate(outputs)},
+        }
 
     def program(self) -> Program:
-        """Functions ``machine`` and ``group 0``, ``group 1``, ..."""
+        """Functions ``machine``, ``pair 0``, ``pair 1``, ..., and ``contact 0``, ``contact 1``, ..."""
         return self.kernels.program("candidates", self._functions)
 
     @property

@@ -68,10 +68,12 @@ from .places import (
     FREE_AT,
     G_AT,
     GAP,
-    GROUP_AT,
-    GROUPS,
+    HELD,
+    HELD_COUNT,
     HOLONOMIC,
     INDEPENDENT,
+    KIND,
+    KIND_SIZE,
     L_AT,
     LAMBDA_AT,
     LAW,
@@ -90,11 +92,15 @@ from .places import (
     OWN,
     OWN_AT,
     OWN_NUMBER,
+    PAIR_AT,
+    PAIR_COUNT,
+    PAIRS,
     PLACE,
     PLACES,
     PLUS,
     POWER,
     POWER_CONSTANTS,
+    PUSHED,
     REACH,
     REACHES,
     RIGHT_AT,
@@ -104,6 +110,7 @@ from .places import (
     ROW_SIZE,
     ROWS,
     SCALE_AT,
+    SEEN_AT,
     SIDE,
     SIGN,
     SLIP,
@@ -117,6 +124,7 @@ from .places import (
     STOP,
     STOPPED_SQUARE,
     TANGENTS,
+    TOUCHES,
     UDOT_AT,
     VALUES,
     VALUES_CONSTANTS,
@@ -129,11 +137,19 @@ from .places import (
 
 
 @compiled
-def looked_at(groups: Integers, t: float, y: Reals, c: Reals, T: Integers) -> None:
-    """Call the kernels of some groups of contacts."""
-    for i in range(groups[0]):
-        g = groups[1 + i]
-        call(T[T[GROUPS] + g], t, y, 0, shifted(c, T[CONSTANTS]), c, T[T[GROUP_AT] + g])
+def looked_at(contacts: Integers, t: float, y: Reals, c: Reals, T: Integers) -> None:
+    """Call the kernels of some contacts."""
+    for i in range(contacts[0]):
+        k = contacts[1 + i]
+        at = T[T[CONTACT] + CONTACT_SIZE * k + AT]
+        call(T[T[TOUCHES] + k], t, y, 0, shifted(c, T[CONSTANTS]), c, at)
+
+
+@compiled
+def gaps_at(t: float, y: Reals, c: Reals, T: Integers) -> None:
+    """Call the kernels of the gaps and reaches of all contacts."""
+    for p in range(T[PAIR_COUNT]):
+        call(T[T[PAIRS] + p], t, y, 0, shifted(c, T[CONSTANTS]), c, T[T[PAIR_AT] + p])
 
 
 @inlined
@@ -359,12 +375,32 @@ def independent(c: Reals, T: Integers, rows: Integers, size: int, sliding: int) 
 
 
 @compiled
+def push(c: Reals, T: Integers, z: Reals) -> None:
+    """Set the forces of the contacts that a normal force of 1 holds, and add the friction of those that slip to z."""
+    for k in range(T[CONTACTS]):
+        kind, at = T[KIND] + KIND_SIZE * k, T[CONTACT] + CONTACT_SIZE * k
+        if T[kind + HELD] != 0:
+            F = shifted(c, T[FORCE_AT] + T[at + FIRST])
+            F[0] = 1.0
+            if T[kind + PUSHED] != NO_SLIP:
+                spare = shifted(c, T[SPARE_AT])
+                F[1] = -contact_at(c, T, k)[1 + T[at + REACHES]]
+                F[1] = F[1] if T[kind + PUSHED] == PLUS else -F[1]
+                row_taken(c, T, T[at + FIRST] + 1, spare)
+                forwarded(c, T, spare)
+                for i in range(T[N_U]):
+                    z[i] += F[1] * spare[i]
+
+
+@compiled
 def solve(t: float, y: Reals, c: Reals, T: Integers) -> int:
     """Set accelerations, contact forces and multipliers; return 0 if a condition has lost its independence, else 1."""
     n, count = T[N_U], T[CONDITIONS]
     evaluated(t, y, c, T)
     looked_at(shifted(T, T[CALLED]), t, y, c, T)
     w, z = shifted(c, T[STEP_AT]), shifted(c, T[FREE_AT])
+    if T[HELD_COUNT] > 0:
+        push(c, T, z)
     rows_made(c, T)
     for i in range(count):
         c[T[RIGHT_AT] + i] = -(gamma_of(c, T, i) + product(shifted(c, T[Y_AT] + i * n), z, n))
@@ -415,6 +451,9 @@ def rates(t: float, y: Reals, c: Reals, out: Reals) -> None:
                 v, first = rates_of(c, T, k), T[T[CONTACT] + CONTACT_SIZE * k + FIRST]
                 for j in range(T[T[CONTACT] + CONTACT_SIZE * k + TANGENTS]):
                     heat -= c[T[FORCE_AT] + first + 1 + j] * v[1 + j]
+    for k in range(T[CONTACTS] if T[HELD_COUNT] > 0 else 0):
+        if T[T[KIND] + KIND_SIZE * k + PUSHED] != NO_SLIP:
+            heat -= c[T[FORCE_AT] + T[T[CONTACT] + CONTACT_SIZE * k + FIRST] + 1] * rates_of(c, T, k)[1]
     power = c[T[LOAD_AT]]
     if T[POWER] != 0:
         extended(y, c, T)
@@ -478,10 +517,9 @@ def acceleration(t: float, y: Reals, c: Reals, out: Reals) -> None:
 def gap(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Set ``out`` to the gaps of all contacts."""
     T = table(c)
-    looked_at(shifted(T, T[CALLED]), t, y, c, T)
-    looked_at(shifted(T, T[WATCHED]), t, y, c, T)
+    gaps_at(t, y, c, T)
     for k in range(T[CONTACTS]):
-        out[k] = contact_at(c, T, k)[0]
+        out[k] = c[T[T[CONTACT] + CONTACT_SIZE * k + SEEN_AT]]
 
 
 @compiled
@@ -585,16 +623,16 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
     if T[EXPRESSIONS] > 0:
         call(T[VALUES], t, y, 0, shifted(c, T[VALUES_CONSTANTS]), out, 0)
     size = 0.0
-    if T[CONDITIONS] > T[OWN]:
+    if T[CONDITIONS] > T[OWN] or T[HELD_COUNT] > 0:
         solve(t, y, c, T)
         size = ROUNDED * parts_of_forces(c, T)
-    looked_at(shifted(T, T[WATCHED]), t, y, c, T)
+    gaps_at(t, y, c, T)
     for i in range(T[ENDINGS]):
         one = T[ENDING] + ENDING_SIZE * i
         k, law, sign, place = T[one + CONTACT_OF], T[one + LAW], T[one + SIGN], T[one + PLACE]
-        seen, v = contact_at(c, T, k), rates_of(c, T, k)
         at = T[CONTACT] + CONTACT_SIZE * k
-        F, mu = shifted(c, T[FORCE_AT] + T[at + FIRST]), seen[2 + T[at + REACHES]]
+        seen, v = shifted(c, T[at + SEEN_AT]), rates_of(c, T, k)
+        F, mu = shifted(c, T[FORCE_AT] + T[at + FIRST]), contact_at(c, T, k)[2 + T[at + REACHES]]
         value = 1.0
         if law == NEVER:
             pass

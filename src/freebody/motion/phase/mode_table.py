@@ -22,8 +22,7 @@ from .places import (
     FIXED,
     FORCE_ROW,
     GAP,
-    GROUP,
-    GROUP_COUNT,
+    HELD,
     HOLONOMIC,
     INDEPENDENT,
     K_AT,
@@ -46,6 +45,7 @@ from .places import (
     OWN_HOLONOMIC,
     PLACE,
     PLUS,
+    PUSHED,
     REACH,
     REACHES,
     ROUGH,
@@ -96,11 +96,11 @@ def direction_kind(T: Integers, k: int, mode: int) -> int:
 
 
 @compiled
-def conditions_of(tangents: int, mode: int) -> int:
-    """Return the number of conditions of a contact."""
+def conditions_of(tangents: int, mode: int, held: int) -> int:
+    """Return the number of conditions of a contact; its normal is none if it is ``held``."""
     if mode == OPEN:
         return 0
-    return 1 + tangents if mode == STICK else 1
+    return 1 - held + (tangents if mode == STICK else 0)
 
 
 @compiled
@@ -115,12 +115,13 @@ def set_modes(T: Integers, modes: Integers, dead: Integers, active: Integers, co
         set_condition(T, i, -1 - i, 0, NO_SLIP)
     at, slipping = own, 0
     for k in range(T[CONTACTS]):
-        slip = direction_kind(T, k, modes[k])
+        slip, held = direction_kind(T, k, modes[k]), T[T[KIND] + KIND_SIZE * k + HELD]
+        T[T[KIND] + KIND_SIZE * k + PUSHED] = slip if held != 0 else NO_SLIP
         normal = at
-        for j in range(conditions_of(T[T[CONTACT] + CONTACT_SIZE * k + TANGENTS], modes[k])):
-            set_condition(T, at, k, j, slip)
+        for j in range(conditions_of(T[T[CONTACT] + CONTACT_SIZE * k + TANGENTS], modes[k], held)):
+            set_condition(T, at, k, j + held, slip)
             one = T[CONDITION] + CONDITION_SIZE * at
-            if j > 0:
+            if j > 0 and held == 0:
                 T[one + NORMAL_OF] = normal
             if slip != NO_SLIP:
                 T[one + FORCE_ROW] = T[K_AT] + slipping * n
@@ -137,7 +138,7 @@ def set_modes(T: Integers, modes: Integers, dead: Integers, active: Integers, co
             holonomic[holonomic[0]] = independent[i]
     if T[ENDINGS] > 0:
         set_endings(T, modes, dead)
-    set_groups(T, modes)
+    set_closed(T, modes)
 
 
 @compiled
@@ -149,22 +150,17 @@ def set_condition(T: Integers, i: int, source: int, row: int, slip: int) -> None
 
 
 @compiled
-def set_groups(T: Integers, modes: Integers) -> None:
-    """Write the groups with closed contacts, and the other groups that are watched."""
-    called, watched, groups = shifted(T, T[CALLED]), shifted(T, T[WATCHED]), T[GROUP_COUNT]
+def set_closed(T: Integers, modes: Integers) -> None:
+    """List the closed contacts, and the open ones."""
+    called, watched = shifted(T, T[CALLED]), shifted(T, T[WATCHED])
     called[0], watched[0] = 0, 0
-    for g in range(groups):
-        called[1 + g] = 0
     for k in range(T[CONTACTS]):
         if modes[k] != OPEN:
-            called[1 + T[T[CONTACT] + CONTACT_SIZE * k + GROUP]] = 1
-    for g in range(groups):
-        if called[1 + g] != 0:
             called[0] += 1
-            called[called[0]] = g
+            called[called[0]] = k
         else:
             watched[0] += 1
-            watched[watched[0]] = g
+            watched[watched[0]] = k
 
 
 # -- endings ---------------------------------------------------------------------------------------------
@@ -201,7 +197,7 @@ def set_endings(T: Integers, modes: Integers, dead: Integers) -> None:
             hidden = dead[k] != 0 or elsewhere(T, modes, k) != 0
             i = set_ending(T, i, NEVER if hidden else GAP, 0)
         else:
-            i = set_ending(T, i, NORMAL, 0)
+            i = set_ending(T, i, NEVER if T[T[KIND] + KIND_SIZE * k + HELD] != 0 else NORMAL, 0)
         law, sign, last = NEVER, 0, NEVER
         if mode == STICK:
             law, sign, last = LINE_CONE if n == 1 else (CONE if n == 2 else NEVER), 1, LINE_CONE

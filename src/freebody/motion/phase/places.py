@@ -20,8 +20,10 @@ from __future__ import annotations
     ENDINGS,  # functions that may end the phase
     EXPRESSIONS,  # functions of the user before them
     MACHINE,  # address of the kernel "machine"
-    GROUPS,  # list: addresses of the kernels of the groups of contacts
-    GROUP_AT,  # list: places of their outputs
+    TOUCHES,  # list: addresses of the kernels of the contacts
+    PAIR_COUNT,  # pairs of bodies with contacts
+    PAIRS,  # list: addresses of the kernels of the gaps and reaches between the bodies of each pair
+    PAIR_AT,  # list: places of their outputs
     CONSTANTS,  # place of the constants of these kernels
     VALUES,  # address of the kernel of the user's functions
     VALUES_CONSTANTS,
@@ -29,11 +31,10 @@ from __future__ import annotations
     POWER_CONSTANTS,
     DERIVED,  # address of a kernel of the state, accelerations, forces and multipliers
     DERIVED_CONSTANTS,
-    GROUP_COUNT,
-    CALLED,  # list: number of the groups with closed contacts, then these groups
-    WATCHED,  # list: number of the other groups, then these groups
+    CALLED,  # list: number of the closed contacts, then these contacts
+    WATCHED,  # list: number of the open contacts, then these contacts
     CONTACT,  # list: six numbers for each contact
-    KIND,  # list: two more numbers for each contact
+    KIND,  # list: four more numbers for each contact
     ROW,  # list: three numbers for each row
     COLUMNS,  # list: place in the order of elimination of each entry of the rows
     ORDER,  # list: speed at each place of the order of elimination
@@ -66,15 +67,17 @@ from __future__ import annotations
     UDOT_AT,
     FORCE_AT,
     MULTIPLIER_AT,
+    HELD_COUNT,  # contacts that a normal force of 1 holds
     HEAD,
-) = range(59)
+) = range(61)
 
-GROUP, AT, TANGENTS, REACHES, FIRST, AWAY_AT = range(6)
-"""Numbers of a contact: its group, place of its outputs (gap, reaches, μ, μ_s, e, rates, biases), first row, place of
-the rates of its reaches."""
-CONTACT_SIZE, ROW_SIZE, KIND_SIZE = 6, 3, 2
-ROUGH, SIDE_OF = range(2)
-"""More numbers of a contact: 1 if it may have friction, and the side that it ends or -1."""
+SEEN_AT, AT, TANGENTS, REACHES, FIRST, AWAY_AT = range(6)
+"""Numbers of a contact: place of its gap and reaches among those of its pair, place of its own outputs (gap, reaches,
+μ, μ_s, e, rates, biases), tangents, reaches, first row, place of the rates of its reaches."""
+CONTACT_SIZE, ROW_SIZE, KIND_SIZE = 6, 3, 4
+ROUGH, SIDE_OF, HELD, PUSHED = range(4)
+"""More numbers of a contact: 1 if it may have friction, the side that it ends or -1, 1 if a normal force of 1 holds it
+(its normal is no condition), and the direction in which it then slips or `NO_SLIP`."""
 SOURCE, ROW_OF, SLIP, NORMAL_OF, FORCE_ROW = range(5)
 """Numbers of a condition: contact (or -1 - place of the machine's condition), row of the contact, direction of slip,
 condition of the normal of a tangent or -1, place of its row of K."""

@@ -170,6 +170,7 @@ class Scene:
             self.candidates.tangents,
             self.candidates.rows,
         )
+        self.held = tuple(int(c.held) for c in self.model.contacts)
         self.names = tuple(row.name for row in contact_layout(self.model.contacts))
         self._phases: dict[Any, Phase] = {}
         self.ends = _ends(self.model)
@@ -282,7 +283,7 @@ class Scene:
             (k, j)
             for k, mode in enumerate(modes)
             if mode != "open"
-            for j in range(1 + (self.tangents[k] if mode == "stick" else 0))
+            for j in range(self.held[k], 1 + (self.tangents[k] if mode == "stick" else 0))
         ]
 
     def _independent(self, modes: Modes, seen: Snapshot) -> list[int]:
@@ -439,9 +440,9 @@ class Phase:
         parts: list[tuple[int, Any]] = []
         table.kernel(places.MACHINE, program.address("machine"))
         table.constants(places.CONSTANTS, program, parts)
-        table.list(
-            places.GROUPS, [program.address(f"group {g}") for g in range(len(candidates.pattern.groups))]
-        )
+        pattern = candidates.pattern
+        table.list(places.PAIRS, [program.address(f"pair {p}") for p in range(len(pattern.pairs))])
+        table.list(places.TOUCHES, [program.address(f"contact {k}") for k in range(len(pattern.sizes))])
         if power is not None:
             table.kernel(places.POWER, power.address("power"))
             table.constants(places.POWER_CONSTANTS, power, parts)
@@ -484,7 +485,7 @@ class _Table:
         for place, value in {
             places.N_Q: model.n_q, places.N_U: n, places.CONTACTS: E, places.ROWS: m, places.OWN: first,
             places.ALL_OWN: candidates.own, places.ENDINGS: len(scene.endings) if endings else 0,
-            places.GROUP_COUNT: len(pattern.groups),
+            places.PAIR_COUNT: len(pattern.pairs), places.HELD_COUNT: sum(scene.held),
         }.items():  # fmt: skip
             self.head[place] = value
         L = len(pattern.below)
@@ -498,28 +499,30 @@ class _Table:
             (places.FORCE_AT, m), (places.MULTIPLIER_AT, candidates.own),
         ):  # fmt: skip
             self.room(place, size)
-        groups = [self._more(size) for size in pattern.sizes]
-        self.list(places.GROUP_AT, groups)
+        at_pair, blocks = list(map(self._more, pattern.pairs)), list(map(self._more, pattern.sizes))
+        self.list(places.PAIR_AT, at_pair)
         self.list(
             places.CONTACT,
             [
                 x
-                for g, at, n_t, reaches, row, away in pattern.contacts
-                for x in (g, groups[g] + at, n_t, reaches, row, groups[g] + away)
+                for at, (pair, seen, n_t, reaches, row, away) in zip(blocks, pattern.contacts, strict=True)
+                for x in (at_pair[pair] + seen, at, n_t, reaches, row, at + away)
             ],
         )
         sides = {k: side for k, ((side, _),) in scene.ends.items()}
         self.list(
             places.KIND,
-            [x for k, c in enumerate(model.contacts) for x in (int(not c.frictionless), sides.get(k, -1))],
+            [
+                x
+                for k, c in enumerate(model.contacts)
+                for x in (int(not c.frictionless), sides.get(k, -1), int(c.held), 0)
+            ],
         )
-        group_of_row = [
-            one[0] for k, one in enumerate(pattern.contacts) for _ in range(1 + scene.tangents[k])
-        ]
+        of_row = [at for at, n_t in zip(blocks, scene.tangents, strict=True) for _ in range(1 + n_t)]
         self.list(
             places.ROW,
-            [x for g, (start, size, at) in zip(group_of_row, pattern.rows, strict=True)
-             for x in (start, size, groups[g] + at)],
+            [x for at, (start, size, place) in zip(of_row, pattern.rows, strict=True)
+             for x in (start, size, at + place)],
         )  # fmt: skip
         self.list(places.COLUMNS, pattern.columns)
         self.list(places.ORDER, pattern.order)
@@ -533,8 +536,8 @@ class _Table:
         self.list(
             places.ENDING, [x for end in scene.endings if endings for x in (0, end.contact, 0, end.place)]
         )
-        self.list(places.CALLED, [0] * (1 + len(groups)))
-        self.list(places.WATCHED, [0] * (1 + len(groups)))
+        self.list(places.CALLED, [0] * (1 + E))
+        self.list(places.WATCHED, [0] * (1 + E))
 
     def _more(self, size: int) -> int:
         self.size += size

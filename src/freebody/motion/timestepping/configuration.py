@@ -93,15 +93,18 @@ def close(run: Run, friction: int, near: float) -> None:
     count, row = 0, 0
     for e in range(contacts.count):
         tangents = contacts.tangents[e]
-        if run.now.gap[e] <= near:
+        if run.now.gap[e] <= near and (friction != 0 or contacts.least[e] == 0.0):
             for k in range(1 + tangents if friction != 0 else 1):
                 problem.rows[count], problem.mu[count] = row + k, contacts.mu[e]
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
+                problem.low[count] = contacts.least[e] * run.h if k == 0 else 0.0
                 contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
                 count += 1
         row += 1 + tangents
     problem.count = contacts.closed = count
     close_pairs(run, friction)
+    for a in range(count, problem.count):
+        problem.low[a] = 0.0
 
 
 @compiled
@@ -118,6 +121,9 @@ def answers(run: Run, constraints: int) -> None:
         if kinds[a] == SECOND:
             A[a - 2, 1] = joined(blocks, r - 2, r - 1, W, X)
             A[a - 2, 2] = joined(blocks, r - 2, r, W, X)
+    for a in range(run.contacts.closed):
+        if problem.low[a] > 0.0:  # a given force that moves nothing is compared by the rate of its tangent
+            A[a, 0] = A[a + 1, 0]
     set_scales(problem)
 
 

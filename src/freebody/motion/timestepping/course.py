@@ -354,7 +354,7 @@ class InSteps:
             lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
             mu = number(model, self.values, contact.friction, "a coefficient of friction")
             margin = mu * lam[:, 0] - np.linalg.norm(lam[:, 1:], axis=1)
-            mode = modes[:, e]
+            mode = np.array([contact.shown(x) for x in modes[:, e]])
             result[contact.name] = ContactMotion(
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
                 np.where(mode == "open", np.nan, margin), mode, lam,
@@ -372,19 +372,16 @@ class InSteps:
     @cached_property
     def _changes(self) -> list[tuple[int, int, Change]]:
         """(step, contact, change) of every mode, in the order of their beginnings."""
-        names, times, modes = (
-            [c.name for c in self.kernels.model.contacts],
-            self.path.times,
-            self.impulses.modes,
-        )
+        times, modes = self.path.times, self.impulses.modes
         if not len(modes):
             return []
         found = []
-        for e, name in enumerate(names):
+        for e, contact in enumerate(self.kernels.model.contacts):
             begins = [0, *(np.flatnonzero(np.diff(modes[:, e])) + 1).tolist()]
             for k, end in zip(begins, [*begins[1:], len(modes)], strict=True):
                 why = "the start" if k == 0 else self._why(k, e)
-                change = Change(name, MODES[modes[k, e]], float(times[k]), float(times[end]), why)
+                mode = contact.shown(MODES[modes[k, e]])
+                change = Change(contact.name, mode, float(times[k]), float(times[end]), why)
                 found.append((k, e, change))
         return sorted(found, key=lambda one: one[:2])
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...describe.shapes.shape import ContactShape
 from ..families.memory import fill
 from ..kernels.kernels import Kernels, Program
 from ..start.initial import number
@@ -22,10 +23,11 @@ def memory_of(
     model = kernels.model
     n, n_q, held, E = model.n_u, model.n_q, len(shape.held), len(tangents)
     m = E + sum(tangents)
+    points = max((_points(member.shape) for one in model.families for member in one.members), default=1)
     run = Run.made(
         n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m + 3 * pairs, 1), rows=m,
         squares=int(shape.squares[-1]), constraints=held, holonomic=shape.holonomic, conditions=held * held,
-        members=max(sum(len(family.members) for family in model.families), 1), pairs=max(pairs, 1),
+        members=max(sum(len(family.members) for family in model.families), 1), pairs=max(pairs, 1), points=points,
     )  # fmt: skip
     machine, contacts, problem = run.machine, run.contacts, run.problem
     machine.turning, machine.order = int(shape.turning), shape.order
@@ -37,7 +39,7 @@ def memory_of(
         machine.looped, machine.moving = 1, program.address("moving")
         machine.loading = looped[1].address("bias")
         machine.of_loading = looped[1].constants(kernels.parameters(values))
-    run.families.pairs.most = pairs
+    run.families.pairs.most, run.families.patch.most = pairs, points
     owned = fill(run.families, kernels, values, shape.order, shape.blocks) if pairs else ()
     machine.n_quaternions, machine.quaternions = len(model.quaternions), np.array(model.quaternions, np.int64)
     for i in model.quaternions:
@@ -48,6 +50,7 @@ def memory_of(
         np.array([number(model, values, getattr(c, field), name) for c in model.contacts])
         for field, name in (("friction", "mu"), ("restitution", "restitution"))
     )
+    contacts.least = np.array([float(c.held) for c in model.contacts])
     pieces, row_first, row_at = (
         np.concatenate([part, np.zeros(room * pairs, dtype=np.int64)])
         for part, room in ((shape.pieces, 6), (shape.row_first, 3), (shape.row_at, 3))
@@ -73,3 +76,8 @@ def memory_of(
         setattr(run.end, name, ends[k])
     problem.W, problem.X = run.W, np.zeros(len(run.W))
     return run, owned
+
+
+def _points(shape: ContactShape) -> int:
+    """Return a bound of the points of a patch: the corners of two faces."""
+    return 2 * len(shape.corners) + 2 if shape.patches else 2

@@ -62,6 +62,7 @@ class Contacts(Record):
 
     ``tangents``, ``mu``, ``restitution``    of each contact; ``rows``: number of all rows; ``closed``: those of the
                       problem, before the rows of pairs of families
+    ``least``         normal force that acts in any case: 1 for the friction of a joint, whose normal row is zero
     ``reach_of``      contact of each reach
     ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
     ``before``        rate of each row of the problem at the beginning of the step
@@ -75,6 +76,7 @@ class Contacts(Record):
     tangents: Wholes
     mu: Row
     restitution: Row
+    least: Row
     reach_of: Wholes
     owner: Annotated[Wholes, "most"]
     rebound: Annotated[Row, "most"]

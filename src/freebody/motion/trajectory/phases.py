@@ -7,7 +7,7 @@ one path; at the time of a jump it gives the state just after.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, cast
@@ -44,7 +44,7 @@ class Segment:
 class Phases:
     """Segments one after another, read like a :class:`Path`."""
 
-    segments: tuple[Segment, ...]
+    segments: Sequence[Segment]
     status: End
 
     @property
@@ -159,6 +159,6 @@ class Phases:
         return ((int(k), np.flatnonzero(places == k)) for k in np.unique(places))
 
 
-def segments_of(path: SampledPath, kernels: Any, impulses: float = 0.0) -> tuple[Segment, ...]:
+def segments_of(path: SampledPath, kernels: Any, impulses: float = 0.0) -> Sequence[Segment]:
     """Return the segments of a path; a plain path becomes one segment."""
     return path.segments if isinstance(path, Phases) else (Segment(cast(Path, path), kernels, impulses),)

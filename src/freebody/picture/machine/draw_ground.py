@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Gear, Rolling
-from ...describe.contact_shapes import kind_of
 from ...dynamics.constraints import _arm
 from ...dynamics.contact import touches
 from ...scalar.element import Polynomial
@@ -72,15 +71,15 @@ def surfaces(m: MachineDrawing) -> None:
             if not shape.body.is_ground or any(shape == other for other in drawn):
                 continue
             drawn.append(shape)
-            kind = kind_of(shape)
-            if kind == "plane":
+            look = shape.look
+            if look == "plane":
                 _ground(m, fixed(m, shape.at), fixed(m, shape.normal))
-            elif kind == "segment" and m.view.planar:
+            elif look == "side" and m.view.planar:
                 start, end = (m.page(fixed(m, point)) for point in (shape.start, shape.end))
                 _edge(m, start, end, m.view(fixed(m, shape.normal)))
-            elif kind in ROUND and m.view.planar:
+            elif look in ROUND and m.view.planar:
                 _wall_round(m, shape)
-            elif kind == "point" and m.view.planar:  # an edge of the ground, seen along it
+            elif look == "spot" and m.view.planar:  # an edge of the ground, seen along it
                 at = m.page(fixed(m, shape.components))
                 m.labels.append((f"${latex_name(contact.name)}$", [(at, None)], 9.5, GREY))
                 if m.model.scenery is None:

@@ -9,7 +9,6 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ...describe.contact_shapes import kind_of
 from ...dynamics.kinematics import rotation
 from ...dynamics.state import State, rest_coordinates
 from ...scalar.algebra import apply
@@ -56,7 +55,7 @@ def mark_inclinations(m: MachineDrawing) -> None:
     drawn: list[Any] = []
     for contact in m.model.contacts:
         for shape in (contact.feature, contact.surface):
-            if shape.body.is_ground and kind_of(shape) == "plane" and shape not in drawn:
+            if shape.body.is_ground and shape.look == "plane" and shape not in drawn:
                 drawn.append(shape)
                 n = shape.normal
                 _mark(m, _low_end(m, shape), (n[up], -n[across]) if n[up] != 0 else (n[across], 0))

@@ -12,7 +12,6 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ...describe.contact_shapes import kind_of
 from ...describe.frame import Point
 from ...describe.loads.action import Action, Couple, PointForce
 from ...dynamics.loading import actions, places
@@ -86,7 +85,7 @@ def height_of_line(m: MachineDrawing, name: str, axis: int, distance: Any) -> tu
     point = point_of(m, name)
     for contact in m.model.contacts:
         circle, plane = contact.feature, contact.surface
-        if kind_of(circle) != "circle" or kind_of(plane) != "plane" or not plane.body.is_ground:
+        if circle.look != "disk" or plane.look != "plane" or not plane.body.is_ground:
             continue
         normal = fixed(m, plane.normal)
         if circle.body is point.body and tuple(circle.at) == tuple(point.components) and normal[axis] == 1:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...describe.contact_shapes import kind_of
 from ...dynamics.kinematics import link_postures
 from ...model.closure import Closure
 from ...model.model import Link
@@ -28,7 +27,7 @@ Array = NDArray[np.float64]
 WIDE = 250.0
 """Length of the machine on paper [pt]."""
 
-ROUND = ("circle", "cylinder", "sphere")
+ROUND = ("disk", "wall", "ball")
 """Kinds of surfaces whose section with the plane of the machine is a circle."""
 
 
@@ -184,7 +183,7 @@ def round_walls(m: MachineDrawing) -> list[Array]:
     return [
         fixed(m, shape.at) + sign * float(m.now.state(shape.radius)) * across
         for shape in m.model.touching
-        if m.view.planar and shape.body.is_ground and kind_of(shape) in ROUND
+        if m.view.planar and shape.body.is_ground and shape.look in ROUND
         for across in m.view.matrix
         for sign in (-1.0, 1.0)
     ]

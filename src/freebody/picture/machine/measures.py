@@ -11,7 +11,6 @@ import sympy
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
-from ...describe.contact_shapes import kind_of
 from ...model.closure import Closure
 from ...model.model import GROUND
 from ...scalar.algebra import Scalar, Vector, floats
@@ -196,7 +195,7 @@ def _touched(e: Equations, body: str) -> dict[str, Vector]:
         contact.name: shape.components
         for contact in e.model.contacts
         for shape in (contact.feature, contact.surface)
-        if kind_of(shape) == "point" and shape.body.name == body
+        if shape.look == "spot" and shape.body.name == body
     }
 
 

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling, Rope
-from ...describe.contact_shapes import Tether, kind_of
 from ...describe.frame import Point
 from ...describe.loads.action import PointForce
 from ...describe.loads.load import Load
@@ -254,7 +253,7 @@ def ropes_of(model: Model) -> dict[str, tuple[Point, ...]]:
     """Points of every rope by name, including the ropes that may go slack."""
     result = {name: rope.points for name, rope in model.constraints.items() if isinstance(rope, Rope)}
     for contact in model.contacts:
-        if isinstance(contact.surface, Tether):
+        if contact.surface.look == "rope":
             result[contact.name] = (Point(contact.surface.body, contact.surface.at), contact.feature)
     return result
 
@@ -307,7 +306,7 @@ def _feet(model: Model, state: State, body: str) -> list[Array]:
     return [
         np.array([float(x) for x in state.vector(shape.components)])
         for shape in model.touching
-        if kind_of(shape) == "point" and shape.body.name == body
+        if shape.look == "spot" and shape.body.name == body
     ]
 
 
@@ -387,18 +386,18 @@ def _skins(model: Model, state: State, body: str) -> list[Primitive]:
     """Round surfaces of a body that touch other bodies: spheres, ellipsoids and disks."""
     skins: dict[Any, Primitive] = {}
     for shape in model.touching:
-        kind = kind_of(shape)
-        if shape.body.name != body or kind not in ("sphere", "ellipsoid", "circle") or shape in skins:
+        look = shape.look
+        if shape.body.name != body or look not in ("ball", "oval", "disk") or shape in skins:
             continue
         at = np.array([float(x) for x in state.vector(shape.at)])
-        if kind == "ellipsoid":
+        if look == "oval":
             a, b, c = (float(state(x)) for x in shape.half_axes)
-            skins[shape] = Primitive(kind, {"a": a, "b": b, "c": c}, at)
+            skins[shape] = Primitive("ellipsoid", {"a": a, "b": b, "c": c}, at)
         elif not shape.inside:
             radius = {"radius": float(state(shape.radius))}
-            axis = (0, 0, 1) if kind == "sphere" else state.vector(shape.axis)
+            axis = (0, 0, 1) if look == "ball" else state.vector(shape.axis)
             axes = axes_along(np.array([float(x) for x in axis]))
-            skins[shape] = Primitive("sphere" if kind == "sphere" else "disk", radius, at, axes)
+            skins[shape] = Primitive("sphere" if look == "ball" else "disk", radius, at, axes)
     return list(skins.values())
 
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...describe.contact_shapes import kind_of
 from ...dynamics.contact import touches
 from ...scalar.algebra import Vector
 from .configuration import Configuration
@@ -31,7 +30,7 @@ def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ..
     for contact, touch in zip(now.model.contacts, touches(now.model, now.state), strict=True):
         for shape, place in ((contact.feature, touch.on_feature), (contact.surface, touch.on_surface)):
             name = shape.body.name
-            if kind_of(shape) not in ("plane", "segment") or shape.body.is_ground:
+            if shape.look not in ("plane", "side") or shape.body.is_ground:
                 continue
             R, p = now.posture(name)
             foot = R.T @ (np.array([float(x) for x in place]) - p)
@@ -48,7 +47,7 @@ def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ..
         if far and not any(holds(piece, end, 0.02 * size) for piece in pieces[joint.parent]):
             pieces[joint.parent] += (rod(start, end, ROD * size),)
     for name, touched in sides.items():
-        starts = [_numbers(now, shape.at) for shape, _ in touched if kind_of(shape) == "plane"]
+        starts = [_numbers(now, shape.at) for shape, _ in touched if shape.look == "plane"]
         pieces[name] += tuple(_side(now, shape, foot, starts, size, planar) for shape, foot in touched)
     return pieces
 
@@ -56,7 +55,7 @@ def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ..
 def _side(
     now: Configuration, shape: Any, foot: Array, starts: list[Array], size: float, planar: bool
 ) -> Primitive:
-    if kind_of(shape) == "segment":
+    if shape.look == "side":
         return rod(_numbers(now, shape.start), _numbers(now, shape.end), ROD * size)
     at, normal = _numbers(now, shape.at), _numbers(now, shape.normal)
     first, second = _numbers(now, shape.first), _numbers(now, shape.second)

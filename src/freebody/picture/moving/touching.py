@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...describe.contact_shapes import kind_of
 from ...dynamics.state import State
 from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import floats
@@ -26,14 +25,14 @@ def surface_parts(
     state: State, shape: Any, reach: tuple[float, float], size: float
 ) -> list[Primitive | dict[str, Any]]:
     """Parts of a surface of the ground that is no plane: a side, a round wall, or heights over the range ``reach``."""
-    kind, thin = kind_of(shape), 0.6 * ROD * size
-    if kind == "segment":
+    look, thin = shape.look, 0.6 * ROD * size
+    if look == "side":
         start, end = (np.array([float(state(x)) for x in p]) for p in (shape.start, shape.end))
         return [rod(start, end, thin)]
-    if kind not in ("circle", "cylinder", "sphere", "heightline"):
+    if look not in ("disk", "wall", "ball", "profile"):
         return []
     at = np.array([float(state(x)) for x in shape.at])
-    if kind == "heightline":
+    if look == "profile":
         x = np.linspace(*reach, 81) - at[0]
         heights = [
             float(evaluate(shape.height, {**state.values, shape.variable: value}, floats))
@@ -42,10 +41,10 @@ def surface_parts(
         points = at + np.column_stack([x, heights, np.zeros(len(x))])
         return [rod(a, b, thin) for a, b in zip(points, points[1:], strict=False)]
     r = float(state(shape.radius))
-    if kind == "sphere":
+    if look == "ball":
         return [] if shape.inside else [{"kind": "ellipsoid", "radii": [r] * 3, "at": at.tolist()}]
     turn = quaternions(axes_along(np.array([float(state(x)) for x in shape.axis]))[None])[0].tolist()
-    h = 2 * thin if kind == "circle" else 0.3 * size
+    h = 2 * thin if look == "disk" else 0.3 * size
     wide = r + (thin if shape.inside else -thin)
     profile = [[r, -h], [wide, -h], [wide, h], [r, h], [r, -h]]
     return [{"kind": "lathe", "profile": profile, "at": at.tolist(), "turn": turn}]

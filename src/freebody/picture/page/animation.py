@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
-from ...describe.contact_shapes import kind_of
 from ...describe.frame import Point
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
@@ -319,7 +318,7 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
         if shape.body.is_ground and shape not in surfaces:
             surfaces.append(shape)
     for shape in surfaces:
-        if kind_of(shape) == "plane":
+        if shape.look == "plane":
             planes.append({"at": _numbers(state, shape.at), "normal": _numbers(state, shape.normal)})
         else:
             reach = (float(keys.position[:, :, 0].min()) - size, float(keys.position[:, :, 0].max()) + size)

@@ -7,7 +7,7 @@ from typing import Any
 
 from ...dynamics.constraints import Linearized
 from ...errors import ModelError
-from ...model.contact import Touching, in_modes
+from ...model.contact import Sliding, Touching, in_modes
 from ...model.model import Model
 
 
@@ -28,9 +28,11 @@ def check_modes_are_chosen(model: Model, question: str) -> None:
     ModelError
         With the call that chooses the modes.
     """
-    if not model.contacts or any(isinstance(x, Touching) for x in model.constraints.values()):
+    if not model.contacts or any(
+        isinstance(x, Touching | Sliding) for x in (*model.constraints.values(), *model.loads.values())
+    ):
         return
-    modes = {c.owner: "slip" if c.frictionless else "stick" for c in model.contacts}
+    modes = {c.owner: c.slipping if c.frictionless else "stick" for c in model.contacts}
     raise ModelError(
         f"Expected the modes of the contacts for {question}, got '{model.name}' without any. Pass its equations in "
         f'place of the system: {question}(fb.equations(s, modes={modes}), ...); "open" leaves a contact out.'
@@ -42,9 +44,13 @@ def modes_of(model: Model) -> dict[str, str]:
     result = {contact.name: "open" for contact in model.contacts}
     for name, constraint in model.constraints.items():
         if isinstance(constraint, Touching):
-            result[name] = "slip" if constraint.slips else "stick"
+            result[name] = constraint.contact.slipping if constraint.slips else "stick"
             if constraint.direction in ((1,), (-1,)):
                 result[name] += "+" if constraint.direction == (1,) else "-"
+    for contact in model.contacts:
+        load = model.loads.get(contact.tangent_names[0]) if contact.held and contact.tangents else None
+        if isinstance(load, Sliding):
+            result[contact.name] = "slip+" if load.direction > 0 else "slip-"
     return result
 
 

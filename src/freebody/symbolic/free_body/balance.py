@@ -9,6 +9,7 @@ Source: chapter 6, eqs (6.3), (6.24), (6.25).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -19,11 +20,12 @@ from ...describe.frame import Point
 from ...describe.loads.action import Couple, GeneralizedForce, JointForce, PointForce
 from ...describe.loads.load import Load
 from ...dynamics.armature import resistance, spin_rate
-from ...dynamics.constraints import Row, rows, torques
+from ...dynamics.constraints import Row, rows, slip_direction, torques
+from ...dynamics.contact import unit_forces
 from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joints.freedom import unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
-from ...dynamics.loading import actions, joint_link, speed_of, weight
+from ...dynamics.loading import actions, joint_link, scaled, speed_of, weight
 from ...errors import ModelError, nearest
 from ...model.contact import Touching
 from ...model.model import JointPlace
@@ -160,7 +162,7 @@ class BodyBalance:
         value = e.ring.generator(symbol, "reaction")
         owner = model.constraints[row.owner]
         if isinstance(owner, Touching):
-            return contact_actions(e, self.body, owner, row, value)
+            return self._contact_actions(owner, row, value)
         result = []
         for place, force, moment in pair:
             body, point = place if isinstance(place, tuple) else (place.body, place)
@@ -186,20 +188,48 @@ class BodyBalance:
             result = [replace(result[0], force=force, moment=moment)]
         return result
 
+    def _contact_actions(self, touching: Touching, row: Row, value: Scalar) -> list[Action]:
+        """Forces of one condition of a contact on this body, with the friction of its slip."""
+        e, contact = self._e, touching.contact
+        if contact.law is None:
+            return contact_actions(e, self.body, touching, row, value)
+        names = [contact.normal_name, *contact.tangent_names]
+        unit = unit_forces(e.model, e.state, contact)
+        parts = [(row.name, "reaction", unit[names.index(row.name)], value)]
+        if touching.slips and not contact.frictionless:
+            mu = e.state(contact.friction)
+            for name, d, acting in zip(
+                contact.tangent_names, slip_direction(e.model, e.state, touching), unit[1:], strict=True
+            ):
+                parts.append((name, "friction", acting, -(mu * value * d)))
+        result = []
+        for name, kind, acting, factor in parts:
+            forces = [scaled(action, factor) for action in acting]
+            result += [
+                replace(x, by=f"contact '{contact.name}'")
+                for x in self._actions_of(contact.law, name, kind, forces)
+            ]
+        return result
+
     def _load_actions(self, load: Load) -> list[Action]:
         """The actions of a load on this body; those at one place make one."""
-        model, state, role = self._e.model, self._e.state, load.look.role
+        acting = actions(self._e.model, self._e.state, load.name)
+        return [replace(x, load=load.name) for x in self._actions_of(load, load.name, load.look.role, acting)]
+
+    def _actions_of(self, part: Any, label: str, role: str, acting: Iterable[Any]) -> list[Action]:
+        """Actions of a load or contact on this body; those at one place make one."""
+        model, state = self._e.model, self._e.state
         result: list[Action] = []
         at_place: dict[Vector, Action] = {}
-        for action in actions(model, state, load.name):
+        for action in acting:
             match action:
                 case JointForce():
                     link = joint_link(model, action)
-                    result += self._along_joint(load.name, action.joint.name, link, action.value, role)
+                    result += self._along_joint(label, action.joint.name, link, action.value, role)
                     continue
                 case GeneralizedForce():
-                    speed = speed_of(model, load, action.coordinate)
-                    result += self._generalized_actions(load.name, speed, action.value, role)
+                    speed = speed_of(model, part, action.coordinate)
+                    result += self._generalized_actions(label, speed, action.value, role)
                     continue
                 case PointForce(point, force) if point.body.name == self.body:
                     at, moment = point_position(model, state, point), ZERO
@@ -207,12 +237,12 @@ class BodyBalance:
                     at, force = self._centre, ZERO
                 case _:
                     continue
-            before = at_place.get(at, Action(load.name, role, ZERO, ZERO, at, ""))
+            before = at_place.get(at, Action(label, role, ZERO, ZERO, at, ""))
             at_place[at] = replace(before, force=add(before.force, force), moment=add(before.moment, moment))
         result += at_place.values()
         several = len(result) > 1 and len({action.name for action in result}) == 1
-        names = [f"{load.name}_{i}" if several else action.name for i, action in enumerate(result, start=1)]
-        return [replace(x, name=name, load=load.name) for x, name in zip(result, names, strict=True)]
+        names = [f"{label}_{i}" if several else action.name for i, action in enumerate(result, start=1)]
+        return [replace(x, name=name) for x, name in zip(result, names, strict=True)]
 
     def _generalized_actions(self, load: str, speed: int, value: Scalar, kind: str) -> list[Action]:
         """A generalized force as forces and couples along the free displacements, which have the same power."""

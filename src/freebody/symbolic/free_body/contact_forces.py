@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sympy
 
-from ...dynamics.constraints import Row, rows, slip_friction
-from ...dynamics.contact import touch
+from ...dynamics.constraints import Row, closed_forces, rows, slip_direction, slip_friction
+from ...dynamics.contact import touch, wrench_on_feature
 from ...dynamics.kinematics import Spot
 from ...model.contact import Touching
-from ...scalar.algebra import ZERO, Scalar, add, dot, negate, scale
+from ...scalar.algebra import ZERO, Scalar, add, negate, scale
 from ..derivation.derivation import Derivation
 from .action import Action
 from .reaction import Reaction
@@ -46,32 +46,36 @@ def sliding_friction(e: Derivation) -> dict[str, tuple[sympy.Symbol, Scalar, str
         touching = e.model.constraints[row.owner]
         if not isinstance(touching, Touching) or not touching.slips or touching.contact.frictionless:
             continue
-        force = scale(value, slip_friction(e.model, e.state, touching))
-        tangents = touch(e.model, e.state, touching.contact).tangents
-        for name, t in zip(touching.contact.tangent_names, tangents, strict=True):
-            result[name] = (sympy.Symbol(name, real=True), dot(force, t), row.owner)
+        if not touching.contact.held and row.name != touching.contact.normal_name:
+            continue
+        mu = e.state(touching.contact.friction)
+        along = slip_direction(e.model, e.state, touching)
+        for name, d in zip(touching.contact.tangent_names, along, strict=True):
+            result[name] = (sympy.Symbol(name, real=True), -(mu * value * d), row.owner)
     return result
 
 
 def contact_reaction(e: Derivation, touching: Touching) -> Reaction:
     """Force of a closed contact on its feature, by its unknown components."""
-    contact = touching.contact
-    force, parts = ZERO, {}
-    for row, symbol in zip(rows(e.model), e.multipliers, strict=True):
-        if row.owner != contact.name:
-            continue
+    contact, model, state = touching.contact, e.model, e.state
+    force, moment, parts = ZERO, ZERO, {}
+    own = [
+        (row, symbol)
+        for row, symbol in zip(rows(model), e.multipliers, strict=True)
+        if row.owner == contact.name
+    ]
+    for (row, symbol), acting in zip(own, closed_forces(model, state, touching), strict=True):
         value = e.ring.generator(symbol, "reaction")
         parts[row.name] = e.displayed(value)
-        for action in contact_actions(e, contact.feature.body.name, touching, row, value):
-            force = add(force, action.force)
-            if action.kind == "friction":
-                tangents = touch(e.model, e.state, contact).tangents
-                for name, t in zip(contact.tangent_names, tangents, strict=True):
-                    parts[name] = e.displayed(dot(action.force, t))
+        if touching.slips and not contact.frictionless:
+            for name, d in zip(contact.tangent_names, slip_direction(model, state, touching), strict=True):
+                parts[name] = e.displayed(-(state(contact.friction) * value * d))
+        f, n = wrench_on_feature(model, state, contact, acting)
+        force, moment = add(force, scale(value, f)), add(moment, scale(value, n))
     return Reaction(
         joint=contact.name,
         force=e.column(force),
-        moment=e.column(ZERO),
+        moment=e.column(moment),
         on=contact.feature.body.name,
         about="the point of contact",
         frame="ground",

@@ -58,7 +58,7 @@ def test_no_file_names_a_kind_of_load():
                     continue  # the loads of model files, and of time steps
                 assert node.module.rpartition(".")[2] in ("action", "law", "load", "loads"), path
                 assert {alias.name for alias in node.names} <= {
-                    "Action", "Couple", "GeneralizedForce", "JointForce", "KINDS", "Law", "Load", "Look", "PointForce",
+                    "Action", "Couple", "GeneralizedForce", "JointForce", "KINDS", "Law", "Load", "Look", "Part", "PointForce",
                     "RATE", "STRETCH", "add", "sort_of", "system_loads",
                 }, path  # fmt: skip
 
@@ -136,7 +136,7 @@ def branching(self, at):
 def test_what_cannot_be_a_load_is_refused():
     other = fb.System("other")
     ball = other.body("ball", fb.particle(1))
-    refused("Expected a load for 'x', an instance of a subclass of fb.Load, got None")
+    refused("Expected a load or a contact for 'x', an instance of a subclass of fb.Load or fb.Gap, got None")
     refused("Make it one: Drag", lambda s: Drag)
     refused("drag 'drag' is already part of a system. Make another one for 'x'", lambda s: s.loads["drag"])
     refused("Drag 'x': body 'ball' belongs to the system 'other'", lambda s: Drag(ball.origin, 1))

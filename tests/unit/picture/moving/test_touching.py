@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.describe.contact_shapes import Circle, Cylinder, Segment
+from freebody.describe.shapes.circle import Circle
+from freebody.describe.shapes.cylinder import Cylinder
+from freebody.describe.shapes.segment import Segment
 from freebody.dynamics.state import float_state
 from freebody.picture.moving.touching import distinct, surface_parts
 

@@ -1,0 +1,200 @@
+"""The stops of a joint, or of an expression of coordinates: it stays between two values.
+
+    low ≤ y ≤ high:      g = y - low,      g = high - y
+
+N acts along the displacement y, and moves the joint away from the stop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import sympy
+
+from ...errors import ModelError, shown
+from ...scalar.algebra import Expression, Scalar
+from ...scalar.expression import exact
+from ..constants import default_value
+from ..description import Description, coordinates_of, names_of
+from ..frame import Frame
+from ..joints.joint import Joint
+from ..loads.action import Action, GeneralizedForce, JointForce
+from ..loads.displacement import check_displacement
+from ..loads.joint_stop import JointStop
+from ..loads.load import Constant, Load, add
+from .gap import Gap
+
+
+class Stop(Gap, kind="stop"):
+    """The stops of a displacement of a joint, at the values ``low`` and ``high`` if they are given."""
+
+    joint: Joint
+    low: Constant = None  # [m] or [rad]
+    high: Constant = None
+    index: int = 0
+
+    noun = "stop"
+    words = {"index": "coordinate"}
+
+    def check(self) -> None:
+        """Refuse a joint without such a displacement, and stops in the wrong order."""
+        check_displacement(self.joint, self.index, self.title)
+        check_bounds(self, self.joint.parent.system)
+        super().check()
+
+    @property
+    def elements(self) -> Sequence[tuple[str, Gap]]:
+        """The stop at the low end, and that at the high one."""
+        return sides(self)
+
+    def gap(self, at: Any) -> Scalar:
+        """Return the distance to the stop."""
+        y = at.displacement(self.joint, self.index)
+        return at(self.high) - y if self.low is None else y - at(self.low)
+
+    def normal(self, at: Any) -> Iterator[Action]:
+        """Yield the force along the joint."""
+        yield JointForce(self.joint, -1 if self.low is None else 1, self.index)
+
+
+class CoordinateStop(Gap, kind="coordinate_stop"):
+    """The stops of an expression of coordinates, at the values ``low`` and ``high`` if they are given."""
+
+    expression: Expression
+    low: Constant = None
+    high: Constant = None
+    body: Frame | None = None
+
+    noun = "stop"
+
+    def check(self) -> None:
+        """Refuse stops in the wrong order."""
+        check_bounds(self, self.bodies[0].system)
+        super().check()
+
+    @property
+    def elements(self) -> Sequence[tuple[str, Gap]]:
+        """The stop at the low end, and that at the high one."""
+        return sides(self)
+
+    def gap(self, at: Any) -> Scalar:
+        """Return the distance to the stop."""
+        y = at(self.expression)
+        return at(self.high) - y if self.low is None else y - at(self.low)
+
+    def normal(self, at: Any) -> Iterator[Action]:
+        """Yield the generalized forces ∂g/∂q."""
+        for atom in sorted(self.expression.atoms(sympy.core.function.AppliedUndef), key=str):
+            slope = at(exact(self.expression.diff(atom)))
+            yield GeneralizedForce(atom, -slope if self.low is None else slope)
+
+
+def sides(stop: Any) -> Sequence[tuple[str, Gap]]:
+    """Return the stops of the two ends."""
+    if stop.low is None or stop.high is None:
+        return (("", stop),)
+    return (("low", replace(stop, high=None)), ("high", replace(stop, low=None)))
+
+
+def check_bounds(stop: Any, system: Any) -> None:
+    """Refuse a stop at no end, and ends in the wrong order."""
+    if stop.low is None and stop.high is None:
+        raise ModelError(f"{stop.heading} stops nothing. Give low= or high=, or both.")
+    if stop.low is not None and stop.high is not None:
+        low, high = (default_value(system, x) for x in (stop.low, stop.high))
+        if low is not None and high is not None and not low < high:
+            raise ModelError(
+                f"Expected low below high for {stop.title}, got {low:g} and {high:g}. Exchange them; what cannot move "
+                f"at all is a constraint, s.constrain."
+            )
+
+
+def stop(
+    system: Description,
+    name: str,
+    on: Any,
+    *,
+    low: Expression = None,
+    high: Expression = None,
+    restitution: Expression = 0,
+    coordinate: int = 0,
+    stiffness: Expression = None,
+    damping: Expression = 0,
+) -> Gap | Load:
+    """Let a joint stop at ``low`` and at ``high``: its displacement stays between them.
+
+    A stop is a contact: rigid, with a force that only pushes away from it and Newton's restitution, or with a
+    ``stiffness`` a one-sided spring, whose switches are located.
+
+    Parameters
+    ----------
+    name : str
+        The force on the stopped joint is ``N_name``; for stops at both ends ``N_name_low`` and ``N_name_high``.
+    on : Joint, coordinate or expression of coordinates
+        Such as a hinge, ``"theta"`` or ``q2 - q1``.
+    low, high : expressions of parameters [m] or [rad]
+        One of them may be left out.
+    restitution : expression of parameters, optional
+        Between 0 and 1.
+    coordinate : int, optional
+        Which displacement, of a joint that has several.
+    stiffness, damping : expressions of parameters, optional
+        Of a compliant stop [N/m, N s/m] or [N m/rad, N m s/rad]: f = max(k d + c d', 0) at the depth d.
+
+    Raises
+    ------
+    ModelError
+        No end, ends in the wrong order, a joint without such a displacement, or restitution of a compliant stop.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum at a wall")
+    >>> s.gravity = (0, -9.81, 0)
+    >>> bar = s.body("bar", fb.slender_bar(1, 1, axis="y"))
+    >>> pin = s.hinge("pin", s.ground, bar, to=(0, 0.5, 0), axis="z", coordinate="theta")
+    >>> s.stop("wall", pin, low=0, restitution=0.5)
+    stop 'wall'
+    >>> print(fb.simulate(s, 0.5, initial={"theta": 0.5}).events)
+    """
+    title = f"stop '{name}'"
+    compliant = stiffness is not None
+    if not compliant and not (isinstance(damping, int) and damping == 0):
+        raise ModelError(
+            f"{title.capitalize()} has a damping but no stiffness. Give stiffness= too, or restitution= for a rigid "
+            f"stop."
+        )
+    if compliant and not (isinstance(restitution, int) and restitution == 0):
+        raise ModelError(
+            f"{title.capitalize()} has a stiffness and a restitution. A compliant stop loses energy by damping=: "
+            f"choose one of them."
+        )
+    if isinstance(on, Joint):
+        if compliant:
+            return add(system, name, JointStop(on, stiffness, low, high, damping, coordinate))
+        return add(system, name, Stop(on, low, high, coordinate, restitution=restitution))
+    expression = _of_coordinates(system, on, title)
+    if compliant:
+        raise ModelError(
+            f"A compliant {title} is a load on a joint, got {shown(on)}. Name the joint, or write the law by "
+            f"s.generalized_force."
+        )
+    return add(system, name, CoordinateStop(expression, low, high, system.ground, restitution=restitution))
+
+
+def _of_coordinates(system: Description, on: Any, title: str) -> Any:
+    """Return an expression of coordinates that a stop limits."""
+    expression = system.expression(on, f"the displacement of {title}")
+    names = names_of(system)
+    known = set(coordinates_of(system))
+    moving = names.depends(expression, "coordinate")
+    bad = [*names.depends(expression, "speed", "time"), *(x for x in moving if x not in known)]
+    if not moving or bad:
+        raise ModelError(
+            f"Expected a joint or an expression of coordinates for {title}, got '{expression}'"
+            + (f", which depends on {', '.join(bad)}." if bad else ".")
+            + " The coordinates of ball and free joints have contacts instead, s.contact."
+        )
+    return expression

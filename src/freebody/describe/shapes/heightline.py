@@ -1,0 +1,108 @@
+"""Lines of hills and valleys."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from ...errors import ExpressionError, ModelError, shown
+from ...scalar.algebra import IDENTITY, Expression, Scalar, Vector, add, apply, cross, divide, subtract
+from ...scalar.expression import exact
+from ...scalar.parser import parse
+from ..constants import is_number
+from ..description import names_of, varying
+from ..frame import Frame, place_in
+from .shape import ContactShape, Nearest
+
+LINE = sympy.Symbol("x", real=True)
+"""Position along a line, a name of the body and not of the system."""
+
+
+def on_line(at: Any, point: Any, line: Any) -> Nearest:
+    """Return the nearest points of a point and a line y = f(x), with the foot below the point:
+
+    n = (-f', 1, 0)/sqrt(1 + f'²),  g = (y - f)/sqrt(1 + f'²). Near contact g is the distance to first order.
+    """
+    P = point.middle(at)
+    O = at.place(line.body, line.at)  # noqa: E741
+    x, y, z = at.within(line.body, subtract(P, O))
+    f, slope = (at.of(e, {line.variable: x}) for e in (line.height, line.slope))
+    root = at.field.sqrt(1 + slope * slope)
+    n = at.outward(line.body, (divide(-slope, root), divide(1, root), 0))
+    return Nearest(P, add(O, at.outward(line.body, (x, f, z))), n, divide(y - f, root))
+
+
+class Heightline(ContactShape, kind="heightline"):
+    """The line y = f(x) (in 3-D the surface over x and z) of a body that lies below it."""
+
+    at: Vector
+    variable: Any
+    height: Scalar
+    slope: Scalar
+
+    door = True
+    words = {"height": "text", "at": "vector"}
+    required = ("height",)
+    look, in_families = "profile", False
+    touched_by = {"point": on_line}
+
+    def lies_across(self, R: Any, k: Vector) -> bool:
+        """Return True if its z is parallel to k."""
+        return all(exact(x) == 0 for x in cross(apply(R, IDENTITY[2]), k))
+
+    @classmethod
+    def made(cls, body: Any, **data: Any) -> ContactShape:
+        """Return the line of a body from the data of a file."""
+        return heightline(body, **data)
+
+
+def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline:
+    """Return a line y = f(x) in the axes of the body, which lies below it: a hill, a valley, a cam's face.
+
+    Parameters
+    ----------
+    height : text or SymPy expression of ``x`` and parameters [m]
+        Its first derivative must exist wherever it is touched.
+    at : Point of the body or three components, optional
+        The point x = 0, y = 0; by default the body's origin.
+
+    Raises
+    ------
+    ModelError
+        An expression that depends on coordinates, speeds or time, or not on ``x``.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("hill")
+    >>> h, l = s.parameters(h=0.5, l=2.0)
+    >>> s.ground.heightline("h*cos(pi*x/l)").slope
+    -pi*h*sin(pi*x/l)/l
+    """
+    what = f"the heightline of {body!r}"
+    names = names_of(body.system)
+    x = LINE
+    if isinstance(height, str):
+        try:
+            expression = parse(height, {**names.atoms, "x": x})
+        except ExpressionError as error:
+            raise ExpressionError(f"In {what}: {error}") from None
+    else:
+        if not isinstance(height, sympy.Expr) and not is_number(height):
+            raise ExpressionError(
+                f"In {what}: expected text or a SymPy expression of x, got {shown(height)}."
+            )
+        expression = sympy.sympify(height)
+        free = {symbol: x for symbol in expression.free_symbols if symbol.name == "x"}
+        expression = expression.xreplace(free)
+        names.expression(expression.xreplace({x: sympy.Integer(1)}), what)
+    moving = varying(body.system, expression)
+    if moving:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} is fixed in its body and cannot depend on {', '.join(moving)}. Write it as "
+            f"a function of x and parameters."
+        )
+    if not expression.has(x):
+        raise ModelError(f"{what[0].upper()}{what[1:]} does not depend on x. A level line is body.plane().")
+    return Heightline(body, place_in(body, at, what), x, exact(expression), exact(expression.diff(x)))
