@@ -284,7 +284,7 @@ def test_the_page_on_drawings_does_what_it_says(tmp_path: Path, monkeypatch: Any
 
 
 def test_a_crowded_machine_in_space_has_few_labels() -> None:
-    """More than five bodies in space: no lengths unless they are asked for; a joint and its coordinate have one label."""
+    """Of more than five bodies in space: no lengths unless asked for; a joint and its coordinate have one label."""
     s = fb.System("arm")
     L = s.parameters(L=0.4)
     parent, at = s.ground, (0, 0, 0)
