@@ -105,6 +105,9 @@ def check_formulas(name: str, closed: Closed, *keys: str) -> None:
     assert asked
     for key in asked:
         answer = found.answers[key]
-        short = {sympy.Symbol(name, real=True): x for name, x in answer.where.items() if name not in atoms}
-        left = e.ring.from_sympy(sympy.sympify(answer.formula.xreplace(short) - expected[key]))
+        formula = answer.formula
+        for short, meaning in answer.where.items():  # earlier abbreviations may contain later ones
+            if short not in atoms:
+                formula = formula.xreplace({sympy.Symbol(short, real=True): meaning})
+        left = e.ring.from_sympy(sympy.sympify(formula - expected[key]))
         assert left == 0, f"{name}, {key}: {found.answers[key].text} differs by {left}"

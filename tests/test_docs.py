@@ -124,7 +124,7 @@ def test_links_lead_somewhere(page: str) -> None:
             assert ((ROOT / page).parent / target).exists(), f"{page} links to {target}"
 
 
-@pytest.mark.parametrize("page", ["docs/analysis.md", "docs/loads.md", *TUTORIAL])
+@pytest.mark.parametrize("page", ["docs/analysis.md", "docs/how-do-i.md", "docs/loads.md", *TUTORIAL])
 def test_a_page_prints_what_it_says(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -144,6 +144,21 @@ def test_a_page_prints_what_it_says(
         if made.suffix == ".svg":
             kept = (ROOT / page).parent / target
             assert arrows(made.read_text(encoding="utf-8")) == arrows(kept.read_text(encoding="utf-8"))
+
+
+def test_the_calls_of_the_index_by_task_exist() -> None:
+    """Every call in the tables of the page is there, under the names that its blocks give."""
+    from freebody.program.program import Program
+    from freebody.symbolic.equations import Equations
+
+    text = (ROOT / "docs" / "how-do-i.md").read_text(encoding="utf-8")
+    homes = {
+        "fb": fb, "s": fb.System, "eq": Equations, "motion": fb.Trajectory, "program": Program, "plot": fb.plot,
+    }  # fmt: skip
+    calls = re.findall(r"`(?:fb\.)?(fb|s|eq|motion|program|plot)\.(\w+)`", text)
+    assert len(calls) > 60
+    for home, name in calls:
+        assert hasattr(homes[home], name), f"{home}.{name}"
 
 
 @pytest.mark.parametrize("page", ["docs/plots.md", "docs/report.md"])
@@ -186,6 +201,13 @@ def test_the_documentation_is_built(systems: str, tmp_path: Path) -> None:
             assert f"<h2>{heading}<" in page, f"{name}: {heading}"
         assert not is_run or ("<use" in page and page.count("<img") >= 2), name
         assert f"def {entries()[name].build.__name__}(" in re.sub("<[^>]*>", "", page), name
+    index = (site / "searchindex.js").read_text(encoding="utf-8")
+    assert "freebody.linearize" in index or '"linearize"' in index
+    rooms = "|".join(
+        path.name for path in (ROOT / "src" / "freebody").iterdir() if (path / "__init__.py").exists()
+    )
+    named = set(re.findall(rf"freebody\.(?:{rooms})\.[\w.]+", index))
+    assert not named, "the search speaks of files"
     for path in site.rglob("*.html"):
         fetched = re.findall(
             r'(?:src|href)="(?:https?:)?//([^"/]+)[^"]*"[^>]*(?:>|rel="stylesheet")', _without_links(path)

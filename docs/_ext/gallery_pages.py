@@ -249,7 +249,9 @@ class Page:
                 self._figures([(self._drawn(drawn, f"body-{name}"), f"Free-body diagram of {name}")]),
                 self._formulas(body.latex()),
             ]
-        return "\n".join([*parts, "## Equations of motion\n", self._formulas(e.latex())])
+        return "\n".join(
+            [*parts, "## Equations of motion\n", self._formulas(e.latex(names=self.entry.names))]
+        )
 
     def _answers(self) -> str:
         from freebody.scalar.digits import significant

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
+import itertools
 import re
+import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -28,7 +31,6 @@ SUBJECTS = {
 """Title of the page on a room of the library; a room that is not named here has its own name."""
 
 RESULTS = {
-    "describe": ["describe.body.Body", "describe.joints.joint.Joint"],
     "symbolic": [
         "symbolic.equations.Equations",
         "symbolic.free_body.free_body.FreeBody",
@@ -47,13 +49,26 @@ RESULTS = {
     "program": ["program.program.Program"],
     "picture": ["picture.paper.drawing.Drawing"],
 }
-"""Classes that public functions return, under freebody: users read them and do not make them."""
+"""Classes that public functions return, under freebody: users read them and do not make them.
+
+They are shown as ``results.Equations``, so that neither the pages nor the search speak of files.
+"""
 
 
 def setup(app: Any) -> dict[str, Any]:
+    sys.modules["results"] = results()
     app.connect("builder-inited", write_pages)
     app.connect("autodoc-process-docstring", readable, priority=100)  # before napoleon
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def results() -> ModuleType:
+    """Return the module under whose name results are documented."""
+    module = ModuleType("results")
+    for path in itertools.chain(*RESULTS.values()):
+        home, _, name = path.rpartition(".")
+        setattr(module, name, getattr(importlib.import_module(f"freebody.{home}"), name))
+    return module
 
 
 def write_pages(app: Any) -> None:
@@ -67,7 +82,10 @@ def write_pages(app: Any) -> None:
     for room, names in by_subject().items():
         made.add(write(folder / f"{room}.md", page(SUBJECTS.get(room, room.capitalize()), room, names)))
         listed.append(room)
-    text = "# Reference\n\nEvery public name, from its own documentation; `import freebody as fb`.\n\n"
+    text = (
+        "# Reference\n\nEvery public name, from its own documentation; `import freebody as fb`. Functions return the\n"
+        "classes under `results`.\n\n"
+    )
     made.add(
         write(folder / "index.md", text + "```{toctree}\n" + "\n".join([*listed, "bibliography"]) + "\n```\n")
     )
@@ -96,16 +114,14 @@ def page(title: str, room: str, names: list[str]) -> str:
         if isinstance(value, ModuleType):
             title = f"fb.{name}"
             about = plain((inspect.getdoc(value) or "").split("\n\n")[0]) + "\n\n"
-            blocks += [
-                (_directive(one), f"{one.__module__}.{one.__qualname__}", "") for one in _public(value)
-            ]
+            blocks += [(_directive(one), f"freebody.{name}.{one.__qualname__}", "") for one in _public(value)]
         else:
             more = "   :members:\n   :inherited-members:\n" if isinstance(value, type) else ""
             blocks.append((_directive(value), f"freebody.{name}", more))
     more = "   :members:\n" + "   :inherited-members:\n" * (
         room in ("describe", "symbolic")
     )  # their base classes are internal
-    blocks += [("autoclass", f"freebody.{path}", more) for path in RESULTS.get(room, [])]
+    blocks += [("autoclass", f"results.{path.rpartition('.')[2]}", more) for path in RESULTS.get(room, [])]
     shown = [f"```{{eval-rst}}\n.. {kind}:: {path}\n{more}```\n" for kind, path, more in blocks]
     return f"# {title}\n\n{about}" + "\n".join(shown)
 

@@ -32,7 +32,9 @@ from .free_body.planar import Plane, plane_of
 from .free_body.reactions import Reactions
 from .integrals.conserved_quantities import Integrals, integrals
 from .integrals.routh import Routh, routh
+from .printing.abbreviations import abbreviated, groups
 from .printing.arrange import PRINTED
+from .printing.closed.answers import closed as shortest
 from .printing.display import displayed, lines_of
 from .printing.latex import Latex
 from .printing.printer import Printer
@@ -350,17 +352,33 @@ class Equations(Derivation, Typeset):
     # -- display ----------------------------------------------------------------------------------
 
     @named("the equations of motion")
-    def _shown(self, kind: type[Printer], sign: str) -> tuple[list[str], list[str]]:
+    def _shown(
+        self, kind: type[Printer], sign: str, names: Mapping[str, Expression] | None
+    ) -> tuple[list[str], list[str]]:
         sides = [*self.balances, *((x, 0) for x in self._residuals)]
         # refuse before the first equation is printed
         self.ring.budget.scan(PRINTED * sum(len(x) for pair in sides for x in pair if type(x) is Polynomial))
-        return lines_of(kind, sides, self.ring, sign)
+        shown, meanings = abbreviated(sides, groups(self, names or {}), self.ring)
+        lines, long = lines_of(kind, shown, self.ring, sign)
+        printer = kind(self.ring)
+        return lines, [
+            *(f"{printer.name(n)}{sign}{shortest(kind, x, self.ring)}" for n, x in meanings.items()),
+            *long,
+        ]
 
     @cached_property
     def _solved(self) -> SolveResult:
         return self.solve([f"{speed.name}'" for speed in self.model.speeds])
 
-    def text(self, *, solved: bool = False) -> str:
+    def _refuse_names(self, names: Mapping[str, Expression] | None, solved: bool) -> None:
+        if names and (solved or self.form == "recursive"):
+            written = "solved for the accelerations" if solved else "in recursive form"
+            raise ModelError(
+                f"Expected no names= for equations {written}, got {', '.join(names)}: they name groups of "
+                "parameters in equations that are written out; leave one of the two out."
+            )
+
+    def text(self, *, solved: bool = False, names: Mapping[str, Expression] | None = None) -> str:
         """The equations of motion as plain text, a line each; then the definitions of the names in them.
 
         Parameters
@@ -368,6 +386,9 @@ class Equations(Derivation, Typeset):
         solved : bool, optional
             Print the accelerations on the left, each in coordinates and speeds: the solution of `solve`, which refuses
             what has no short closed form.
+        names : mapping, optional
+            Names for groups of parameters, ``{"I_O": "m*L**2/3"}``, at most four. An equation uses them where it
+            becomes shorter; the names that are used are explained below the equations.
 
         Examples
         --------
@@ -379,32 +400,38 @@ class Equations(Derivation, Typeset):
         >>> pin = s.hinge("pin", s.ground, bar, to=(0, L/2, 0), coordinate="theta")
         >>> print(fb.equations(s).text(solved=True))
         theta'' = -3*g*sin(theta)/(2*L)
+        >>> print(fb.equations(s).text(names={"I_O": m*L**2/3}))
+        I_O*theta'' + m*L*g*sin(theta)/2 = 0
+        where
+          I_O = m*L^2/3
         """
-        return "\n".join([*self.heading, *([self._solved.text()] if solved else self.lines())])
+        self._refuse_names(names, solved)
+        return "\n".join([*self.heading, *([self._solved.text()] if solved else self.lines(names))])
 
-    def lines(self) -> list[str]:
+    def lines(self, names: Mapping[str, Expression] | None = None) -> list[str]:
         """The lines of :meth:`text` below the modes of the contacts."""
         if self.form == "recursive":
             parts = self.recursive.written(Text, " = ")
             return [line for head, lines in parts for line in (head, *(f"  {x}" for x in lines))]
-        lines, names = self._shown(Text, " = ")
-        return [*lines, *(["where"] if names else []), *(f"  {line}" for line in names)]
+        lines, meanings = self._shown(Text, " = ", names)
+        return [*lines, *(["where"] if meanings else []), *(f"  {line}" for line in meanings)]
 
-    def latex(self, *, solved: bool = False) -> str:
-        """The equations of motion as a LaTeX ``aligned`` block, with ``solved`` as in `text`."""
+    def latex(self, *, solved: bool = False, names: Mapping[str, Expression] | None = None) -> str:
+        """The equations of motion as a LaTeX ``aligned`` block, with ``solved`` and ``names`` as in `text`."""
+        self._refuse_names(names, solved)
         if solved:
             return self._solved.latex()
         if self.form == "recursive":
             parts = self.recursive.written(Latex, " &= ")
             rows = [line for head, lines in parts for line in (f"&{latex_words(head)}", *lines)]
             return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-        lines, names = self._shown(Latex, " &= ")
+        lines, meanings = self._shown(Latex, " &= ", names)
         above = [f"&{latex_words(line)}" for line in self.heading]
-        return "\\begin{aligned}\n" + " \\\\\n".join([*above, *lines, *names]) + "\n\\end{aligned}"
+        return "\\begin{aligned}\n" + " \\\\\n".join([*above, *lines, *meanings]) + "\n\\end{aligned}"
 
-    def html(self, *, solved: bool = False) -> str:
-        """The equations of motion as HTML that needs no other file, with ``solved`` as in `text`."""
-        return block(self.latex(solved=solved))
+    def html(self, *, solved: bool = False, names: Mapping[str, Expression] | None = None) -> str:
+        """The equations of motion as HTML that needs no other file, with ``solved`` and ``names`` as in `text`."""
+        return block(self.latex(solved=solved, names=names))
 
     def __repr__(self) -> str:
         contacts = "" if self.chosen else modes_in_words(self.model)

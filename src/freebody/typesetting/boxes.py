@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from .glyphs import Glyph, glyph
 
@@ -44,52 +45,62 @@ Item = Placed | Rule | Named
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """Items with a width, a height above the baseline and a depth below; the width includes the italic ``lean``."""
+    """Own items or boxes at places, with a width, a height above the baseline and a depth below.
+
+    The width includes the italic ``lean``. A part is (box, x, y, scale); items are placed once, when a whole formula is
+    drawn, since a formula has many levels.
+    """
 
     width: float
     height: float
     depth: float
-    items: tuple[Item, ...] = ()
+    own: tuple[Item, ...] = ()
     lean: float = 0
+    parts: tuple[tuple[Box, float, float, float], ...] = ()
+
+    @cached_property
+    def items(self) -> tuple[Item, ...]:
+        """All items at their places in this box."""
+        return tuple(_placed(self, 0, 0, 1))
 
 
 EMPTY = Box(0, 0, 0)
 
 
-def moved(item: Item, x: float, y: float) -> Item:
-    """Return an item at another place."""
-    return replace(item, x=item.x + x, y=item.y + y)
+def _placed(box: Box, x: float, y: float, k: float) -> Iterator[Item]:
+    """Yield the items of a box of size k at (x, y)."""
+    for item in box.own:
+        yield item if x == y == 0 and k == 1 else _at(item, x, y, k)
+    for part, across, up, size in box.parts:
+        yield from _placed(part, x + k * across, y + k * up, k * size)
+
+
+def _at(item: Item, x: float, y: float, k: float) -> Item:
+    x, y = x + k * item.x, y + k * item.y
+    if isinstance(item, Placed):
+        return Placed(item.glyph, x, y, item.across * k, item.up * k)
+    if isinstance(item, Rule):
+        return Rule(x, y, item.width * k, item.height * k)
+    return Named(item.inside, x, y, item.scale * k)
 
 
 def scaled(box: Box, k: float) -> Box:
     """Return a smaller or larger box."""
     if k == 1:
         return box
-    items: list[Item] = []
-    for item in box.items:
-        x, y = item.x * k, item.y * k
-        if isinstance(item, Placed):
-            items.append(Placed(item.glyph, x, y, item.across * k, item.up * k))
-        elif isinstance(item, Rule):
-            items.append(Rule(x, y, item.width * k, item.height * k))
-        else:
-            items.append(Named(item.inside, x, y, item.scale * k))
-    return Box(box.width * k, box.height * k, box.depth * k, tuple(items), box.lean * k)
+    return Box(box.width * k, box.height * k, box.depth * k, (), box.lean * k, ((box, 0, 0, k),))
 
 
 def raised(box: Box, up: float) -> Box:
     """Return a box whose inside is moved up."""
-    return Box(
-        box.width, box.height + up, box.depth - up, tuple(moved(i, 0, up) for i in box.items), box.lean
-    )
+    return Box(box.width, box.height + up, box.depth - up, (), box.lean, ((box, 0, up, 1),))
 
 
-def overlaid(parts: Sequence[tuple[Box, float, float]], width: float) -> Box:
+def overlaid(parts: Sequence[tuple[Box, float, float]], width: float, lean: float = 0) -> Box:
     """Return boxes at places (x, y) as one box."""
-    items = tuple(moved(item, x, y) for box, x, y in parts for item in box.items)
     height = max((box.height + y for box, _, y in parts), default=0)
     depth = max((box.depth - y for box, _, y in parts), default=0)
-    return Box(width, height, depth, items)
+    return Box(width, height, depth, (), lean, tuple((box, x, y, 1) for box, x, y in parts))
 
 
 def joined(boxes: Sequence[Box]) -> Box:
@@ -98,7 +109,7 @@ def joined(boxes: Sequence[Box]) -> Box:
     for box in boxes:
         parts.append((box, x, 0.0))
         x += box.width
-    return replace(overlaid(parts, x), lean=boxes[-1].lean if boxes else 0)
+    return overlaid(parts, x, boxes[-1].lean if boxes else 0)
 
 
 def space(width: float) -> Box:
@@ -110,7 +121,7 @@ def named(box: Box) -> Box:
     """Return a box whose inside is one item."""
     if len(box.items) <= 1:
         return box
-    return replace(box, items=(Named(box, 0, 0),))
+    return replace(box, own=(Named(box, 0, 0),), parts=())
 
 
 def flat(box: Box) -> Box:
@@ -118,11 +129,10 @@ def flat(box: Box) -> Box:
     items: list[Item] = []
     for item in box.items:
         if isinstance(item, Named):
-            inside = scaled(flat(item.inside), item.scale)
-            items += [moved(part, item.x, item.y) for part in inside.items]
+            items += _placed(flat(item.inside), item.x, item.y, item.scale)
         else:
             items.append(item)
-    return replace(box, items=tuple(items))
+    return replace(box, own=tuple(items), parts=())
 
 
 def letters(text: str, style: str) -> Box:

@@ -11,7 +11,7 @@ from html import escape
 
 from .boxes import Box, Item, Named, Placed, Rule, bounds
 from .glyphs import EM
-from .latex import parse, rows
+from .latex import Node, parse, rows
 from .lines import pieces
 from .plain import plain
 from .setting import Style, setting
@@ -51,25 +51,27 @@ class Glyphs:
         >>> Glyphs().line(r"\dot{\theta}").partition("<svg")[0]
         '<span class="formula" role="img" aria-label="θ̇" data-tex="\\dot{\\theta}">'
         """
-        return self._span(tex, self._svgs([setting(parse(tex), Style(0, False))]))
+        node = parse(tex)
+        return self._span(tex, node, self._svgs([setting(node, Style(0, False))]))
 
     def block(self, tex: str) -> str:
         """Return the equations of a LaTeX formula or ``aligned`` block as HTML, a paragraph each, which wrap."""
+        parsed = [(row, parse(row)) for row in rows(tex)]
         return "\n".join(
-            f'<div class="equation">{self._span(row, *self._columns(row))}</div>' for row in rows(tex)
+            f'<div class="equation">{self._span(row, node, *self._columns(node))}</div>'
+            for row, node in parsed
         )
 
-    def _columns(self, tex: str) -> tuple[str, ...]:
+    def _columns(self, node: Node) -> tuple[str, ...]:
         """Return a formula for a wide column, and for a narrow one if a fraction or a root is too wide for that."""
-        node = parse(tex)
         wide, narrow = (self._svgs(pieces(node, NARROW * EM, column * EM)) for column in (WIDE, NARROW))
         return (wide,) if wide == narrow else (wide, narrow)
 
     def _svgs(self, boxes: Iterable[Box]) -> str:
         return "".join(map(self._svg, boxes))
 
-    def _span(self, tex: str, wide: str, narrow: str | None = None) -> str:
-        words = escape(plain(parse(tex)))
+    def _span(self, tex: str, node: Node, wide: str, narrow: str | None = None) -> str:
+        words = escape(plain(node))
         inside = (
             wide
             if narrow is None

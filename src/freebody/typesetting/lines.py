@@ -133,7 +133,7 @@ def _bracketed(node: Fenced, sub: Node | None, sup: Node | None, column: float) 
 def _without(box: Box, width: float) -> Box:
     """Return what of a box stands right of a width."""
     items = tuple(replace(item, x=item.x - width) for item in box.items if item.x >= width - 1)
-    return replace(box, width=box.width - width, items=items)
+    return replace(box, width=box.width - width, own=items, parts=())
 
 
 def _quotient(node: Fraction) -> list[Atom] | None:

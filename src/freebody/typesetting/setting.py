@@ -272,7 +272,7 @@ def accented(node: Accent, style: Style) -> Box:
     body = setting(node.body, style)
     if node.mark == "line":
         line = rule(body.width, BAR, body.height + 90)
-        return replace(overlaid([(body, 0, 0), (line, 0, 0)], body.width), lean=body.lean)
+        return overlaid([(body, 0, 0), (line, 0, 0)], body.width, body.lean)
     g = glyph("r", node.mark)
     box = letters(node.mark, "r")
     left, _, right, top = boxes.bounds(body)
@@ -280,7 +280,7 @@ def accented(node: Accent, style: Style) -> Box:
     slant = 0.12 * min(top, 700) if italic else 0.0
     x = (left + right) / 2 + slant - (g.box[0] + g.box[2]) / 2
     up = max(0.0, top + 80 - g.box[1])
-    return replace(overlaid([(body, 0, 0), (box, x, up)], body.width), lean=body.lean)
+    return overlaid([(body, 0, 0), (box, x, up)], body.width, body.lean)
 
 
 # -- fractions, roots, brackets ----------------------------------------------------------------------------

@@ -23,7 +23,7 @@ import sympy
 
 import freebody as fb
 
-from ..textbook.examples.sec_6_9_gyroscope import EVENTS, top
+from ..textbook.examples.sec_6_9_gyroscope import EVENTS, MOMENTS, top
 from ..textbook.examples.sec_6_10_nutation import linear_theory, slow_precession, start
 from ..tools.answer import Answer, Answers, Check, Plots, Solved, same
 from ..tools.case import Case, explain, happened
@@ -199,8 +199,8 @@ def chart(case: Case, slow: Any, paths_by_name: dict[str, Path]) -> Any:
         t = path.motion.t
         linear = {}
         for name in ("theta", "psi"):
-            x = theory.at(theory.at(getattr(theory, name), omega_n=theory.frequency, **changes), rate=slow)
-            linear[name] = sympy.lambdify(theory.t, case.put(x, case.values), "numpy")(t)
+            x = case.put(theory.written_out(name, slow, **changes), case.values)
+            linear[name] = sympy.lambdify(theory.t, x, "numpy")(t)
         for (psi, theta_t), style in (
             ((path.motion["psi"], path.motion["theta"]), {"color": COLORS[0], "label": "exact"}),
             (
@@ -232,4 +232,5 @@ PRECESSION_PATHS = Entry(
     solve,
     until=1.5,
     start={"theta": "theta_0", "phi'": "Omega_zeta"},
+    names=MOMENTS,
 )

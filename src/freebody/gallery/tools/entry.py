@@ -107,6 +107,8 @@ class Entry:
         Returns the impulses that its drawing shows: (point, components) by name.
     modes : mapping, optional
         For machines with contacts: the contact modes of its equations, see :func:`freebody.equations`.
+    names : mapping
+        Names for groups of parameters, with which its page prints the equations of motion.
     fixed_values : mapping
         Values of coordinates, speeds and accelerations that these modes hold fixed; the free bodies are shown with
         them.
@@ -126,6 +128,7 @@ class Entry:
     positive: tuple[str, ...] = ()
     bodies: tuple[str, ...] | None = None
     modes: Mapping[str, Any] | None = None
+    names: Mapping[str, Any] = field(default_factory=dict)
     fixed_values: Mapping[str, Any] = field(default_factory=dict)
 
     def run(

@@ -199,7 +199,8 @@ class Trajectory(ComputedMotion):
             Also write it to this file: ``.html`` is a page that opens offline; ``.gif`` and ``.mp4`` are made with a
             browser.
         **options
-            Options of :func:`freebody.picture.page.animate.animate`.
+            ``tolerance`` between keyframes, ``height`` in a notebook, and what is shown from the beginning:
+            ``trails``, ``frames``, ``names``, ``forces``, ``reactions``, ``cones``, ``follow``, ``repeat``.
 
         Returns
         -------

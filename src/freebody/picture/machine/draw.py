@@ -42,7 +42,7 @@ def draw(
     near: Mapping[Any, Any] | None = None,
     modes: Mapping[str, Any] | None = None,
     coordinates: bool = True,
-    dimensions: bool = True,
+    dimensions: bool | None = None,
     names: bool = True,
     axonometric: bool = False,
     impulses: Mapping[str, Any] | None = None,
@@ -66,8 +66,11 @@ def draw(
     modes : mapping, optional
         Contact modes, ``{"floor": "stick"}``; contacts that are not open are drawn closed. Without modes, bodies stand
         on the surfaces that they may touch.
-    coordinates, dimensions, names : bool
-        Show the coordinates, the lengths, and the names of bodies and joints.
+    coordinates, names : bool
+        Show the coordinates, and the names of bodies and joints. A joint whose coordinate has its name has one label.
+    dimensions : bool, optional
+        Show the lengths; by default except for machines of more than five bodies in space, whose drawing has no room
+        for them.
     axonometric : bool
         Draw a planar machine in the axonometric view, too.
     impulses : mapping, optional
@@ -104,7 +107,9 @@ def draw(
 class Machine(MachineDrawing):
     """Draws one machine in one configuration."""
 
-    def sheet(self, coordinates: bool, dimensions: bool, names: bool, blows: Mapping[str, Any]) -> Sheet:
+    def sheet(
+        self, coordinates: bool, dimensions: bool | None, names: bool, blows: Mapping[str, Any]
+    ) -> Sheet:
         """Return the sheet with everything, drawn from the back to the front."""
         scenery(self)
         rolling_planes(self)
@@ -121,7 +126,7 @@ class Machine(MachineDrawing):
         impulses(self, blows)
         if coordinates:
             mark_coordinates(self)
-        if dimensions:
+        if not self.many if dimensions is None else dimensions:
             mark_dimensions(self)
             if self.view.planar:
                 mark_inclinations(self)
@@ -257,8 +262,9 @@ class Machine(MachineDrawing):
             if name in self.drawn:
                 self.labels.append((name.replace("_", " "), [(self._visible_point(name), None)], 10.5, INK))
         points: list[tuple[Array, list[str]]] = []
+        shown = {tex for tex, *_ in self.labels}
         for name, (kind, parent, child, point) in self.joints.items():
-            if kind == "planar" or not self._shows(parent, child):
+            if kind == "planar" or not self._shows(parent, child) or f"${latex_name(name)}$" in shown:
                 continue
             at = self.page(point)
             together = next((names for q, names in points if float(np.linalg.norm(q - at)) < 1.0), None)

@@ -120,13 +120,17 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     # arcs about one point have increasing radii
     concentric = sum(float(np.linalg.norm(at - q)) < 1.0 for q in m.arcs)
     m.arcs.append(at)
-    radius = (40.0 + 13.0 * concentric) / m.scale
+    radius = (24.0 if m.many else 40.0) + 13.0 * concentric
+    radius /= m.scale
     count = max(8, int(abs(math.degrees(value)) / 4))
     curve = np.array([m.page(point + radius * (_about(n, a) @ before)) for a in np.linspace(0, value, count)])
     fine = Style(GREY, 0.7, (4.0, 2.5))
-    items: list[Any] = [
+    sides = [
         Line(np.array([at, m.page(point + 1.35 * radius * before)]), fine),
         Line(np.array([at, m.page(point + 1.35 * radius * r)]), Style(GREY, 0.7)),
+    ]
+    items: list[Any] = [
+        *([] if m.many else sides),
         Line(np.array([at, m.page(point + 1.5 * radius * n)]), Style(PALE, 0.9, (8.0, 2.0, 1.5, 2.0))),
     ]
     if float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()) > 10.0:

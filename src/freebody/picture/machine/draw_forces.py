@@ -87,7 +87,8 @@ def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
     link = m.model.links[joint_link(m.model, action)]
     if link.kind != "slider" or d is None:
         m.add(symbols.spiral(at), class_=load.look.role, data_load=name)
-        _spring_label(m, load, at, np.array([20.0, 0.0]))
+        if not m.many:
+            _spring_label(m, load, at, np.array([20.0, 0.0]))
         return
     base = m.page(m.now.place(joint[1], m.model.joints[action.joint.name].at))
     same = [

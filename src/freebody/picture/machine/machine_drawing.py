@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 WIDE = 250.0
 """Length of the machine on paper [pt]."""
 
+MANY = 5
+"""Most bodies of a machine in space between whose labels there is room for lengths."""
+
 ROUND = ("disk", "wall", "ball")
 """Kinds of surfaces whose section with the plane of the machine is a circle."""
 
@@ -69,6 +72,11 @@ class MachineDrawing:
     def page(self, point: Array) -> Array:
         """Map a point in ground axes to paper [pt]."""
         return self.scale * self.view(point)
+
+    @property
+    def many(self) -> bool:
+        """True for a machine in space that is too crowded for the labels of its lengths and its joints' loads."""
+        return not self.view.planar and len(self.drawn) > MANY
 
     # -- extent and order -----------------------------------------------------------------------------
 

@@ -37,7 +37,7 @@ def animate(
     ----------
     trajectory : Trajectory
     tolerance : float
-        Tolerance of the interpolation between keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
+        Tolerance of the interpolation between keyframes.
     height : int
         Height of the player in a notebook [pixels].
     **shown : bool

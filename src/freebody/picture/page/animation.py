@@ -50,7 +50,7 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
     ----------
     trajectory : Trajectory
     tolerance : float
-        Tolerance of the interpolation between keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
+        Tolerance of the interpolation between keyframes.
 
     Returns
     -------

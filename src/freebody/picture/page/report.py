@@ -77,7 +77,7 @@ def report(
     equations : bool, optional
         Show free-body diagrams and equations; by default for machines of up to six speeds.
     tolerance : float
-        Tolerance of the animation between its keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
+        Tolerance of the animation between its keyframes.
 
     live : bool
         Put sliders for parameters, initial values and the length of the run beside the animation. The page computes the

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..printing.latex import latex_name
+from ..printing.latex import latex_name, latex_number
 from ..printing.show import aligned
 
 Rows = Sequence[tuple[list[tuple[float, str, int]], list[tuple[float, str, int]]]]
@@ -39,12 +39,15 @@ def rows_of(linear: Any) -> Rows:
 
 def text(rows: Rows) -> str:
     """Return the equations as plain text, a line each."""
-    return "\n".join(f"{_sum(a, _text, '*')} = {_sum(b, _text, '*')}" for a, b in rows)
+    return "\n".join(f"{_sum(a, _text, _digits, '*')} = {_sum(b, _text, _digits, '*')}" for a, b in rows)
 
 
 def latex(rows: Rows) -> str:
     """Return the equations as a LaTeX ``aligned`` block."""
-    lines = [f"{_sum(a, latex_name, ' ')} &= {_sum(b, latex_name, ' ')}" for a, b in rows]
+    lines = [
+        " &= ".join(_sum(side, latex_name, latex_number, " ") for side in (left, right))
+        for left, right in rows
+    ]
     return aligned(lines)
 
 
@@ -52,14 +55,23 @@ def _live(terms: Sequence[tuple[float, str, int]]) -> list[tuple[float, str, int
     return [(x, name, dots) for x, name, dots in terms if f"{x:.6g}" not in ("0", "-0")]
 
 
-def _sum(terms: Sequence[tuple[float, str, int]], write: Callable[[str, int], str], times: str) -> str:
+def _sum(
+    terms: Sequence[tuple[float, str, int]],
+    write: Callable[[str, int], str],
+    number: Callable[[float], str],
+    times: str,
+) -> str:
     result = ""
     for x, name, dots in _live(terms):
-        size = f"{abs(x):.6g}"
+        size = number(abs(x))
         term = write(name, dots) if size == "1" else f"{size}{times}{write(name, dots)}"
         sign = ("-" if x < 0 else "") if not result else " - " if x < 0 else " + "
         result += sign + term
     return result or "0"
+
+
+def _digits(x: float) -> str:
+    return f"{x:.6g}"
 
 
 def _text(name: str, dots: int) -> str:

@@ -18,7 +18,9 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from ..printing.latex import latex_name, latex_number
 from ..printing.lines import Lines, Result, assignments
+from ..printing.show import latex_of
 
 Array = NDArray[Any]
 NULL = 10**-10
@@ -96,7 +98,7 @@ class Modes(Result, Sequence[Mode]):
     def latex(self) -> str:
         """The table as a LaTeX ``array``."""
         head, rows = self._rows()
-        titles = [rf"\text{{{x}}}" for x in head[:4]] + [sympy.latex(sympy.Symbol(x)) for x in head[4:]]
+        titles = [rf"\text{{{x}}}" for x in head[:4]] + [latex_name(x) for x in head[4:]]
         lines = [" & ".join(titles) + r" \\ \hline"]
         lines += [" & ".join(_latex(x) for x in row) + r" \\" for row in rows]
         return (
@@ -123,10 +125,7 @@ def _text(x: Any) -> str:
 def _latex(x: Any) -> str:
     if isinstance(x, str):
         return rf"\text{{{x}}}"
-    x = _rounded(x)
-    if isinstance(x, complex):
-        return f"{x.real:g}{x.imag:+g} i"
-    return sympy.latex(x) if isinstance(x, sympy.Basic) else f"{x:g}" if isinstance(x, float) else str(x)
+    return latex_of(x) if isinstance(x, sympy.Basic) else latex_number(x)
 
 
 # -- numbers --------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ import numpy as np
 import sympy
 
 from ...errors import ModelError, nearest
+from ..printing.latex import latex_number
 from ..printing.lines import Result
 from ..printing.show import aligned, latex_of, text_of
 
@@ -121,7 +122,10 @@ class StateSpace(Result):
         """The equations and their matrices as a LaTeX ``aligned`` block."""
         lines = [r"\dot{x} &= A x + B f,\quad y = C x + D f"]
         for name, table in self._tables():
-            rows = [" & ".join(latex_of(_rounded(x)) for x in row) for row in table]
+            rows = [
+                " & ".join(latex_number(x) if isinstance(x, float) else latex_of(x) for x in row)
+                for row in table
+            ]
             lines.append(rf"{name} &= \begin{{bmatrix}}" + r" \\ ".join(rows) + r"\end{bmatrix}")
         return aligned(lines)
 
@@ -131,10 +135,3 @@ class StateSpace(Result):
 
         parts = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs}
         return "State space: " + "; ".join(f"{what} {listed(names)}" for what, names in parts.items())
-
-
-def _rounded(x: Any) -> Any:
-    """Return a number rounded as it is shown."""
-    if not isinstance(x, float):
-        return x
-    return sympy.Integer(int(x)) if x == int(x) else sympy.Float(x, 6)

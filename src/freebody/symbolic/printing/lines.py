@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy
 
-from .latex import latex_name
+from .latex import latex_name, latex_number
 from .show import (
     aligned,
     column_latex,
@@ -134,4 +134,4 @@ def _latex(x: Piece) -> str:
         return SIGNS[x.text]
     if isinstance(x, sympy.MatrixBase):
         return column_latex(x)
-    return latex_of(_formula(x))
+    return latex_of(x) if isinstance(x, sympy.Basic) else latex_number(x)

@@ -281,3 +281,18 @@ def test_the_page_on_drawings_does_what_it_says(tmp_path: Path, monkeypatch: Any
     for name in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page):
         shown, made = ((folder / name).read_text(encoding="utf-8") for folder in (docs, tmp_path))
         assert re.findall(r'data-tex="[^"]*"', shown) == re.findall(r'data-tex="[^"]*"', made)
+
+
+def test_a_crowded_machine_in_space_has_few_labels() -> None:
+    """Of more than five bodies in space: no lengths unless asked for; a joint and its coordinate have one label."""
+    s = fb.System("arm")
+    L = s.parameters(L=0.4)
+    parent, at = s.ground, (0, 0, 0)
+    for i in range(6):
+        link = s.body(f"link{i}", fb.box(1, (0.1, 0.1, L)).moved((0, 0, L / 2)))
+        s.hinge(f"turn{i}", parent, link, at=at, axis="xz"[i % 2], coordinate=f"turn{i}")
+        parent, at = link, (0, 0, L)
+    plain, with_lengths = fb.draw(s).svg, fb.draw(s, dimensions=True).svg
+    assert 'class="dimension"' not in plain and 'class="dimension"' in with_lengths
+    labels = [item.tex for item in flat(fb.draw(s).sheet.root) if isinstance(item, Label)]
+    assert sorted(tex for tex in labels if "turn" in tex) == [rf"$\mathrm{{turn}}_{{{i}}}$" for i in range(6)]

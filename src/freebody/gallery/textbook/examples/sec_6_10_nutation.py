@@ -21,7 +21,7 @@ from ...tools.case import Case, explain
 from ...tools.entry import Entry
 from ...tools.pictures import lines
 from ...tools.precession import between, path_class, steady_root
-from .sec_6_9_gyroscope import top
+from .sec_6_9_gyroscope import MOMENTS, top
 
 
 def build() -> fb.System:
@@ -58,7 +58,7 @@ def slow_precession(case: Case) -> Any:
 class LinearTheory:
     """Small motions about steady precession at theta_0, in symbols: rate, initial changes, and time.
 
-    theta and psi contain the symbol ``omega_n`` for the frequency.
+    theta and psi contain the frequency ``omega_n`` and the coupling ``sigma`` of the two equations (6.113) as symbols.
     """
 
     rate: Any
@@ -67,12 +67,21 @@ class LinearTheory:
     t: Any
     frequency: Any
     omega_n: Any
+    coupling: Any
+    sigma: Any
     theta: Any
     psi: Any
 
     def at(self, x: Any, **values: Any) -> Any:
         """Return an expression with other expressions in place of ``rate``, ``theta_rate``, ``psi_rate`` and ``t``."""
         return x.xreplace({getattr(self, name): sympy.sympify(value) for name, value in values.items()})
+
+    def written_out(self, name: str, slow: Any, **changes: Any) -> Any:
+        """Return theta or psi in the parameters and the time, about the slow precession."""
+        x = self.at(getattr(self, name), **changes)
+        for names in ({"omega_n": self.frequency}, {"sigma": self.coupling}, {"rate": slow}):
+            x = self.at(x, **names)
+        return x
 
 
 @cache
@@ -89,11 +98,20 @@ def linear_theory() -> LinearTheory:
     results: Any = model.response(changes)
     (t,) = {x for x in results["theta"].free_symbols if x.name == "t"}
     (frequency,) = model.natural_frequencies()
-    omega_n = sympy.Symbol("omega_n", real=True)
-    theta, psi = (arranged(e.ring, results[name], frequency, omega_n, t) for name in ("theta", "psi"))
-    return LinearTheory(
-        rate, theta_rate, psi_rate, t, frequency, omega_n, atoms["theta_0"] + theta, rate * t + psi
+    omega_n, sigma = sympy.symbols("omega_n sigma", real=True)
+    # steady precession: the moment of the weight, g times this, is that of I_xi (sigma + psi' cos theta_0) psi'
+    arm = sympy.diff(e.energy.potential, atoms["g"]).subs(sympy.cos(atoms["theta"]), 1)
+    turning = e.mass_matrix[1, 1] * rate
+    cosine = rate * sympy.cos(atoms["theta_0"])
+    by_sigma = {atoms["g"]: (sigma + cosine) * turning / arm}
+    frequency = displayed(e.ring.from_sympy(frequency.xreplace(by_sigma)), e.ring)
+    theta, psi = (
+        arranged(e.ring, results[name].xreplace(by_sigma), frequency, omega_n, t) for name in ("theta", "psi")
     )
+    return LinearTheory(
+        rate, theta_rate, psi_rate, t, frequency, omega_n, atoms["g"] * arm / turning - cosine, sigma,
+        atoms["theta_0"] + theta, rate * t + psi,
+    )  # fmt: skip
 
 
 def arranged(ring: Any, x: Any, frequency: Any, omega_n: Any, t: Any) -> Any:
@@ -129,7 +147,7 @@ def theory_and_truth(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> t
     changes = {"theta_rate": theta_rate, "psi_rate": psi_rate}
     response = {name: theory.at(getattr(theory, name), **changes) for name in ("theta", "psi")}
     about = "about the slow precession, whose rate is psi'"
-    where = {"omega_n": theory.at(theory.frequency, rate=atoms["psi'"]), "psi'": slow}
+    where = {"omega_n": theory.at(theory.frequency, rate=atoms["psi'"]), **coupling(case, slow)}
     answers: Answers = {
         f"{name}_linear(t_1)": case.formula(
             f"linear theory {about}: {name} at t_1", theory.at(x, t=atoms["t_1"], rate=atoms["psi'"]), "rad",
@@ -143,10 +161,15 @@ def theory_and_truth(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> t
             f"exact, nonlinear {name} at t_1", float(at[name][0]), "rad", how="fb.simulate"
         )
     drawn = {
-        name: case.put(theory.at(theory.at(x, omega_n=theory.frequency), rate=slow), case.values)
-        for name, x in response.items()
+        name: case.put(theory.written_out(name, slow, **changes), case.values) for name in ("theta", "psi")
     }
     return answers, {name: sympy.lambdify(theory.t, x, "numpy") for name, x in drawn.items()}
+
+
+def coupling(case: Case, slow: Any) -> dict[str, Any]:
+    """Return the meaning of sigma and psi' in formulas of the linear theory."""
+    theory = linear_theory()
+    return {"sigma": theory.at(theory.coupling, rate=case.atoms["psi'"]), "psi'": slow}
 
 
 def frequency(case: Case, slow: Any) -> Answer:
@@ -155,7 +178,7 @@ def frequency(case: Case, slow: Any) -> Answer:
     return case.formula(
         "frequency of the small oscillation, linear theory, where psi' is the slow precession rate",
         theory.at(theory.frequency, rate=case.atoms["psi'"]), "rad/s",
-        "fb.linearize(s, steady).natural_frequencies()", where={"psi'": slow},
+        "fb.linearize(s, steady).natural_frequencies()", where=coupling(case, slow),
     )  # fmt: skip
 
 
@@ -172,7 +195,7 @@ def errors(case: Case, slow: Any, w_xi: float, w_eta: float) -> dict[str, np.nda
     """
     theory, theta_0 = linear_theory(), case.atoms["theta_0"]
     rate, sine = case.number(slow), case.number(sympy.sin(theta_0))
-    period = 2 * np.pi / case.number(theory.at(theory.frequency, rate=slow))
+    period = 2 * np.pi / case.number(theory.at(theory.at(theory.frequency, sigma=theory.coupling), rate=slow))
     t = np.linspace(0, 3 * period, 301)
     size = float(np.hypot(w_xi, w_eta))
     direction = (w_xi / size, w_eta / size) if size else (1.0, 0.0)
@@ -183,7 +206,7 @@ def errors(case: Case, slow: Any, w_xi: float, w_eta: float) -> dict[str, np.nda
         begun = start(case, slow, *changes.values())
         exact = case.simulate_to(t, initial=begun, tolerance=min(case.tolerance, 1e-12))
         for name, scale, errs in zip(("theta", "psi"), (1.0, sine), results.values(), strict=True):
-            x = theory.at(theory.at(getattr(theory, name), omega_n=theory.frequency, **changes), rate=slow)
+            x = theory.written_out(name, slow, **changes)
             linear = sympy.lambdify(theory.t, case.put(x, case.values), "numpy")(t)
             errs.append(scale * float(np.sqrt(np.mean((linear - exact[name]) ** 2))))
     return {name: np.array(errs) for name, errs in results.items()}
@@ -296,4 +319,5 @@ NUTATION = Entry(
     solve,
     until=0.5,
     start={"theta": "theta_0", "phi'": "Omega_zeta"},
+    names=MOMENTS,
 )

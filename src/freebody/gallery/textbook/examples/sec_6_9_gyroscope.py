@@ -17,6 +17,8 @@ from ...tools.case import Case, explain, happened, mass_properties, states
 from ...tools.entry import Entry
 from ...tools.precession import between, least_spin, steady_rates
 
+MOMENTS = {"I_xi": "m*(R**2/4 + L**2)", "I_zeta": "m*R**2/2"}
+"""Moments of inertia about the pivot: across the shaft and along it."""
 RELEASE = {"theta": "theta_0", "phi'": "Omega_zeta"}  # from rest: theta' = psi' = 0
 EVENTS = [
     fb.event("theta'", name="smallest theta", direction=1),
@@ -147,4 +149,5 @@ GYROSCOPE = Entry(
     solve,
     until=2.5,
     start=RELEASE,
+    names=MOMENTS,
 )

@@ -15,7 +15,7 @@ import freebody as fb
 from ...tools.answer import Answers, Solved
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
-from ..examples.sec_6_9_gyroscope import top
+from ..examples.sec_6_9_gyroscope import MOMENTS, top
 from ..examples.sec_6_10_nutation import plots, slow_precession, start, steadiness, theory_and_truth
 
 
@@ -80,4 +80,5 @@ STRUCK_GYROSCOPE = Entry(
     start={"theta": "theta_0", "phi'": "Omega_zeta"},
     drawn={"psi": 0, "theta": "theta_0"},
     blows=blow,
+    names=MOMENTS,
 )
