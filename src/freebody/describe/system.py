@@ -33,6 +33,7 @@ from .description import (
     vector,
 )
 from .joints import chain as _chain
+from .joints import path as _path
 from .joints import system_joints as _joints
 from .joints.joint import Joint
 from .loads import bushing as _bushing
@@ -214,6 +215,7 @@ class System(Description):
     free = arguments_named(_joints.free)
     weld = arguments_named(_joints.weld)
     chain = arguments_named(_chain.chain)
+    path_joint = arguments_named(_path.path_joint)
     add = arguments_named(add)
     force = arguments_named(_loads.force)
     torque = arguments_named(_loads.torque)

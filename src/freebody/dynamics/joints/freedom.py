@@ -19,7 +19,7 @@ import sympy
 
 from ...model.model import JointPlace, Model
 from ...scalar.algebra import ZERO, Scalar, Vector, add, apply_transpose, cross, divide, dot, scale, subtract
-from ...space.spatial import Spatial
+from ...space.spatial import ZERO6, Spatial, plus, times
 from ..state import State
 from .motions import Twist, carried, twists, wrenches
 
@@ -113,6 +113,16 @@ def free_motions(model: Model, state: State, joint: JointPlace) -> list[Twist]:
     free = {axis.link for axis in joint_axes(model, state, joint) if axis.free}
     free |= {i for i in joint.links if model.links[i].u >= 0}
     return [t for t in twists(model, state, joint) if t.key[1] in free]
+
+
+def on_path(model: Model, state: State, joint: JointPlace, forces: Mapping[int, Scalar]) -> Spatial:
+    """Return the wrench on the child of generalized forces, by speed, on the coordinates of a path."""
+    result = ZERO6
+    motions = twists(model, state, joint) if joint.path and forces else []
+    for t, wrench in zip(motions, wrenches(motions), strict=True):
+        if t.key[1] in forces:
+            result = plus(result, times(forces[t.key[1]], wrench))
+    return result
 
 
 def _with(free: list[Twist], motions: list[Twist], link: int) -> list[Twist]:
