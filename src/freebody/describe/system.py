@@ -36,6 +36,7 @@ from .joints import chain as _chain
 from .joints import path as _path
 from .joints import system_joints as _joints
 from .joints.joint import Joint
+from .loads import belt as _belt
 from .loads import bushing as _bushing
 from .loads import cable as _cable
 from .loads import drag as _drag
@@ -226,6 +227,7 @@ class System(Description):
     drag = arguments_named(_drag.drag)
     motor = arguments_named(_motor.motor)
     gravitation = arguments_named(_gravitation.gravitation)
+    belt = arguments_named(_belt.belt)
     bushing = arguments_named(_bushing.bushing)
     cable = arguments_named(_cable.cable)
     constrain = arguments_named(_constraints.constrain)

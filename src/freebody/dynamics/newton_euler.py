@@ -98,7 +98,7 @@ def inverse_dynamics(
             n, f = F[i]
             for k in range(3):
                 total[link.u + k] = n[k]
-                if link.kind == "free":
+                if link.flies:
                     total[link.u + 3 + k] = f[k]
             for k, force in enumerate(resisting.get(i, ())):
                 total[link.u + k] = total[link.u + k] + force
