@@ -1,11 +1,11 @@
 """An elastic belt or chain around two pulleys, which pulls with the tensions of its two spans.
 
-The pulleys, of radii r_1 and r_2, turn by y_1 and y_2 about parallel axes n, at the distance D along e in one body. The
-spans leave them at the angle β, sin β = (r_1 ∓ r_2)/D, upper sign for an open belt and lower for a crossed one:
+The pulleys, of radii r_1 and r_2, turn by y_1 and y_2 about parallel axes n, at the distance D along e in one body.
+The spans leave them at the angle β, sin β = (r_1 ∓ r_2)/D, upper sign for an open belt and lower for a crossed one:
 
     x = r_1 y_1 ∓ r_2 y_2,        T_1 = T_0 + k x + c x',        T_2 = T_0 - k x - c x'
 
-along cos β e ∓ sin β n × e. They pull the pulleys towards each other, so that the bearings feel them, and turn them with
+along cos β e ∓ sin β n × e. They pull the pulleys together, so that the bearings feel it, and turn them with
 r_1 (T_2 - T_1) and ± r_2 (T_1 - T_2). A span does not push: where T_0 ± k x would be negative it is slack. The belt has
 no mass, does not slip, and touches nothing else. V = (T_1² + T_2²)/(2 k), without the parts of c.
 
