@@ -75,3 +75,21 @@ def test_one_model_goes_through_the_files_that_are_named(tmp_path: Path) -> None
     )
     compiled = {"motion/ode/step_control.py", "motion/ode/dop853.py"}  # they run as machine code
     assert named - compiled <= set(done.stdout.split()), named - compiled - set(done.stdout.split())
+
+
+def test_no_algorithm_names_a_kind_of_motion():
+    """What a primitive motion can do is asked of it (`describe.joints.moving`); its word stands in its file."""
+    words = ("hinge", "slider", "screw", "ball", "free", "weld")
+    comparison = re.compile(rf"kind\w*\)? (?:==|!=|in|not in) \(?\"(?:{'|'.join(words)})\"")
+    of_link = re.compile(r"link\.kind (?:==|!=|in|not in) ")
+    source = Path(__file__).parents[1] / "src/freebody"
+    # in drawings and files a joint's symbol and keys stand with its type
+    rooms = ("model", "dynamics", "symbolic", "program", "describe", "motion", "picture", "studies")
+    found = [
+        f"{path.relative_to(source)}:{i}"
+        for room in rooms
+        for path in sorted((source / room).rglob("*.py"))
+        for i, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
+        if (comparison if room in rooms[:5] else of_link).search(line)
+    ]
+    assert found == []

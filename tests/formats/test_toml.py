@@ -153,7 +153,7 @@ def test_round_trip_of_a_turned_solid_keeps_its_mass_properties() -> None:
 def every_joint() -> fb.System:
     s = fb.System("every joint")
     p = s.parameters(p=0.1)
-    bodies = [s.ground, *(s.body(f"b{i}", fb.sphere(1, 1)) for i in range(11))]
+    bodies = [s.ground, *(s.body(f"b{i}", fb.sphere(1, 1)) for i in range(12))]
     ends = iter(zip(bodies, bodies[1:], strict=False))
     s.hinge("hinge", *next(ends), at=(1, 0, p), axis=(1, 2, 0), coordinate="alpha")
     s.ball("ball", *next(ends), to=(0, 0, 1))
@@ -170,6 +170,8 @@ def every_joint() -> fb.System:
         fb.Screw((0, 3, 4), "knee", at=(0, p, -1), pitch=p),
         fb.Slider("-z", "3*hip"),
     ]
+    turns = [("z", "0.5*u"), ((1, 2, 2), "v*u")]
+    s.path_joint("path", *next(ends), coordinate="u v", position=("u", "v^2", 3), turns=turns, at=(1, 2, 3))
     s.chain("chain", *next(ends), motions, at=(1, 2, 3), parent_axes=((0, 0, 1), (1, 0, 0), (0, 1, 0)))
     return s
 

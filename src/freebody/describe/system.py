@@ -35,8 +35,10 @@ from .description import (
     vector,
 )
 from .joints import chain as _chain
+from .joints import path as _path
 from .joints import system_joints as _joints
 from .joints.joint import Joint
+from .loads import belt as _belt
 from .loads import bushing as _bushing
 from .loads import cable as _cable
 from .loads import drag as _drag
@@ -216,6 +218,7 @@ class System(Description):
     free = arguments_named(_joints.free)
     weld = arguments_named(_joints.weld)
     chain = arguments_named(_chain.chain)
+    path_joint = arguments_named(_path.path_joint)
     add = arguments_named(add)
     force = arguments_named(_loads.force)
     torque = arguments_named(_loads.torque)
@@ -226,6 +229,7 @@ class System(Description):
     drag = arguments_named(_drag.drag)
     motor = arguments_named(_motor.motor)
     gravitation = arguments_named(_gravitation.gravitation)
+    belt = arguments_named(_belt.belt)
     bushing = arguments_named(_bushing.bushing)
     cable = arguments_named(_cable.cable)
     constrain = arguments_named(_constraints.constrain)

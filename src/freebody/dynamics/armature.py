@@ -78,7 +78,7 @@ def turned_slides(state: State, i: int, speeds: Sequence[Scalar] | None = None) 
     With ``speeds`` of the joint, v is that of these; w is always that of the state.
     """
     link = state.model.links[i]
-    if link.kind != "free":
+    if not link.flies:
         return ZERO
     u = state.u[link.u : link.u + 6]
     v = u if speeds is None else speeds

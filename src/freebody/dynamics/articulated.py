@@ -126,7 +126,7 @@ def _outward(
         if link.one_dof:
             second |= {} if link.driven else {i: 0}
         elif link.u >= 0:
-            joint_rates |= dict.fromkeys(range(link.u, link.u + (3 if link.kind == "ball" else 6)), 0)
+            joint_rates |= dict.fromkeys(range(link.u, link.u + link.n_speeds), 0)
         if (link_terms := terms[i]) is not None:
             rates, a = joint_acceleration(a, link_terms)
             for k, rate in zip(with_inertia[i], rates, strict=True):
@@ -238,7 +238,7 @@ def _with_inertia(
 def _is_displaced_tip(model: Model, i: int) -> bool:
     """Return True if a link carries no other and its joint displaces it as well."""
     links = model.joints[model.links[i].joint].links
-    along = any(model.links[j].kind in ("slider", "free") for j in links)
+    along = any((model.links[j].slides_only or model.links[j].flies) for j in links)
     return along and all(outer.parent != i for outer in model.links)
 
 
@@ -249,7 +249,7 @@ def free_motions(link: Link, subspace: Spatial | None) -> list[Spatial]:
     if link.u < 0:
         return []
     turns: list[Spatial] = [(IDENTITY[k], ZERO) for k in range(3)]
-    return turns if link.kind == "ball" else turns + [(ZERO, IDENTITY[k]) for k in range(3)]
+    return turns if link.pivots else turns + [(ZERO, IDENTITY[k]) for k in range(3)]
 
 
 def _unit(S: Spatial) -> tuple[int, int] | None:

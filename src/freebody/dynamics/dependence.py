@@ -69,7 +69,7 @@ def _moving(model: Model, i: int) -> frozenset[int]:
     link = model.links[i]
     if link.u < 0:
         return frozenset(j for j, _ in link.partials)
-    return frozenset(range(link.u, link.u + {"ball": 3, "free": 6}[link.kind]))
+    return frozenset(range(link.u, link.u + link.n_speeds))
 
 
 def _named(model: Model, expression: Expression) -> frozenset[int]:
@@ -77,7 +77,7 @@ def _named(model: Model, expression: Expression) -> frozenset[int]:
     names = set(model.names.depends(expression, "coordinate", "speed"))
     result = {j for j, speed in enumerate(model.speeds) if {speed.name, speed.name.removesuffix("'")} & names}
     for i, link in enumerate(model.links):
-        components = model.coordinate_names[link.q : link.q + {"ball": 4, "free": 7}.get(link.kind, 0)]
+        components = model.coordinate_names[link.q : link.q + link.n_coordinates]
         if names.intersection(components):
             result |= _moving(model, i)
     return frozenset(result)

@@ -83,7 +83,7 @@ def generalized_impulse(model: Model, state: State, blows: Loading) -> tuple[Sca
             n, f = F[i]
             for k in range(3):
                 total[link.u + k] = n[k]
-                if link.kind == "free":
+                if link.flies:
                     total[link.u + 3 + k] = f[k]
     return tuple(total)
 
@@ -127,7 +127,7 @@ def link_jumps(model: Model, state: State, jump: Sequence[Scalar]) -> list[Spati
         elif link.u >= 0:
             w = (jump[link.u], jump[link.u + 1], jump[link.u + 2])
             v: Vector = (0, 0, 0)
-            if link.kind == "free":
+            if link.flies:
                 v = (jump[link.u + 3], jump[link.u + 4], jump[link.u + 5])
             change = plus(change, (w, v))
         result.append(change)

@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..model.model import GROUND, Model, Place
+from ..model.model import GROUND, Link, Model, Place
 from ..scalar.algebra import (
     IDENTITY,
     ZERO,
@@ -94,7 +94,7 @@ def accelerations(
         if link.one_dof:
             A = plus(A, times(state.second_rate(link, udot), state.subspace(i)))
         elif link.u >= 0 and udot is not None:
-            A = plus(A, _joint_rates(link.kind, udot, link.u))
+            A = plus(A, _joint_rates(link, udot))
         result.append(state.intermediate("acceleration", i, A))
     return result
 
@@ -106,9 +106,10 @@ def turning(w: Vector, alpha: Vector) -> Matrix:
     return add_matrices(skew(alpha), ((-(yy + zz), xy, zx), (xy, -(zz + xx), yz), (zx, yz, -(xx + yy))))
 
 
-def _joint_rates(kind: str, udot: Sequence[Scalar], u: int) -> Spatial:
+def _joint_rates(link: Link, udot: Sequence[Scalar]) -> Spatial:
+    u = link.u
     w = (udot[u], udot[u + 1], udot[u + 2])
-    return (w, (udot[u + 3], udot[u + 4], udot[u + 5])) if kind == "free" else (w, ZERO)
+    return (w, (udot[u + 3], udot[u + 4], udot[u + 5])) if link.flies else (w, ZERO)
 
 
 def link_postures(model: Model, state: State) -> list[Posture]:
@@ -209,11 +210,11 @@ def coordinate_rates(model: Model, state: State) -> tuple[Scalar, ...]:
         if coordinate.kind == "scalar":
             rates[i] = by_name[coordinate.name + "'"]
     for i, link in enumerate(model.links):
-        if link.kind not in ("ball", "free"):
+        if not link.own:
             continue
         w, v = state.joint(i)[2]
         start = link.q
-        if link.kind == "free":
+        if link.flies:
             # v is in link axes; p is in the joint axes on the parent, E' R = R(e)
             E = state.matrix(link.rotation)
             R = state.joint(i)[0]
@@ -252,7 +253,7 @@ def motions(model: Model, state: State, i: int) -> list[tuple[int, Scalar, Spati
         return []
     rows = IDENTITY
     angular: list[tuple[int, Scalar, Spatial]] = [(link.u + k, 1, (rows[k], ZERO)) for k in range(3)]
-    if link.kind == "ball":
+    if link.pivots:
         return angular
     return angular + [(link.u + 3 + k, 1, (ZERO, rows[k])) for k in range(3)]
 

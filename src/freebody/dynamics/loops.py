@@ -43,7 +43,7 @@ def own_speeds(model: Model) -> list[list[int]] | None:
     result: list[list[int]] = []
     for link in model.links:
         if not link.one_dof:
-            count = 0 if link.u < 0 else {"ball": 3, "free": 6}[link.kind]
+            count = 0 if link.u < 0 else link.n_speeds
             result.append([link.u + k for k in range(count)])
         elif link.driven:
             result.append([])

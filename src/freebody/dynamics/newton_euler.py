@@ -21,7 +21,7 @@ from ..scalar.algebra import IDENTITY, ZERO, Scalar, Vector, add, apply, apply_t
 from ..space.spatial import ZERO6, Spatial, force_to_parent, minus, plus, power
 from .armature import has_armature, resistance, spin_rate
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
-from .joints.freedom import loads_on_child, transmissible
+from .joints.freedom import loads_on_child, on_path, transmissible
 from .kinematics import accelerations, rotation, turning, velocities
 from .loading import Loading, loading
 from .state import State
@@ -98,7 +98,7 @@ def inverse_dynamics(
             n, f = F[i]
             for k in range(3):
                 total[link.u + k] = n[k]
-                if link.kind == "free":
+                if link.flies:
                     total[link.u + 3 + k] = f[k]
             for k, force in enumerate(resisting.get(i, ())):
                 total[link.u + k] = total[link.u + k] + force
@@ -150,6 +150,7 @@ def reactions(
                     for k, tau in forces_on_free_displacements(model, state, j, force).items():
                         along[k] = along.get(k, 0) + tau
                 moved = loads_on_child(model, state, joint, along, free=True)
+                moved = plus(moved, on_path(model, state, joint, loads.generalized))
                 F[i] = plus(
                     (n, f), plus(enforced, minus(moved, _of_ball(model, state, joint.links, resisting)))
                 )

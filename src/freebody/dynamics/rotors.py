@@ -60,7 +60,7 @@ def unturned(model: Model, state: State, wrenches: Container[int]) -> State:
 
 def is_symmetric(link: Link) -> bool:
     """Return True if the mass of a hinged link is symmetric about its hinge, as described."""
-    if link.kind != "hinge":
+    if not link.turns_only:
         return False
     nonzero = [k for k in range(3) if link.axis[k] != 0]
     if len(nonzero) != 1 or link.axis[nonzero[0]] not in (1, -1):

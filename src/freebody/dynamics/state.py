@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..describe.joints.primitive import Primitive
 from ..errors import ModelError, TooManyTermsError
 from ..model.model import Link, Model
 from ..scalar.algebra import (
@@ -102,15 +103,15 @@ class State:
 
     def _evaluate_joint(self, link: Link) -> tuple[Matrix, Vector, Spatial]:
         E, r = self.matrix(link.rotation), self.vector(link.position)
-        if link.kind == "weld":
+        if link.fixed:
             return (E, r, (ZERO, ZERO))
-        if link.kind == "ball":
+        if link.pivots:
             return ball_joint(E, r, self.q[link.q : link.q + 4], self.u[link.u : link.u + 3])
-        if link.kind == "free":
+        if link.flies:
             return free_joint(E, r, self.q[link.q : link.q + 7], self.u[link.u : link.u + 6])
         n = self.vector(link.axis)
         return one_dof_joint(
-            link.kind, E, r, n, self(link.pitch), self(link.displacement), self.rate(link), self.field
+            link.motion, E, r, n, self(link.pitch), self(link.displacement), self.rate(link), self.field
         )
 
     def rate(self, link: Link) -> Scalar:
@@ -142,7 +143,7 @@ class State:
             return None
         s = self.vector(link.rotor)
         of_parent = apply(self.matrix(link.rotation), s)
-        if link.kind == "slider" or all(x == 0 for x in cross(link.rotor, link.axis)):
+        if link.slides_only or all(x == 0 for x in cross(link.rotor, link.axis)):
             return of_parent, s  # the joint does not turn it
         return of_parent, apply_transpose(self.joint(i)[0], of_parent)
 
@@ -156,12 +157,7 @@ class State:
     def subspace(self, i: int) -> Spatial:
         """Return the motion of a 1-dof link per unit rate, which is constant in its axes."""
         link = self.model.links[i]
-        n = self.vector(link.axis)
-        if link.kind == "slider":
-            return (ZERO, n)
-        if link.kind == "hinge":
-            return (n, ZERO)
-        return (n, scale(self(link.pitch), n))
+        return unit_motion(link.motion, self.vector(link.axis), self(link.pitch))
 
 
 def ball_joint(
@@ -184,14 +180,28 @@ def free_joint(
     return (multiply(E, R), add(r, apply(E, (x, y, z))), ((wx, wy, wz), (vx, vy, vz)))
 
 
+def unit_motion(motion: type[Primitive], n: Vector, pitch: Scalar) -> Spatial:
+    """Return the motion per unit rate of a displacement along n: a turn, a slide, or a turn that advances."""
+    if not motion.turns:
+        return (ZERO, n)
+    return (n, scale(pitch, n) if motion.slides else ZERO)
+
+
 def one_dof_joint(
-    kind: str, E: Matrix, r: Vector, n: Vector, pitch: Scalar, y: Scalar, rate: Scalar, field: Field
+    motion: type[Primitive],
+    E: Matrix,
+    r: Vector,
+    n: Vector,
+    pitch: Scalar,
+    y: Scalar,
+    rate: Scalar,
+    field: Field,
 ) -> tuple[Matrix, Vector, Spatial]:
     """Return pose and motion of a hinge, slider or screw with displacement y along n, as :meth:`State.joint`."""
-    if kind == "slider":
+    if not motion.turns:
         return (E, add(r, apply(E, scale(y, n))), (ZERO, scale(rate, n)))
     R = multiply(E, matrix_about(n, y, field))
-    if kind == "hinge":
+    if not motion.slides:
         return (R, r, (scale(rate, n), ZERO))
     advance = scale(pitch, n)
     return (R, add(r, apply(E, scale(y, advance))), (scale(rate, n), scale(rate, advance)))

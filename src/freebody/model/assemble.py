@@ -78,7 +78,7 @@ def assemble(system: System) -> Model:
         parent, position, rotation = place.link, _plus(place.origin, joint.at), joint.parent_axes
         primitives = list(joint.primitives)
         mounted = rotors.get(joint.name, ())
-        if primitives[last].kind in ("ball", "free") and joint.child_axes != IDENTITY:
+        if primitives[last].n_speeds and joint.child_axes != IDENTITY:
             primitives.append(Weld())
             last += 1
         for i, primitive in enumerate(primitives):
@@ -207,11 +207,11 @@ def _link(
     drift: Any = 0
     bias: Any = 0
     q = u = -1
-    if primitive.kind in ("ball", "free"):
+    if primitive.n_speeds:
         q = positions[y[0]]
-        prefix = str(y[0].func)[: -len("_e0" if primitive.kind == "ball" else "_x")]
+        prefix = str(y[0].func).rpartition("_")[0]
         u = index[sympy.Function(f"{prefix}_wx")(TIME)]
-    elif primitive.kind != "weld" and isinstance(y, sympy.Basic):
+    elif primitive.displaces and isinstance(y, sympy.Basic):
         partials, drift, bias = _rates(y, index)
     mass: Any = 0
     center, inertia = ZERO, (ZERO, ZERO, ZERO)
@@ -220,7 +220,7 @@ def _link(
         mass, center, inertia = properties.mass, _minus(properties.center, joint.to), properties.inertia
     return Link(
         joint.name, None if body is None else body.name, primitive.kind, parent, *pose, primitive.axis,
-        primitive.pitch, y if primitive.kind in ("hinge", "slider", "screw") else 0, partials, drift, bias, q, u,
+        primitive.pitch, y if primitive.displaces else 0, partials, drift, bias, q, u,
         mass, center, inertia, primitive.armature,
     )  # fmt: skip
 
@@ -351,13 +351,13 @@ def _check_tips(model: Model) -> None:
     for i, link in enumerate(model.links):
         entries = (link.mass, *link.armature, *(entry for row in link.inertia for entry in row))
         massless = all(entry == 0 for entry in entries)
-        if i not in parents and massless and (link.kind in ("ball", "free") or link.partials):
+        if i not in parents and massless and (link.own or link.partials):
             tips.add(i)
         else:
             speeds_of_others |= {j for j, _ in link.partials}
     for i in sorted(tips):
         link = model.links[i]
-        if link.kind in ("ball", "free") or not {j for j, _ in link.partials} <= speeds_of_others:
+        if link.own or not {j for j, _ in link.partials} <= speeds_of_others:
             raise ModelError(
                 f"Body '{link.body}' is a moving tip without mass: joint '{link.joint}' would accelerate it without "
                 f"limit. Give it mass, weld it, leave it out, or let it follow bodies with mass, by a coordinate= that "

@@ -216,11 +216,11 @@ def moves_across(links: Sequence[Link], frames: Sequence[tuple[Matrix, Vector]],
     for link, (R, _) in zip(links, frames, strict=True):
         # a turn of the link's frame about the joint's axis does not change that axis
         n = apply(R, link.axis)
-        if link.kind == "hinge" and _zero(cross(n, k)):
+        if link.turns_only and _zero(cross(n, k)):
             continue
-        if link.kind == "slider" and exact(dot(n, k)) == 0:
+        if link.slides_only and exact(dot(n, k)) == 0:
             continue
-        if link.kind != "weld":
+        if not link.fixed:
             return False
     return True
 

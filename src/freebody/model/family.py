@@ -149,7 +149,7 @@ def families(model: Model, system: System) -> tuple[Family, ...]:
     """
     if not system.families:
         return ()
-    flat = all(link.kind in ("hinge", "slider", "weld") for link in model.links)
+    flat = all((link.turns_only or link.slides_only or link.fixed) for link in model.links)
     frames = frames_at_rest(model.links) if flat else []
     planes = [k for k in (2, 1, 0) if flat and moves_across(model.links, frames, IDENTITY[k])]
     joined = frozenset(

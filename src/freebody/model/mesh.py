@@ -69,7 +69,7 @@ def mesh_of(joints: Mapping[str, JointPlace], tree: Sequence[Link], gear: Gear) 
     numbers = [joints[joint.name].links[0] for joint in (gear.first, gear.second)]
     links = [tree[i] for i in numbers]
     for joint, link in zip((gear.first, gear.second), links, strict=True):
-        if link.kind == "screw":
+        if link.advances:
             return f"'{joint.name}' is a screw"
     shared = [c for c in (links[0].parent, numbers[0]) if c in (links[1].parent, numbers[1])]
     if not shared:
@@ -126,8 +126,8 @@ def _rack(first: _Side, second: _Side, ratio: Expression) -> tuple[Any, ...] | s
 def _side(joint: Any, link: Link, inside: bool) -> _Side:
     """The other body of a joint, seen from the carrier; from the child (``inside``) the parent moves backwards."""
     if inside:
-        return _Side(joint.parent, link.kind == "slider", scale(-1, link.axis), (0, 0, 0))
-    return _Side(joint.child, link.kind == "slider", apply(link.rotation, link.axis), link.position)
+        return _Side(joint.parent, link.slides_only, scale(-1, link.axis), (0, 0, 0))
+    return _Side(joint.child, link.slides_only, apply(link.rotation, link.axis), link.position)
 
 
 def _zero(x: Any) -> bool:

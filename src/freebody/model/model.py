@@ -84,9 +84,7 @@ class Model:
     @cached_property
     def quaternions(self) -> tuple[int, ...]:
         """Index in q of the scalar part of each unit quaternion."""
-        return tuple(
-            link.q + (3 if link.kind == "free" else 0) for link in self.links if link.kind in ("ball", "free")
-        )
+        return tuple(link.quaternion for link in self.links if link.own)
 
     @cached_property
     def coordinate_names(self) -> tuple[str, ...]:
@@ -111,8 +109,7 @@ class Model:
             if coordinate.kind == "scalar":
                 result.append((self.speed_names.index(coordinate.name + "'"),))
                 continue
-            sizes = {"free": 7, "ball": 4}
-            link = next(k for k in self.links if 0 <= k.q <= i < k.q + sizes.get(k.kind, 0))
+            link = next(k for k in self.links if 0 <= k.q <= i < k.q + k.n_coordinates)
             start = link.u if coordinate.kind == "quaternion" else link.u + 3
             result.append((start, start + 1, start + 2))
         return tuple(result)

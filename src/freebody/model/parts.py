@@ -5,20 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..describe.joints.ball import Ball
-from ..describe.joints.free import Free
-from ..describe.joints.hinge import Hinge
-from ..describe.joints.primitive import Primitive
-from ..describe.joints.screw import Screw
-from ..describe.joints.slider import Slider
-from ..describe.joints.weld import Weld
+from ..describe.joints.moving import Moving
 from ..scalar.algebra import Expression, Matrix, Vector
 from ..space.mass import MassProperties
 
 GROUND = -1
-
-MOTIONS: dict[str, type[Primitive]] = {kind.kind: kind for kind in (Hinge, Slider, Screw, Ball, Free, Weld)}
-"""The kinds of primitive motions by their words."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +34,7 @@ class Speed:
 
 
 @dataclass(frozen=True)
-class Link:
+class Link(Moving):
     """A primitive motion and the link that it moves.
 
     The link's frame has its origin at the joint's point and the axes of its body (the axes of the joint
@@ -76,14 +67,9 @@ class Link:
     )  # spin of rotors in the parent per unit rate, in the link's axes at no displacement
 
     @property
-    def motion(self) -> type[Primitive]:
-        """The kind of the motion."""
-        return MOTIONS[self.kind]
-
-    @property
-    def one_dof(self) -> bool:
-        """True if the motion has a displacement."""
-        return MOTIONS[self.kind].displaces
+    def quaternion(self) -> int:
+        """Index in q of the scalar part of its unit quaternion, of a motion that has one."""
+        return self.q + self.motion.quaternion
 
     @property
     def driven(self) -> bool:

@@ -194,10 +194,10 @@ class _Working(State):
     def _turn(self, i: int) -> Turn | None:
         link = self.model.links[i]
         parent = Turn(None, 0, 0, 0, IDENTITY) if link.parent == GROUND else self._turns[link.parent]
-        if parent is None or link.kind in ("ball", "free"):
+        if parent is None or link.own:
             return None
         rest = multiply(parent.rest, self.matrix(link.rotation))
-        if link.kind not in ("hinge", "screw"):
+        if not (link.turns_only or link.advances):
             return Turn(parent.axis, parent.angle, parent.rate, parent.second, rest)
         n = apply(rest, self.vector(link.axis))
         y, rate, second = self(link.displacement), self.rate(link), self.second_rate(link, self._udot)
@@ -237,7 +237,11 @@ class _Working(State):
             elif self.fixed(parent):
                 R = multiply(R_P, R)
             turn = self._turns[i]
-            if turn is not None and turn.axis is not None and self.model.links[i].kind in ("hinge", "screw"):
+            if (
+                turn is not None
+                and turn.axis is not None
+                and (self.model.links[i].turns_only or self.model.links[i].advances)
+            ):
                 before = self._turns[parent] if parent != GROUND else None
                 w = tuple((turn.rate - (before.rate if before else 0)) * n for n in turn.axis)
             else:

@@ -12,7 +12,8 @@ import freebody as fb
 SYSTEM = """
     add assume ball bodies body bushing cable constrain constrain_speed constraints contact contacts
     controller controllers coordinates cylindrical damper describe drag expression families force free gear
-    chain generalized_force gimbal gravitation gravity ground hinge joints loads motor name parameters planar
+    belt chain path_joint
+    generalized_force gimbal gravitation gravity ground hinge joints loads motor name parameters planar
     reading rolling rope scenery screw slider spring t torque torsion_spring universal weld
 """
 BODY = """

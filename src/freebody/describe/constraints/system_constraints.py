@@ -144,7 +144,7 @@ def gear(
     for joint in (first, second):
         if not isinstance(joint, Joint) or system.joints.get(joint.name) is not joint:
             raise ModelError(f"Expected two joints of this system for a gear, got {shown(joint)}.")
-        if len(joint.primitives) != 1 or joint.primitives[0].kind not in ("hinge", "slider", "screw"):
+        if len(joint.primitives) != 1 or not joint.primitives[0].displaces:
             raise ModelError(
                 f"A gear couples joints with one displacement, but '{joint.name}' is a {joint.type}. "
                 f"Use s.constrain on its coordinates."

@@ -13,7 +13,7 @@ class Ball(Primitive):
     """All turns about the point, by a unit quaternion and three speeds w."""
 
     kind: ClassVar[str] = "ball"
-    n_q: ClassVar[int] = 4
-    n_u: ClassVar[int] = 3
+    n_coordinates: ClassVar[int] = 4
+    n_speeds: ClassVar[int] = 3
     turns: ClassVar[bool] = True
     quaternion: ClassVar[int] = 0

@@ -13,8 +13,8 @@ class Free(Primitive):
     """Three displacements, a unit quaternion, and six speeds (w, v)."""
 
     kind: ClassVar[str] = "free"
-    n_q: ClassVar[int] = 7
-    n_u: ClassVar[int] = 6
+    n_coordinates: ClassVar[int] = 7
+    n_speeds: ClassVar[int] = 6
     turns: ClassVar[bool] = True
     slides: ClassVar[bool] = True
     quaternion: ClassVar[int] = 3

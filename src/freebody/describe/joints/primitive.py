@@ -32,9 +32,9 @@ class Primitive:
 
     kind: ClassVar[str] = ""
     """Word for the kind."""
-    n_q: ClassVar[int] = 0
+    n_coordinates: ClassVar[int] = 0
     """Coordinates of its own."""
-    n_u: ClassVar[int] = 0
+    n_speeds: ClassVar[int] = 0
     """Speeds of its own."""
     turns: ClassVar[bool] = False
     slides: ClassVar[bool] = False

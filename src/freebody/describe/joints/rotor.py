@@ -22,9 +22,6 @@ from ...scalar.algebra import Expression
 from ..axes import direction
 from ..description import Description, varying
 
-SINGLE = ("hinge", "slider", "screw")
-"""Kinds of primitive motions with one displacement."""
-
 
 @dataclass(frozen=True)
 class Rotor:
@@ -83,18 +80,18 @@ def _each(
     system: Description, what: str, primitives: Sequence[Any], armature: Any
 ) -> Iterator[tuple[Any, ...]]:
     """Yield the armature of each motion of each primitive: one number for all, or one for each displacement."""
-    kind = primitives[0].kind
-    count = len(primitives) if kind in SINGLE else {"ball": 1, "free": 2}[kind]
+    first = primitives[0]
+    count = len(primitives) if first.displaces else first.n_speeds // 3
     several = list(armature) if isinstance(armature, list | tuple) else [armature] * count
     if len(several) != count:
         sort = (
             "one for its turning and one for its sliding"
-            if kind == "free"
+            if first.n_speeds == 6
             else f"{count}, one a displacement"
         )
         raise ModelError(f"Expected one armature for {what}, or {sort}, got {shown(armature)}.")
     values = [constant(system, value, f"the armature of {what}") for value in several]
-    if kind in SINGLE:
+    if first.displaces:
         yield from ((value,) for value in values)
     else:
         yield tuple(value for value in values for _ in range(3))
@@ -114,7 +111,7 @@ def own_rotor(system: Description, what: str, rotor: Any, primitives: Sequence[A
 
 def check_single(what: str, primitives: Sequence[Any]) -> None:
     """Refuse a rotor on a joint with more than one displacement, or none."""
-    if len(primitives) != 1 or primitives[0].kind not in SINGLE:
+    if len(primitives) != 1 or not primitives[0].displaces:
         raise ModelError(
             f"The rotor of {what} turns with a single displacement, and the joint does not have just one. Put the "
             f"motor on a hinge, a slider or a screw; several of these in a row, with bodies between them, make any "

@@ -8,8 +8,13 @@ from ..joints.joint import Joint
 
 def check_displacement(joint: Joint, index: int, title: str) -> None:
     """Refuse a joint without a single displacement, and an index that it does not have."""
-    kinds = [p.kind for p in joint.primitives]
-    if kinds[0] in ("ball", "free", "weld"):
+    if joint.path:
+        raise ModelError(
+            f"Path joint '{joint.name}' has no single displacement for {title} to act along. Act between two points, "
+            f"or by s.generalized_force on its coordinate."
+        )
+    kinds = joint.primitives
+    if not kinds[0].displaces:
         raise ModelError(
             f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' has no single displacement for {title} to act "
             f"along. Act between two points, or by a torque on the body."

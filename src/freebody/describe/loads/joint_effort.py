@@ -31,7 +31,7 @@ class JointEffort(Load, kind="joint_effort", sections=("forces", "torques")):
     @property
     def slides(self) -> bool:
         """True if the joint is a slider."""
-        return self.joint.primitives[0].kind == "slider"
+        return not self.joint.primitives[0].turns
 
     @property
     def section(self) -> str:

@@ -173,7 +173,7 @@ class Load(Part):
     def data_units(self) -> dict[str, str]:
         """Units of the data, by field."""
         joint, index = getattr(self, "joint", None), getattr(self, "index", 0)
-        turns = joint is not None and joint.primitives[index].kind != "slider"
+        turns = joint is not None and joint.primitives[index].turns
         return {**self.units, **self.turning_units} if turns else dict(self.units)
 
     @property

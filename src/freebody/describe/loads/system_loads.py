@@ -141,7 +141,7 @@ def torsion_spring(
     what = f"torsion spring '{name}'"
     if not isinstance(on, Joint):
         raise ModelError(f"Expected a joint with an angle for {what}, got {shown(on)}.")
-    angles = [i for i, p in enumerate(on.primitives) if p.kind in ("hinge", "screw")]
+    angles = [i for i, p in enumerate(on.primitives) if p.displaces and p.turns]
     if not angles:
         raise ModelError(
             f"{on.type} '{on.name}' has no angle for {what}; a spring along it is made by s.spring."

@@ -12,20 +12,21 @@ transmits the force that enforces this.
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy
 
+from ...describe.joints.moving import Moving
 from ...model.model import JointPlace, Model
 from ...scalar.algebra import ZERO, Scalar, Vector, add, apply_transpose, cross, divide, dot, scale, subtract
-from ...space.spatial import Spatial
+from ...space.spatial import ZERO6, Spatial, plus, times
 from ..state import State
 from .motions import Twist, carried, twists, wrenches
 
 
 @dataclass(frozen=True)
-class Axis:
+class Axis(Moving):
     """One motion of a joint: its link, kind, axis in the axes of the joint's last link, and pitch."""
 
     link: int
@@ -82,24 +83,21 @@ def transmissible(model: Model, state: State, joint: JointPlace, wrench: Spatial
     """Return the part of a wrench on the child, about the joint's point in the last link's axes, that it can carry."""
     if joint.anchored:
         return carried(free_motions(model, state, joint), wrench)
-    kinds = {model.links[i].kind for i in joint.links}
-    ideal = not kinds & {"free", "ball"}
+    own = next((model.links[i] for i in joint.links if model.links[i].own), None)
     return carried_part(
-        kinds, [a for a in joint_axes(model, state, joint) if a.free] if ideal else [], wrench
+        own, [a for a in joint_axes(model, state, joint) if a.free] if own is None else [], wrench
     )
 
 
-def carried_part(kinds: Container[str], free: list[Axis], wrench: Spatial) -> Spatial:
-    """Return the part of a wrench that a joint of links of these kinds, with these free axes, carries."""
+def carried_part(own: Moving | None, free: list[Axis], wrench: Spatial) -> Spatial:
+    """Return the part of a wrench that a joint with these free axes carries, or one with speeds of its ``own``."""
     n, f = wrench
-    if "free" in kinds:
-        return (ZERO, ZERO)
-    if "ball" in kinds:
-        return (ZERO, f)
-    slides = [axis.direction for axis in free if axis.kind == "slider"]
-    turns = [axis.direction for axis in free if axis.kind == "hinge"]
+    if own is not None:
+        return (ZERO, ZERO) if own.flies else (ZERO, f)
+    slides = [axis.direction for axis in free if axis.slides_only]
+    turns = [axis.direction for axis in free if axis.turns_only]
     for axis in free:
-        if axis.kind == "screw":
+        if axis.advances:
             # the thread carries the axial force f with the moment -h f about the axis
             power = dot(axis.direction, n) + axis.pitch * dot(axis.direction, f)
             n = subtract(n, scale(power, axis.direction))
@@ -113,6 +111,16 @@ def free_motions(model: Model, state: State, joint: JointPlace) -> list[Twist]:
     free = {axis.link for axis in joint_axes(model, state, joint) if axis.free}
     free |= {i for i in joint.links if model.links[i].u >= 0}
     return [t for t in twists(model, state, joint) if t.key[1] in free]
+
+
+def on_path(model: Model, state: State, joint: JointPlace, forces: Mapping[int, Scalar]) -> Spatial:
+    """Return the wrench on the child of generalized forces, by speed, on the coordinates of a path."""
+    result = ZERO6
+    motions = twists(model, state, joint) if joint.path and forces else []
+    for t, wrench in zip(motions, wrenches(motions), strict=True):
+        if t.key[1] in forces:
+            result = plus(result, times(forces[t.key[1]], wrench))
+    return result
 
 
 def _with(free: list[Twist], motions: list[Twist], link: int) -> list[Twist]:
@@ -143,14 +151,12 @@ def unit_load_wrench(model: Model, state: State, joint: JointPlace, link: int) -
         return wrenches(motions)[[t.key for t in motions].index(("link", link))]
     axes = joint_axes(model, state, joint)
     (loaded,) = [axis for axis in axes if axis.link == link]
-    if loaded.kind == "slider":
-        slides = [
-            axis.direction for axis in axes if axis.kind == "slider" and axis.free and axis.link != link
-        ]
+    if loaded.slides_only:
+        slides = [axis.direction for axis in axes if axis.slides_only and axis.free and axis.link != link]
         return (ZERO, loaded.direction if loaded.free else _across(loaded.direction, slides))
-    if loaded.kind == "screw":
+    if loaded.advances:
         return (loaded.direction, ZERO)
-    free_turns = [axis.direction for axis in axes if axis.kind == "hinge" and axis.free and axis.link != link]
+    free_turns = [axis.direction for axis in axes if axis.turns_only and axis.free and axis.link != link]
     across = _across(loaded.direction, free_turns)
     if loaded.free and free_turns:
         across = scale(divide(1, dot(loaded.direction, across)), across)

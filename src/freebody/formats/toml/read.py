@@ -48,6 +48,7 @@ JOINTS = {
     "free": ("coordinate", "armature"),
     "weld": (),
     "chain": ("motions",),
+    "path_joint": ("coordinate", "position", "turns"),
 }
 
 MOTIONS: dict[str, tuple[type[Primitive], tuple[str, ...]]] = {
@@ -255,6 +256,10 @@ def _joint(system: System, name: str, table: Table) -> None:
         if table.has(key):
             arguments[key] = table.matrix(key)
     arguments |= _motion(table, kind, JOINTS[kind])
+    if "position" in JOINTS[kind] and table.has("position"):
+        arguments["position"] = table.raw("position")  # of coordinates that the joint declares
+    if "turns" in JOINTS[kind] and table.has("turns"):
+        arguments["turns"] = [_one_turn(turn) for turn in table.each("turns")]
     if "motions" in JOINTS[kind]:
         arguments["motions"] = [_part(part) for part in table.each("motions")]
     parent, child = table.text("parent", "ground"), table.text("child")
@@ -280,6 +285,13 @@ def _motion(table: Table, kind: str, keys: Sequence[str]) -> dict[str, Any]:
     if "rotor" in keys and table.has("rotor"):
         arguments["rotor"] = _rotor(table.table("rotor"))
     return arguments
+
+
+def _one_turn(table: Table) -> tuple[Any, Any]:
+    """Axis and angle of one turn of a joint by functions."""
+    turn = (_axis(table, table.raw("axis"), "turn"), table.raw("angle"))
+    table.done()
+    return turn
 
 
 def _part(table: Table) -> Primitive:

@@ -163,6 +163,8 @@ class Writer(ValueTexts):
         names = names_of(self.system)
         order: dict[str, Any] = dict.fromkeys(first)
         for joint in self.system.joints.values():
+            for text in joint.arguments.get("coordinates", ()):  # a joint by functions declares them first
+                order.setdefault(text)
             for primitive in () if joint.closes else joint.primitives:
                 y = primitive.coordinate
                 for atom in y if isinstance(y, tuple) else (y,):
@@ -244,6 +246,17 @@ class Writer(ValueTexts):
         if "motions" in JOINTS[joint.type]:
             parts = ",\n  ".join(map(self.motion, joint.primitives))
             return keys | {"motions": f"[\n  {parts},\n]"}
+        if "position" in JOINTS[joint.type]:
+            given = joint.arguments
+            keys |= {
+                "coordinate": quoted(" ".join(given["coordinates"])),
+                "position": self.row(given["position"]),
+            }
+            self.used.update(given["position"])
+            turns = [
+                f"{{ axis = {self.row(n)}, angle = {self.value(angle)} }}" for n, angle in given["turns"]
+            ]
+            return keys | ({"turns": f"[{', '.join(turns)}]"} if turns else {})
         keys |= self.inertia(joint)
         if joint.closes:
             return keys  # it has no coordinates

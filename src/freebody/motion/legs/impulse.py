@@ -232,7 +232,7 @@ def centre_of_percussion(
     R_body = rotation(model, state, model.bodies[struck].link)
     if direction is None:
         link = model.links[place.links[-1]]
-        if link.kind != "hinge" or len(place.links) != 1:
+        if not link.turns_only or len(place.links) != 1:
             raise ModelError(
                 f"Joint '{name}' is no hinge: give the direction of the blow, direction=(x, y, z)."
             )
@@ -298,11 +298,7 @@ def _exact_state(e: Equations, initial: Mapping[Any, Any], t: Expression | None)
     vocabulary = Vocabulary(e)
     names = [*model.coordinate_names, *model.speed_names]
     elements = dict(zip(names, [*e.state.q, *e.state.u], strict=True))
-    quaternions = {
-        link.joint: link.q + (3 if link.kind == "free" else 0)
-        for link in model.links
-        if link.kind in ("ball", "free")
-    }
+    quaternions = {link.joint: link.quaternion for link in model.links if link.own}
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
         if name in quaternions:

@@ -185,11 +185,7 @@ _SINGLE = _NUMBERS | {str}
 
 def quaternions_by_joint(model: Model) -> dict[str, int]:
     """Return the index, among the coordinates, of the quaternion of each ball and free joint."""
-    return {
-        link.joint: link.q + (3 if link.kind == "free" else 0)
-        for link in model.links
-        if link.kind in ("ball", "free")
-    }
+    return {link.joint: link.quaternion for link in model.links if link.own}
 
 
 def _quaternion(model: Model, values: Mapping[str, float], value: Any, joint: str) -> list[float]:

@@ -176,7 +176,7 @@ class InSteps:
     def _of_steps(self, steps: Any) -> tuple[Array, Array]:
         """Return the mean reactions and the mean power of the drives in these steps."""
         model = self.kernels.model
-        if model.families and all(link.kind == "free" for link in model.links):
+        if model.families and all(link.flies for link in model.links):
             return np.zeros((len(steps), 6 * len(model.joints))), np.zeros(len(steps))
         program = mean_reactions(self.kernels)
         if len(self.path.times) < 2:

@@ -112,7 +112,7 @@ def speeds_inward(model: Model) -> list[list[int]]:
     for link in model.links:
         own = [j for j, _ in link.partials]
         if link.u >= 0:
-            own = list(range(link.u, link.u + (6 if link.kind == "free" else 3)))
+            own = list(range(link.u, link.u + (link.n_speeds)))
         result.append(own + (result[link.parent] if link.parent >= 0 else []))
     return result
 

@@ -37,7 +37,7 @@ def _units_of_coordinates(model: Any) -> dict[str, str]:
         if link.one_dof and isinstance(link.displacement, sympy.Basic):
             for part in sympy.preorder_traversal(link.displacement):
                 if part in names:
-                    used.setdefault(names[part], set()).add("m" if link.kind == "slider" else "rad")
+                    used.setdefault(names[part], set()).add("m" if link.slides_only else "rad")
     result = {name: units.pop() for name, units in used.items() if len(units) == 1}
     for coordinate in model.coordinates:
         if coordinate.kind != "scalar":

@@ -401,11 +401,11 @@ def _generic_coordinates(model: Model, size: float, attempt: int) -> list[float]
         else:
             q[i] = math.radians(ANGLES[angle_count % len(ANGLES)] + 37 * attempt)
             angle_count += 1
-    rolls = bool(model.constraints) and any(link.kind == "free" for link in model.links)
+    rolls = bool(model.constraints) and any(link.flies for link in model.links)
     for link in model.links:
-        if link.kind not in ("ball", "free"):
+        if not link.own:
             continue
-        start = link.q + (3 if link.kind == "free" else 0)
+        start = link.quaternion
         # upright in the first attempt if a body rolls or stands; otherwise turned a little about a generic axis
         if (rolls or model.contacts) and attempt % 2 == 0:
             q[start : start + 4] = [1.0, 0.0, 0.0, 0.0]

@@ -25,9 +25,9 @@ def mark_coordinates(m: MachineDrawing) -> None:
     for name, joint in m.model.joints.items():
         for number in joint.links:
             link = m.model.links[number]
-            if link.kind == "slider":
+            if link.slides_only:
                 _slide(m, name, number, link)
-            elif link.kind == "hinge" and not m.view.planar:
+            elif link.turns_only and not m.view.planar:
                 _turn(m, name, number, link)
         kinds = [m.model.links[i].kind for i in joint.links]
         if "ball" in kinds or "free" in kinds:

@@ -85,7 +85,7 @@ def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
     at, name = m.page(joint[3]), load.name
     d = m.axis(action.joint.name, action.index)
     link = m.model.links[joint_link(m.model, action)]
-    if link.kind != "slider" or d is None:
+    if not link.slides_only or d is None:
         m.add(symbols.spiral(at), class_=load.look.role, data_load=name)
         if not m.many:
             _spring_label(m, load, at, np.array([20.0, 0.0]))

@@ -63,14 +63,14 @@ def angle_of(
     i = model.bodies[body].link
     while i != GROUND:
         link = model.links[i]
-        if link.kind == "hinge":
+        if link.turns_only:
             sign = 1.0 if float(now.state(link.axis[view.normal])) * view.toward[view.normal] > 0 else -1.0
             exact_sign = 1 if float(now.state(link.axis[view.normal])) > 0 else -1
             total = total + exact_sign * state(link.displacement)
             angle += sign * float(now.state(link.displacement))
             if relative:
                 break
-        elif link.kind in ("ball", "free", "screw"):
+        elif link.own or link.advances:
             return []
         i = link.parent
     shown = latex(total, e.ring)

@@ -123,11 +123,11 @@ def _arrows(
             case JointForce(joint, value):
                 place, number = model.joints[joint.name], joint_link(model, action)
                 link = model.links[number]
-                if link.kind not in ("hinge", "slider"):  # on a screw it is a force and a moment
+                if not (link.turns_only or link.slides_only):  # on a screw it is a force and a moment
                     continue
                 if state:
                     value = scale(value, apply(rotation(model, state, number), state.vector(link.axis)))
-                kind = "moment" if link.kind == "hinge" else "force"
+                kind = "moment" if link.turns_only else "force"
                 arrow = Arrow(name, "force", kind, place.child, place.to, role, k)
                 result.append((arrow, state and value))
     return result

@@ -113,9 +113,9 @@ def _check_reference(linear: LinearModel) -> None:
     udot = linear.canonical.get("udot")
     fast = max((abs(linear.point[name]) for name in model.speed_names), default=0)
     for link in model.links:
-        if udot is None or link.kind not in ("ball", "free"):
+        if udot is None or not link.own:
             continue
-        changing = np.abs(udot[link.u : link.u + (3 if link.kind == "ball" else 6)])
+        changing = np.abs(udot[link.u : link.u + link.n_speeds])
         if changing.max() > SMALL * (1 + fast**2):
             raise ModelError(
                 f"The speeds of joint '{link.joint}' of '{model.name}' change along the motion to compare with. "

@@ -41,10 +41,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from ...describe.joints.moving import Moving
 from ...dynamics.articulated import apparent_inertia, columns_solved, free_motions, pivot
 from ...dynamics.joints.freedom import Axis, carried_part
 from ...dynamics.linear import Factorization
-from ...dynamics.state import ball_joint, free_joint, one_dof_joint
+from ...dynamics.state import ball_joint, free_joint, one_dof_joint, unit_motion
 from ...model.model import GROUND, Link, Model
 from ...scalar.algebra import (
     HALF,
@@ -106,7 +107,7 @@ the body (3)."""
 
 
 @dataclass(frozen=True)
-class Kind:
+class Kind(Moving):
     """Properties that links with the same code have in common."""
 
     kind: str
@@ -120,14 +121,14 @@ class Kind:
     @property
     def joint_of_one(self) -> bool:
         """True if one displacement moves the link."""
-        return self.kind in ("hinge", "slider", "screw")
+        return self.one_dof
 
     @property
     def freedom(self) -> int:
         """Number of motions that forces determine."""
         if self.joint_of_one:
             return 0 if self.driven else 1
-        return {"ball": 3, "free": 6}.get(self.kind, 0)
+        return self.n_speeds
 
     @property
     def force(self) -> int:
@@ -287,27 +288,27 @@ def _recorded(
     tau: list[Traced] = []
     count = kind.freedom
     position, pitch = _vector(constants[9:12]), constants[15]
-    if kind.kind == "weld":
+    if kind.fixed:
         R, r, vJ = E, position, (ZERO, ZERO)
-    elif kind.kind == "ball":
+    elif kind.pivots:
         R, r, vJ = ball_joint(E, position, joint[0:4], joint[4:7])
         tau = joint[7:10]
-    elif kind.kind == "free":
+    elif kind.flies:
         R, r, vJ = free_joint(E, position, joint[0:7], joint[7:13])
         tau = joint[13:19]
     else:
-        R, r, vJ = one_dof_joint(kind.kind, E, position, n, pitch, joint[0], joint[1], tape)
-        S = {"slider": (ZERO, n), "hinge": (n, ZERO)}.get(kind.kind, (n, scale(pitch, n)))
+        R, r, vJ = one_dof_joint(kind.motion, E, position, n, pitch, joint[0], joint[1], tape)
+        S = unit_motion(kind.motion, n, pitch)
         tau = joint[2:3]
     # outward
     V_i = plus(kind.kept(motion_to_child(R, r, spatial(read["parent"][V:]))), vJ)
     coordinate_rates: list[Scalar] = []
-    if kind.kind == "free":
+    if kind.flies:
         coordinate_rates = [
             *apply_transpose(E, apply(R, vJ[1])),
             *quaternion_rate(_quaternion(joint[3:7]), vJ[0]),
         ]
-    elif kind.kind == "ball":
+    elif kind.pivots:
         coordinate_rates = [*quaternion_rate(_quaternion(joint[0:4]), vJ[0])]
     turn, turn_read = _stored(tape, [*_flat(R), *r], joint, record[kind.turn :])
     outward: Written = [
@@ -324,7 +325,7 @@ def _recorded(
     p = force_cross(V_, momentum_of(inertia, V_))
     I_A = kind.kept_blocks(blocks_sum(_blocks(tips[6:]), blocks(inertia)))
     p_A = kind.kept(plus(_spatial(tips), p))
-    motion = [] if kind.driven or kind.kind == "weld" else free_motions(_any_link(kind), S)
+    motion = [] if kind.driven or kind.fixed else free_motions(_any_link(kind), S)
     pivots: Any = None
     stored: list[Scalar] = []
     if motion:
@@ -353,16 +354,16 @@ def _recorded(
         a = plus(a, times(rate, S_k))
     # carried, transmitted: c holds the acceleration along a displacement that is driven
     started, carried = moved_on, plus(moved_on, c)
-    if kind.kind in ("ball", "free"):
-        of_joint = (_vector(tau), _vector(tau[3:6]) if kind.kind == "free" else ZERO)
+    if kind.own:
+        of_joint = (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO)
         started, carried = plus(started, of_joint), plus(carried, of_joint)
     elif S is not None:
         started = plus(started, times(joint[2], S))
     A_ = _spatial(read["own"])
     F = plus(momentum_of(inertia, A_), p_A)
     along = [] if S is None else [power(S, F)]
-    if kind.kind in ("ball", "free"):
-        along = [*F[0], *(F[1] if kind.kind == "free" else ())]
+    if kind.own:
+        along = [*F[0], *(F[1] if kind.flies else ())]
     # place
     above = read["parents_second"][PLACE - SECOND :]
     R_P, p_P = _matrix(above), _vector(above[9:])
@@ -379,7 +380,7 @@ def _recorded(
     about, linear = (apply(R_N, x) for x in momentum_of(inertia, V_))
     F_A = plus(blocks_times(I_A, A_), p_A)
     axes = [Axis(0, kind.kind, n, pitch, True)] if kind.joint_of_one and kind.free else []
-    moment, force_across = carried_part({kind.kind}, axes, F_A)
+    moment, force_across = carried_part(kind if kind.own else None, axes, F_A)
     return {
         "outward": outward,
         "inward": inward,
@@ -407,7 +408,7 @@ def _constant_axes(constants: Sequence[Traced], kind: Kind) -> tuple[Matrix, Vec
         E = tuple(
             tuple(x if (i == k) == (j == k) else 0 for j, x in enumerate(row)) for i, row in enumerate(E)
         )  # type: ignore[assignment]
-        n = tuple(x if (i == k) == (kind.kind == "hinge") else 0 for i, x in enumerate(n))  # type: ignore[assignment]
+        n = tuple(x if (i == k) == kind.turns_only else 0 for i, x in enumerate(n))  # type: ignore[assignment]
     return E, n
 
 
@@ -436,7 +437,7 @@ def _stored(
 def _any_link(kind: Kind) -> Link:
     """Return a link of this kind, for functions that depend on the kind only."""
     zero: Any = ZERO
-    u = 0 if kind.kind in ("ball", "free") else -1
+    u = 0 if kind.own else -1
     return Link(
         "", None, kind.kind, GROUND, IDENTITY, zero, zero, 0, 0, ((0, 1),), 0, 0, u, u, 0, zero, IDENTITY
     )

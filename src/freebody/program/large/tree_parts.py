@@ -245,7 +245,7 @@ class Parts:
                         force_or_acceleration = force_or_acceleration + state(partial) * extra[j]
                 joints.append([state(link.displacement), rate, force_or_acceleration])
             elif link.u >= 0:
-                n_q, n_u = (7, 6) if link.kind == "free" else (4, 3)
+                n_q, n_u = link.n_coordinates, link.n_speeds
                 if udot is None:
                     forces = [generalized.get(link.u + k, 0) for k in range(n_u)]
                 else:
@@ -350,7 +350,7 @@ class Parts:
                 (tau[i],) = fetch(i, link_step.ALONG, 1)
                 tau[i] = tau[i] - loads.along.get(i, 0)
             elif link.u >= 0:
-                count = 6 if link.kind == "free" else 3
+                count = link.n_speeds
                 free.update({link.u + k: x for k, x in enumerate(fetch(i, link_step.ALONG, count))})
         total = forces_on_coordinates(model, state, tau)
         for j, force in free.items():
@@ -401,7 +401,7 @@ class Parts:
             for coordinate in model.coordinates
         ]
         for i, link in enumerate(model.links):
-            if link.kind in ("ball", "free"):
-                for k in range(7 if link.kind == "free" else 4):
+            if link.own:
+                for k in range(link.n_coordinates):
                     result[link.q + k] = self.at(i, link_step.COORDINATE_RATES + k)
         return result

@@ -23,7 +23,7 @@ from ...dynamics.armature import resistance, spin_rate
 from ...dynamics.constraints import Row, rows, slip_direction, torques
 from ...dynamics.contact import unit_forces
 from ...dynamics.coordinates import forces_on_free_displacements
-from ...dynamics.joints.freedom import unit_load_wrench
+from ...dynamics.joints.freedom import on_path, unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
 from ...dynamics.loading import actions, joint_link, scaled, speed_of, weight
 from ...errors import ModelError, nearest
@@ -41,6 +41,7 @@ from ...scalar.algebra import (
     scale,
     subtract,
 )
+from ...space.spatial import ZERO6, Spatial, times
 from ..derivation.bodies import own_body
 from ..derivation.derivation import Derivation
 from ..derivation.questions import named
@@ -253,6 +254,8 @@ class BodyBalance:
             for i in joint.links:
                 if tau.get(i, 0) != 0:
                     parts += self._along_joint(load, name, i, tau[i], kind)
+            if joint.path:
+                parts += self._on_child(load, name, on_path(model, state, joint, {speed: value}), kind)
         if len(parts) < 2:
             return parts
         if any(part.force != ZERO for part in parts):
@@ -270,9 +273,17 @@ class BodyBalance:
         if sign == 0:
             return []
         # the massless links inside the joint transmit the whole load
-        moment, force = unit_load_wrench(model, state, joint, link)
+        return self._on_child(load, name, times(value, unit_load_wrench(model, state, joint, link)), kind)
+
+    def _on_child(self, load: str, name: str, wrench: Spatial, kind: str) -> list[Action]:
+        """A load in a joint by its wrench on the child, in the axes of the last link; opposite on the parent."""
+        model, state = self._e.model, self._e.state
+        joint = model.joints[name]
+        sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
+        if sign == 0 or wrench == ZERO6:
+            return []
         R = rotation(model, state, joint.links[-1])
-        force, moment = (scale(sign * value, apply(R, v)) for v in (force, moment))
+        moment, force = (scale(sign, apply(R, v)) for v in wrench)
         return [Action(load, kind, force, moment, self._e.joint_points[name], f"joint '{name}'")]
 
     @cached_property

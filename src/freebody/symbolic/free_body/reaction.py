@@ -101,18 +101,18 @@ def unknowns(model: Model, state: State, name: str) -> list[Component]:
     if joint.anchored:
         return _of_chain(model, state, name, R)
     free = [axis for axis in joint_axes(model, state, joint) if axis.free]
-    kinds = [model.links[i].kind for i in joint.links]
-    slides = [axis.direction for axis in free if axis.kind == "slider"]
-    turns = [axis.direction for axis in free if axis.kind != "slider"]
+    links = [model.links[i] for i in joint.links]
+    slides = [axis.direction for axis in free if axis.slides_only]
+    turns = [axis.direction for axis in free if not axis.slides_only]
     result: list[Component] = []
-    if "free" in kinds:
+    if any(link.flies for link in links):
         return result
     for letter, along in _across(model, state, slides, R):
         result.append(_component(model, state, f"{name}_{letter}", along, ZERO))
-    if "ball" not in kinds and len(turns) < 3:
+    if not any(link.pivots for link in links) and len(turns) < 3:
         for letter, along in _across(model, state, turns, R):
             result.append(_component(model, state, f"{name}_M{letter}", ZERO, along))
-    if "screw" in kinds and turns:
+    if any(link.advances for link in links) and turns:
         # the thread carries an axial force f and the moment -h f, which together do no work
         n = apply(R, turns[0])
         result = [_threaded(c, n, free[0].pitch) for c in result]

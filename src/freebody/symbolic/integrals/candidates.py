@@ -180,7 +180,7 @@ def _motions(e: Derivation) -> Iterator[tuple[str, Vector, Vector]]:
     for name, joint in e.model.joints.items():
         i = joint.links[0]
         link = e.model.links[i]
-        if link.parent != GROUND or link.kind == "free":
+        if link.parent != GROUND or link.flies:
             continue
         axes = list(zip(AXES, IDENTITY, strict=True))
         if link.one_dof:
@@ -189,10 +189,10 @@ def _motions(e: Derivation) -> Iterator[tuple[str, Vector, Vector]]:
             n = tuple(dot(row, n) for row in R)
             if n not in IDENTITY and scale(-1, n) not in IDENTITY:
                 axes.append((f"the axis of {name}", n))
-                if link.kind == "slider":
+                if link.slides_only:
                     yield f"linear momentum along the axis of {name}", ZERO, n
         at = postures[i].position
-        if at == ZERO or link.kind == "slider":
+        if at == ZERO or link.slides_only:
             at = ZERO
             axes = axes[3:]
         if not all(e.ring.atoms_of(x) <= parameters for x in at):

@@ -43,10 +43,10 @@ def rigid_motion(
         p = postures[last].position
         target = add(v, cross(w, p))
         link = model.links[last]
-        if link.kind in ("ball", "free"):
+        if link.own:
             R = postures[last].rotation
             fixed.update({link.u + k: x for k, x in enumerate(apply_transpose(R, w))})
-            if link.kind == "free":
+            if link.flies:
                 fixed.update({link.u + 3 + k: x for k, x in enumerate(apply_transpose(R, target))})
             elif any(x != 0 for x in target):
                 return None
@@ -68,7 +68,7 @@ def _add_rest(model: Model, state: State, i: int, rows: list[Row], fixed: dict[i
     """Add the conditions that link i is at rest relative to its parent."""
     link = model.links[i]
     if link.u >= 0:
-        fixed.update({link.u + k: 0 for k in range(6 if link.kind == "free" else 3)})
+        fixed.update({link.u + k: 0 for k in range(link.n_speeds)})
     elif link.one_dof and not link.driven:
         rows.append(({j: state(partial) for j, partial in link.partials}, 0))
 

@@ -31,15 +31,15 @@ def displaced(model: Model, q0: Sequence[float], xi: Sequence[float]) -> list[fl
         if model.coordinates[i].kind == "scalar":
             result[i] += float(xi[names.index(name)])
     for link in model.links:
-        if link.kind not in ("ball", "free"):
+        if not link.own:
             continue
-        start = link.q + (3 if link.kind == "free" else 0)
+        start = link.quaternion
         e0: Any = tuple(result[start : start + 4])
         turn = np.asarray(xi[link.u : link.u + 3], dtype=float)
         half = float(np.linalg.norm(turn)) / 2
         # sin(h)/h at h = 0 is 1; np.sinc is sin(pi x)/(pi x)
         vector = turn / 2 * np.sinc(half / np.pi)
-        if link.kind == "free":
+        if link.flies:
             shift: Any = tuple(float(x) for x in xi[link.u + 3 : link.u + 6])
             way = apply(matrix_from_quaternion(e0), shift)
             result[link.q : link.q + 3] = [
@@ -57,9 +57,9 @@ def deviations(model: Model, q0: Array, q: Array) -> Array:
         if model.coordinates[i].kind == "scalar":
             result[:, names.index(name)] = q[:, i] - q0[:, i]
     for link in model.links:
-        if link.kind not in ("ball", "free"):
+        if not link.own:
             continue
-        start = link.q + (3 if link.kind == "free" else 0)
+        start = link.quaternion
         e0: Any = tuple(q0[:, start + k] for k in range(4))
         e: Any = tuple(q[:, start + k] for k in range(4))
         turned = np.array(quaternion_product(quaternion_conjugate(e0), e))
@@ -67,7 +67,7 @@ def deviations(model: Model, q0: Array, q: Array) -> Array:
         size = np.linalg.norm(turned[1:], axis=0)
         half = np.arctan2(size, turned[0])
         result[:, link.u : link.u + 3] = (2 * turned[1:] / np.sinc(half / np.pi)).T
-        if link.kind == "free":
+        if link.flies:
             R0: Array = np.array(matrix_from_quaternion(e0))  # (3, 3, n)
             way = (q - q0)[:, link.q : link.q + 3]
             result[:, link.u + 3 : link.u + 6] = np.einsum("ijn,ni->nj", R0, way)

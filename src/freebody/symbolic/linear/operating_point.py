@@ -62,11 +62,7 @@ def operating_point(model: Model, about: Any) -> OperatingPoint:
     q: list[Expression] = [*rest_coordinates(model)]
     u: list[Expression] = [0] * model.n_u
     names = [*model.coordinate_names, *model.speed_names]
-    quaternions = {
-        link.joint: link.q + (3 if link.kind == "free" else 0)
-        for link in model.links
-        if link.kind in ("ball", "free")
-    }
+    quaternions = {link.joint: link.quaternion for link in model.links if link.own}
     named = set()
     for key, value in about.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
@@ -166,10 +162,10 @@ def along(
     rates = coordinate_rates(model, State(model, field, 0, q, u, values))
     result = [a if _still(b) else a + b * t for a, b in zip(q, rates, strict=True)]
     for link in model.links:
-        if link.kind not in ("ball", "free"):
+        if not link.own:
             continue
         w = tuple(u[link.u : link.u + 3])
-        start = link.q + (3 if link.kind == "free" else 0)
+        start = link.quaternion
         if all(map(_still, w)):
             continue
         live = [x for x in w if not _still(x)]
@@ -178,7 +174,7 @@ def along(
         s, c = divide(field.sin(half), rate), field.cos(half)
         e0 = tuple(q[start : start + 4])
         result[start : start + 4] = quaternion_product(e0, (c, *scale(s, w)))
-        if link.kind == "free":
+        if link.flies:
             v = tuple(u[link.u + 3 : link.u + 6])
             wv = cross(w, v)
             square = rate * rate
@@ -234,9 +230,9 @@ def perturbed(
         if coordinate.kind == "scalar":
             rates_of[i][places[coordinate.name + "'"]] = 1
     for link in model.links:
-        if link.kind not in ("ball", "free"):
+        if not link.own:
             continue
-        for j in range(link.u, link.u + (3 if link.kind == "ball" else 6)):
+        for j in range(link.u, link.u + link.n_speeds):
             unit = [1 if k == j else 0 for k in range(n)]
             for i, rate in enumerate(coordinate_rates(model, State(model, field, t, q, unit, values))):
                 if model.coordinates[i].kind != "scalar" and not (type(rate) is int and rate == 0):
@@ -275,9 +271,9 @@ def tangent_drift(model: Model, u: Sequence[Scalar]) -> list[list[Scalar]]:
             A[row + i][column + j] = sign * x[k]  # -[x]×
 
     for link in model.links:
-        if link.kind in ("ball", "free"):
+        if link.own:
             put(link.u, link.u, u[link.u : link.u + 3])
-        if link.kind == "free":
+        if link.flies:
             put(link.u + 3, link.u + 3, u[link.u : link.u + 3])
             put(link.u + 3, link.u, u[link.u + 3 : link.u + 6])
     return A
@@ -290,9 +286,9 @@ def tangent_names(model: Model) -> tuple[str, ...]:
     """
     names = [name.removesuffix("'") for name in model.speed_names]
     for link in model.links:
-        if link.kind in ("ball", "free"):
+        if link.own:
             for k, letter in enumerate("xyz"):
                 names[link.u + k] = f"{link.joint}_r{letter}"
-                if link.kind == "free":
+                if link.flies:
                     names[link.u + 3 + k] = f"{link.joint}_d{letter}"
     return tuple(names)

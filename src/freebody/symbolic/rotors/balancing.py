@@ -175,7 +175,7 @@ def rotor_inertia(model: Model, state: State, link: int, joint: str) -> Inertia:
     for i in range(link + 1, len(model.links)):
         part = model.links[i]
         if part.parent in composite:
-            if part.kind != "weld":
+            if not part.fixed:
                 raise ModelError(
                     f"Expected a rigid rotor on '{joint}', but '{part.joint}' lets a part of it move. Weld it, or "
                     "balance the parts one by one."

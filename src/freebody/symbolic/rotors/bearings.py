@@ -107,7 +107,7 @@ def shaft_of(s: Any, joint: Any) -> Shaft:
         raise ModelError(f"Unknown joint '{name}'; {nearest(str(name), list(e.model.joints))}")
     place = e.model.joints[name]
     link = e.model.links[place.links[-1]]
-    if len(place.links) != 1 or link.kind != "hinge":
+    if len(place.links) != 1 or not link.turns_only:
         raise ModelError(
             f"Expected a hinge, which two bearings of a shaft form together, got the {place.type} '{name}'."
         )

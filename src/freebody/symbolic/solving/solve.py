@@ -15,6 +15,7 @@ from typing import Any
 import sympy
 
 from ...dynamics.joints.freedom import free_displacements
+from ...dynamics.joints.motions import path_speeds
 from ...errors import ModelError
 from ...model.contact import Touching
 from ...scalar.algebra import Scalar
@@ -188,6 +189,8 @@ def _shared_speeds(e: Derivation) -> set[int]:
     The coupling of these joints does no work in total. The equation of motion contains that, the free bodies do not.
     """
     followed = {j for _, j in free_displacements(e.model)}
+    for joint in e.model.joints.values():
+        followed |= set(path_speeds(e.model, joint)) if joint.path else set()
     return {j for link in e.model.links for j, _ in link.partials} - followed
 
 

@@ -93,7 +93,7 @@ class _Turned(State):
             return super()._evaluate_joint(link)
         E, r = self.matrix(link.rotation), self.vector(link.position)
         w = self.u[link.u : link.u + 3]
-        if link.kind == "ball":
+        if link.pivots:
             return (multiply(E, self._turned[i]), r, (w, ZERO))
         p = self.q[link.q : link.q + 3]
         moved = tuple(dot(row, p) for row in E)
@@ -169,7 +169,7 @@ class TurningProblem(Problem):
         e = self.e
         result = []
         for i, link in enumerate(e.model.links):
-            if link.kind not in ("ball", "free"):
+            if not link.own:
                 continue
             vertical, fixed = self._vertical(i)
             spinning = self._spin_axis(i)
@@ -180,7 +180,7 @@ class TurningProblem(Problem):
             psi, theta, phi = (self._atom(link.joint, name) for name in ("psi", "theta", "phi"))
             turns = fixed and self._symmetric(i, vertical, left=True)
             place, drift = [], []
-            if link.kind == "free":
+            if link.flies:
                 for k in range(3):
                     direction = tuple(int(m == k) for m in range(3))
                     along = fixed and self._displaced(i, direction)
@@ -214,7 +214,7 @@ class TurningProblem(Problem):
         model, link = e.model, e.model.links[i]
         parent = link.parent
         while parent != GROUND:
-            if model.links[parent].kind not in ("slider", "weld"):
+            if not (model.links[parent].slides_only or model.links[parent].fixed):
                 return (0, 0, 1), False
             parent = model.links[parent].parent
         E = e.state.matrix(link.rotation)
@@ -248,17 +248,17 @@ class TurningProblem(Problem):
         """Return True if a turn about an axis of the parent (``left``) or of the child is a symmetry."""
         e = self.e
         link = e.model.links[i]
-        start = link.q + (3 if link.kind == "free" else 0)
+        start = link.quaternion
         quaternion: Any = e.state.q[start : start + 4]
         half = (0, *scale(HALF, axis))
         moved: Any = quaternion_product(half, quaternion) if left else quaternion_product(quaternion, half)
         rates = {e.model.coordinates[start + k].symbol: x for k, x in enumerate(moved)}
         expected: list[Any] = [0] * e.model.n_u
-        if left and link.kind == "free":
+        if left and link.flies:
             p = e.state.q[link.q : link.q + 3]
             rates.update({e.model.coordinates[link.q + k].symbol: x for k, x in enumerate(cross(axis, p))})
         if not left:
-            for first in (link.u, link.u + 3)[: 2 if link.kind == "free" else 1]:
+            for first in (link.u, link.u + 3)[: 2 if link.flies else 1]:
                 u, udot, E = (tuple(x[first : first + 3]) for x in (e.state.u, e.udot, self.residuals))
                 for k, (x, y, z) in enumerate(zip(*(cross(v, axis) for v in (u, udot, E)), strict=True)):
                     speed = e.model.speeds[first + k]
@@ -315,7 +315,7 @@ class TurningProblem(Problem):
             spin = add(apply_transpose(R, W), sigma)
             u[link.u : link.u + 3] = spin
             udot[link.u : link.u + 3] = cross(spin, sigma)
-            if link.kind == "free":
+            if link.flies:
                 p = tuple(0 if a is None else ring.generator(a) for a in turning.place)
                 q[link.q : link.q + 3] = p
                 V = tuple(0 if a is None else ring.generator(a) for a in turning.drift)
@@ -365,7 +365,7 @@ class TurningProblem(Problem):
         result = {}
         for turning in self.turnings:
             link = model.links[turning.link]
-            start = link.q + (3 if link.kind == "free" else 0)
+            start = link.quaternion
             e: Any = (1, 0, 0, 0)
             for axis, atom in turning.turns:
                 half = 0 if atom is None else float(full.get(atom, 0)) / 2
@@ -470,7 +470,7 @@ class TurningStability:
             x, y, z = (float(full[turning.spin]) * c for c in turning.axis)
             skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
             link = model.links[turning.link]
-            for first in (link.u, link.u + 3)[: 2 if link.kind == "free" else 1]:
+            for first in (link.u, link.u + 3)[: 2 if link.flies else 1]:
                 back[first : first + 3, first : first + 3] = skew
         n = model.n_u
         top = np.hstack([A + back, np.eye(n)])
