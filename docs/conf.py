@@ -45,3 +45,13 @@ html_extra_path = ["systems/pages"]  # whole pages, shown in frames: gallery_pag
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
+
+
+def setup(app):
+    """Give the headings of the navigation their level, which readers of screens need."""
+    app.connect("html-page-context", _levels, priority=900)
+
+
+def _levels(app, page, template, context, tree):
+    name = "furo_navigation_tree"
+    context[name] = context.get(name, "").replace('role="heading"', 'role="heading" aria-level="2"')

@@ -191,7 +191,8 @@ class Page:
             scene["live"] = simulator(self.outcome.system, motion, keys, scene, {})
         live = "live" in scene
         symbols = Symbols.of(motion.kernels.model)
-        body = f"{stage(live)}\n{charts(scene, symbols)}"
+        heading = f'<h1 class="hidden">{escape(self.entry.title)}</h1>'
+        body = f"{heading}\n{stage(live)}\n{charts(scene, symbols)}"
         folder = self.folder / LIVE
         folder.mkdir(parents=True, exist_ok=True)
         self.made.append(write(folder / f"{name}.html", page(self.entry.title, scene, body, symbols=symbols)))
@@ -467,5 +468,5 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]], number: int) -> s
         for row in rows
     )
     return _html(
-        f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table></div>'
+        f'<div class="wide" tabindex="0"><table><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table></div>'
     )

@@ -32,8 +32,8 @@ from .free_body.planar import Plane, plane_of
 from .free_body.reactions import Reactions
 from .integrals.conserved_quantities import Integrals, integrals
 from .integrals.routh import Routh, routh
-from .printing.abbreviations import abbreviated, groups
 from .printing.arrange import PRINTED
+from .printing.closed.abbreviations import abbreviated, groups
 from .printing.closed.answers import closed as shortest
 from .printing.display import displayed, lines_of
 from .printing.latex import Latex

@@ -27,6 +27,7 @@ from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheel
 from ..moving.quantities import base64_floats, channels, charts
 from ..moving.touching import distinct, modes, surface_parts, touching
 from ..paper.palette import KINDS
+from .symbols import in_letters
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -355,7 +356,7 @@ def _arrow(arrow: Arrow, state: State, names: list[str]) -> dict[str, Any]:
         "kind": arrow.kind,
         "body": names.index(arrow.body) if arrow.body in names else -1,
         "at": _numbers(state, arrow.at),
-        "label": f"weight of {arrow.body}" if arrow.role == "weight" else arrow.name,
+        "label": f"weight of {arrow.body}" if arrow.role == "weight" else in_letters(arrow.name),
         "channel": arrow.key,
         "color": _rgb(KINDS[arrow.role][0]),
     }

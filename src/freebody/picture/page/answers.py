@@ -42,7 +42,7 @@ def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
     top = "".join(f"<th>{name}</th>" for name in head)
     body = "".join(rows)
     table = f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
-    return f'<h2>Answers</h2>\n<div class="wide">{table}</div>'
+    return f'<h2>Answers</h2>\n<div class="wide" tabindex="0">{table}</div>'
 
 
 def _parts(answer: Any) -> tuple[str, Any, str, str]:

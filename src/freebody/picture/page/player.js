@@ -211,7 +211,7 @@ function player(root, scene, options = {}) {
     }
     if (on.trails) drawTrails(poses);
     if (on.frames) drawFrames(poses, texts);
-    if (on.names) scene.bodies.forEach((body, i) => texts.push([point(poses[i], body.center), body.name, DARK]));
+    if (on.names) scene.bodies.forEach((body, i) => texts.push([point(poses[i], body.center), body.name.replaceAll("_", " "), DARK]));
     if (on.forces || on.reactions) drawArrows(poses, texts);
     if (on.cones) drawCones(poses);
     if (on.contacts) drawContacts();
@@ -279,11 +279,21 @@ function player(root, scene, options = {}) {
       if (length(w) > 0) renderer.line(dynamic(`spin ${body}`, [o, add(o, scale(0.7 * size, unit(w)))]), AXES[0], 2.5);
     }
   }
+  // Returns the pieces of a text with subscripts after "_", each with its place, its height and its font, and the width of all.
+  function pieces(pen, text, ratio) {
+    let x = 0;
+    const result = text.split(/_([^\s_]+)/u).map((piece, k) => {
+      pen.font = `${(k % 2 ? 9 : 12) * ratio}px system-ui, sans-serif`;
+      const placed = [piece, x, k % 2 ? 3.5 * ratio : 0, pen.font];
+      x += pen.measureText(piece).width;
+      return placed;
+    });
+    return [result, x];
+  }
   // Writes texts over the picture, each beside its point.
   function write(texts, camera, ratio) {
     const pen = overlay.getContext("2d");
     pen.clearRect(0, 0, overlay.width, overlay.height);
-    pen.font = `${12 * ratio}px system-ui, sans-serif`;
     pen.textBaseline = "middle";
     pen.lineJoin = "round";
     const m = camera.matrix, taken = [];
@@ -291,7 +301,7 @@ function player(root, scene, options = {}) {
     for (const [p, text, color, tail] of texts) {
       const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
       if (w <= 0 || !text) continue;
-      const [, y] = point(m, p), wide = pen.measureText(text).width, line = 15 * ratio, x = across(p);
+      const [, y] = point(m, p), [parts, wide] = pieces(pen, text, ratio), line = 15 * ratio, x = across(p);
       const left = tail && x < across(tail) - 4 * ratio; // an arrow to the left has its text left of its tip
       const px = left ? x - wide - 3 * ratio : x + 3 * ratio;
       let py = ((1 - y / w) * overlay.height) / 2;
@@ -301,9 +311,13 @@ function player(root, scene, options = {}) {
       taken.push([px, py, wide]);
       pen.strokeStyle = "rgba(255,255,255,0.85)";
       pen.lineWidth = 3 * ratio;
-      pen.strokeText(text, px, py);
       pen.fillStyle = `rgb(${color.map((c) => Math.round(200 * c)).join()})`;
-      pen.fillText(text, px, py);
+      for (const draw of [pen.strokeText, pen.fillText]) {
+        for (const [piece, dx, dy, font] of parts) {
+          pen.font = font;
+          draw.call(pen, piece, px + dx, py + dy);
+        }
+      }
     }
   }
 

@@ -207,9 +207,8 @@ def _table(head: tuple[str, ...], rows: list[tuple[Any, ...]], number: int = -1)
             for kind, x in zip(kinds, row, strict=True)
         )
         lines.append(f"<tr>{''.join(cells)}</tr>")
-    return (
-        f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
-    )
+    table = f"<table><thead><tr>{top}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+    return f'<div class="wide" tabindex="0">{table}</div>'
 
 
 def charts(scene: Mapping[str, Any], symbols: Symbols) -> str:

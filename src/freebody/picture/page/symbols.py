@@ -11,6 +11,8 @@ from ...model.model import Model
 from ...symbolic.printing.latex import label_latex
 from ...symbolic.printing.names import GREEK
 from ...typesetting.html import Glyphs
+from ...typesetting.latex import parse
+from ...typesetting.plain import plain
 
 LONGEST = 30_000
 """Most characters of a formula in LaTeX; a longer one is not shown."""
@@ -73,6 +75,16 @@ class Symbols:
     def table(self) -> str:
         """Return the glyphs of all that was set so far."""
         return self.glyphs.svg()
+
+
+def in_letters(name: str) -> str:
+    """Return a name in letters, Greek ones too, with "_" before its subscript: for pictures that have no formulas.
+
+    >>> in_letters("psi'_fast"), in_letters("Omega_zeta"), in_letters("weight")
+    ('ψ̇_fast', 'Ω_ζ', 'weight')
+    """
+    tex = None if _is_word(name) else label_latex(name)
+    return name if tex is None else plain(parse(tex))
 
 
 def _is_word(name: str) -> bool:

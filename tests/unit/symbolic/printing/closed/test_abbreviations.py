@@ -8,7 +8,7 @@ import sympy
 import freebody as fb
 from freebody.errors import ModelError
 from freebody.gallery import entries
-from freebody.symbolic.printing.abbreviations import abbreviated, groups
+from freebody.symbolic.printing.closed.abbreviations import abbreviated, groups
 
 MOMENTS = {"I_xi": "m*(R**2/4 + L**2)", "I_zeta": "m*R**2/2"}
 

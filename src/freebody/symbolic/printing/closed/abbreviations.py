@@ -11,15 +11,15 @@ from typing import Any
 
 import sympy
 
-from ...describe.names import check_name
-from ...errors import ModelError
-from ...scalar.algebra import Expression, Scalar, divide
-from ...scalar.element import Polynomial
-from ...scalar.polynomial import Ring
-from ...scalar.roots import is_positive
-from ...scalar.substitute import Substitution
-from .arrange import arrange
-from .closed.operations import length
+from ....describe.names import check_name
+from ....errors import ModelError
+from ....scalar.algebra import Expression, Scalar, divide
+from ....scalar.element import Polynomial
+from ....scalar.polynomial import Ring
+from ....scalar.roots import is_positive
+from ....scalar.substitute import Substitution
+from ..arrange import arrange
+from .operations import length
 
 MOST = 4
 """Most names in one print: each may eliminate any of its parameters, and all choices are compared."""
