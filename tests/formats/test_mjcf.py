@@ -12,6 +12,7 @@ import sympy
 
 import freebody as fb
 from freebody.errors import FormatError, ModelError
+from freebody.formats.mjcf.words import table
 
 from .test_urdf import same
 
@@ -406,7 +407,9 @@ def test_actuators_are_inputs(tmp_path, actuator, control, expected):
     s = read(tmp_path, PIN, head=f"<actuator>{actuator}</actuator>")
     assert s.reading.inputs == {"m": "u_m"}
     program = fb.compile(s)
-    force = program.bias([0.3], [0.4], values={"u_m": 0}) - program.bias([0.3], [0.4], values={"u_m": control})
+    force = program.bias([0.3], [0.4], values={"u_m": 0}) - program.bias(
+        [0.3], [0.4], values={"u_m": control}
+    )
     rest = program.bias([0.3], [0.4], values={"u_m": control}) - fb.compile(read(tmp_path, PIN)).bias(
         [0.3], [0.4]
     )
@@ -420,7 +423,9 @@ def test_an_actuator_begins_with_what_its_class_says(tmp_path):
     )
     program = fb.compile(read(tmp_path, PIN, head=head, symbols="none"))
     rest = fb.compile(read(tmp_path, PIN, symbols="none")).bias([0.3], [0.4])
-    assert program.bias([0.3], [0.4], values={"u_m": 1}) - rest == pytest.approx([-(50 * 0.7 - 0.8)], rel=1e-12)
+    assert program.bias([0.3], [0.4], values={"u_m": 1}) - rest == pytest.approx(
+        [-(50 * 0.7 - 0.8)], rel=1e-12
+    )
 
 
 TENDON = """<tendon><fixed name="cord" stiffness="4" damping="0.5" springlength="0.1"><joint joint="pin" coef="2"/>
@@ -618,3 +623,10 @@ def test_hostile_files_end(tmp_path):
     s = read(tmp_path, PIN.replace("</body>", '<geom type="mesh" mesh="bad"/></body>'),
              head='<asset><mesh file="bad.msh"/></asset>')  # fmt: skip
     assert "expected MSH of" in str(s.reading)
+
+
+def test_the_page_shows_the_readers_own_table():
+    page = Path(__file__).parents[2] / "docs" / "robots.md"
+    if not page.is_file():
+        pytest.skip("the documentation is not in the package")
+    assert table() in page.read_text(), "put freebody.formats.mjcf.words.table() into docs/robots.md"

@@ -80,7 +80,8 @@ def table() -> str:
     """Return the table of what is read, as the page on robots shows it."""
     rows = ["| in | read | left out, and said |", "|---|---|---|"]
     kinds: list[tuple[str, dict[str, str]]] = [
-        ("`<mujoco>`", SECTIONS), ("`<option>`", OPTIONS), *((f"`<{tag}>`", words) for tag, words in ATTRIBUTES.items()),
+        ("`<mujoco>`", SECTIONS), ("`<option>`", OPTIONS),
+        *((f"`<{tag}>`", words) for tag, words in ATTRIBUTES.items()),
         ("`<body>`, elements", dict.fromkeys(("joint", "freejoint", "geom", "site", "frame", "inertial", *NOTHING), "")
          | BODY_LEFT_OUT),
         ("`<tendon>`", TENDONS), ("`<actuator>`", ACTUATORS), ("actuators act on", TRANSMISSIONS),
