@@ -187,7 +187,9 @@ def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", ["robot.usd", "model", "a\0.toml", ""])
 def test_other_suffixes(path: str) -> None:
-    with pytest.raises(FormatError, match=r"Expected a file that ends in \.toml or \.urdf, got"):
+    with pytest.raises(
+        FormatError, match=r"Expected a file that ends in \.toml, \.urdf, \.xml or \.mjcf, got"
+    ):
         fb.read(path)
 
 

@@ -12,6 +12,7 @@ import sympy
 
 import freebody as fb
 from freebody.errors import FormatError, ModelError
+from freebody.formats.mjcf.words import table
 
 from .test_urdf import same
 
@@ -404,10 +405,12 @@ def after(text: str) -> dict[str, str]:
 )
 def test_actuators_are_inputs(tmp_path, actuator, control, expected):
     s = read(tmp_path, PIN, head=f"<actuator>{actuator}</actuator>")
-    assert s.reading.inputs == {"m": "m"}
+    assert s.reading.inputs == {"m": "u_m"}
     program = fb.compile(s)
-    force = program.bias([0.3], [0.4], values={"m": 0}) - program.bias([0.3], [0.4], values={"m": control})
-    rest = program.bias([0.3], [0.4], values={"m": control}) - fb.compile(read(tmp_path, PIN)).bias(
+    force = program.bias([0.3], [0.4], values={"u_m": 0}) - program.bias(
+        [0.3], [0.4], values={"u_m": control}
+    )
+    rest = program.bias([0.3], [0.4], values={"u_m": control}) - fb.compile(read(tmp_path, PIN)).bias(
         [0.3], [0.4]
     )
     assert rest == pytest.approx([-expected], rel=1e-12)
@@ -420,7 +423,9 @@ def test_an_actuator_begins_with_what_its_class_says(tmp_path):
     )
     program = fb.compile(read(tmp_path, PIN, head=head, symbols="none"))
     rest = fb.compile(read(tmp_path, PIN, symbols="none")).bias([0.3], [0.4])
-    assert program.bias([0.3], [0.4], values={"m": 1}) - rest == pytest.approx([-(50 * 0.7 - 0.8)], rel=1e-12)
+    assert program.bias([0.3], [0.4], values={"u_m": 1}) - rest == pytest.approx(
+        [-(50 * 0.7 - 0.8)], rel=1e-12
+    )
 
 
 TENDON = """<tendon><fixed name="cord" stiffness="4" damping="0.5" springlength="0.1"><joint joint="pin" coef="2"/>
@@ -431,7 +436,7 @@ def test_fixed_tendons_are_forces_on_their_joints(tmp_path):
     motor = '<actuator><motor name="m" tendon="cord"/></actuator>'
     program = fb.compile(read(tmp_path, TWO, head=TENDON + motor))
     q, u = np.array([0.3, 0.2]), np.array([0.4, 0.1])
-    rest = program.bias(q, u, values={"m": 2.0}) - fb.compile(read(tmp_path, TWO)).bias(q, u)
+    rest = program.bias(q, u, values={"u_m": 2.0}) - fb.compile(read(tmp_path, TWO)).bias(q, u)
     force = -4 * (2 * 0.3 - 3 * 0.2 - 0.1) - 0.5 * (2 * 0.4 - 3 * 0.1) + 2
     assert rest == pytest.approx([-2 * force, 3 * force], rel=1e-12)
 
@@ -618,3 +623,10 @@ def test_hostile_files_end(tmp_path):
     s = read(tmp_path, PIN.replace("</body>", '<geom type="mesh" mesh="bad"/></body>'),
              head='<asset><mesh file="bad.msh"/></asset>')  # fmt: skip
     assert "expected MSH of" in str(s.reading)
+
+
+def test_the_page_shows_the_readers_own_table():
+    page = Path(__file__).parents[2] / "docs" / "robots.md"
+    if not page.is_file():
+        pytest.skip("the documentation is not in the package")
+    assert table() in page.read_text(), "put freebody.formats.mjcf.words.table() into docs/robots.md"

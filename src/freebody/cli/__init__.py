@@ -19,6 +19,7 @@ from .chapter import chapter
 from .check import check
 from .draw import draw
 from .equations import equations
+from .export import export
 from .gallery import gallery
 from .report import report
 from .run import run
@@ -44,11 +45,25 @@ class Commands(click.Group):
 def command() -> None:
     """Rigid-body dynamics from the free-body diagram to the equation, the number and the picture.
 
-    MODEL is a name that `freebody gallery` lists, or the path of a .toml model file or of a .urdf robot.
+    MODEL is a name that `freebody gallery` lists, or the path of a .toml model file or of a robot in .urdf or .xml
+    (MJCF).
     """
 
 
-for subcommand in (gallery, run, sweep, study, report, view, equations, analyze, check, draw, chapter):
+for subcommand in (
+    gallery,
+    run,
+    sweep,
+    study,
+    report,
+    view,
+    equations,
+    export,
+    analyze,
+    check,
+    draw,
+    chapter,
+):
     command.add_command(subcommand)
 
 

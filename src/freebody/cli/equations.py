@@ -11,6 +11,7 @@ from .model import find
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from ..describe.system import System
     from ..symbolic.equations import Equations
 
 
@@ -19,6 +20,11 @@ if TYPE_CHECKING:
 @click.option("--latex", is_flag=True, help="Print LaTeX instead of text.")
 @click.option(
     "--body", metavar="NAME", help="Print the free-body equations of this body, with its reactions."
+)
+@click.option(
+    "--link",
+    metavar="NAME",
+    help="As --body, for the body that carries this link of a robot, by the file's name.",
 )
 @click.option(
     "--mode",
@@ -37,7 +43,13 @@ if TYPE_CHECKING:
 )
 @click.option("--solved", is_flag=True, help="Print the accelerations on the left.")
 def equations(
-    model: str, latex: bool, body: str | None, modes: tuple[str, ...], form: str, solved: bool
+    model: str,
+    latex: bool,
+    body: str | None,
+    link: str | None,
+    modes: tuple[str, ...],
+    form: str,
+    solved: bool,
 ) -> None:
     """Print the equations of motion of MODEL, or the free-body equations of one body."""
     from ..errors import ModelError, nearest
@@ -45,6 +57,8 @@ def equations(
 
     entry = find(model)
     system = entry.build()
+    if link is not None:
+        body = _carrier(system, link, body)
     if body is not None and body not in system.bodies:
         raise ModelError(f"Expected a body of '{system.name}', got '{body}'; {nearest(body, system.bodies)}")
     for text in modes:
@@ -65,6 +79,25 @@ def equations(
     click.echo(whole.latex(solved=solved) if latex else whole.text(solved=solved))
     if whole.model.constraints and not latex:
         _constraint_forces(whole, entry.near)
+
+
+def _carrier(system: System, link: str, body: str | None) -> str:
+    """Return the body that carries a link of a robot's file."""
+    from ..errors import ModelError, nearest
+
+    if body is not None:
+        raise ModelError(f"Expected --body or --link, got both: {body} and {link}.")
+    if system.reading is None:
+        raise ModelError(
+            f"Expected a robot's file for --link {link}; the bodies of '{system.name}' are named by --body."
+        )
+    frames = system.reading.frames
+    if link not in frames:
+        raise ModelError(f"Expected a link of '{system.name}', got '{link}'; {nearest(link, frames)}")
+    carrier: str = frames[link][0].body.name
+    if carrier == "ground":
+        raise ModelError(f"Link '{link}' is fixed to the ground, which has no equations.")
+    return carrier
 
 
 def _constraint_forces(whole: Equations, near: Mapping[str, Any]) -> None:

@@ -124,7 +124,7 @@ def find(model: str) -> Any:
             else ""
         )
         raise FormatError(
-            f"Expected a gallery name or the path of a .toml or .urdf file, got '{model}'; "
+            f"Expected a gallery name or the path of a .toml, .urdf or .xml file, got '{model}'; "
             f"{nearest(model, gallery.names, 'freebody gallery')}{hint}"
         )
     return gallery[model]

@@ -198,7 +198,8 @@ def _checked(path: str | os.PathLike[str], cures: Mapping[str, str]) -> Path:
         raise FormatError(f"Expected the path of a model file, got {path!r}.") from None
     suffix = file.suffix.lower()
     if "\0" in str(file) or cures.get(suffix, "none") != "":
-        formats = " or ".join(known for known, cure in cures.items() if not cure)
+        *others, last = (known for known, cure in cures.items() if not cure)
+        formats = f"{', '.join(others)} or {last}" if others else last
         cure = cures.get(suffix) or "Other formats are not read or written yet."
         raise FormatError(f"Expected a file that ends in {formats}, got '{file}'. {cure}")
     return file

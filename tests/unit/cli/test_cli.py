@@ -211,9 +211,9 @@ def test_equations_among_the_answers_stand_below_the_table(freebody) -> None:  #
 # --- how it refuses ---
 
 REFUSALS = {
-    "unknown model": (("run", "gyroscop"), "Expected a gallery name or the path of a .toml or .urdf file, got 'gyroscop'; did you mean 'gyroscope'?"),
+    "unknown model": (("run", "gyroscop"), "Expected a gallery name or the path of a .toml, .urdf or .xml file, got 'gyroscop'; did you mean 'gyroscope'?"),
     "no file": (("check", "none.toml"), "Expected a model file at 'none.toml', found no file."),
-    "other format": (("check", "robot.sdf"), "Expected a file that ends in .toml or .urdf, got 'robot.sdf'."),
+    "other format": (("check", "robot.sdf"), "Expected a file that ends in .toml, .urdf, .xml or .mjcf, got 'robot.sdf'."),
     "unknown parameter": (("run", "MODEL", "--set", "LL=2"), "--set LL: expected a parameter of 'pendulum', got 'LL'; "),
     "no value": (("run", "MODEL", "--set", "L"), "Expected name=value, such as m=2 or theta_0=75deg, got 'L'."),
     "no number": (("run", "MODEL", "--set", "L=two"), "Expected a number for L, such as 0.3, 2*pi or 75 deg, got 'two'"),

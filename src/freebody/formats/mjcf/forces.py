@@ -192,7 +192,7 @@ def _actuator(reader: Any, element: Element, number: int, tendons: dict[str, Wei
     gears = full.several("gear") or (1.0,)
     weights = {joint: gears[0] * c for joint, c in weights.items()}
     length, rate = _length(reader, weights)
-    text = reader.name(name)
+    text = reader.name(f"u_{name}")
     u = reader.s.parameters(**{text: 0})
     reader.s.describe(text, about=f"control of the {element.tag} actuator")
     reader.reading.inputs[name] = text

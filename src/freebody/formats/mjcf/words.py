@@ -74,3 +74,25 @@ TRANSMISSIONS: dict[str, str] = {"joint": "", "jointinparent": "", "tendon": ""}
     "acts on sites or bodies: give it as s.force or s.torque",
 )
 """Attributes of actuators that say on what they act."""
+
+
+def table() -> str:
+    """Return the table of what is read, as the page on robots shows it."""
+    rows = ["| in | read | left out, and said |", "|---|---|---|"]
+    kinds: list[tuple[str, dict[str, str]]] = [
+        ("`<mujoco>`", SECTIONS), ("`<option>`", OPTIONS),
+        *((f"`<{tag}>`", words) for tag, words in ATTRIBUTES.items()),
+        ("`<body>`, elements", dict.fromkeys(("joint", "freejoint", "geom", "site", "frame", "inertial", *NOTHING), "")
+         | BODY_LEFT_OUT),
+        ("`<tendon>`", TENDONS), ("`<actuator>`", ACTUATORS), ("actuators act on", TRANSMISSIONS),
+        ("`<equality>`", EQUALITIES),
+    ]  # fmt: skip
+    for name, words in kinds:
+        read = ", ".join(f"`{word}`" for word, what in words.items() if not what)
+        reasons: dict[str, list[str]] = {}
+        for word, what in words.items():
+            if what:
+                reasons.setdefault(what, []).append(f"`{word}`")
+        left = "; ".join(f"{', '.join(some)}: {what}" for what, some in reasons.items())
+        rows.append(f"| {name} | {read} | {left} |")
+    return "\n".join(rows)
