@@ -1,4 +1,4 @@
-"""A gust: drag in a wind that swells and dies down, as a load of a package of its own."""
+"""A gust, drag in a wind that swells and dies down, and a bowl, as a load and a contact of a package of its own."""
 
 import freebody as fb
 
@@ -19,3 +19,38 @@ class Gust(fb.Load, kind="gust"):
         strength = (1 + at.sin(at(self.rate) * at.t)) / 2
         v = at.velocity(self.point) - strength * at.vector(self.wind)
         yield fb.PointForce(self.point, -at(self.factor) * v.norm() * v)
+
+
+class Bowl(fb.Gap, kind="bowl"):
+    """A point in a bowl of the ground, z = c (x² + y²)/2, with friction."""
+
+    point: fb.Point
+    curvature: fb.Expression  # c
+
+    directions = 2
+
+    def _slopes(self, at):
+        x, y, z = at.position(self.point)
+        c = at(self.curvature)
+        return c * x, c * y, z - c * (x * x + y * y) / 2
+
+    def gap(self, at):
+        a, b, height = self._slopes(at)
+        return height / at.sqrt(1 + a * a + b * b)
+
+    def _pair(self, at, direction):
+        ground = self.point.body.system.ground
+        yield fb.PointForce(self.point, direction)
+        yield fb.PointForce(at.spot(ground, at.position(self.point)), -direction)
+
+    def normal(self, at):
+        a, b, _ = self._slopes(at)
+        n = at.vector((0, 0, 1)) - a * at.vector((1, 0, 0)) - b * at.vector((0, 1, 0))
+        yield from self._pair(at, n / n.norm())
+
+    def tangents(self, at):
+        a, b, _ = self._slopes(at)
+        first = at.vector((1, 0, 0)) + a * at.vector((0, 0, 1))
+        n = at.vector((0, 0, 1)) - a * at.vector((1, 0, 0)) - b * at.vector((0, 1, 0))
+        second = n.cross(first)
+        return self._pair(at, first / first.norm()), self._pair(at, second / second.norm())

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import sympy
 
-from ...model.contact import Contact, Touching
+from ...model.contact import Contact
+from ...symbolic.derivation.contact_modes import modes_of
 from ...symbolic.equations import Equations
 from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name
@@ -46,14 +47,14 @@ def _plain(text: str) -> str:
 
 def _state(e: Equations, contact: Contact) -> tuple[str, str]:
     """Mode of a contact in words, and the law of its friction with N and T for the forces."""
-    touching = e.model.constraints.get(contact.name)
-    if not isinstance(touching, Touching):
+    mode, N = modes_of(e.model)[contact.name], "" if contact.held else " N"
+    if mode == "open":
         return "open", ""
     if contact.frictionless:
-        return "closed, smooth", ""
-    if touching.slips:
-        return "slip", rf"|T| = {latex(e.state(contact.friction), e.ring)} N"
-    return "stick", rf"|T| \leq {latex(e.state(contact.static_friction), e.ring)} N"
+        return "closed" if contact.law is not None else "closed, smooth", ""
+    if mode == "stick":
+        return "stick", rf"|T| \leq {latex(e.state(contact.static_friction), e.ring)}{N}"
+    return "slip", rf"|T| = {latex(e.state(contact.friction), e.ring)}{N}"
 
 
 def _named(law: str, contacts: Sequence[Contact]) -> str:
@@ -71,11 +72,11 @@ def _friction_name(contact: Contact) -> str:
 
 def _margin(e: Equations, now: Configuration, contact: Contact) -> str:
     """|T| and the greatest friction, with their values at the time of the diagram."""
-    N, *T = (
-        now.lookup[sympy.Symbol(name, real=True)] for name in (contact.normal_name, *contact.tangent_names)
-    )
+    T = [now.lookup[sympy.Symbol(name, real=True)] for name in contact.tangent_names]
+    N = 1.0 if contact.held else now.lookup[sympy.Symbol(contact.normal_name, real=True)]
     size = sum(x * x for x in T) ** 0.5
     most = float(now.state(contact.static_friction)) * N
     mu = latex(e.state(contact.static_friction), e.ring)
-    tangent, normal = latex_name(_friction_name(contact)), latex_name(contact.normal_name)
+    tangent = latex_name(_friction_name(contact))
+    normal = "" if contact.held else latex_name(contact.normal_name)
     return rf"$|{tangent}| = {size:.4g} \leq {most:.4g} = {mu} {normal}$"

@@ -166,12 +166,13 @@ def _standing(
     angles = [
         i for i, c in enumerate(model.coordinates) if c.kind == "scalar" and not _is_displacement(model, c)
     ]
-    for _ in model.contacts[:MOST_TRIED]:
+    for _ in [contact for contact in model.contacts if contact.law is None][:MOST_TRIED]:
         gaps = [float(touch.gap) for touch in touches(model, float_state(model, best, None, t, values))]
-        untried = [pair for pair in zip(gaps, model.contacts, strict=True) if pair[1].name not in tried]
+        pairs = zip(gaps, model.contacts, strict=True)
+        untried = [pair for pair in pairs if pair[1].law is None and pair[1].name not in tried]
         contact = min(untried, key=lambda pair: pair[0])[1]
         tried.add(contact.name)
-        mode = "slip" if contact.frictionless else "slip+" if contact.planar is not None else ("slip", (1, 0))
+        mode = "slip" if contact.frictionless else "slip+" if contact.tangents == 1 else ("slip", (1, 0))
         modes = {**chosen, contact.name: mode}
         closed = in_modes(model, modes)
         for start in (best, q) if chosen else (q,):
@@ -191,6 +192,8 @@ def _standing(
 def _apart(model: Model, state: State, size: float, closed: Iterable[str]) -> bool:
     """True if no bodies overlap and every closed contact is within the ends of its surfaces."""
     for contact, touch in zip(model.contacts, touches(model, state), strict=True):
+        if contact.law is not None:
+            continue
         within = all(float(x) >= -NEAR * size for x in touch.reach)
         if (float(touch.gap) < -NEAR * size and within) or (contact.name in closed and not within):
             return False

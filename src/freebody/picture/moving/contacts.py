@@ -13,7 +13,7 @@ from ...dynamics.contact import contact_layout, touches
 from ...dynamics.state import State
 from ...motion.ode.dense_output import observe
 from ...motion.start.initial import number
-from ...scalar.algebra import Scalar
+from ...scalar.algebra import ZERO, Scalar
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -83,8 +83,8 @@ class Contacts:
         def frames(state: State) -> dict[str, Sequence[Scalar]]:
             numbers: list[Scalar] = []
             for touch in touches(model, state):
-                second = touch.tangents[1] if len(touch.tangents) > 1 else (0, 0, 0)
-                numbers += [touch.gap, *touch.normal, *touch.tangents[0], *second, *touch.on_feature]
+                first, second = (*touch.tangents, ZERO, ZERO)[:2]
+                numbers += [touch.gap, *touch.normal, *first, *second, *touch.on_feature]
             return {"frames": numbers}
 
         self.program = kernels.program("contact frames", frames)
