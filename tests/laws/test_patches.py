@@ -47,7 +47,9 @@ class Pair:
 
     def at(self, places, turns, limit):
         """Return gap and points (place, normal, gap) of the patch at a state."""
-        q = np.concatenate([np.r_[p, np.roll(turn.as_quat(), 1)] for p, turn in zip(places, turns, strict=True)])
+        q = np.concatenate(
+            [np.r_[p, np.roll(turn.as_quat(), 1)] for p, turn in zip(places, turns, strict=True)]
+        )
         self.run.z[: len(q)] = q
         loop.code("motion.families.narrow_phase", "seek")(self.of, 0.0, self.run.z, limit)
         gap = loop.code("motion.families.patches", "measure")(self.of, 0, 1, limit)
@@ -81,7 +83,13 @@ def test_the_gap_is_the_distance_of_the_hulls(first, second):
         turns = [Rotation.random(random_state=rng) for _ in "ab"]
         gap, points = pair.at(places, turns, limit=10.0)
         exact = distance(*pair.corners(places, turns))
-        if exact > 1e-7 or "box" in (first, second) and exact < 0 and first in ("box", "stone") and second != "ball":
+        if (
+            exact > 1e-7
+            or "box" in (first, second)
+            and exact < 0
+            and first in ("box", "stone")
+            and second != "ball"
+        ):
             assert gap == pytest.approx(exact - pair.radius, abs=2e-9)
         overlapped += gap < 0
         # the deepest point has the gap
