@@ -41,7 +41,7 @@ from .crossings import crossings
 from .failure import ACCEPTED, MOST_SWEEPS, failure
 from .memory import memory_of
 from .stepped_kernels import stepping
-from .stepping_record import CONTACTS, FULL, NONE, OVERLAP
+from .stepping_record import CONTACTS, FULL, NONE
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
@@ -312,9 +312,6 @@ class _Run:
                 if not self._by_newton() or not done:
                     bound = ACCEPTED if close else RESIDUAL
                     sweeps *= 10
-                continue
-            if run.failure == OVERLAP and sweeps <= MOST_SWEEPS:
-                sweeps *= 10
                 continue
             self._keep([part[:got] for part in found])
             raise SimulationError(failure(run, self.model, self.values, t + got * self.h, y))
