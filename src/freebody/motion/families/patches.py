@@ -1,13 +1,13 @@
 """The patch in which two convex solids touch: points with a common normal, and a gap at each.
 
-A solid is a core, the convex hull of its corners, rounded by a radius; a sphere is a core of one corner, a point has the
-radius 0. Two cores that overlap are separated the least along a normal of a face, or across an edge of each:
+A solid is a core, the convex hull of its corners, rounded by a radius; a sphere is a core of one corner, a point has
+the radius 0. Two cores that overlap are separated the least along a normal of a face, or across an edge of each:
 
     g = max over n of  (min over w of B  n·w - max over v of A  n·v) - r_A - r_B,      n: face normals, a × b of edges
 
-and g is the distance of their nearest features where they are apart (:func:`nearest`). If n is the normal of a face, the
-face of the other core that looks towards it is cut by its sides: the corners over it and the edge crossings carry, each
-with a gap of its own. Both bodies are pressed at one point, so that the forces of a pair are opposite in every sense.
+and g is the distance of their nearest features where they are apart (:func:`nearest`). If n is the normal of a face,
+the face of the other core that looks towards it is cut by its sides: the corners over it and the edge crossings carry,
+each with a gap of its own. Both bodies are pressed at one point, so that the forces of a pair are opposite in every sense.
 
 Sources: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the axes; I. E. Sutherland, G. W. Hodgman,
 Reentrant polygon clipping, Comm. ACM 17 (1974) 32-42.
@@ -162,8 +162,8 @@ def segments(p: Reals, q: Reals, r: Reals, s: Reals, result: Reals) -> float:
 def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch) -> None:
     """Set distance, normal and feature for two cores that are apart: of two edges, or of a corner over a face.
 
-    ``flat`` is the greatest separation by a face, one of the core that ``wall`` says. If a corner over a face is nearest,
-    it is over this one.
+    ``flat`` is the greatest separation by a face, one of the core that ``wall`` says. If a corner over a face is
+    nearest, it is over this one.
     """
     one, other, best = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], FAR
     edges, edges_b, got = one[one[HEAD - 1] :], other[other[HEAD - 1] :], patch.pair
