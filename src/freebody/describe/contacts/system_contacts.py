@@ -14,8 +14,8 @@ from ..shapes.shape import ContactShape, have_law, may_touch, partners
 from .contact import ContactPair
 
 SHAPES = (
-    "body.point, body.sphere, body.ellipsoid, body.circle, body.cylinder, body.plane, body.segment, body.corners or "
-    "body.heightline"
+    "body.point, body.sphere, body.ellipsoid, body.circle, body.cylinder, body.plane, body.segment, body.corners, "
+    "body.box, body.hull, body.capsule or body.heightline"
 )
 IMPACTS = ("newton", "poisson")
 
@@ -43,8 +43,8 @@ def contact(
     name : str
         The forces are ``N_name`` and ``T_name`` (in 3-D ``T1_name``, ``T2_name``).
     feature, surface : shapes of two bodies
-        From ``body.point, sphere, ellipsoid, circle, segment, corners, plane, cylinder, heightline``; the ground
-        has them too.
+        From ``body.point, sphere, ellipsoid, circle, segment, corners, box, hull, capsule, plane, cylinder,
+        heightline``; the ground has them too. Solids touch each other in families, :meth:`System.contacts`.
         The choice of the feature only sets the sense of the forces.
     friction : expression of parameters, optional
         Coefficient of kinetic friction μ_k, and of static friction if ``static_friction`` is not given.
@@ -80,6 +80,11 @@ def contact(
             f"a body and the ground."
         )
     check_pair(first, second, what)
+    if not all(have_law(a, b) for a in first.parts(second) for b in second.parts(first)):
+        raise ModelError(
+            f"The {first.kind} and the {second.kind} of {what} touch in patches, which families of contacts find: "
+            f"s.contacts('{name}', [feature], against=surface), moved by method='timestepping'."
+        )
     kinetic = coefficient(system, friction, f"the friction of {what}")
     static = (
         kinetic
@@ -115,7 +120,7 @@ def check_pair(feature: ContactShape, surface: ContactShape, what: str, cure: st
         raise ModelError(
             f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."
         )
-    if surface.inside and not any(have_law(x, surface) for x in feature.parts(surface)):
+    if surface.inside and (feature.patches or not any(have_law(x, surface) for x in feature.parts(surface))):
         raise ModelError(f"The {a} of {what} cannot touch a {b} from inside.")
     R: Any
     r: Any

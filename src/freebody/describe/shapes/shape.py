@@ -270,7 +270,7 @@ def may_touch(first: type[ContactShape], second: type[ContactShape]) -> bool:
 
 
 def in_patches(first: type[ContactShape], second: type[ContactShape]) -> bool:
-    """Return True if two kinds touch in patches, which only families of contacts find: a solid and another, or a ball."""
+    """Return True if two kinds touch in patches, which families find: a solid and another one, or a ball."""
     return any(
         a.patches and (b.patches or b.bound in ("spot", "ball"))
         for a, b in ((first, second), (second, first))

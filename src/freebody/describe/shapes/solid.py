@@ -128,7 +128,8 @@ def box(body: Frame, size: Any, *, at: Any = None) -> Box:
     >>> joints = [s.free(f"f{i}", s.ground, b) for i, b in enumerate(bricks)]
     >>> shapes = [*(b.box((0.2, 0.1, 0.1)) for b in bricks), s.ground.plane(normal="z")]
     >>> wall = s.contacts("wall", shapes, friction=0.5)
-    >>> motion = fb.simulate(s, 0.1, initial={"f0_z": 0.05, "f1_z": 0.15, "f1_x": 0.05}, method="timestepping", step=2e-3)
+    >>> start = {"f0_z": 0.05, "f1_z": 0.15, "f1_x": 0.05}
+    >>> motion = fb.simulate(s, 0.1, initial=start, method="timestepping", step=2e-3)
     >>> round(float(motion.contacts["wall[b1,b2]"].normal_force[-1]), 6)
     9.81
     """

@@ -59,9 +59,9 @@ class Members(Record):
     ``bound``   how the bounds follow from them;  ``lower``, ``upper``: bounds in ground axes
     ``order``   bounded members along the axis ``axis``;  ``wide``: the others
     ``joined``  bodies joined to a body, from ``joined_at`` on
-    ``mesh``    corners, faces and edges of the solids: number of corners and of faces, place of the edges, first corner of
-                each face and the end, corners of the faces; number of edges, number of those that differ in direction,
-                which come first, and two corners of each. A plane has no corners; ``mesh_at``: first of each member
+    ``mesh``    corners, faces and edges of the solids: number of corners and of faces, place of the edges, first
+                corner of each face and the end, corners of the faces; number of edges, number of those that differ
+                in direction, which come first, and two corners of each. A plane has no corners; ``mesh_at``: first
     ``radius``  by which a solid is rounded
     """
 
@@ -120,7 +120,8 @@ class Pairs(Record):
 
     ``count``, ``most``    number of pairs, and the room for them; ``count`` beyond ``most``: it did not suffice
     ``first``, ``second``  members; ``touch``: geometry
-    ``ids``                (first · members + second) · `POINTS` + number of the point, in ascending order;  ``slots``: places of that order
+    ``ids``                (first · members + second) · `POINTS` + number of the point, in ascending order
+    ``slots``              places of that order
     ``known``, ``past``, ``impulses``    ids of the pairs that pressed in the last step, and their impulses (3 each)
     ``found``, ``given``   geometry of one pair, and the arguments of its program
     """
@@ -156,7 +157,7 @@ class Patch(Record):
 
     ``kind``, ``face``       feature of the normal;  ``extent`` of the cores
     ``points``               place (3), normal from the second to the first body (3), gap
-    ``pair``, ``trial``, ``polygon``, ``rest``   two points, a vector or two points, a face that is cut, and what is left
+    ``pair``, ``trial``      two points, a vector or two points;  ``polygon``, ``rest``: a face that is cut
     """
 
     most: Count

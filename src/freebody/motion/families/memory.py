@@ -57,7 +57,7 @@ def fill(
     """Fill the memory for a machine whose speeds stand in ``order``, in blocks; return what must live with it."""
     model = kernels.model
     _fill_links(of, kernels, values, order, blocks)
-    _fill_members(of, model, values)
+    fill_members(of, model, values)
     return _fill_laws(of, model, values)
 
 
@@ -115,7 +115,8 @@ def _constant_motions(model: Model, state: State, i: int) -> Any:
     return motions(model, state, i)
 
 
-def _fill_members(of: Families, model: Model, values: Mapping[str, float]) -> None:
+def fill_members(of: Families, model: Model, values: Mapping[str, float]) -> None:
+    """Fill the members of all families."""
     members, state = of.members, float_state(model, values=values)
     bodies = {name: k for k, name in enumerate(("ground", *model.bodies))}
     link, kind, family, group, body, bound, sizes, mesh, radius = ([] for _ in range(9))

@@ -54,3 +54,8 @@ def mesh_of(shape: ContactShape, numbers: Any = None) -> list[int]:
         *(c for face in shape.faces for c in face),
         *edges,
     ]
+
+
+def most_points(shape: ContactShape) -> int:
+    """Return a bound of the points of a patch of a shape with one that is no larger: the corners of two faces."""
+    return 2 * len(shape.corners) + 2 if shape.patches else 2

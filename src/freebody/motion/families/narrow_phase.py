@@ -59,6 +59,15 @@ def joined(members: Members, a: int, b: int) -> int:
 
 
 @compiled
+def of_one_side(of: Families, i: int, j: int) -> int:
+    """Return 1 if two members of a family stand on one body, or in one group that does not touch itself."""
+    members, grouped = of.members, of.laws.grouped[of.members.family[i]]
+    if members.body[i] == members.body[j]:
+        return 1
+    return 1 if grouped == 1 and members.group[i] == members.group[j] else 0
+
+
+@compiled
 def consider(of: Families, one: int, other: int, limit: float) -> None:
     """Add a pair if its members may touch and its gap is at most ``limit``."""
     members, laws, pairs, links = of.members, of.laws, of.pairs, of.links
@@ -66,9 +75,7 @@ def consider(of: Families, one: int, other: int, limit: float) -> None:
     if other < one:
         i, j = other, one
     f = members.family[i]
-    if members.family[j] != f or members.body[i] == members.body[j]:
-        return
-    if laws.grouped[f] == 1 and members.group[i] == members.group[j]:
+    if members.family[j] != f or of_one_side(of, i, j) == 1:
         return
     law = (f * laws.kinds + members.kind[i]) * laws.kinds + members.kind[j]
     if laws.program[law] == 0 or joined(members, members.body[i], members.body[j]) == 1:

@@ -9,12 +9,14 @@ import numpy as np
 
 from ...dynamics.kinematics import place_of
 from ...dynamics.state import float_state
-from ...model.family import Family
+from ...model.family import Family, touch_in_patch
 from ...model.model import GROUND
+from ...native import loop
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, observe
-from .family_record import POSE
-from .memory import link_poses
+from .family_record import POSE, Families
+from .memory import fill_members, link_poses
+from .meshes import most_points
 from .narrow_phase import P, Q, T
 from .pair_programs import numbers_of, pair_program
 
@@ -32,6 +34,8 @@ def pair_quantities(
     program, name = link_poses(kernels)
     constants = program.constants(kernels.parameters(values))
     poses = observe(program.address(name), program.outputs(name), times, states, constants)
+    if touch_in_patch(*(family.members[k].shape for k in pair)):
+        return patch_quantities(kernels, values, model.families.index(family), pair, times, poses)
     state = float_state(model, values=values)
     given: list[Any] = []
     own, sizes = [], []
@@ -52,6 +56,42 @@ def pair_quantities(
     moved = _velocity(own[0], touch[:, P : P + 3]) - _velocity(own[1], touch[:, Q : Q + 3])
     beside = (touch[:, 16 : 16 + law.reaches] < 0).any(axis=1)
     return np.where(beside, np.inf, touch[:, 0]), np.einsum("kij,kj->ki", tangents, moved)
+
+
+def patch_quantities(
+    kernels: Kernels,
+    values: Mapping[str, float],
+    number: int,
+    pair: tuple[int, int],
+    times: Array,
+    poses: Array,
+) -> tuple[Array, Array]:
+    """Return the gap (n,) of two members that touch in a patch, and the slip where it is least (n, 2)."""
+    model = kernels.model
+    shapes = [member.shape for one in model.families for member in one.members]
+    points = max(most_points(shape) for shape in shapes)
+    of = Families.made(members=len(shapes), pairs=1, points=points)
+    of.pairs.most, of.patch.most = 1, points
+    fill_members(of, model, values)
+    first, second = (k + sum(len(one.members) for one in model.families[:number]) for k in pair)
+    ground = np.zeros(POSE)
+    ground[[0, 4, 8]] = 1
+    of.links.poses = np.concatenate([ground, poses[0]])
+    measure = loop.code("motion.families.patches", "measure")
+    gap, slip = np.empty(len(times)), np.empty((len(times), 2))
+    up = [float(x) for x in model.families[number].upright]
+    for k, row in enumerate(poses):
+        of.links.poses[POSE:] = row
+        gap[k] = measure(of, first, second, np.inf)
+        point = of.patch.points[: of.patch.count]
+        point = point[point[:, 6].argmin()]
+        tangents = upright_tangents(point[None, 3:6], up)[0]
+        own = [
+            of.links.poses[POSE * link : POSE * (link + 1)][None] for link in of.members.link[[first, second]]
+        ]
+        moved = _velocity(own[0], point[None, :3]) - _velocity(own[1], point[None, :3])
+        slip[k] = tangents @ moved[0]
+    return gap, slip
 
 
 def _velocity(pose: Array, point: Array) -> Array:

@@ -1,13 +1,13 @@
 """The patch in which two convex solids touch: points with a common normal, and a gap at each.
 
-A solid is a core, the convex hull of its corners, rounded by a radius; a sphere is a core of one corner, a point has the
-radius 0. Two cores that overlap are separated the least along a normal of a face, or across an edge of each:
+A solid is a core, the convex hull of its corners, rounded by a radius; a sphere is a core of one corner, a point has
+the radius 0. Two cores that overlap are separated the least along a normal of a face, or across an edge of each:
 
     g = max over n of  (min over w of B  n·w - max over v of A  n·v) - r_A - r_B,      n: face normals, a × b of edges
 
-and g is the distance of their nearest features where they are apart (:func:`nearest`). If n is the normal of a face, the
-face of the other core that looks towards it is cut by its sides: the corners over it and the edge crossings carry, each
-with a gap of its own. Both bodies are pressed at one point, so that the forces of a pair are opposite in every sense.
+and g is the distance of their nearest features where they are apart (:func:`nearest`). If n is the normal of a face,
+the face of the other core that looks towards it is cut by its sides: the corners over it and the edge crossings carry,
+each with a gap of its own. Both bodies are pressed at one point, so that the forces of a pair are opposite in every sense.
 
 Sources: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the axes; I. E. Sutherland, G. W. Hodgman,
 Reentrant polygon clipping, Comm. ACM 17 (1974) 32-42.
@@ -159,8 +159,12 @@ def segments(p: Reals, q: Reals, r: Reals, s: Reals, result: Reals) -> float:
 
 
 @compiled
-def nearest(of: Families, a: Core, b: Core, patch: Patch) -> None:
-    """Set gap, normal and feature for two cores that are apart: of a corner over a face, or of two edges."""
+def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch) -> None:
+    """Set distance, normal and feature for two cores that are apart: of two edges, or of a corner over a face.
+
+    ``flat`` is the greatest separation by a face, one of the core that ``wall`` says. If a corner over a face is
+    nearest, it is over this one.
+    """
     one, other, best = of.members.mesh[a.mesh :], of.members.mesh[b.mesh :], FAR
     edges, edges_b, got = one[one[HEAD - 1] :], other[other[HEAD - 1] :], patch.pair
     for i in range(edges[0]):
@@ -177,28 +181,30 @@ def nearest(of: Families, a: Core, b: Core, patch: Patch) -> None:
         patch.apart, patch.kind = distance, EDGES
         for k in range(3):
             patch.normal[k] = (got[3 + k] - got[k]) / distance
-    over_face(of, a, b, FACE_OF_A, patch)
-    over_face(of, b, a, FACE_OF_B, patch)
+    if wall == FACE_OF_A and flat > 0.0:
+        over_face(of, a, b, wall, flat, patch)
+    elif wall == FACE_OF_B and flat > 0.0:
+        over_face(of, b, a, wall, flat, patch)
 
 
 @compiled
-def over_face(of: Families, core: Core, other: Core, which: int, patch: Patch) -> None:
-    """Take the nearest corner of the other core that lies over a face, if it is as near as the edges are."""
+def over_face(of: Families, core: Core, other: Core, wall: int, flat: float, patch: Patch) -> None:
+    """Take the face that separates the cores best, by ``flat``, if a nearest corner of the other core lies over it."""
     mesh, n = of.members.mesh[core.mesh :], patch.trial
-    for f in range(mesh[1]):
-        face = mesh[mesh[HEAD + f] :]
-        count = mesh[HEAD + f + 1] - mesh[HEAD + f]
-        face_normal(core, face, n)
-        p = core.corners[3 * face[0] :]
-        height = n[0] * p[0] + n[1] * p[1] + n[2] * p[2]
-        for v in range(other.count):
-            w = other.corners[3 * v :]
-            apart = n[0] * w[0] + n[1] * w[1] + n[2] * w[2] - height
-            if apart > 0.0 and apart <= patch.apart + ALONG * patch.extent:
-                if outside(core, face, count, n, w) <= ALONG * patch.extent:
-                    patch.apart, patch.kind, patch.face = lesser(apart, patch.apart), which, f
-                    for k in range(3):
-                        patch.normal[k] = n[k]
+    face, count = (
+        mesh[mesh[HEAD + patch.face] :],
+        mesh[HEAD + patch.face + 1] - mesh[HEAD + patch.face],
+    )
+    face_normal(core, face, n)
+    height, inside = flat + along(n, core.corners[3 * face[0] :]) + ALONG * patch.extent, 0
+    for v in range(other.count):
+        w = other.corners[3 * v :]
+        if along(n, w) <= height and outside(core, face, count, n, w) <= ALONG * patch.extent:
+            inside = 1
+    if inside == 1:
+        patch.apart, patch.kind = flat, wall
+        for k in range(3):
+            patch.normal[k] = n[k]
 
 
 @compiled
@@ -243,11 +249,12 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
     by_faces(of, b, a, FACE_OF_B, patch)
     if patch.apart > limit + r:
         return patch.apart - r
+    flat, wall = patch.apart, patch.kind
     by_edges(of, a, b, patch)
     if patch.apart > limit + r:
         return patch.apart - r
     if faces == 0 or patch.apart > 0.0:
-        nearest(of, a, b, patch)
+        nearest(of, a, b, flat, wall, patch)
     elif patch.kind == EDGES:
         crossing(of, a, b, patch)
     if patch.apart > limit + r:

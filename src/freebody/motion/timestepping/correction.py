@@ -23,6 +23,8 @@ CLOSINGS = 200
 side, three fifths as deep, so this case takes many steps."""
 TOLERANCE = 1e-9
 """Residual of the problem of the displacements, relative to the greatest depth."""
+FEW, INEXACT = 100, 0.1
+"""Sweeps after which a displacement is taken that has this residual, relative to the depth: the next removes the rest."""
 TINY = 1e-300
 
 
@@ -79,7 +81,10 @@ def separate(run: Run, t: float, depth: float) -> int:
         problem.reference = greater(problem.reference, abs(problem.b[a]))
     answers(run, count)
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    if solve(problem, run.sweeping, goal, run.most_sweeps) < 0:
+    sweeps = solve(problem, run.sweeping, goal, FEW)
+    if sweeps < 0 and not problem.residual <= INEXACT:
+        sweeps = solve(problem, run.sweeping, INEXACT, run.most_sweeps)
+    if sweeps < 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return OVERLAP
     for i in range(machine.n):

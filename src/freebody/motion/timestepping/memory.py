@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...describe.shapes.shape import ContactShape
 from ..families.memory import fill
+from ..families.meshes import most_points
 from ..kernels.kernels import Kernels, Program
 from ..start.initial import number
 from .stepped_kernels import Shape
@@ -23,7 +23,7 @@ def memory_of(
     model = kernels.model
     n, n_q, held, E = model.n_u, model.n_q, len(shape.held), len(tangents)
     m = E + sum(tangents)
-    points = max((_points(member.shape) for one in model.families for member in one.members), default=1)
+    points = max((most_points(member.shape) for one in model.families for member in one.members), default=1)
     run = Run.made(
         n=n, n_q=n_q, state=n_q + n, q_and_power=n_q + 1, most=max(m + 3 * pairs, 1), rows=m,
         squares=int(shape.squares[-1]), constraints=held, holonomic=shape.holonomic, conditions=held * held,
@@ -76,8 +76,3 @@ def memory_of(
         setattr(run.end, name, ends[k])
     problem.W, problem.X = run.W, np.zeros(len(run.W))
     return run, owned
-
-
-def _points(shape: ContactShape) -> int:
-    """Return a bound of the points of a patch: the corners of two faces."""
-    return 2 * len(shape.corners) + 2 if shape.patches else 2

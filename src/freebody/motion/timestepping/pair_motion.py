@@ -32,7 +32,8 @@ def pair_motion(course: Any, motion: Any, family: Family, one: int, other: int) 
     rows = np.zeros((len(course.impulses.pairs), 4))
     for k, log in enumerate(course.impulses.pairs):
         for entry in log[(log[:, 10] == start + first) & (log[:, 11] == start + second)]:
-            rows[k] = entry[:4]
+            rows[k, :3] += entry[:3]
+            rows[k, 3] = max(rows[k, 3], entry[3])
     n = family.tangents
     forces, slip = course._mean(rows[:, : 1 + n], motion.t), slip[:, :n]
     modes = np.append(rows[:, 3], 0).astype(np.int64)  # the last one is that of a motion without a step
