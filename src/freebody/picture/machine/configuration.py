@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -89,6 +89,11 @@ class Configuration:
         """Position of the point of a body with these components in its axes, in ground axes [m]."""
         R, p = self.posture(body)
         return p + R @ np.array([float(self.state(x)) for x in components])
+
+    def moved(self, shifts: Mapping[int, float]) -> Configuration:
+        """Return the configuration with these coordinates changed, by their number in q."""
+        q = [x + shifts.get(i, 0) for i, x in enumerate(self.state.q)]
+        return replace(self, state=float_state(self.model, q, None, self.t, self.values))
 
 
 def equations_at(

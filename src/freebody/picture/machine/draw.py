@@ -29,6 +29,9 @@ from .outlines import outlines, polygon
 
 Array = NDArray[np.float64]
 
+PATH, STEP, NEARBY, WIDEST = 24, 3.0, 1e-6, 0.1
+"""Points of a path on each side of its joint, and their distance [pt]; changes of its coordinate: for a slope, most."""
+
 CROWD = 2
 """Most joints at one point that have labels of their own."""
 
@@ -181,6 +184,9 @@ class Machine(MachineDrawing):
                 if parent != "ground" or kind == "cylindrical" or not self.view.planar:
                     self._rail(name, at)
                 continue
+            if self.model.joints[name].path:
+                self.add([Line(line, Style(INK, 1.0)) for line in self._paths(name)], **attributes)
+                continue
             d = self.axis(name) if kind == "hinge" and not self.view.planar else None
             if d is not None:
                 self.add(self._shaft(name, at, d), **attributes)
@@ -242,6 +248,31 @@ class Machine(MachineDrawing):
         length = float(np.linalg.norm(arm))
         down = self.down
         return -down if length > 3.0 and float(arm @ down) > 0.2 * length else down
+
+    def _paths(self, name: str) -> list[Array]:
+        """Curves on which the point of a joint by functions moves, on paper: one for each of its coordinates."""
+        place = self.model.joints[name]
+        speeds = {j for i in place.links for j, _ in self.model.links[i].partials}
+        curves = []
+        for i, moved_by in enumerate(self.model.moved_by):
+            if not speeds.isdisjoint(moved_by):
+                line = [self._along_path(place, i, 0.0)]
+                for side in (-1, 1):
+                    shift = 0.0
+                    for _ in range(PATH):
+                        last = line[0 if side < 0 else -1]
+                        pace = (
+                            float(np.linalg.norm(self._along_path(place, i, shift + side * NEARBY) - last))
+                            / NEARBY
+                        )
+                        shift += side * min(WIDEST, STEP / pace if pace > 0 else WIDEST)
+                        line.insert(0 if side < 0 else len(line), self._along_path(place, i, shift))
+                curves.append(np.array(line))
+        return curves
+
+    def _along_path(self, place: Any, coordinate: int, shift: float) -> Array:
+        """Point of a joint on its child, on paper, with one coordinate changed."""
+        return self.page(self.now.moved({coordinate: shift}).place(place.child, place.to))
 
     def _rail(self, name: str, at: Array) -> None:
         """Draw the line along which a body slides on another body, or in space."""

@@ -296,3 +296,14 @@ def test_a_crowded_machine_in_space_has_few_labels() -> None:
     assert 'class="dimension"' not in plain and 'class="dimension"' in with_lengths
     labels = [item.tex for item in flat(fb.draw(s).sheet.root) if isinstance(item, Label)]
     assert sorted(tex for tex in labels if "turn" in tex) == [rf"$\mathrm{{turn}}_{{{i}}}$" for i in range(6)]
+
+
+def test_a_joint_by_functions_shows_its_curve():
+    s = fb.System("cycloid")
+    bead = s.body("bead", fb.particle(1))
+    s.path_joint("wire", s.ground, bead, coordinate="p", position=("p + sin(p)", "1 - cos(p)", 0))
+    svg = fb.draw(s, at={"p": 0.8}).svg
+    curve = re.search(r'data-joint="wire".*?d="(M[^"]*)"', svg, re.DOTALL)
+    points = np.array([float(x) for x in re.findall(r"-?[0-9.]+", curve[1])]).reshape(-1, 2)
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    assert len(points) == 49 and steps == pytest.approx(3.0, rel=0.1)
