@@ -41,17 +41,19 @@ def read(
     keep_fixed: bool = False,
     meshes: bool = True,
 ) -> System:
-    """Return the system that a file describes: a model file, or a robot in URDF.
+    """Return the system that a file describes: a model file, or a robot in URDF or MJCF.
 
-    Nothing in a file is executed, and a file opens no other file but the meshes of a robot. What a robot's file says
-    that the system does not say, or says otherwise, is reported in ``s.reading``, with its line.
+    Nothing in a file is executed, and it opens no other file but meshes and parts that a robot includes. What a
+    robot's file says that the system does not say, or says otherwise, is reported in ``s.reading``, with its line.
 
     Parameters
     ----------
     path : path-like
-        A ``.toml`` file (the page *Model files* of the documentation gives its keys) or a ``.urdf`` file (*Robots*).
-    base : {"fixed", "free", "planar"}
-        How the ground holds the link of a robot that no joint holds, of which URDF says nothing.
+        A ``.toml`` file (the page *Model files* of the documentation gives its keys), or a ``.urdf`` or ``.xml``
+        (MJCF) file (*Robots*).
+    base : {"fixed", "free", "planar"}, optional
+        How the ground holds the link of a robot that no joint holds, of which URDF says nothing; by default fixed, and
+        in MJCF as the file says.
     symbols : {"none", "masses", "all"}
         What of a robot becomes a parameter with the file's number as its default: nothing, masses and inertias
         (``m_link3``, ``c_link3_x``, ``I_link3_xx``, dampers, springs and ``g``), or lengths (``r_joint3_x``) too.

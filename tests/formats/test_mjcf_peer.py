@@ -1,0 +1,48 @@
+"""Models in MJCF against MuJoCo, where it is installed: mass matrix, bias forces, forward dynamics and poses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import freebody as fb
+
+pytest.importorskip("mujoco")
+peer = pytest.importorskip("benchmarks.mujoco_peer", reason="benchmarks are not in the package")
+
+WALKER = """<mujoco model="walker">
+<compiler eulerseq="ZYX" boundmass="0.02"/>
+<default><joint damping="0.3" armature="0.05"/><geom type="capsule" size="0.05" density="700"/>
+<position kp="30" kv="1"/>
+<default class="leg"><joint axis="0 1 0" stiffness="4" springref="20"/></default></default>
+<worldbody><geom type="plane" size="1 1 1"/>
+<body name="trunk" pos="0 0 1" euler="10 20 30"><joint type="free"/>
+<geom type="box" size="0.2 0.1 0.3" pos="0.1 0 0"/>
+<frame pos="0 0.1 -0.3" axisangle="1 0 0 20">
+<body name="thigh" childclass="leg"><joint name="abduct" axis="1 0 0" pos="0 0.02 0"/><joint name="swing" ref="15"/>
+<geom fromto="0 0 0 0.1 0 -0.5"/><body name="shin" pos="0.1 0 -0.5" xyaxes="1 0.1 0 0 1 0"><joint name="knee"/>
+<geom fromto="0 0 0 0 0 -0.5"/><geom type="ellipsoid" size="0.1 0.05 0.02" pos="0.05 0 -0.5" quat="1 0.2 0 0"/>
+<body name="sole" pos="0 0 -0.55"><geom type="cylinder" size="0.03 0.02" mass="0.1"/></body></body></body></frame>
+<body name="head" pos="0 0 0.4"><joint name="neck" type="ball" damping="0.2"/>
+<inertial pos="0 0 0.1" mass="1.2" fullinertia="0.01 0.02 0.025 0.001 -0.002 0.003"/>
+<body name="eye" pos="0.1 0 0"><joint name="focus" type="slide" axis="1 1 0" damping="2"/>
+<geom type="sphere" size="0.02"/>
+</body></body></body></worldbody>
+<tendon><fixed name="cord" stiffness="3" damping="0.4"><joint joint="swing" coef="1.5"/>
+<joint joint="knee" coef="-1"/></fixed>
+</tendon>
+<actuator><motor name="a" joint="abduct" gear="12" ctrlrange="-0.5 0.5"/><position name="b" joint="swing" gear="2"/>
+<velocity name="c" joint="focus" kv="4"/><motor name="d" tendon="cord" forcerange="-0.3 0.3"/>
+<general name="e" joint="knee" gaintype="affine" gainprm="1 0.5 0.2" biastype="affine" biasprm="0.1 -2 -0.3"/>
+</actuator>
+</mujoco>"""
+
+
+def test_a_walker_moves_as_in_mujoco(tmp_path: Path):
+    path = tmp_path / "walker.xml"
+    path.write_text(WALKER)
+    outcome, differences = peer.compared(path)
+    assert outcome == "compared" and len(fb.read(path).reading.inputs) == 5
+    assert (np.array(differences) < 1e-13).all(), differences
