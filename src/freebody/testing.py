@@ -353,7 +353,9 @@ def check_contact(kind: type[Gap], /, seed: int = 0, **data: Any) -> None:
     for _ in range(100):  # to a zero gap, by Newton's method in short steps
         state = float_state(model, q, u)
         gap = float(touches(model, state)[0].gap)
-        moved = [touches(model, state_along(model, state, row, 0, 1))[0].gap for row in np.eye(len(u)).tolist()]
+        moved = [
+            touches(model, state_along(model, state, row, 0, 1))[0].gap for row in np.eye(len(u)).tolist()
+        ]
         slope = np.array([float(derivative_at_start(x)) for x in moved])
         if not slope.any():
             break
@@ -372,7 +374,12 @@ def check_contact(kind: type[Gap], /, seed: int = 0, **data: Any) -> None:
     gaps = [float(derivative_at_start(touch.gap)) for touch in along]
     rates = [float(x) for x in given.rate]
     first = np.cumsum([0, *(1 + contact.tangents for contact in model.contacts)])[:-1]
-    _same("the power of the normal force and the rate of the gap", [rates[k] for k in first], gaps, [1.0, *rates])
+    _same(
+        "the power of the normal force and the rate of the gap",
+        [rates[k] for k in first],
+        gaps,
+        [1.0, *rates],
+    )
     _same("the rates and W u", rates, np.array(given.matrix, float) @ u, [1.0, *rates])
     for contact in model.contacts:
         for k, row in enumerate(unit_forces(model, state, contact)):
@@ -381,11 +388,16 @@ def check_contact(kind: type[Gap], /, seed: int = 0, **data: Any) -> None:
                 for action in row
                 if hasattr(action, "force")
             ]
-            total = [*sum((f for _, f in forces), np.zeros(3)), *sum((np.cross(p, f) for p, f in forces), np.zeros(3))]
+            total = [
+                *sum((f for _, f in forces), np.zeros(3)),
+                *sum((np.cross(p, f) for p, f in forces), np.zeros(3)),
+            ]
             _same(f"force {k} of contact '{contact.name}' and its opposite", total, [0.0] * 6, [1.0])
     values = state_values(model, q, u)
     symbols = contact_rows(model, polynomial_state(model, Ring()))
-    _same("rates as numbers and as formulas", rates, [polynomial_value(x, values) for x in symbols.rate], rates)
+    _same(
+        "rates as numbers and as formulas", rates, [polynomial_value(x, values) for x in symbols.rate], rates
+    )
     if kind.kind:
         again = assemble(case_from_text(toml_text(s)).system)
         read = [float(x) for x in contact_rows(again, float_state(again, q, u)).rate]

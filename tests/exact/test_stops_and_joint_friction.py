@@ -32,7 +32,9 @@ def test_amplitude_of_a_coulomb_damped_block_falls_by_2_F_over_k_in_each_half_pe
     times = [event.time for event in motion.events]
     assert times == pytest.approx([math.pi / 10 * n for n in range(1, len(times) + 1)], rel=1e-11)
     turned = [event.state["x"] for event in motion.events]
-    assert turned == pytest.approx([0.19 * (-1) ** n - 0.04 * n * (-1) ** n for n in range(1, 6)][: len(turned)])
+    assert turned == pytest.approx(
+        [0.19 * (-1) ** n - 0.04 * n * (-1) ** n for n in range(1, 6)][: len(turned)]
+    )
     # it stops where the spring is weaker than the friction, and stays
     assert motion["x"][-1] == pytest.approx(turned[-1], abs=1e-12) and abs(turned[-1]) <= 0.02
     assert motion.contacts["dry"].tangential[-1] == pytest.approx(100 * turned[-1], abs=1e-9)

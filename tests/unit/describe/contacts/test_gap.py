@@ -139,9 +139,15 @@ def test_a_machine_with_it_is_drawn():
         (lambda s, p: s.stop("x", 3, low=0), "Expected a joint or an expression of coordinates for stop 'x'"),
         (lambda s, p: s.stop("x", p, low="q2"), "must be constant, but it depends on q2"),
         (lambda s, p: s.stop("dry", p, low=0), "There is already a contact 'dry'"),
-        (lambda s, p: s.friction("x", p, force=1), "Expected torque= for friction 'x', since joint 'shoulder' turns"),
+        (
+            lambda s, p: s.friction("x", p, force=1),
+            "Expected torque= for friction 'x', since joint 'shoulder' turns",
+        ),
         (lambda s, p: s.friction("x", p), "Expected torque= for friction 'x'"),
-        (lambda s, p: s.friction("x", p, torque=-1), "Expected a friction of 0 or more for friction 'x', got -1."),
+        (
+            lambda s, p: s.friction("x", p, torque=-1),
+            "Expected a friction of 0 or more for friction 'x', got -1.",
+        ),
         (lambda s, p: s.friction("x", p, torque=2, static=1), "is 1, below its kinetic friction 2"),
         (lambda s, p: s.friction("x", p, coefficient=0.2), "the load of a joint depends on its own friction"),
         (lambda s, p: s.friction("x", "shoulder", torque=1), "Expected a joint for friction 'x'"),
