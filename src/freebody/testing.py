@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from mpmath import mp
 
+from .describe.contacts.gap import Gap
 from .describe.description import coordinates_of
 from .describe.joints.rotor import Rotor
-from .describe.contacts.gap import Gap
 from .describe.loads.load import Load, Part, sort_of
 from .describe.system import System
 from .errors import ModelError

@@ -20,7 +20,6 @@ from ..loads.action import Action
 from ..loads.load import Constant, Part, register
 from .system_contacts import IMPACTS
 
-
 GAPS: dict[str, type[Gap]] = {}
 """Kinds of contacts by their gaps that model files know, by name."""
 
