@@ -73,6 +73,7 @@ def test_it_passes_the_battery_and_has_units(installed):
         installed, "-c",
         "import freebody as fb, freebody_gusts as g\n"
         "fb.testing.check_load(g.Gust)\n"
+        "fb.testing.check_contact(g.Bowl, friction=0.3, curvature=0.2)\n"
         f"s = fb.read({str(installed / 'kite.toml')!r})\n"
         "motion = fb.simulate(s, 1, values={'w': '18 km/h', 'k': '0.2 N s^2/m^2'})\n"
         "print(motion.values['w'], abs(motion.energy.residual).max() < 1e-7)\n"

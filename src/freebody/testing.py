@@ -16,6 +16,7 @@ from mpmath import mp
 from .describe.contacts.gap import Gap
 from .describe.description import coordinates_of
 from .describe.joints.rotor import Rotor
+from .describe.loads.action import PointForce
 from .describe.loads.load import Load, Part, sort_of
 from .describe.system import System
 from .errors import ModelError
@@ -361,8 +362,8 @@ def check_contact(kind: type[Gap], /, seed: int = 0, **data: Any) -> None:
             break
         step = -gap / (slope @ slope) * slope
         step = (step / max(1.0, 4 * float(np.abs(step).max()))).tolist()
-        rates = coordinate_rates(model, float_state(model, q, step))
-        q = [a + float(d) for a, d in zip(q, rates, strict=True)]
+        change = coordinate_rates(model, float_state(model, q, step))
+        q = [a + float(d) for a, d in zip(q, change, strict=True)]
     state = float_state(model, q, u)
     given = contact_rows(model, state)
     if abs(float(given.gap[0])) > 2**-32:
@@ -383,15 +384,11 @@ def check_contact(kind: type[Gap], /, seed: int = 0, **data: Any) -> None:
     _same("the rates and W u", rates, np.array(given.matrix, float) @ u, [1.0, *rates])
     for contact in model.contacts:
         for k, row in enumerate(unit_forces(model, state, contact)):
-            forces = [
-                (np.array(point_position(model, state, action.point), float), np.array(action.force, float))
-                for action in row
-                if hasattr(action, "force")
-            ]
-            total = [
-                *sum((f for _, f in forces), np.zeros(3)),
-                *sum((np.cross(p, f) for p, f in forces), np.zeros(3)),
-            ]
+            pushes = [action for action in row if isinstance(action, PointForce)]
+            places = [np.array(point_position(model, state, push.point), float) for push in pushes]
+            forces = [np.array(push.force, float) for push in pushes]
+            moments = [np.cross(p, f) for p, f in zip(places, forces, strict=True)]
+            total = [x for sums in (forces, moments) for x in np.sum([np.zeros(3), *sums], axis=0).tolist()]
             _same(f"force {k} of contact '{contact.name}' and its opposite", total, [0.0] * 6, [1.0])
     values = state_values(model, q, u)
     symbols = contact_rows(model, polynomial_state(model, Ring()))

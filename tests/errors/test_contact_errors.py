@@ -192,7 +192,7 @@ def closing(planar=True, **laws):
 
 MODES = {
     "unknown contact": (True, {}, {"flor": "stick"}, "Unknown contact 'flor' in modes; did you mean 'floor'?"),
-    "unknown mode": (True, {}, {"floor": "roll"}, "Unknown mode 'roll' of contact 'floor'; expected one of open, stick, slip+, slip-, slip."),
+    "unknown mode": (True, {}, {"floor": "roll"}, "Unknown mode 'roll' of contact 'floor'; expected one of open, closed, stick, slip+, slip-, slip."),
     "no sign": (True, {}, {"floor": "slip"}, "Contact 'floor' slips along one line: expected 'slip+' or 'slip-', by the sign of its slip velocity, got 'slip'."),
     "a sign in space": (False, {}, {"floor": "slip+"}, "Contact 'floor' can slip in two directions: expected 'slip', or ('slip', (d1, d2)), got 'slip+'."),
     "smooth": (True, {"friction": 0}, {"floor": "stick"}, "Contact 'floor' has no friction and cannot stick. Its mode is 'slip'."),

@@ -11,10 +11,10 @@ import freebody as fb
 
 SYSTEM = """
     add assume ball bodies body bushing cable constrain constrain_speed constraints contact contacts
-    controller controllers coordinates cylindrical damper describe drag expression families force free gear
+    controller controllers coordinates cylindrical damper describe drag expression families force free friction gear
     belt chain path_joint
     generalized_force gimbal gravitation gravity ground hinge joints loads motor name parameters planar
-    reading rolling rope scenery screw slider spring t torque torsion_spring universal weld
+    reading rolling rope scenery screw slider spring stop t torque torsion_spring universal weld
 """
 BODY = """
     center circle corners cylinder ellipsoid heightline is_ground mass_properties name origin plane point segment sphere

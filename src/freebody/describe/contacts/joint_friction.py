@@ -87,9 +87,9 @@ def friction(
     >>> spring = s.spring("k", guide, stiffness=100)
     >>> s.friction("dry", guide, force=2)
     friction 'dry'
-    >>> motion = fb.simulate(s, 2, initial={"x": 0.1})
+    >>> motion = fb.simulate(s, 2, initial={"x": 0.11})
     >>> print(f"{motion['x'][-1]:.6f}")
-    -0.020000
+    0.010000
     """
     title = f"friction '{name}'"
     if coefficient is not None:

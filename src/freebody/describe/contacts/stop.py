@@ -158,6 +158,7 @@ def stop(
     >>> s.stop("wall", pin, low=0, restitution=0.5)
     stop 'wall'
     >>> print(fb.simulate(s, 0.5, initial={"theta": 0.5}).events)
+    t = 0.415978 s: wall: impact, normal speed -1.89809 → 0.949045 m/s
     """
     title = f"stop '{name}'"
     compliant = stiffness is not None
@@ -193,7 +194,7 @@ def _of_coordinates(system: Description, on: Any, title: str) -> Any:
     bad = [*names.depends(expression, "speed", "time"), *(x for x in moving if x not in known)]
     if not moving or bad:
         raise ModelError(
-            f"Expected a joint or an expression of coordinates for {title}, got '{expression}'"
+            f"Expected a joint or an expression of coordinates for {title}, got {shown(on)}"
             + (f", which depends on {', '.join(bad)}." if bad else ".")
             + " The coordinates of ball and free joints have contacts instead, s.contact."
         )

@@ -6,7 +6,8 @@ from typing import Any
 
 from ...native.instructions import compiled, greater
 from ...native.loop import made
-from .contacts import EXACT, Contacts, answer, find, lay_out, take
+from .contacts import EXACT, Contacts
+from .solution import answer, find, lay_out, take
 
 HALVINGS = 5
 """The restitution is halved up to four times, until the energy does not grow, and is zero at last."""

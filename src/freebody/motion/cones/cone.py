@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled, greater, inlined, lesser, room, root
+from ...native.instructions import Reals, compiled, greater, inlined, lesser, root
 from .block_rows import add, along
 from .contact_problem import EQUALITY, FIRST, LINE, NORMAL, ContactProblem
 
@@ -37,21 +37,16 @@ def clipped_slope(y: float, limit: float, dy: float, growth: float) -> float:
     return dy if abs(y) <= limit else (growth if y > 0.0 else -growth)
 
 
-@compiled
-def nearest_slope(
-    y: Reals, limit: float, dy_1: float, dy_2: float, growth: float, slope: Reals, step: int
-) -> None:
-    """Write the change of `nearest` to ``slope[0]`` and ``slope[step]``.
-
-    (1 - e eᵀ) dy limit/|y| + e growth,  e = y/|y|
-    """
-    length = root(y[0] * y[0] + y[1] * y[1])
-    slope[0], slope[step] = dy_1, dy_2
-    if length > limit:
-        e, f, part = y[0] / length, y[1] / length, limit / length
-        along_e = e * dy_1 + f * dy_2
-        slope[0] = part * (dy_1 - e * along_e) + e * growth
-        slope[step] = part * (dy_2 - f * along_e) + f * growth
+@inlined
+def bend(y_1: float, y_2: float, limit: float) -> tuple[float, float, float]:
+    """Return e and p of the change of `nearest` with those of y and of the limit: p (1 - e eᵀ) dy + e dlimit."""
+    length = root(y_1 * y_1 + y_2 * y_2)
+    outside = length > limit
+    return (
+        y_1 / length if outside else 0.0,
+        y_2 / length if outside else 0.0,
+        limit / length if outside else 1.0,
+    )
 
 
 @compiled
@@ -81,18 +76,22 @@ def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
     n = problem.blocks.n
     for a in range(problem.count):
         kind, mu, h, g = problem.kinds[a], problem.mu[a], H[a * n :], G[a * n :]
-        limit = 0.0
-        if problem.kinds[a] == LINE or problem.kinds[a] == FIRST:
+        limit, e, f, p, whole = 0.0, 0.0, 0.0, 1.0, kind == EQUALITY or y[a] > problem.low[a]
+        if kind == LINE or kind == FIRST:  # noqa: SIM109
             limit = mu * greater(greater(problem.low[a - 1], y[a - 1]), 0.0)
+        if kind == FIRST:
+            e, f, p = bend(y[a], y[a + 1], limit)
         for k in range(n):
-            if kind == EQUALITY:
-                g[k] = h[k]
-            elif kind == NORMAL:
-                g[k] = h[k] if y[a] > problem.low[a] else 0.0
+            if kind <= NORMAL:
+                g[k] = h[k] if whole else 0.0
             elif kind == LINE:
                 g[k] = clipped_slope(y[a], limit, h[k], mu * G[(a - 1) * n + k])
             elif kind == FIRST:
-                nearest_slope(y[a:], limit, h[k], h[n + k], mu * G[(a - 1) * n + k], g[k:], n)
+                along_e, growth = e * h[k] + f * h[n + k], mu * G[(a - 1) * n + k]
+                g[k], g[n + k] = (
+                    p * (h[k] - e * along_e) + e * growth,
+                    p * (h[n + k] - f * along_e) + f * growth,
+                )
 
 
 @compiled
@@ -149,19 +148,17 @@ def violation(problem: ContactProblem) -> float:
 @compiled
 def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
     """Set ``slope`` to ∂e/∂x, where ∂r/∂x = A; both have as many columns as rows."""
-    m, x, r, y = problem.count, problem.x, problem.r, room(2)
+    m, x, r = problem.count, problem.x, problem.r
     for a in range(m):
         kind, s, mu = problem.kinds[a], problem.scale[a], problem.mu[a]
-        limit, grown = 0.0, 0.0
-        if problem.kinds[a] == LINE or problem.kinds[a] == FIRST:
+        limit, grown, e, f, p = 0.0, 0.0, 0.0, 0.0, 1.0
+        if kind == LINE or kind == FIRST:  # noqa: SIM109
             limit, grown = s * mu * greater(x[a - 1], 0.0), s * mu if x[a - 1] > 0.0 else 0.0
+        if kind == FIRST:
+            e, f, p = bend(s * x[a] - r[a], s * x[a + 1] - r[a + 1], limit)
         for k in range(m):
-            one, next_one, normal = (
-                s if k == a else 0.0,
-                s if k == a + 1 else 0.0,
-                grown if k == a - 1 else 0.0,
-            )
             i = a * m + k
+            one, normal = s if k == a else 0.0, grown if k == a - 1 else 0.0
             if kind == EQUALITY:
                 slope[i] = A[i]
             elif kind == NORMAL:
@@ -169,9 +166,11 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
             elif kind == LINE:
                 slope[i] = one - clipped_slope(s * x[a] - r[a], limit, one - A[i], normal)
             elif kind == FIRST:
-                y[0], y[1] = s * x[a] - r[a], s * x[a + 1] - r[a + 1]
-                nearest_slope(y, limit, one - A[i], next_one - A[i + m], normal, slope[i:], m)
-                slope[i], slope[i + m] = one - slope[i], next_one - slope[i + m]
+                other = s if k == a + 1 else 0.0
+                dy, dz = one - A[i], other - A[i + m]
+                along_e = e * dy + f * dz
+                slope[i] = one - p * (dy - e * along_e) - e * normal
+                slope[i + m] = other - p * (dz - f * along_e) - f * normal
 
 
 @compiled

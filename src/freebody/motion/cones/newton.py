@@ -50,8 +50,9 @@ DRIFT = 0.02
 """Relative difference of two successive changes of λ below which they are extrapolated on a line."""
 ROUGH = 1e-6
 """Relative residual at which sweeps end and Newton's method begins."""
-FLAT, FALLS = 1e-15, 1e-4
-"""|F| relative to |v| that is zero; least fall of |F| in a step, relative to what the slope promises."""
+FLAT, NEAR, TENTHS, FALLS = 1e-15, 1e-3, 100.0, 1e-4
+"""|F| relative to |v| that is zero, and that ends the search at a compliance on the way; part of the goal that is zero;
+least fall of |F| in a step, relative to what the slope promises."""
 KINKED = 1e-9
 """|F| relative to |v| below which a kink ends Newton's method."""
 INSIDE = 1e-12
@@ -94,7 +95,7 @@ def solve(problem: ContactProblem, memory: Newton, goal: float) -> int:
             for stage in range(MANY if fine else STAGES):
                 if stage > 0:
                     soft /= 2.0 if fine else 10.0
-                count += balance(problem, memory, soft)
+                count += balance(problem, memory, soft, NEAR)
         memory.softest = HARDEST * unit
         count += multiply(problem, memory, soft, goal)
         if memory.residual > ENOUGH:
@@ -132,8 +133,8 @@ def measure(problem: ContactProblem) -> float:
 
 
 @compiled
-def balance(problem: ContactProblem, memory: Newton, soft: float) -> int:
-    """Find v with F(v) = 0 by Newton's method with shorter steps where |F| would grow; return the number of steps.
+def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float) -> int:
+    """Find v with |F(v)| <= ``flat`` |v| by Newton's method; return the number of steps, shorter where |F| would grow.
 
     ``memory.here.x`` becomes λ.
     """
@@ -141,7 +142,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float) -> int:
     size = error(problem, memory.y, soft, v, here)
     kinks = 0
     for turn in range(STEPS):
-        if size <= FLAT * root(dot(v, v, n)):
+        if size <= flat * root(dot(v, v, n)):
             return turn
         slopes(problem, here.free, problem.W, memory.G[0])
         for k in range(n):
@@ -202,9 +203,10 @@ def jacobian(problem: ContactProblem, G: Reals, soft: float, J: Reals) -> None:
             J[k * n + j] = 1.0 if k == j else 0.0
     for a in range(problem.count):
         for k in range(n):
-            if C[a * n + k] != 0.0:
+            share = C[a * n + k] / soft
+            if share != 0.0:
                 for j in range(n):
-                    J[k * n + j] += C[a * n + k] * G[a * n + j] / soft
+                    J[k * n + j] += share * G[a * n + j]
 
 
 # -- multipliers -----------------------------------------------------------------------------------------
@@ -216,9 +218,9 @@ def multiply(problem: ContactProblem, memory: Newton, soft: float, goal: float) 
     x, y, past, moved = problem.x, memory.y, memory.past, memory.moved
     for a in range(problem.count):
         past[a], moved[a] = 0.0, 0.0
-    count, idle, last = 0, 0, math.inf
+    count, idle, last, flat = 0, 0, math.inf, greater(FLAT, goal / TENTHS)
     for _ in range(ROUNDS):
-        count += balance(problem, memory, soft)
+        count += balance(problem, memory, soft, flat)
         for a in range(problem.count):
             x[a] = memory.here.x[a]
         size = measure(problem)

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater, lesser, root, run_by
 from ..cones.contacts import EXACT, Contacts
-from ..cones.elimination import solved
 from ..cones.newton import factor
+from ..cones.uniqueness import held, is_held, unique
 from ..phase.places import OPEN, SLIDE, SLIDE_BACK, SLIDE_ON, SMOOTH, STICK
 from .event_run import CONE_REACHED, NORMAL_ZERO, SMALL, EventRun
 from .impulses import gather
@@ -39,105 +39,6 @@ def are_many(contacts: Contacts) -> int:
 
 
 @compiled
-def unique(contacts: Contacts) -> int:
-    """Return 1 if it is proven that no two motions satisfy the laws, whatever c is, else 0.
-
-    For the differences δ of the forces of two solutions, A = H Hᵀ and w = Hᵀ δ, the laws of normal and friction give
-
-        w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + H_TᵀH_T/α) w μ/2     for every α > 0
-
-    with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. So w = 0 where the greatest eigenvalue is
-    below 2/μ; α = |H_T|/|P|. The static coefficient must be the kinetic one. Friction with a given bound is monotone:
-    it adds nothing to the sum.
-    """
-    m, mu = contacts.rows, 0.0
-    for i in range(contacts.contacts):
-        if contacts.slides[i] == 0 and contacts.static[i] != contacts.friction[i]:
-            return 0
-        if contacts.least[i] == 0.0:
-            mu = greater(mu, contacts.friction[i])
-    n = factor(contacts.A, m, contacts.factors, SMALL, contacts.left, contacts.order)
-    if mu == 0.0:
-        return 1 if n == m - held(contacts) or held(contacts) == contacts.contacts else 0
-    across = normal_parts(contacts, n)
-    if across < 0.0:
-        return 0
-    H, P, M, along = contacts.factors, contacts.H, contacts.normal, 0.0
-    for i in range(contacts.contacts):
-        tangents = contacts.tangents[i] if contacts.least[i] == 0.0 else 0
-        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + tangents):
-            along += product_of(H[r * m :], H[r * m :], n)
-    if along == 0.0:
-        return 1
-    part = root(along / across)
-    for p in range(n * n):
-        M[p] = 0.0
-    for p in range(n):
-        M[p * n + p] = 2.0 / mu
-    for i in range(contacts.contacts):
-        a = contacts.at[i]
-        if contacts.least[i] == 0.0:
-            subtract(M, P[a * m :], part, n)
-            for r in range(a + 1, a + 1 + contacts.tangents[i]):
-                subtract(M, H[r * m :], 1.0 / part, n)
-    return definite(M, n)
-
-
-@compiled
-def held(contacts: Contacts) -> int:
-    """Return the number of contacts whose normal force is given and moves nothing."""
-    result = 0
-    for i in range(contacts.contacts):
-        result += 1 if contacts.least[i] > 0.0 else 0
-    return result
-
-
-@compiled
-def normal_parts(contacts: Contacts, n: int) -> float:
-    """Set the rows of P; return |P|², or -1 if forces in balance have normal parts."""
-    m, H, G, P, square = contacts.rows, contacts.factors, contacts.slope, contacts.H, 0.0
-    for i in range(contacts.contacts):
-        a = contacts.at[i]
-        for p in range(n):
-            for q in range(n):
-                G[p * n + q] = 0.0
-                for r in range(m):
-                    G[p * n + q] += H[r * m + p] * H[r * m + q]
-            P[a * m + p] = H[a * m + p]
-        if contacts.least[i] > 0.0:
-            continue
-        if solved(G, n, P[a * m :]) == 0:
-            return -1.0
-        if n < m - held(contacts) and abs(1.0 - product_of(P[a * m :], H[a * m :], n)) > root(SMALL):
-            return -1.0
-        square += product_of(P[a * m :], P[a * m :], n)
-    return square
-
-
-@compiled
-def subtract(M: Reals, x: Reals, part: float, n: int) -> None:
-    """Subtract ``part`` x xᵀ from a matrix."""
-    for p in range(n):
-        for q in range(n):
-            M[p * n + q] -= part * x[p] * x[q]
-
-
-@compiled
-def definite(M: Reals, n: int) -> int:
-    """Return 1 if a symmetric matrix is positive definite, by Cholesky's method, else 0; overwrite it."""
-    for k in range(n):
-        if not M[k * n + k] > 0.0:
-            return 0
-        pivot = root(M[k * n + k])
-        for i in range(k, n):
-            M[i * n + k] /= pivot
-        for i in range(k + 1, n):
-            for j in range(k + 1, i + 1):
-                M[i * n + j] -= M[i * n + k] * M[j * n + k]
-    return 1
-
-
-@compiled
 def alone(contacts: Contacts) -> int:
     """Return 1 if all contacts slide, or have no friction, and every principal minor of S is positive, else 0.
 
@@ -154,7 +55,7 @@ def alone(contacts: Contacts) -> int:
                 for d in range(contacts.tangents[j]):
                     ray = -contacts.friction[j] * contacts.way[2 * j + d]
                     S[i * k + j] += ray * contacts.A[contacts.at[i] * m + contacts.at[j] + 1 + d]
-            if contacts.least[i] > 0.0 or contacts.least[j] > 0.0:  # a given force
+            if is_held(contacts, i) != 0 or is_held(contacts, j) != 0:  # a given force
                 S[i * k + j] = 1.0 if i == j else 0.0
     if k > 8:
         return 0
@@ -216,7 +117,8 @@ def decide(it: EventRun, contacts: Contacts) -> int:
     for i in range(it.count):
         if it.hit == 0 and it.reason[it.chosen[i]] == CONE_REACHED:
             contacts.static[i] = contacts.friction[i]
-    sole = 1 if alone(contacts) != 0 or unique(contacts) != 0 else 0
+    rank = factor(contacts.A, contacts.rows, contacts.factors, SMALL, contacts.left, contacts.order)
+    sole = 1 if alone(contacts) != 0 or unique(contacts, rank) != 0 else 0
     if sole == 0 and are_many(contacts) == 0 and depend(contacts) == 0:
         return 0
     run_by(it.finding, contacts)
@@ -268,7 +170,7 @@ def mode_of(contacts: Contacts, i: int) -> int:
     """Return the mode of a contact in the solution: open, stick or slip."""
     at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
     slow = ALIKE * greater(greatest(contacts.given, m), greatest(contacts.after, m))
-    if contacts.least[i] == 0.0 and contacts.forces[at] <= ALIKE * greatest(contacts.forces, m):
+    if is_held(contacts, i) == 0 and contacts.forces[at] <= ALIKE * greatest(contacts.forces, m):
         return OPEN
     if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
         return SLIDE
@@ -325,9 +227,9 @@ def all_idle(it: EventRun, contacts: Contacts) -> int:
     count = listed(it)
     for i in range(it.count):
         k = it.chosen[i]
-        if it.mode[k] == OPEN and abs(contacts.after[contacts.at[i]]) <= slow:
-            if depends(it, contacts, it.first[k], count) == 0:
-                return 0
+        still = it.mode[k] == OPEN and abs(contacts.after[contacts.at[i]]) <= slow
+        if still and depends(it, contacts, it.first[k], count) == 0:
+            return 0
     return 1
 
 
@@ -344,7 +246,7 @@ def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
     rests = contacts.slides[i] == 0 and n > 0 and contacts.static[i] > 0.0
     if mode == OPEN:
         return contacts.after[at] * r
-    least = contacts.forces[at] * f if contacts.least[i] == 0.0 else 1.0
+    least = contacts.forces[at] * f if is_held(contacts, i) == 0 else 1.0
     if mode == STICK:
         least = lesser(
             least, f * (contacts.static[i] * contacts.forces[at] - size_of(contacts.forces[at + 1 :], n))

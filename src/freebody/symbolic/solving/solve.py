@@ -228,7 +228,7 @@ def solution_of(request: Request, also: Sequence[Any] = ()) -> SolveResult:
         free[vocabulary.name(expression)] = expression
     accelerations: dict[str, Any] = {}
     # in 3-D the accelerations are far longer than the equations from which they would be eliminated
-    touching = any(isinstance(c, Touching) and c.contact.planar for c in e.model.constraints.values())
+    touching = any(isinstance(c, Touching) and c.contact.tangents < 2 for c in e.model.constraints.values())
     of_motion = any(
         u.name in vocabulary.reactions or u.name in vocabulary.accelerations for u in request.unknowns
     )

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freebody.motion.cones.collision import compiled_code
 from freebody.motion.cones.cone_problem import ConeProblem
 from freebody.motion.cones.contacts import EXACT, Touching, contacts_of
 from freebody.motion.contact.complementarity import _choices, distinct, solutions
@@ -213,7 +214,9 @@ def test_where_the_motion_is_unique_enumeration_finds_one(sort):
     for _ in range(40):
         A, c, contacts, responses = random_problem(rng, sort, int(rng.integers(1, 3)))
         contacts = [replace(one, static=one.friction) for one in contacts]
-        if not code("unique")(contacts_of(A, c, contacts)):
+        it = contacts_of(A, c, contacts)
+        compiled_code()["find"](it)
+        if not code("unique")(it, it.directions):
             continue
         proven += 1
         every = solutions(A, c, contacts, itertools.product(*map(_choices, contacts)))

@@ -1,0 +1,115 @@
+"""Whether the motion that solves a contact problem is the only one, in compiled code."""
+
+from __future__ import annotations
+
+from ...native.instructions import Reals, compiled, greater, root
+from .block_rows import dot
+from .contacts import Contacts
+from .elimination import solved
+
+SMALL = 1e-10
+"""Part of a row of A below which it depends on others."""
+
+
+@compiled
+def unique(contacts: Contacts, n: int) -> int:
+    """Return 1 if it is proven that no two motions satisfy the laws, whatever c is, else 0; A = H Hᵀ has rank n.
+
+    For the differences δ of the forces of two solutions, A = H Hᵀ and w = Hᵀ δ, the laws of normal and friction give
+
+        w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + H_TᵀH_T/α) w μ/2     for every α > 0
+
+    with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. So w = 0 where the greatest eigenvalue is
+    below 2/μ; α = |H_T|/|P|. The static coefficient must be the kinetic one. Friction with a given bound is monotone:
+    it adds nothing to the sum.
+    """
+    m, mu = contacts.rows, 0.0
+    for i in range(contacts.contacts):
+        if contacts.slides[i] == 0 and contacts.static[i] != contacts.friction[i]:
+            return 0
+        if is_held(contacts, i) == 0:
+            mu = greater(mu, contacts.friction[i])
+    if mu == 0.0:
+        return 1 if n == m - held(contacts) or held(contacts) == contacts.contacts else 0
+    across = normal_parts(contacts, n)
+    if across < 0.0:
+        return 0
+    H, P, M, along = contacts.factors, contacts.H, contacts.normal, 0.0
+    for i in range(contacts.contacts):
+        tangents = contacts.tangents[i] if is_held(contacts, i) == 0 else 0
+        for r in range(contacts.at[i] + 1, contacts.at[i] + 1 + tangents):
+            along += dot(H[r * m :], H[r * m :], n)
+    if along == 0.0:
+        return 1
+    part = root(along / across)
+    for p in range(n * n):
+        M[p] = 0.0
+    for p in range(n):
+        M[p * n + p] = 2.0 / mu
+    for i in range(contacts.contacts):
+        a = contacts.at[i]
+        if is_held(contacts, i) == 0:
+            subtract(M, P[a * m :], part, n)
+            for r in range(a + 1, a + 1 + contacts.tangents[i]):
+                subtract(M, H[r * m :], 1.0 / part, n)
+    return definite(M, n)
+
+
+@compiled
+def is_held(contacts: Contacts, i: int) -> int:
+    """Return 1 if the normal force of a contact is given and moves nothing: the friction of a joint."""
+    return 1 if contacts.least[i] > 0.0 and contacts.A[contacts.at[i] * (contacts.rows + 1)] == 0.0 else 0
+
+
+@compiled
+def held(contacts: Contacts) -> int:
+    """Return the number of contacts whose normal force is given and moves nothing."""
+    result = 0
+    for i in range(contacts.contacts):
+        result += is_held(contacts, i)
+    return result
+
+
+@compiled
+def normal_parts(contacts: Contacts, n: int) -> float:
+    """Set the rows of P; return |P|², or -1 if forces in balance have normal parts."""
+    m, H, G, P, square = contacts.rows, contacts.factors, contacts.slope, contacts.H, 0.0
+    for i in range(contacts.contacts):
+        a = contacts.at[i]
+        for p in range(n):
+            for q in range(n):
+                G[p * n + q] = 0.0
+                for r in range(m):
+                    G[p * n + q] += H[r * m + p] * H[r * m + q]
+            P[a * m + p] = H[a * m + p]
+        if is_held(contacts, i) != 0:
+            continue
+        if solved(G, n, P[a * m :]) == 0:
+            return -1.0
+        if n < m - held(contacts) and abs(1.0 - dot(P[a * m :], H[a * m :], n)) > root(SMALL):
+            return -1.0
+        square += dot(P[a * m :], P[a * m :], n)
+    return square
+
+
+@compiled
+def subtract(M: Reals, x: Reals, part: float, n: int) -> None:
+    """Subtract ``part`` x xᵀ from a matrix."""
+    for p in range(n):
+        for q in range(n):
+            M[p * n + q] -= part * x[p] * x[q]
+
+
+@compiled
+def definite(M: Reals, n: int) -> int:
+    """Return 1 if a symmetric matrix is positive definite, by Cholesky's method, else 0; overwrite it."""
+    for k in range(n):
+        if not M[k * n + k] > 0.0:
+            return 0
+        pivot = root(M[k * n + k])
+        for i in range(k, n):
+            M[i * n + k] /= pivot
+        for i in range(k + 1, n):
+            for j in range(k + 1, i + 1):
+                M[i * n + j] -= M[i * n + k] * M[j * n + k]
+    return 1
