@@ -1,4 +1,4 @@
-"""A gust: drag in a wind that swells and dies down, as a load of a package of its own."""
+"""A gust, drag in a wind that swells and dies down, and a puck that touches: kinds of a package of its own."""
 
 import freebody as fb
 
@@ -19,3 +19,15 @@ class Gust(fb.Load, kind="gust"):
         strength = (1 + at.sin(at(self.rate) * at.t)) / 2
         v = at.velocity(self.point) - strength * at.vector(self.wind)
         yield fb.PointForce(self.point, -at(self.factor) * v.norm() * v)
+
+
+class Puck(fb.ContactShape, kind="puck"):
+    """A ball at a height over the origin of its body."""
+
+    radius: fb.Expression
+    height: fb.Expression = 0
+
+    def support(self, at, direction):
+        x, y, z = at.place(self.body, (0, 0, self.height))
+        r = at(self.radius)
+        return x + r * direction[0], y + r * direction[1], z + r * direction[2]
