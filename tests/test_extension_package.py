@@ -83,6 +83,45 @@ def test_it_passes_the_battery_and_has_units(installed):
     assert "'w'" in result.stderr and "m/s" in result.stderr
 
 
+FLOOR = """
+gravity = [0, 0, -9.81]
+[parameters]
+R = 0.1
+[bodies.stone]
+mass = 1
+inertia = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+[joints.air]
+type = "free"
+child = "stone"
+[contacts.floor]
+feature = { body = "stone", shape = "puck", radius = "R" }
+surface = { shape = "plane", normal = "z" }
+"""
+
+
+def test_a_shape_of_the_package_touches(installed):
+    """By events, in a family by time steps, and in a file that is read and written."""
+    path = installed / "puck.toml"
+    path.write_text(FLOOR)
+    result = called(
+        installed, "-c",
+        "import freebody as fb\n"
+        f"s = fb.read({str(path)!r})\n"
+        "motion = fb.simulate(s, 0.1, initial={'air_z': 0.1})\n"
+        "print(round(float(motion.contacts['floor'].normal[-1]), 6))\n"
+        "from freebody.formats.toml.write import toml_text\n"
+        "print('shape = \"puck\", radius = \"R\" }' in toml_text(s))\n"
+        "import freebody_gusts as g\n"
+        "t = fb.System('family')\n"
+        "t.gravity = (0, 0, -9.81)\n"
+        "b = t.body('b', fb.sphere(1, 0.1)); t.free('j', t.ground, b)\n"
+        "pile = t.contacts('pile', [g.Puck(b, 0.1), t.ground.plane(normal='z')])\n"
+        "motion = fb.simulate(t, 0.1, initial={'j_z': 0.1}, method='timestepping', step=1e-3)\n"
+        "print(round(float(motion.contacts['pile[b,ground]'].normal[-1]), 6))\n",
+    )  # fmt: skip
+    assert result.stdout.split() == ["9.81", "True", "9.81"], result.stderr
+
+
 @pytest.mark.parametrize(
     ("kind", "message"),
     [

@@ -1,4 +1,4 @@
-"""A gust, drag in a wind that swells and dies down, and a bowl, as a load and a contact of a package of its own."""
+"""A gust, drag in a wind that swells and dies down, a bowl, and a puck that touches: kinds of a package of its own."""
 
 import freebody as fb
 
@@ -54,3 +54,15 @@ class Bowl(fb.Gap, kind="bowl"):
         n = at.vector((0, 0, 1)) - a * at.vector((1, 0, 0)) - b * at.vector((0, 1, 0))
         second = n.cross(first)
         return self._pair(at, first / first.norm()), self._pair(at, second / second.norm())
+
+
+class Puck(fb.ContactShape, kind="puck"):
+    """A ball at a height over the origin of its body."""
+
+    radius: fb.Expression
+    height: fb.Expression = 0
+
+    def support(self, at, direction):
+        x, y, z = at.place(self.body, (0, 0, self.height))
+        r = at(self.radius)
+        return x + r * direction[0], y + r * direction[1], z + r * direction[2]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import freebody as fb
 
@@ -55,12 +56,12 @@ def test_the_force_of_a_patch_and_its_gap():
 
 def test_a_box_is_pushed_over_the_edge_and_tips():
     s, start = scene("over", [brick("table", {"z": 0.05}), brick("box", {"z": 0.15, "x": 0.11})])
-    motion = moved(s, start, 0.03)
+    motion = moved(s, start, 0.008, step=1e-3)
     inside, _ = scene("on", [brick("table", {"z": 0.05}), brick("box", {"z": 0.15, "x": 0.09})])
-    still = moved(inside, start | {"j_box_x": 0.09}, 0.03)
+    still = moved(inside, start | {"j_box_x": 0.09}, 0.008, step=1e-3)
     # about the edge: m g a = (I + m (a² + h²)) α  with a = 1 cm, h = 5 cm
     alpha = G * 0.01 / ((0.2**2 + 0.1**2) / 12 + 0.01**2 + 0.05**2)
-    assert float(motion["j_box_wy"][-1]) == pytest.approx(alpha * 0.03, rel=2e-3)
+    assert float(motion["j_box_wy"][-1]) == pytest.approx(alpha * 0.008, rel=2e-3)
     assert abs(float(still["j_box_wy"][-1])) < 1e-9
 
 
@@ -68,25 +69,23 @@ def test_a_box_falls_on_the_edge_of_another_one():
     """An edge across an edge: one point, whose impulse turns both, and momentum is kept without gravity."""
     s, start = scene("edges", [brick("a", {}), brick("b", {"z": 0.2})], floor=False)
     s.gravity = (0, 0, 0)
-    half = np.sqrt(0.5)
     # the lower one stands on an edge along x, the upper one hangs over it turned by 90 degrees
-    start = {"j_a_qw": np.cos(np.pi / 8), "j_a_qx": np.sin(np.pi / 8), "j_b_vz": -1.0, "j_b_z": 0.2}
-    turn = np.array([half, 0, 0, half])
-    tilt = np.array([np.cos(np.pi / 8), np.sin(np.pi / 8), 0, 0])
-    w, x, y, z = (
-        turn[0] * tilt[0] - turn[3] * tilt[3],
-        turn[0] * tilt[1] - turn[3] * tilt[2],
-        turn[0] * tilt[2] + turn[3] * tilt[1],
-        turn[0] * tilt[3] + turn[3] * tilt[0],
-    )
-    start |= {"j_b_qw": w, "j_b_qx": x, "j_b_qy": y, "j_b_qz": z}
+    tilt = Rotation.from_rotvec([np.pi / 4, 0, 0])
+    turns = {"a": tilt, "b": Rotation.from_rotvec([0, 0, np.pi / 2]) * tilt}
+    for name, turn in turns.items():
+        start |= {f"j_{name}_e{k}": float(x) for k, x in enumerate(np.roll(turn.as_quat(), 1))}
+    fall = turns["b"].inv().apply([0, 0, -1])  # speeds are in axes of the body
+    start |= {f"j_b_v{c}": float(x) for c, x in zip("xyz", fall, strict=True)}
     motion = moved(s, start, 0.2)
     logs = [log for log in motion.course.impulses.pairs if len(log)]
     assert len(logs) and len(logs[0]) == 1
     np.testing.assert_allclose(np.abs(logs[0][0, [7, 8]]), 0, atol=1e-9)  # where the edges cross
     np.testing.assert_array_equal(logs[0][:, 7:10], logs[0][:, 12:15])  # forces are opposite at one point
-    speeds = [sum(2 * float(motion[f"j_{b}_vz"][k]) for b in "ab") for k in (0, -1)]
-    assert speeds[0] == pytest.approx(-2) and speeds[1] == pytest.approx(-2, abs=0.1)
+    speeds = [
+        2 * sum(turn.apply([float(motion[f"j_{b}_v{c}"][k]) for c in "xyz"]) for b, turn in turns.items())
+        for k in (0, -1)
+    ]
+    np.testing.assert_allclose(speeds, [[0, 0, -2]] * 2, atol=1e-12)  # it hits the middle, and nothing turns
 
 
 def test_dominoes_fall_in_turn():
@@ -94,7 +93,7 @@ def test_dominoes_fall_in_turn():
     solids = [brick(f"d{k}", {"x": 0.1 * k, "z": 0.1, "wy": 3.0 if k == 0 else 0.0, "vx": 0.3 if k == 0 else 0.0}, size)
               for k in range(4)]  # fmt: skip
     motion = moved(*scene("dominoes", solids), 0.8)
-    fallen = [np.abs(motion[f"j_d{k}_qy"]) > 0.2 for k in range(4)]
+    fallen = [np.abs(motion[f"j_d{k}_e2"]) > 0.2 for k in range(4)]
     first = [float(motion.t[f.argmax()]) if f.any() else np.inf for f in fallen]
     assert np.isfinite(first).all() and (np.diff(first) > 0).all()
 
@@ -104,7 +103,7 @@ def test_capsules_and_stones_rest_on_a_floor():
     solids = [
         (
             "pill",
-            fb.cylinder(1, 0.05, 0.2, axis="x"),
+            fb.box(1, (0.2, 0.1, 0.1)),
             lambda b: b.capsule((-0.1, 0, 0), (0.1, 0, 0), 0.05),
             {"z": 0.05},
         ),
@@ -120,12 +119,12 @@ def test_capsules_and_stones_rest_on_a_floor():
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda s, a, b: s.contact("c", a.box(BRICK), b.box(BRICK)), "touch in patches, which families of contacts find"),
+        (lambda s, a, b: s.contact("c", a.box(BRICK), b.box(BRICK)), "touch in patches, which families"),
         (lambda s, a, b: s.contacts("c", [a.box(BRICK), b.circle(1)]), "The box and the circle of the family"),
         (lambda s, a, b: a.box((1, 2)), "Expected three edges"),
         (lambda s, a, b: a.hull((0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)), "four points or more that are not in one"),
         (lambda s, a, b: a.capsule((0, 0, 0), (0, 0, 0), 1), "Start and end of the capsule of body 'a' are the same"),
-        (lambda s, a, b: s.contacts("c", [a.box(BRICK), b.sphere(1, inside=True)]), "cannot touch a sphere from inside"),
+        (lambda s, a, b: s.contacts("c", [a.box(BRICK), b.sphere(1, inside=True)]), "touch a sphere from inside"),
     ],
 )  # fmt: skip
 def test_what_has_no_law_is_refused(make, said):

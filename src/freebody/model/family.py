@@ -218,7 +218,7 @@ def text_of_members(family: Family) -> str:
 
 
 def unrolled(model: Model, most: int) -> Model | None:
-    """Return the model with the pairs of its families as contacts of their own; None if they are too many, or in patches."""
+    """Return the model with the pairs of its families as contacts; None if they are too many, or in patches."""
     contacts = list(model.contacts)
     for family in model.families:
         if any(member.shape.patches for member in family.members):

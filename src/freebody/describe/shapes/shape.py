@@ -77,7 +77,7 @@ class ContactShape(OfBody):
     >>> air = s.free("air", s.ground, puck)
     >>> floor = s.contact("floor", Puck(puck, 0.1), s.ground.plane(normal="z"))
     >>> motion = fb.simulate(s, 0.1, initial={"air_z": 0.1})
-    >>> round(float(motion.contacts["floor"].normal_force[-1]), 9)
+    >>> round(float(motion.contacts["floor"].normal[-1]), 9)
     9.81
     """
 

@@ -130,7 +130,7 @@ def box(body: Frame, size: Any, *, at: Any = None) -> Box:
     >>> wall = s.contacts("wall", shapes, friction=0.5)
     >>> start = {"f0_z": 0.05, "f1_z": 0.15, "f1_x": 0.05}
     >>> motion = fb.simulate(s, 0.1, initial=start, method="timestepping", step=2e-3)
-    >>> round(float(motion.contacts["wall[b1,b2]"].normal_force[-1]), 6)
+    >>> round(float(motion.contacts["wall[b1,b2]"].normal[-1]), 6)
     9.81
     """
     what = f"the box of {body!r}"

@@ -6,21 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from ...describe.shapes.shape import ContactShape
 from ...scalar.algebra import Vector
 
 PARALLEL = 1e-9
 """Sine of the angle up to which two edges of a solid have one direction."""
 
 
-def core_of(shape: ContactShape, origin: Vector) -> list[Any]:
+def core_of(shape: Any, origin: Vector) -> list[Any]:
     """Return the expressions of the corners of a solid, from the origin of the link; of other shapes nothing."""
     if not shape.patches:
         return []
     return [a + b for corner in shape.corners for a, b in zip(corner, origin, strict=True)]
 
 
-def mesh_of(shape: ContactShape, numbers: Any = None) -> list[int]:
+def mesh_of(shape: Any, numbers: Any = None) -> list[int]:
     """Return the mesh of a member; a plane has no corners, a sphere or a point has one.
 
     Parameters
@@ -56,6 +55,6 @@ def mesh_of(shape: ContactShape, numbers: Any = None) -> list[int]:
     ]
 
 
-def most_points(shape: ContactShape) -> int:
+def most_points(shape: Any) -> int:
     """Return a bound of the points of a patch of a shape with one that is no larger: the corners of two faces."""
     return 2 * len(shape.corners) + 2 if shape.patches else 2

@@ -7,7 +7,8 @@ the radius 0. Two cores that overlap are separated the least along a normal of a
 
 and g is the distance of their nearest features where they are apart (:func:`nearest`). If n is the normal of a face,
 the face of the other core that looks towards it is cut by its sides: the corners over it and the edge crossings carry,
-each with a gap of its own. Both bodies are pressed at one point, so that the forces of a pair are opposite in every sense.
+each with a gap of its own. Both bodies are pressed at one point, so that the forces of a pair are opposite in
+every sense.
 
 Sources: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the axes; I. E. Sutherland, G. W. Hodgman,
 Reentrant polygon clipping, Comm. ACM 17 (1974) 32-42.

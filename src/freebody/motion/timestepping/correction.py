@@ -24,7 +24,7 @@ side, three fifths as deep, so this case takes many steps."""
 TOLERANCE = 1e-9
 """Residual of the problem of the displacements, relative to the greatest depth."""
 FEW, INEXACT = 100, 0.1
-"""Sweeps after which a displacement is taken that has this residual, relative to the depth: the next removes the rest."""
+"""Sweeps after which a displacement with this residual, relative to the depth, is taken: the next removes the rest."""
 TINY = 1e-300
 
 
