@@ -8,8 +8,8 @@ from freebody.errors import SimulationError
 from freebody.motion.contact import run
 from freebody.motion.contact.state import ContactRun
 from freebody.motion.events.code import code
-from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.phase.scene import NUMBERS
+from freebody.motion.request import Request, problem_of
 from freebody.motion.timestepping import failure, timestepping
 
 G = 9.81
@@ -23,9 +23,9 @@ def looked_at_end(start, end, mode, wall=False):
     s.planar("plane", s.ground, rod, coordinate="x y turn")
     surface = s.ground.segment((0, 0, 0), (1, 0, 0), normal="y") if wall else s.ground.plane()
     s.contact("tip", rod.point(0, -1, 0), surface, friction=0.2)
-    kernels = kernels_of(s)
-    work = ContactRun(kernels, kernels.values(None))
-    work.prepare((), (), np.full(8, 1e-9), np.full(8, 1e-9), "simultaneous", {"method": "dop853", "max_step": 1}, None, (), (), True)  # fmt: skip  # noqa: E501
+    problem = problem_of(Request(s, 1))
+    work = ContactRun(problem.kernels, problem.numbers)
+    work.prepare(problem, np.full(8, 1e-9), np.full(8, 1e-9))
     it = work.it
     it.times[:2], it.lengths[0], it.logged, it.t = (0, 0.5), 0.5, 2, 0.5
     it.states[:6], it.y[:6] = start, end
@@ -63,7 +63,7 @@ def test_two_laws_at_once_are_refused():
 
 
 def test_phases_without_end(monkeypatch):
-    monkeypatch.setattr(run, "PHASES", 3)
+    monkeypatch.setattr(run.event_run, "PHASES", 3)
     s = fb.System("ball")
     (g,) = (s.parameters(g=G),)
     s.gravity = (0, -g, 0)

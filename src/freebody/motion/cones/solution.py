@@ -159,7 +159,7 @@ def answer(it: Contacts) -> float:
     if it.sole != 0:
         least = direct(it)
         if least <= FINE:
-            return least
+            return refined(it)
     least = polished(it, ROUGH if it.directions == it.rows else CLOSE)
     if least <= FINE:
         return least
@@ -182,8 +182,14 @@ def direct(it: Contacts) -> float:
 @compiled
 def polished(it: Contacts, goal: float) -> float:
     """Set x to a solution to within ``goal`` from zero, polished; return its residual."""
+    solve(it.problem, it.newton, goal)
+    return refined(it)
+
+
+@compiled
+def refined(it: Contacts) -> float:
+    """Polish x as far as its residual falls; return that."""
     problem = it.problem
-    solve(problem, it.newton, goal)
     for a in range(problem.count):
         it.best[a] = problem.x[a]
     least = violated(it)

@@ -16,31 +16,9 @@ from ...dynamics.state import float_state
 from ...dynamics.unilateral import MotionWarning, limits, passed_by_impulse
 from ..cones.contacts import Touching
 from ..ending import ENDS, End
-from ..events.event_run import (
-    BLOW,
-    BOUNCES_BELOW,
-    BOUNCES_END,
-    CONE_REACHED,
-    CROSSING,
-    DEAD,
-    END_OF_SIDE,
-    GAP_CLOSED,
-    IMPACT,
-    NO_REASON,
-    NORMAL_ZERO,
-    NOTE,
-    ONTO_SIDE,
-    PHASE,
-    QUIET,
-    RESTING,
-    SERIES,
-    SLIP_STOPPED,
-    SLOW,
-    SMALL,
-    TOLD,
-)
+from ..events import event_run
 from ..ode.dense_output import Array, Crossing, Path
-from ..phase.places import LIMIT, OPEN, STICK
+from ..phase import places
 from ..phase.scene import KINDS, Phase, Snapshot, at_limit, direction_of
 from ..trajectory.event import Happening
 from ..trajectory.phases import Phases, Segment
@@ -48,15 +26,15 @@ from .course import Change, Leap, Timeline, shown
 from .state import ContactRun
 
 WHY = {
-    BLOW: "a blow",
-    GAP_CLOSED: "the gap closed",
-    NORMAL_ZERO: "N reached 0",
-    END_OF_SIDE: "the end of the side",
-    ONTO_SIDE: "the foot came onto the side",
-    SLIP_STOPPED: "the slip stopped",
-    CONE_REACHED: "|T| reached {:.6g} N",
-    BOUNCES_BELOW: "bounces below what numbers resolve",
-    BOUNCES_END: "end of the bounces, the limit of a geometric series",
+    event_run.BLOW: "a blow",
+    event_run.GAP_CLOSED: "the gap closed",
+    event_run.NORMAL_ZERO: "N reached 0",
+    event_run.END_OF_SIDE: "the end of the side",
+    event_run.ONTO_SIDE: "the foot came onto the side",
+    event_run.SLIP_STOPPED: "the slip stopped",
+    event_run.CONE_REACHED: "|T| reached {:.6g} N",
+    event_run.BOUNCES_BELOW: "bounces below what numbers resolve",
+    event_run.BOUNCES_END: "end of the bounces, the limit of a geometric series",
 }
 """Reasons why a mode began."""
 
@@ -106,8 +84,8 @@ class History:
         """Return the names of modes; ``directions`` has two numbers for each contact at its limit of friction."""
         result, at = [], 0
         for mode in numbers:
-            result.append(at_limit(directions[at : at + 2].tolist()) if mode == LIMIT else KINDS[mode])
-            at += 2 * (mode == LIMIT)
+            result.append(at_limit(directions[at : at + 2].tolist()) if mode == places.LIMIT else KINDS[mode])
+            at += 2 * (mode == places.LIMIT)
         return tuple(result)
 
     # -- the path ----------------------------------------------------------------------------------
@@ -122,9 +100,9 @@ class History:
         """The entries of phases, each with the events of the user in it."""
         result, crossings = [], list[Crossing]()
         for kind, marks, numbers in self.entries():
-            if kind == CROSSING:
+            if kind == event_run.CROSSING:
                 crossings.append(Crossing(float(numbers[0]), marks[0], marks[1], numbers[1:].copy()))
-            if kind == PHASE:
+            if kind == event_run.PHASE:
                 result.append((marks, numbers, tuple(crossings)))
                 crossings = []
         return result
@@ -150,12 +128,12 @@ class History:
             step=None,
         )  # fmt: skip
         shown_modes = marks[9 + E : 9 + 2 * E]
-        dead = [mode >= DEAD for mode in shown_modes]
+        dead = [mode >= event_run.DEAD for mode in shown_modes]
         loose = np.zeros(scene.rows, dtype=bool)
         if spare or any(dead):
             loose = loose_forces(work, phase, dead, work.look(float(self.times[first]), self.states[first]))
         names = tuple(
-            contact.shown(KINDS[mode % DEAD])
+            contact.shown(KINDS[mode % event_run.DEAD])
             for contact, mode in zip(work.model.contacts, shown_modes, strict=True)
         )
         return Segment(path, phase, float(numbers[0]), names, loose)
@@ -176,13 +154,13 @@ class History:
         changes: list[list[Any]] = []  # contact, mode, start, end, why
         current: dict[int, list[Any]] = {}
         for kind, marks, numbers in self.entries():
-            if kind == TOLD:
+            if kind == event_run.TOLD:
                 happenings.append(self.told[marks[0]])
-            elif kind == IMPACT:
+            elif kind == event_run.IMPACT:
                 happenings.append(self._impact(marks, numbers))
-            elif kind == RESTING:
+            elif kind == event_run.RESTING:
                 happenings.append(self._rest(marks, numbers))
-            elif kind == NOTE:
+            elif kind == event_run.NOTE:
                 self._note(marks, numbers, happenings, changes, current)
         for change in current.values():
             change[3] = float(self.path.end)
@@ -217,16 +195,16 @@ class History:
         hit, spare = marks[:2]
         t, y = float(numbers[0]), numbers[1 : 1 + n_y]
         modes = self.modes(marks[2 : 2 + E], numbers[1 + n_y :])
-        measures = numbers[1 + n_y + 2 * sum(mode == LIMIT for mode in marks[2 : 2 + E]) :]
+        measures = numbers[1 + n_y + 2 * sum(mode == places.LIMIT for mode in marks[2 : 2 + E]) :]
         compliance = bool(spare) and work.shared and work.decides(modes, t, y)
         for i in range(0, len(marks) - 2 - E, 4):
             k, before, after, code = marks[2 + E + i : 6 + E + i]
             name = work.names[k]
-            why = WHY[code].format(measures[i // 4]) if code != NO_REASON else ""
+            why = WHY[code].format(measures[i // 4]) if code != event_run.NO_REASON else ""
             why = why or (
                 "the start" if before < 0 else "an impact" if hit else "a change at another contact"
             )
-            if compliance and after != OPEN:
+            if compliance and after != places.OPEN:
                 why += "; equal compliance shares the forces"
             if k in current:
                 current[k][3] = t
@@ -242,10 +220,10 @@ class History:
         n_y, names = self.work.it.n_y, ", ".join(self.work.names[k] for k in marks[1:])
         t, low = float(numbers[0]), float(numbers[1])
         before, after = numbers[2 : 2 + n_y], numbers[2 + n_y : 2 + 2 * n_y]
-        text = f"{names}: slips slower than {SLOW:.0e} m/s end here together"
-        if marks[0] == SERIES:
+        text = f"{names}: slips slower than {event_run.SLOW:.0e} m/s end here together"
+        if marks[0] == event_run.SERIES:
             text = f"{names}: the bounces end here, the limit of their geometric series"
-        elif marks[0] == QUIET:
+        elif marks[0] == event_run.QUIET:
             text = f"{names}: bounces lower than {low:.0e} m end here"
         return self._happening(t, "rest", before, after, text)
 
@@ -362,16 +340,16 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
     """
     rows, columns, signs = [], [], {"slip+": 1.0, "slip-": -1.0}
     for k, mode in enumerate(phase.modes):
-        if mode == KINDS[OPEN] and not dead[k]:
+        if mode == KINDS[places.OPEN] and not dead[k]:
             continue
         at, n = work.scene.first[k], work.scene.tangents[k]
         rows.append([at])
         columns.append(seen.responses[at])
-        if mode == KINDS[STICK] or (dead[k] and n == 1):
+        if mode == KINDS[places.STICK] or (dead[k] and n == 1):
             for i in range(at + 1, at + 1 + n):
                 rows.append([i])
                 columns.append(seen.responses[i])
-        elif mode != KINDS[OPEN] and n > 0 and not work.smooth(seen, k):
+        elif mode != KINDS[places.OPEN] and n > 0 and not work.smooth(seen, k):
             v = np.array([signs[mode]] if mode in signs else direction_of(mode) or work.slip(seen, k))
             speed = float(np.linalg.norm(v))
             if speed > 0:
@@ -417,6 +395,6 @@ def undetermined(
         return False
     B = np.array(columns)
     _, sizes, right = np.linalg.svd(A[rows] @ B.T)
-    loose = right[int((sizes > SMALL * sizes[0]).sum()) :]
+    loose = right[int((sizes > event_run.SMALL * sizes[0]).sum()) :]
     moved = B @ responses
     return bool(np.abs(loose @ moved).max(initial=0) > SAME * np.abs(moved).max())

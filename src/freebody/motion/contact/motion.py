@@ -58,15 +58,8 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
     n = model.n_q + model.n_u
     relative = np.concatenate([p.tolerances[:n], [p.tolerances[:n].max(initial=1e-12)] * 2])
     absolute = relative.copy()
-    options = {
-        "method": "dop853" if request.method == "auto" else request.method,
-        "max_step": request.longest_step,
-    }
     work = ContactRun(kernels, p.numbers)
-    work.prepare(
-        p.expressions, p.specs, relative, absolute, request.impacts, options, p.most_steps, timed, called,
-        request.indeterminate == "compliance",
-    )  # fmt: skip
+    work.prepare(p, relative, absolute, timed, called)
     y = np.concatenate([p.state[:n], [0.0, 0.0]])
     program = kernels.motion()
     energies = observe(

@@ -20,31 +20,8 @@ import numpy as np
 
 from ...errors import SimulationError
 from ..ending import ENDS, End
+from ..events import event_run
 from ..events.code import code
-from ..events.event_run import (
-    ARRIVE,
-    ASK_IMPACT,
-    ASK_MODES,
-    ASK_SHARES,
-    ASK_SIDES,
-    BLOW,
-    DECIDE,
-    GROW,
-    IMPACT,
-    LONGER,
-    MIXED,
-    NO_IMPULSES,
-    PASSED_OVER,
-    PASSES,
-    PAUSE,
-    PHASES,
-    SEQUENCE,
-    STRUCK,
-    TOLD,
-    TOO_MANY,
-    TURNED,
-    UNDECIDED,
-)
 from ..legs.blow import Blow, strike
 from ..ode.dense_output import Array
 from ..phase.places import CLOSED, OPEN
@@ -55,7 +32,7 @@ from .state import ContactRun
 
 _DECIDING = Lock()
 """Held while modes are compared: the kernel of the derivatives is compiled at its first use."""
-PIECE, FIRST = 0.05, 1 << 14
+PIECE, FIRST = 0.05, 1 << 10
 """Seconds between two looks at the keyboard, and the number of steps up to the first."""
 LOOKS = 32
 """Steps at which indeterminate forces are checked: the first ones of a phase, and as many spread along it."""
@@ -76,7 +53,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
     """Run from ``state`` (q, u) at ``begin`` to ``end``; ``work`` keeps the log. Return how the run ended."""
     it = work.it
     it.y[:], it.t = [*state, 0.0, 0.0], begin
-    it.stage, it.stale, it.most_phases = ARRIVE, 1, PHASES
+    it.stage, it.stale, it.most_phases = event_run.ARRIVE, 1, event_run.PHASES
     check_apart(work, np.array(it.y), work.look(begin, np.array(it.y)))
     loop, steps, clock = code("go_on"), FIRST, perf_counter()
     it.budget = steps
@@ -84,8 +61,8 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
         while True:
             it.target = work.blows[0][0] if work.blows else end
             answer = loop(it, work.steps, work.problem)
-            while answer >= GROW:
-                if answer == PAUSE:
+            while answer >= event_run.GROW:
+                if answer == event_run.PAUSE:
                     pace = steps / max(perf_counter() - clock, 1e-6)
                     steps, clock = max(16, min(4 * steps, int(PIECE * pace))), perf_counter()
                     it.budget = steps
@@ -95,7 +72,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
                 return ENDS[answer]
             while work.blows and work.blows[0][0] <= it.t:
                 struck(work, work.blows.pop(0)[1])
-            it.reason[:], it.stage = BLOW, ARRIVE
+            it.reason[:], it.stage = event_run.BLOW, event_run.ARRIVE
     except KeyboardInterrupt:
         return interrupted(work)
 
@@ -109,25 +86,25 @@ def interrupted(work: ContactRun) -> End:
 def answered(work: ContactRun, question: int) -> int:
     """Do what the loop asks for; return the end of the run, or 0 if the loop goes on."""
     it = work.it
-    if question == GROW:
+    if question == event_run.GROW:
         work.make_room(4 * it.needed + 6)
-    elif question == LONGER:
+    elif question == event_run.LONGER:
         work.longer_log()
-    elif question == ASK_MODES:
+    elif question == event_run.ASK_MODES:
         ask_modes(work)
-    elif question == ASK_SIDES:
+    elif question == event_run.ASK_SIDES:
         leaving = work.begins_to_leave(np.array(it.free) + it.force @ np.array(it.X).reshape(it.rows, -1))
         it.left[leaving] = 1
         if leaving:  # from rest at the end of its side: from now on the corner touches
-            it.stage, it.stale = DECIDE, 1
-    elif question == STRUCK:
+            it.stage, it.stale = event_run.DECIDE, 1
+    elif question == event_run.STRUCK:
         blows(work)
-    elif question == ASK_SHARES:
+    elif question == event_run.ASK_SHARES:
         check_shared(work)
         return int(it.then)
-    elif question == ASK_IMPACT:
+    elif question == event_run.ASK_IMPACT:
         check_impact(work)
-    elif question != PAUSE:
+    elif question != event_run.PAUSE:
         raise refusal(work, question)
     return 0
 
@@ -168,7 +145,7 @@ def tell(work: ContactRun, told: object) -> None:
     it = work.it
     work.longer_log()
     work.told.append(told)
-    it.marks[it.marked : it.marked + 4] = TOLD, 4, it.numbered, len(work.told) - 1
+    it.marks[it.marked : it.marked + 4] = event_run.TOLD, 4, it.numbered, len(work.told) - 1
     it.marked += 4
 
 
@@ -187,7 +164,7 @@ def blows(work: ContactRun) -> None:
 
 def check_impact(work: ContactRun) -> None:
     """Raise if other distributions of the impulses of the last impact would change the motion."""
-    *_, last = (entry for entry in History(work, End.RUNNING).entries() if entry.kind == IMPACT)
+    *_, last = (entry for entry in History(work, End.RUNNING).entries() if entry.kind == event_run.IMPACT)
     hit = impact_of(work, last.marks, last.numbers)
     if hit.open:
         names = ", ".join(f"'{work.names[k]}'" for k in hit.chosen)
@@ -225,7 +202,7 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     impact = f"Impact at t = {t:.9g} s of '{model}': "
     h = float(np.max(it.lengths[it.first_row : it.logged - 1], initial=0.0))
     start = float(it.times[it.first_row]) if it.logged else t
-    if why == TOO_MANY:
+    if why == event_run.TOO_MANY:
         current = [KINDS[mode] for mode in it.mode]
         states = ", ".join(f"{a}: {b}" for a, b in zip(work.names, current, strict=True))
         return SimulationError(
@@ -233,37 +210,37 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"so far. Impacts that end in a finite time only together (restitution of several contacts at once; a coin "
             f"that comes to lie flat on its two edges) do this: method='timestepping' with step= goes through them."
         )
-    if why == MIXED:
+    if why == event_run.MIXED:
         return SimulationError(
             f"{impact}Contacts {names} collide at once, some by Newton's and some by Poisson's law. Give them the same "
             f"law: impact='newton' or 'poisson'."
         )
-    if why == NO_IMPULSES:
+    if why == event_run.NO_IMPULSES:
         approach = ", ".join(f"'{work.names[k]}' ({v:.6g} m/s)" for k, v in zip(chosen, speeds, strict=True))
         return SimulationError(
             f"{impact}No impulses were found that satisfy Coulomb friction at contacts {approach} (approach speed "
             f"along the normal), even without restitution: a law is still violated by {work.problem.residual:.3g} of "
             f"the greatest speed. Less friction, or impacts='sequential', makes the problem easier."
         )
-    if why == SEQUENCE:
+    if why == event_run.SEQUENCE:
         fastest = float(np.min(it.x[np.cumsum([0, *(1 + work.scene.tangents[k] for k in chosen[:-1])])]))
         return SimulationError(
-            f"{impact}The sequence of impacts at contacts {names} did not end after {PASSES} impacts: the fastest "
-            f"contact still approaches at {-fastest:.3g} m/s. Use impacts='simultaneous'."
+            f"{impact}The sequence of impacts at contacts {names} did not end after {event_run.PASSES} impacts: the "
+            f"fastest contact still approaches at {-fastest:.3g} m/s. Use impacts='simultaneous'."
         )
-    if why == TURNED:
+    if why == event_run.TURNED:
         return SimulationError(
             f"Contact '{work.names[it.blame]}' of '{model}' changed its sense of slip between {start:.9g} and {t:.9g} "
             f"s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than that, or take "
             f"method='timestepping' with step=."
         )
-    if why == PASSED_OVER:
+    if why == event_run.PASSED_OVER:
         return SimulationError(
             f"Contact '{work.names[it.blame]}' of '{model}' closed between {start:.6g} and {t:.6g} s within one step "
             f"of {h:.3g} s, and was passed over: it is {-it.gap[it.blame]:.3g} m deep. Give a max_step shorter than "
             f"that contact lasts, or take method='timestepping' with step=."
         )
-    assert why == UNDECIDED
+    assert why == event_run.UNDECIDED
     closed = ", ".join(f"'{work.names[k]}'" for k in chosen if it.mode[k] != OPEN)
     return SimulationError(
         f"Contacts {closed} at t = {t:.9g} s are statically indeterminate: friction, shared in proportion to N, "

@@ -21,7 +21,8 @@ from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.run import equip, memory, most_events
 from ..phase.scene import Scene, Snapshot, functions, scene_of
-from ..trajectory.event import EventSpec, expressions_of
+from ..request import Problem
+from ..trajectory.event import expressions_of
 from .complementarity import SLIP, SMALL, STICK, unknowns
 
 CHOICES = ("compliance", "refuse")
@@ -65,27 +66,25 @@ class ContactRun:
 
     def prepare(
         self,
-        expressions: Sequence[Any],
-        specs: Sequence[EventSpec],
+        problem: Problem,
         relative: Array,
         absolute: Array,
-        order: str,
-        options: Mapping[str, Any],
-        max_steps: int | None,
-        blows: Sequence[tuple[float, Blow]],
-        called: Sequence[Blow],
-        shared: bool,
+        blows: Sequence[tuple[float, Blow]] = (),
+        called: Sequence[Blow] = (),
     ) -> None:
-        """Prepare the steps and the events of the run."""
+        """Prepare the steps and the events of the run, with blows at given times and those that events call for."""
+        request, specs = problem.request, problem.specs
         it, scene = self.it, self.scene
         calls = tuple(call_of(one) for one in called)  # events that trigger a blow, after those of the user
-        self.asked, self.specs, self.shared = len(specs), (*specs, *calls), shared
+        self.asked, self.specs = len(specs), (*specs, *calls)
+        self.shared = request.indeterminate == "compliance"
         self.blows, self.called = list(blows), tuple(called)
         self.counts = [math.inf if one.times is None else one.times for one in called]
-        self.relative, self.absolute, self.method = relative, absolute, options["method"]
+        self.relative, self.absolute = relative, absolute
+        self.method = "dop853" if request.method == "auto" else request.method
         phase = scene.holding(("open",) * len(self.names), self.kernels.active)
         self.looking = scene.constants(self.parameters)
-        watched = (*expressions, *expressions_of(self.model, calls))
+        watched = (*problem.expressions, *expressions_of(self.model, calls))
         self.program = phase.whole(watched)
         self.phase, self.table = self.program.constants(self.parameters), self.program.table.copy()
         self.phase.view(np.int64)[0] = address(self.table)  # the loop writes into it
@@ -110,7 +109,8 @@ class ContactRun:
         for name, kernel in KERNELS.items():
             setattr(it, name, compiled[kernel].address)
         it.energy, it.energy_c = energy.address("energy"), self.energy_constants
-        it.moving, it.sequential, it.refuse = scene.candidates.moving, order == "sequential", not shared
+        it.moving, it.refuse = scene.candidates.moving, not self.shared
+        it.sequential = request.impacts == "sequential"
         it.events, it.asked, it.crossed = len(self.specs), self.asked, logged if self.asked else 0
         self.constants_kept = rates
         it.piece = loops.functions(self.method).functions["piece"].address
@@ -120,8 +120,8 @@ class ContactRun:
         it.ending = np.array([end.contact for end in scene.endings], dtype=np.int64)
         it.place = np.array([end.place for end in scene.endings], dtype=np.int64)
         it.final = np.array([*(spec.terminal for spec in self.specs), 0], dtype=np.int64)
-        it.longest = options["max_step"]
-        it.steps_left = 1 << 60 if max_steps is None else max_steps
+        it.longest = request.longest_step
+        it.steps_left = problem.most_steps
         it.past[:] = -1
         it.last = it.met_at = -math.inf
         self.told: list[Any] = []

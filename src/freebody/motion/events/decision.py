@@ -12,8 +12,9 @@ from ...native.instructions import Reals, compiled, greater, lesser, root, run_b
 from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
 from ..cones.uniqueness import held, is_held, unique
-from ..phase.places import OPEN, SLIDE, SLIDE_BACK, SLIDE_ON, SMOOTH, STICK
-from .event_run import CONE_REACHED, NORMAL_ZERO, SMALL, EventRun
+from ..phase import places
+from . import event_run
+from .event_run import EventRun
 from .impulses import gather
 from .moment import product_of
 from .setting import depends, listed
@@ -85,7 +86,7 @@ def minor(contacts: Contacts, S: Reals, k: int, chosen: int) -> int:
         for i in range(c + 1, n):
             if abs(part[i * n + c]) > abs(part[p * n + c]):
                 p = i
-        if not abs(part[p * n + c]) > SMALL:
+        if not abs(part[p * n + c]) > event_run.SMALL:
             return 0
         if p != c:
             sign = -sign
@@ -106,7 +107,7 @@ def minor(contacts: Contacts, S: Reals, k: int, chosen: int) -> int:
 def decide(it: EventRun, contacts: Contacts) -> int:
     """Set modes, directions and forces of the chosen contacts; return 0 if Python has to compare the sets, else 1."""
     for k in range(it.contacts):
-        it.mode[k], it.way[k, 0], it.way[k, 1] = OPEN, 0.0, 0.0
+        it.mode[k], it.way[k, 0], it.way[k, 1] = places.OPEN, 0.0, 0.0
     for r in range(it.rows):
         it.force[r] = 0.0
     if it.count == 0:
@@ -115,9 +116,9 @@ def decide(it: EventRun, contacts: Contacts) -> int:
     if it.refuse != 0:
         return 0
     for i in range(it.count):
-        if it.hit == 0 and it.reason[it.chosen[i]] == CONE_REACHED:
+        if it.hit == 0 and it.reason[it.chosen[i]] == event_run.CONE_REACHED:
             contacts.static[i] = contacts.friction[i]
-    rank = factor(contacts.A, contacts.rows, contacts.factors, SMALL, contacts.left, contacts.order)
+    rank = factor(contacts.A, contacts.rows, contacts.factors, event_run.SMALL, contacts.left, contacts.order)
     sole = 1 if alone(contacts) != 0 or unique(contacts, rank) != 0 else 0
     if sole == 0 and are_many(contacts) == 0 and depend(contacts) == 0:
         return 0
@@ -138,7 +139,7 @@ def depend(contacts: Contacts) -> int:
     for i in range(k):
         for j in range(k):
             S[i * k + j] = contacts.A[contacts.at[i] * m + contacts.at[j]]
-    independent = factor(S, k, contacts.factors, SMALL, contacts.left, contacts.order)
+    independent = factor(S, k, contacts.factors, event_run.SMALL, contacts.left, contacts.order)
     return 1 if independent < k - held(contacts) else 0
 
 
@@ -157,7 +158,7 @@ def released(contacts: Contacts) -> int:
     found = 0
     for i in range(contacts.contacts):
         if (
-            mode_of(contacts, i) == SLIDE
+            mode_of(contacts, i) == places.SLIDE
             and contacts.slides[i] == 0
             and contacts.static[i] > contacts.friction[i]
         ):
@@ -171,13 +172,13 @@ def mode_of(contacts: Contacts, i: int) -> int:
     at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
     slow = ALIKE * greater(greatest(contacts.given, m), greatest(contacts.after, m))
     if is_held(contacts, i) == 0 and contacts.forces[at] <= ALIKE * greatest(contacts.forces, m):
-        return OPEN
+        return places.OPEN
     if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
-        return SLIDE
+        return places.SLIDE
     square = 0.0
     for j in range(n):
         square += contacts.after[at + 1 + j] * contacts.after[at + 1 + j]
-    return SLIDE if root(square) > slow else STICK
+    return places.SLIDE if root(square) > slow else places.STICK
 
 
 @compiled
@@ -202,19 +203,19 @@ def named(it: EventRun, contacts: Contacts, sole: int) -> int:
         it.mode[k] = mode_of(contacts, i)
         for j in range(1 + n):
             it.force[it.first[k] + j] = contacts.forces[at + j]
-        if not margin(contacts, i, it.mode[k], f, r) > SMALL:
+        if not margin(contacts, i, it.mode[k], f, r) > event_run.SMALL:
             ends = it.hit == 0 and sole != 0
-            if it.mode[k] == OPEN and ends and it.reason[k] == NORMAL_ZERO:
+            if it.mode[k] == places.OPEN and ends and it.reason[k] == event_run.NORMAL_ZERO:
                 pass
-            elif it.mode[k] == OPEN and sole == 0:
+            elif it.mode[k] == places.OPEN and sole == 0:
                 idle += 1
-            elif it.mode[k] == STICK and ends and it.reason[k] == CONE_REACHED:
-                it.mode[k] = SLIDE
+            elif it.mode[k] == places.STICK and ends and it.reason[k] == event_run.CONE_REACHED:
+                it.mode[k] = places.SLIDE
             else:
                 return 0
-        if it.mode[k] == SLIDE and it.rough[k] != 0:
+        if it.mode[k] == places.SLIDE and it.rough[k] != 0:
             if n == 0 or contacts.static[i] == 0.0:
-                it.mode[k] = SMOOTH
+                it.mode[k] = places.SMOOTH
             else:
                 set_way(it, contacts, i)
     return 1 if idle == 0 or all_idle(it, contacts) != 0 else 0
@@ -227,7 +228,7 @@ def all_idle(it: EventRun, contacts: Contacts) -> int:
     count = listed(it)
     for i in range(it.count):
         k = it.chosen[i]
-        still = it.mode[k] == OPEN and abs(contacts.after[contacts.at[i]]) <= slow
+        still = it.mode[k] == places.OPEN and abs(contacts.after[contacts.at[i]]) <= slow
         if still and depends(it, contacts, it.first[k], count) == 0:
             return 0
     return 1
@@ -244,10 +245,10 @@ def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
     """Return by how much the laws of a contact hold; f and r are the reciprocals of typical forces and rates."""
     at, n = contacts.at[i], contacts.tangents[i]
     rests = contacts.slides[i] == 0 and n > 0 and contacts.static[i] > 0.0
-    if mode == OPEN:
+    if mode == places.OPEN:
         return contacts.after[at] * r
     least = contacts.forces[at] * f if is_held(contacts, i) == 0 else 1.0
-    if mode == STICK:
+    if mode == places.STICK:
         least = lesser(
             least, f * (contacts.static[i] * contacts.forces[at] - size_of(contacts.forces[at + 1 :], n))
         )
@@ -261,7 +262,7 @@ def set_way(it: EventRun, contacts: Contacts, i: int) -> None:
     """Set the direction of slip of a contact."""
     at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
     speed, friction = size_of(contacts.after[at + 1 :], n), size_of(contacts.forces[at + 1 :], n)
-    begins = mode_of(contacts, i) == STICK  # friction has reached its limit
+    begins = mode_of(contacts, i) == places.STICK  # friction has reached its limit
     for j in range(n):
         if contacts.slides[i] != 0:
             it.way[k, j] = contacts.way[2 * i + j]
@@ -270,4 +271,4 @@ def set_way(it: EventRun, contacts: Contacts, i: int) -> None:
         else:
             it.way[k, j] = contacts.after[at + 1 + j] / speed
     if n == 1:
-        it.mode[k] = SLIDE_BACK if it.way[k, 0] < 0.0 else SLIDE_ON
+        it.mode[k] = places.SLIDE_BACK if it.way[k, 0] < 0.0 else places.SLIDE_ON

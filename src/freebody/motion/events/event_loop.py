@@ -15,70 +15,12 @@ from ...native.instructions import compiled, lesser, root, run_by
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED, RUNNING, TERMINAL
 from ..ode.run import Run
+from ..phase import places
 from ..phase.mode_table import table
-from ..phase.places import (
-    BAND_AT,
-    CONE,
-    ENDING,
-    ENDING_SIZE,
-    GAP,
-    LAW,
-    LIMIT,
-    LINE_CONE,
-    NORMAL,
-    OPEN,
-    REACH,
-    SIDE,
-    SLIDE_BACK,
-    SLIDE_ON,
-    STICK,
-    STOP,
-)
+from . import event_run
 from .bounces import limited
 from .decision import decide
-from .event_run import (
-    ARRIVE,
-    ASK_IMPACT,
-    ASK_MODES,
-    ASK_SHARES,
-    ASK_SIDES,
-    BLOW,
-    BOUNCES_BELOW,
-    BOUNCES_END,
-    COLLIDE,
-    CONE_REACHED,
-    CORRECT,
-    CROWD,
-    DECIDE,
-    END_OF_SIDE,
-    ENDLESS,
-    FOLLOW,
-    GAP_CLOSED,
-    GROW,
-    HALT,
-    HALTED,
-    LAUNCH,
-    LEAVE,
-    LONGER,
-    LONGEST,
-    NO_REASON,
-    NORMAL_ZERO,
-    ONTO_SIDE,
-    PASSED_OVER,
-    PAUSE,
-    PIECE,
-    SERIES,
-    SET_UP,
-    SETTLE,
-    SLIP_STOPPED,
-    SMALL,
-    STRUCK,
-    TOO_MANY,
-    TOO_MANY_STEPS,
-    TURNED,
-    UNDECIDED,
-    EventRun,
-)
+from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, log_rest, quiet, take_approach, take_away
 from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
@@ -91,31 +33,27 @@ def go_on(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Go on with the run; return how it ended (`End`), or why Python is asked."""
     code = RUNNING
     while code == RUNNING:
-        if it.stage != FOLLOW:
-            if room_for_event(it) == 0:
-                return LONGER
-            if it.stale != 0:
-                look(it)
-                it.stale = 0
-            if 2 * it.needed + 3 > contacts.most and contacts.most < it.rows:
-                return GROW
-        if it.stage == ARRIVE:
+        if it.stage != event_run.FOLLOW:
+            code = ready(it, contacts)
+            if code != RUNNING:
+                return code
+        if it.stage == event_run.ARRIVE:
             code = arrive(it)
-        elif it.stage == COLLIDE:
+        elif it.stage == event_run.COLLIDE:
             code = collision(it, contacts)
-        elif it.stage == SETTLE:
+        elif it.stage == event_run.SETTLE:
             settle(it, contacts)
-        elif it.stage == CORRECT:
+        elif it.stage == event_run.CORRECT:
             correct(it, contacts)
-        elif it.stage == DECIDE:
+        elif it.stage == event_run.DECIDE:
             code = decision(it, contacts)
-        elif it.stage == LEAVE:
+        elif it.stage == event_run.LEAVE:
             code = leave(it)
-        elif it.stage == SET_UP:
+        elif it.stage == event_run.SET_UP:
             code = setting(it, contacts)
-        elif it.stage == LAUNCH:
+        elif it.stage == event_run.LAUNCH:
             launch(it, run, contacts)
-        elif it.stage == FOLLOW:
+        elif it.stage == event_run.FOLLOW:
             code = follow(it, run)
         else:
             code = stop_slips(it, run, contacts)
@@ -123,9 +61,24 @@ def go_on(it: EventRun, run: Run, contacts: Contacts) -> int:
 
 
 @compiled
+def ready(it: EventRun, contacts: Contacts) -> int:
+    """Return RUNNING if there is room for a stage at an event, with the contacts looked at, or why Python is asked."""
+    if it.budget <= 0:
+        return event_run.PAUSE
+    if room_for_event(it) == 0:
+        return event_run.LONGER
+    if it.stale != 0:
+        look(it)
+        it.stale = 0
+    if 2 * it.needed + 3 > contacts.most and contacts.most < it.rows:
+        return event_run.GROW
+    return RUNNING
+
+
+@compiled
 def break_off(it: EventRun, status: int) -> None:
     """Log the phase that is interrupted, or an empty one."""
-    if it.stage != FOLLOW:
+    if it.stage != event_run.FOLLOW:
         it.first_row = it.logged
     log_state(it, it.t, it.y, 0.0)
     log_phase(it, status, 0, 0, 0, 0)
@@ -137,13 +90,13 @@ def break_off(it: EventRun, status: int) -> None:
 @compiled
 def arrive(it: EventRun) -> int:
     """Count the events of this moment."""
-    it.crowd = it.crowd + 1 if it.t - it.last <= CROWD else 0
+    it.crowd = it.crowd + 1 if it.t - it.last <= event_run.CROWD else 0
     it.last = it.t
     for k in range(it.contacts):
         it.left[k] = 0
     find_closed(it)
-    it.stage, it.resting = COLLIDE, 0
-    return TOO_MANY if it.crowd > ENDLESS or it.phases > it.most_phases else RUNNING
+    it.stage, it.resting = event_run.COLLIDE, 0
+    return event_run.TOO_MANY if it.crowd > event_run.ENDLESS or it.phases > it.most_phases else RUNNING
 
 
 @compiled
@@ -152,17 +105,21 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     status = collide(it, contacts)
     if status != 0:
         return status
-    it.stage = SETTLE
-    if it.crowd == ENDLESS // 4 or it.crowd == ENDLESS // 2:
+    it.stage = event_run.SETTLE
+    if it.crowd == event_run.ENDLESS // 4 or it.crowd == event_run.ENDLESS // 2:
         quiet(it, contacts)
         end_slow_slips(it, contacts)
-    return ASK_IMPACT if it.hit != 0 and it.refuse != 0 and contacts.directions < contacts.rows else RUNNING
+    return (
+        event_run.ASK_IMPACT
+        if it.hit != 0 and it.refuse != 0 and contacts.directions < contacts.rows
+        else RUNNING
+    )
 
 
 @compiled
 def settle(it: EventRun, contacts: Contacts) -> None:
     """End a series of bounces that are too low to follow: the contacts stay closed for the time that they take."""
-    it.stage = CORRECT
+    it.stage = event_run.CORRECT
     if it.hit == 0 or limited(it) == 0:
         return
     copy_wholes(it.taking, it.resters, it.contacts)
@@ -179,11 +136,11 @@ def correct(it: EventRun, contacts: Contacts) -> None:
     if joined(it) != 0:
         if it.resting != 0:
             it.bounces = 0
-            clear_reasons(it, NO_REASON)
-        it.stage = ARRIVE
+            clear_reasons(it, event_run.NO_REASON)
+        it.stage = event_run.ARRIVE
     else:
         take_approach(it, contacts)
-        it.stage = DECIDE
+        it.stage = event_run.DECIDE
 
 
 @compiled
@@ -197,11 +154,11 @@ def clear_reasons(it: EventRun, reason: int) -> None:
 def decision(it: EventRun, contacts: Contacts) -> int:
     """Find the modes."""
     choose_all(it)
-    it.then = LEAVE
+    it.then = event_run.LEAVE
     copy_wholes(it.mode, it.before, it.contacts)
     if decide(it, contacts) == 0:
-        return ASK_MODES
-    it.stage = LEAVE
+        return event_run.ASK_MODES
+    it.stage = event_run.LEAVE
     return RUNNING
 
 
@@ -209,10 +166,10 @@ def decision(it: EventRun, contacts: Contacts) -> int:
 def leave(it: EventRun) -> int:
     """Ask whether contacts at the end of their side begin to leave it."""
     choose(it)
-    it.stage = SET_UP
+    it.stage = event_run.SET_UP
     for i in range(it.count):
         if it.reach[it.chosen[i]] <= it.near:
-            return ASK_SIDES
+            return event_run.ASK_SIDES
     return RUNNING
 
 
@@ -220,20 +177,20 @@ def leave(it: EventRun) -> int:
 def setting(it: EventRun, contacts: Contacts) -> int:
     """Write the equations of the modes, log their changes, and pass the first moment of a slip in space."""
     if hold(it, contacts) != 0 and it.refuse != 0:
-        return UNDECIDED
+        return event_run.UNDECIDED
     set_up(it, contacts)
     unseen = find_flights(it)
     if it.resting == 0 and unseen > 0:  # a flight lower than the round-off of its gap is no flight
         take_away(it, contacts)
-        it.bounces, it.stage = 0, ARRIVE
+        it.bounces, it.stage = 0, event_run.ARRIVE
         return RUNNING
-    longest, end = LONGEST, it.target
+    longest, end = event_run.LONGEST, it.target
     if it.resting != 0:
         it.bounces, end = 0, lesser(it.until, it.target)
-        clear_reasons(it, NO_REASON)
+        clear_reasons(it, event_run.NO_REASON)
         for k in range(it.contacts):
             if it.resters[k] != 0:
-                it.reason[k] = BOUNCES_BELOW
+                it.reason[k] = event_run.BOUNCES_BELOW
         log_modes(it, 1)
     else:
         log_modes(it, it.hit)
@@ -244,7 +201,7 @@ def setting(it: EventRun, contacts: Contacts) -> int:
             return FINISHED
         flight = shortest_flight(it)  # a straight step beyond it would lose its impact
         longest = lesser(longest, flight) if flight > 0.0 else longest
-    it.stage = LAUNCH
+    it.stage = event_run.LAUNCH
     if begin_slip(it, contacts, end, longest) != 0:
         if it.resting == 0 and it.t >= it.target:
             return FINISHED
@@ -262,11 +219,11 @@ def hold(it: EventRun, contacts: Contacts) -> int:
     starts = 0
     for k in range(it.contacts):
         starts += begins_slip(it, k)
-    if starts == 0 or greatest_pull(it) > SMALL * scale_of(it) or nudge(it, contacts) != 0:
+    if starts == 0 or greatest_pull(it) > event_run.SMALL * scale_of(it) or nudge(it, contacts) != 0:
         return 0
     for k in range(it.contacts):
         if begins_slip(it, k) != 0:
-            it.mode[k] = LIMIT
+            it.mode[k] = places.LIMIT
     return 1
 
 
@@ -282,11 +239,11 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> None:
     end = lesser(it.until, it.target) if it.resting != 0 else it.target
     if it.resting == 0:
         if joined(it) != 0:
-            it.stage = ARRIVE
+            it.stage = event_run.ARRIVE
             return
         k = fading(it)
         if k >= 0:
-            it.stopping[k], it.stage, it.halting = 1, HALT, 1
+            it.stopping[k], it.stage, it.halting = 1, event_run.HALT, 1
             return
     elif not end > it.t:
         end_rest(it)
@@ -299,7 +256,7 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
     """Begin the steps of a phase."""
     T = table(it.phase)
     for k in range(it.contacts):
-        it.phase[T[BAND_AT] + k] = lesser(it.gap[k], 0.0)
+        it.phase[T[places.BAND_AT] + k] = lesser(it.gap[k], 0.0)
     find_flights(it)
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t
@@ -307,15 +264,15 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
     run.accepted = run.rejected = run.evaluated = run.events = run.blame = run.after_rejection = 0
     run.taken = run.suspect = run.calm = run.stiffness = run.sampled = 0
     copy(it.y, run.initial, it.n_y)
-    it.first_row, it.stage = it.logged, FOLLOW
+    it.first_row, it.stage = it.logged, event_run.FOLLOW
 
 
 @compiled
 def follow(it: EventRun, run: Run) -> int:
     """Take the steps of a phase, up to its end or to the next pause."""
-    if it.logged + PIECE + 4 > it.path_room or room_for_event(it) == 0:
-        return LONGER
-    run.room = PIECE if it.steps_left > PIECE else it.steps_left
+    if it.logged + event_run.PIECE + 4 > it.path_room or room_for_event(it) == 0:
+        return event_run.LONGER
+    run.room = event_run.PIECE if it.steps_left > event_run.PIECE else it.steps_left
     status = run_by(it.piece, run)
     n, n_y, search = run.accepted, it.n_y, run.search
     for i in range(n):
@@ -331,8 +288,8 @@ def follow(it: EventRun, run: Run) -> int:
     copy(run.times[2 * n + 1 + n * n_y :], it.y, n_y)
     if status == RUNNING:
         if it.steps_left > 0:
-            return PAUSE if it.budget <= 0 else RUNNING
-        status = TOO_MANY_STEPS
+            return event_run.PAUSE if it.budget <= 0 else RUNNING
+        status = event_run.TOO_MANY_STEPS
     it.blame = run.blame
     return end_phase(it, run, status)
 
@@ -345,7 +302,7 @@ def end_phase(it: EventRun, run: Run, status: int) -> int:
     wrong = depth(it)
     if wrong != 0:
         return wrong
-    clear_reasons(it, NO_REASON)
+    clear_reasons(it, event_run.NO_REASON)
     code = status
     if status == FINISHED and it.resting != 0 and it.until < it.target:
         end_rest(it)
@@ -354,7 +311,7 @@ def end_phase(it: EventRun, run: Run, status: int) -> int:
         code = reasons(it, run)
     if it.refuse != 0 and it.spare_count > 0:
         it.then = code
-        return ASK_SHARES
+        return event_run.ASK_SHARES
     return code
 
 
@@ -363,11 +320,11 @@ def end_rest(it: EventRun) -> None:
     """End the time that a series of bounces takes."""
     copy_wholes(it.resters, it.taking, it.contacts)
     copy(it.y, it.start, it.n_y)
-    log_rest(it, SERIES)
+    log_rest(it, event_run.SERIES)
     for k in range(it.contacts):
         if it.resters[k] != 0:
-            it.reason[k] = BOUNCES_END
-    it.stage = ARRIVE
+            it.reason[k] = event_run.BOUNCES_END
+    it.stage = event_run.ARRIVE
 
 
 @compiled
@@ -379,12 +336,16 @@ def depth(it: EventRun) -> int:
     look(it)
     near, slow, first = it.near, 1e3 * it.still, it.first_row
     for k in range(it.contacts):
-        v = it.rate[it.first[k] + 1] if it.mode[k] == SLIDE_ON or it.mode[k] == SLIDE_BACK else 0.0
-        if (v < -slow and it.mode[k] == SLIDE_ON) or (v > slow and it.mode[k] == SLIDE_BACK):
+        v = (
+            it.rate[it.first[k] + 1]
+            if it.mode[k] == places.SLIDE_ON or it.mode[k] == places.SLIDE_BACK
+            else 0.0
+        )
+        if (v < -slow and it.mode[k] == places.SLIDE_ON) or (v > slow and it.mode[k] == places.SLIDE_BACK):
             it.blame = k
-            return TURNED
+            return event_run.TURNED
     for k in range(it.contacts):
-        if it.gap[k] < -near and it.reach[k] > 0.0 and it.mode[k] == OPEN and it.times[first] < it.t:
+        if it.gap[k] < -near and it.reach[k] > 0.0 and it.mode[k] == places.OPEN and it.times[first] < it.t:
             t, gap = it.t, it.gap[k]
             copy(it.y, it.kept, it.n_y)
             it.t = it.times[first]
@@ -398,7 +359,7 @@ def depth(it: EventRun) -> int:
             look(it)
             if wrong:
                 it.blame = k
-                return PASSED_OVER
+                return event_run.PASSED_OVER
     return 0
 
 
@@ -414,32 +375,32 @@ def reasons(it: EventRun, run: Run) -> int:
             if number >= it.asked:
                 called = 1
     if called != 0:
-        clear_reasons(it, BLOW)
+        clear_reasons(it, event_run.BLOW)
     for turn in range(2):  # at the end of a side N may reach 0 too: the reason is the end
         for e in range(run.events):
             i = search.log_numbers[e] - it.events
             if i >= 0:
-                law = T[T[ENDING] + ENDING_SIZE * i + LAW]
-                if (turn == 0) == (law == NORMAL):
+                law = T[T[places.ENDING] + places.ENDING_SIZE * i + places.LAW]
+                if (turn == 0) == (law == places.NORMAL):
                     set_reason(it, i, law)
-    it.stage, it.halting = HALT, 0
-    return STRUCK if called != 0 else RUNNING
+    it.stage, it.halting = event_run.HALT, 0
+    return event_run.STRUCK if called != 0 else RUNNING
 
 
 @compiled
 def set_reason(it: EventRun, i: int, law: int) -> None:
     """Note why the mode of the contact of an ending ends."""
-    k, why = it.ending[i], SLIP_STOPPED
-    if law == GAP:
-        why = GAP_CLOSED
-    elif law == NORMAL:
-        why = NORMAL_ZERO
-    elif law == REACH:
-        why = END_OF_SIDE
-    elif law == SIDE:
-        why = ONTO_SIDE
-    elif law == LINE_CONE or law == CONE:  # noqa: SIM109
-        why = CONE_REACHED
+    k, why = it.ending[i], event_run.SLIP_STOPPED
+    if law == places.GAP:
+        why = event_run.GAP_CLOSED
+    elif law == places.NORMAL:
+        why = event_run.NORMAL_ZERO
+    elif law == places.REACH:
+        why = event_run.END_OF_SIDE
+    elif law == places.SIDE:
+        why = event_run.ONTO_SIDE
+    elif law == places.LINE_CONE or law == places.CONE:
+        why = event_run.CONE_REACHED
         it.forces(it.t, it.y, it.phase, it.speeds)
         square = 0.0
         for j in range(it.tangents[k]):
@@ -447,11 +408,11 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
         it.measure[k] = root(square)
     it.reason[k] = why
     # the corner takes over from its side, or the side from the corner
-    if law == REACH or law == SIDE:  # noqa: SIM109
+    if law == places.REACH or law == places.SIDE:
         for j in range(it.contacts):
             if it.side[j] == k and it.end_of[j] == it.place[i]:
                 it.reason[j] = why
-    if law == STOP:
+    if law == places.STOP:
         it.stopping[k] = 1
 
 
@@ -461,7 +422,7 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
 @compiled
 def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Pass the ends of slips in space, then go to the event; a slip that fades before a phase may go on instead."""
-    if it.stage == HALTED:
+    if it.stage == event_run.HALTED:
         return judge(it, run)
     for k in range(it.contacts):
         if it.stopping[k] != 0:
@@ -471,22 +432,22 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
                 it.begun = k
                 copy_wholes(it.mode, it.before, it.contacts)
                 choose(it)
-                it.stage = it.then = HALTED
-                return RUNNING if decide(it, contacts) != 0 else ASK_MODES
+                it.stage = it.then = event_run.HALTED
+                return RUNNING if decide(it, contacts) != 0 else event_run.ASK_MODES
             if it.halting != 0 and changed == 0:
                 begin_steps(it, run, it.target)
                 return RUNNING
             return RUNNING
-    it.stage = ARRIVE
+    it.stage = event_run.ARRIVE
     return RUNNING
 
 
 @compiled
 def judge(it: EventRun, run: Run) -> int:
     """Keep the state without slip if the contact sticks in it; otherwise the slip has only just begun."""
-    sticks = it.mode[it.begun] == STICK
+    sticks = it.mode[it.begun] == places.STICK
     copy_wholes(it.before, it.mode, it.contacts)
-    it.stage = HALT
+    it.stage = event_run.HALT
     if sticks:
         it.impulses += it.rest_left
     else:

@@ -28,21 +28,8 @@ from ..cones.elimination import solved
 from ..cones.newton import factor
 from ..phase.mode_table import evaluated, table
 from ..phase.places import MACHINE_AT
-from .event_run import (
-    BOUNCES,
-    IMPACT,
-    LOW,
-    MIXED,
-    NO_IMPULSES,
-    PASSES,
-    QUIET,
-    RESTING,
-    SEQUENCE,
-    SLOW,
-    SLOWED,
-    SMALL,
-    EventRun,
-)
+from . import event_run
+from .event_run import EventRun
 from .log import begin, end, mark, note, note_all
 from .moment import (
     choose,
@@ -185,10 +172,10 @@ def together(it: EventRun, contacts: Contacts) -> int:
         if normal_speed(it, k) < -it.still:
             newton, poisson = newton + 1 - it.poisson[k], poisson + it.poisson[k]
     if newton > 0 and poisson > 0:
-        return MIXED
+        return event_run.MIXED
     contacts.poisson = 1 if poisson > 0 else 0
     run_by(it.colliding, contacts)
-    return 0 if contacts.residual <= EXACT else NO_IMPULSES
+    return 0 if contacts.residual <= EXACT else event_run.NO_IMPULSES
 
 
 @compiled
@@ -201,7 +188,7 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
         total[a] = 0.0
     size = greater(largest(v, m), it.still)
     contacts.contacts = 1
-    for _ in range(PASSES):
+    for _ in range(event_run.PASSES):
         fastest, place, at = 0.0, -1, 0
         for i in range(it.count):
             if place < 0 or v[at] < fastest:
@@ -221,17 +208,17 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
         run_by(it.colliding, contacts)
         residual, part = greater(residual, contacts.residual), lesser(part, contacts.part)
         if not residual <= EXACT:
-            return NO_IMPULSES
+            return event_run.NO_IMPULSES
         for a in range(m):
             total[a] += contacts.forces[a]
         copy(contacts.after, v, m)
-    return SEQUENCE
+    return event_run.SEQUENCE
 
 
 @compiled
 def log_impact(it: EventRun, contacts: Contacts, still: float) -> None:
     """Log an impact: states and speeds before and after it, and its impulses."""
-    at = begin(it, IMPACT)
+    at = begin(it, event_run.IMPACT)
     mark(it, 1 if contacts.directions < contacts.rows else 0)
     mark(it, it.count)
     note(it, it.t)
@@ -252,11 +239,11 @@ def log_impact(it: EventRun, contacts: Contacts, still: float) -> None:
 @compiled
 def remember(it: EventRun, fastest: float, still: float) -> None:
     """Keep the impact of the contacts ``taking`` in mind, one of a possible series of bounces."""
-    if it.bounces == BOUNCES:
-        for i in range(BOUNCES - 1):
+    if it.bounces == event_run.BOUNCES:
+        for i in range(event_run.BOUNCES - 1):
             it.bounce_time[i], it.bounce_speed[i] = it.bounce_time[i + 1], it.bounce_speed[i + 1]
             it.bounce_stuck[i] = it.bounce_stuck[i + 1]
-        for i in range((BOUNCES - 1) * it.contacts):
+        for i in range((event_run.BOUNCES - 1) * it.contacts):
             it.bounced[i] = it.bounced[i + it.contacts]
         it.bounces -= 1
     b, stuck = it.bounces, 1
@@ -301,7 +288,7 @@ def impelled(it: EventRun, contacts: Contacts, count: int) -> float:
         for b in range(count):
             A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
             S[a * count + b] = ray_product(it, a, b)
-    kept = factor(A, count, contacts.factors, SMALL, contacts.left, order)
+    kept = factor(A, count, contacts.factors, event_run.SMALL, contacts.left, order)
     for a in range(count):
         it.x[a] = 0.0
     turn, good = 0, 1
@@ -408,7 +395,7 @@ def take_approach(it: EventRun, contacts: Contacts) -> None:
 @compiled
 def log_rest(it: EventRun, kind: int) -> None:
     """Log that the contacts ``taking`` come to rest, from the state ``start``."""
-    at = begin(it, RESTING)
+    at = begin(it, event_run.RESTING)
     mark(it, kind)
     note(it, it.t)
     note(it, LOWEST * (1.0 + largest(it.y, it.n_q)))
@@ -432,7 +419,7 @@ def quiet(it: EventRun, contacts: Contacts) -> None:
     if found > 0:
         take_away(it, contacts)
         copy(it.y, it.start, it.n_y)
-        log_rest(it, QUIET)
+        log_rest(it, event_run.QUIET)
         it.bounces = 0
 
 
@@ -448,7 +435,7 @@ def end_slow_slips(it: EventRun, contacts: Contacts) -> None:
         it.taking[k] = 0
         if it.closed[k] != 0 and abs(normal_speed(it, k)) <= it.still:
             count = add_row(it, count, it.first[k], -normal_speed(it, k))
-            if it.tangents[k] == 2 and not is_smooth(it, k) and slip_speed(it, k) <= SLOW:
+            if it.tangents[k] == 2 and not is_smooth(it, k) and slip_speed(it, k) <= event_run.SLOW:
                 it.taking[k] = 1
                 for j in range(1, 3):
                     count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
@@ -458,7 +445,7 @@ def end_slow_slips(it: EventRun, contacts: Contacts) -> None:
         copy(it.y, it.start, it.n_y)
         impelled(it, contacts, count)
         move_speeds(it)
-        log_rest(it, SLOWED)
+        log_rest(it, event_run.SLOWED)
         look(it)
 
 
@@ -469,7 +456,7 @@ def lift(it: EventRun, contacts: Contacts) -> None:
     Their return is then a zero crossing of the gap; from a negative gap it would not be. Contacts that leave from above
     do not hold the others down: four corners of a face fit three conditions.
     """
-    low, below, count, n = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0, it.n
+    low, below, count, n = event_run.LOW * (1.0 + largest(it.y, it.n_q)), 0, 0, it.n
     for k in range(it.contacts):
         if it.closed[k] != 0:
             leaves = it.rate[it.first[k]] > it.still

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from ...native.instructions import Reals, compiled
 from ..phase.places import LIMIT
-from .event_run import CONE_REACHED, CROSSING, DEAD, NOTE, PHASE, EventRun
+from . import event_run
+from .event_run import EventRun
 from .moment import copy
 
 
@@ -68,7 +69,7 @@ def log_state(it: EventRun, t: float, y: Reals, length: float) -> None:
 @compiled
 def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: int, straight: int) -> None:
     """Log a phase whose rows of the path begin at ``first_row``: how it ended, its modes and its conditions."""
-    at = begin(it, PHASE)
+    at = begin(it, event_run.PHASE)
     mark(it, it.first_row)
     mark(it, it.logged - it.first_row)
     mark(it, status)
@@ -85,7 +86,7 @@ def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: i
             note(it, it.way[k, 0])
             note(it, it.way[k, 1])
     for k in range(it.contacts):
-        mark(it, it.shown[k] + DEAD * it.dead[k])
+        mark(it, it.shown[k] + event_run.DEAD * it.dead[k])
     for i in range(it.actives):
         mark(it, it.active[i])
     end(it, at)
@@ -95,7 +96,7 @@ def log_phase(it: EventRun, status: int, rejected: int, evaluated: int, stiff: i
 @compiled
 def log_crossing(it: EventRun, t: float, number: int, sign: int, y: Reals) -> None:
     """Log an event of the user, before the phase in which it happens."""
-    at = begin(it, CROSSING)
+    at = begin(it, event_run.CROSSING)
     mark(it, number)
     mark(it, sign)
     note(it, t)
@@ -111,7 +112,7 @@ def log_modes(it: EventRun, hit: int) -> None:
         changed += 1 if it.past[k] != it.shown[k] else 0
     if changed == 0:
         return
-    at = begin(it, NOTE)
+    at = begin(it, event_run.NOTE)
     mark(it, hit)
     mark(it, it.spare_count)
     note(it, it.t)
@@ -127,6 +128,6 @@ def log_modes(it: EventRun, hit: int) -> None:
             mark(it, it.past[k])
             mark(it, it.shown[k])
             mark(it, it.reason[k])
-            note(it, it.measure[k] if it.reason[k] == CONE_REACHED else 0.0)
+            note(it, it.measure[k] if it.reason[k] == event_run.CONE_REACHED else 0.0)
         it.past[k] = it.shown[k]
     end(it, at)

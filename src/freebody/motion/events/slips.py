@@ -7,9 +7,10 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater, lesser, root
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED
+from ..phase import places
 from ..phase.mode_table import evaluated, table
-from ..phase.places import MACHINE_AT, OPEN, SLIDE, STICK, STOPPED
-from .event_run import LONGEST, NUDGE, SMALL, EventRun
+from . import event_run
+from .event_run import EventRun
 from .impulses import add_row, impelled, move_speeds
 from .log import log_phase, log_state
 from .moment import copy, is_smooth, look, product_of, row_of, slip_speed
@@ -72,13 +73,13 @@ def nudge(it: EventRun, contacts: Contacts) -> int:
     """Give a slip that begins without acceleration the speed `NUDGE`; return 0 if others prevent it, else 1."""
     count = 0
     for k in range(it.contacts):
-        if it.mode[k] != OPEN:
+        if it.mode[k] != places.OPEN:
             count, begins = add_row(it, count, it.first[k], 0.0), begins_slip(it, k)
-            if it.mode[k] == STICK or begins != 0:
+            if it.mode[k] == places.STICK or begins != 0:
                 for j in range(it.tangents[k]):
-                    goal = NUDGE * it.way[k, j] if begins != 0 else 0.0
+                    goal = event_run.NUDGE * it.way[k, j] if begins != 0 else 0.0
                     count = add_row(it, count, it.first[k] + 1 + j, goal)
-    return 1 if impelled(it, contacts, count) <= 1e-3 * NUDGE else 0
+    return 1 if impelled(it, contacts, count) <= 1e-3 * event_run.NUDGE else 0
 
 
 @compiled
@@ -91,7 +92,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> 
     if least < 0.0:
         return 0
     n_q, n = it.n_q, it.n
-    if least <= SMALL * scale_of(it) or least * longest < 4.0 * STOPPED:
+    if least <= event_run.SMALL * scale_of(it) or least * longest < 4.0 * places.STOPPED:
         if nudge(it, contacts) == 0:
             return 0
         work = it.impulses
@@ -99,7 +100,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> 
         it.impulses = work
         look(it)
         return 1
-    length = lesser(greater(4.0 * STOPPED / least, 1e-9), end - it.t)
+    length = lesser(greater(4.0 * places.STOPPED / least, 1e-9), end - it.t)
     copy(it.y, it.start, it.n_y)
     for i in range(n):
         change = it.free[i]
@@ -113,7 +114,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> 
     copy(it.start, state, n_q)
     evaluated(it.t, state, it.looking, T)
     for i in range(n_q):
-        it.y[i] += length * it.looking[T[MACHINE_AT] + i]
+        it.y[i] += length * it.looking[T[places.MACHINE_AT] + i]
     leap(it, contacts, length)
     return 1
 
@@ -150,15 +151,18 @@ def fading(it: EventRun) -> int:
     """
     slow = 0
     for k in range(it.contacts):
-        if it.mode[k] == SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
-            slow += 1 if it.still < slip_speed(it, k) <= STOPPED else 0
+        if it.mode[k] == places.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
+            slow += 1 if it.still < slip_speed(it, k) <= places.STOPPED else 0
     if slow == 0:
         return -1
     it.accelerations(it.t, it.y, it.phase, it.speeds)
     for k in range(it.contacts):
-        if it.mode[k] == SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
+        if it.mode[k] == places.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
             r = it.first[k] + 1
-            if it.still < slip_speed(it, k) <= STOPPED and product_of(it.rate[r:], it.speeds[r:], 2) < 0.0:
+            if (
+                it.still < slip_speed(it, k) <= places.STOPPED
+                and product_of(it.rate[r:], it.speeds[r:], 2) < 0.0
+            ):
                 return k
     return -1
 
@@ -168,7 +172,7 @@ def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
     """Cancel the slip of the contacts ``stopped``; closed contacts stay so. With ``keep`` 1 the work is not counted."""
     count = 0
     for k in range(it.contacts):
-        if it.mode[k] != OPEN:
+        if it.mode[k] != places.OPEN:
             count = add_row(it, count, it.first[k], -it.rate[it.first[k]])
         if it.stopped[k] != 0:
             for j in range(1, 3):
@@ -199,7 +203,7 @@ def halt(it: EventRun, contacts: Contacts, k: int) -> int:
         stop(it, contacts, 0)
         return 1
     length = speed / slowing
-    if length > LONGEST:
+    if length > event_run.LONGEST:
         copy(it.y, it.kept, it.n_y)
         stop(it, contacts, 1)
         return -1
@@ -213,8 +217,8 @@ def halt(it: EventRun, contacts: Contacts, k: int) -> int:
     it.t = begun + length
     look(it)
     for j in range(it.contacts):
-        slides = it.mode[j] == SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
-        if slides and it.measure[j] <= FADES * STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
+        slides = it.mode[j] == places.SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
+        if slides and it.measure[j] <= FADES * places.STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
             it.stopped[j] = 1
     stop(it, contacts, 0)  # the slip that remains after a straight step is of second order in its length
     log_leap(it, begun, length)

@@ -269,12 +269,12 @@ def refined_event(run: Run, e: int, sign: int, x: float) -> float:
         evaluate(run, best)
         value = run.search.g[e]
         shift = -value / slope
-        if sign * value >= 0.0 and (k >= 6 or abs(shift) <= 3.0 * width):
+        if sign * value >= 0.0 and (k >= 6 or abs(shift) <= width):
             return best
         if k < 6 and abs(shift) > width:
             if abs(best + shift - x) > 0.02:
                 return x
-            best = lesser(1.0, greater(0.0, best + shift + width))  # beyond the zero, by a width
+            best = lesser(1.0, greater(0.0, best + shift + width / 4.0))  # just beyond the zero
         else:
             best = lesser(1.0, best + width)
             width *= 2.0

@@ -1,7 +1,11 @@
 """What a user sees of contact: the page of the docs, the command line, the dataset, the picture."""
 
 import json
+import os
 import re
+import signal
+import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -107,3 +111,30 @@ def test_margin_is_drawn_and_the_timeline_is_asked_by_name():
     assert len(motion.modes.of("foot_1")) == 1
     with pytest.raises(SimulationError, match="Unknown contact 'feet'"):
         motion.modes.of("feet")
+
+
+def test_the_keyboard_interrupts_a_machine_that_rattles_within_a_tenth_of_a_second():
+    """Its phases have two steps each, and never come to the pause inside a phase."""
+    s = fb.System("rattle")
+    s.gravity = (0, -9.81, 0)
+    ball = s.body("ball", fb.particle(1))
+    s.slider("rail", s.ground, ball, axis="y", coordinate="y")
+    s.contact("floor", ball.point(0, 0, 0), s.ground.plane(), restitution=1)
+    ceiling = s.ground.plane(at=(0, 1, 0), normal=(0, -1, 0))
+    s.contact("ceiling", ball.point(0, 0, 0), ceiling, restitution=1)
+    start, sent = {"y": 0.5, "y'": 30}, []
+    fb.simulate(s, 1, initial=start)
+
+    def press():
+        sent.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    waited = []
+    for after in (0.1, 0.2, 0.3):
+        threading.Timer(after, press).start()
+        motion = fb.simulate(s, 1e5, initial=start)
+        waited.append(time.perf_counter() - sent[-1])
+        assert motion.interrupted
+        assert 1 < motion.t[-1] < 1e5
+        assert motion.energy.relative_residual < 1e-9
+    assert min(waited) < 0.1
