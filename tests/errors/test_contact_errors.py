@@ -48,12 +48,12 @@ CONTACTS = {
     "two points": (
         lambda s, disk, bar: (disk.origin, bar.origin),
         {},
-        "The point and the point of contact 'c' are not a supported pair. A point may touch a circle, cylinder, heightline, plane",
+        "The point and the point of contact 'c' are not a supported pair. A point may touch a box, capsule, circle, cylinder, heightline",
     ),
     "two planes": (
         lambda s, disk, bar: (disk.plane(), bar.plane()),
         {},
-        "The plane and the plane of contact 'c' are not a supported pair. A plane may touch a circle, corners, ellipsoid, point, segment",
+        "The plane and the plane of contact 'c' are not a supported pair. A plane may touch a box, capsule, circle, corners, ellipsoid",
     ),
     "disk on a hill": (
         lambda s, disk, bar: (disk.circle(1), s.ground.heightline("x^2")),
