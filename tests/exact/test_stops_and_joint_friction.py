@@ -177,3 +177,17 @@ def test_a_marble_circles_in_a_bowl_of_a_user():
     assert motion["air_x"][-1] == pytest.approx(0.3 * math.cos(2 * w), abs=1e-9)
     N = 0.1 * math.hypot(9.81, w**2 * 0.3)
     assert motion.contacts["bowl"].normal == pytest.approx(np.full(len(motion.t), N), rel=1e-9)
+
+
+def test_a_stop_and_friction_in_one_joint():
+    """Where the arm rests on its stop, the torque of friction may have any value within its bound."""
+    s = fb.System("arm")
+    s.gravity = (0, -10, 0)
+    bar = s.body("bar", fb.slender_bar(1, 1, axis="x"))
+    pin = s.hinge("pin", s.ground, bar, to=(-0.5, 0, 0), axis="z", coordinate="th")
+    s.stop("bumper", pin, low="-60deg", high="30deg", restitution=0.5)
+    s.friction("dry", pin, torque=0.1)
+    motion = fb.simulate(s, until=10, initial={"th": 0.4}, tolerance=1e-9)
+    assert motion["th"][-1] == pytest.approx(-math.pi / 3, abs=1e-9)
+    assert abs(motion["th'"][-1]) < 1e-12
+    assert motion.indeterminate == ("N_bumper_low", "T_dry")

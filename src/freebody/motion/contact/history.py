@@ -343,13 +343,15 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
         if mode == KINDS[places.OPEN] and not dead[k]:
             continue
         at, n = work.scene.first[k], work.scene.tangents[k]
-        rows.append([at])
-        columns.append(seen.responses[at])
+        held = work.scene.held[k]
+        if not held:  # else the normal force is given
+            rows.append([at])
+            columns.append(seen.responses[at])
         if mode == KINDS[places.STICK] or (dead[k] and n == 1):
             for i in range(at + 1, at + 1 + n):
                 rows.append([i])
                 columns.append(seen.responses[i])
-        elif mode != KINDS[places.OPEN] and n > 0 and not work.smooth(seen, k):
+        elif not held and mode != KINDS[places.OPEN] and n > 0 and not work.smooth(seen, k):
             v = np.array([signs[mode]] if mode in signs else direction_of(mode) or work.slip(seen, k))
             speed = float(np.linalg.norm(v))
             if speed > 0:
