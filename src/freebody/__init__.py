@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from .describe.shapes.shape import Nearest as Nearest
     from .describe.signal import signal as signal
     from .describe.system import System as System
-    from .dynamics.unilateral import MotionWarning as MotionWarning
+    from .dynamics.conditions.unilateral import MotionWarning as MotionWarning
     from .errors import FreebodyError as FreebodyError
     from .formats import read as read
     from .formats import write as write
@@ -124,7 +124,7 @@ _EXPORTS = {
     "Look": "describe.loads.load",
     "MassProperties": "space.mass",
     "Model": "model.model",
-    "MotionWarning": "dynamics.unilateral",
+    "MotionWarning": "dynamics.conditions.unilateral",
     "Nearest": "describe.shapes.shape",
     "Point": "describe.frame",
     "PointForce": "describe.loads.action",

@@ -339,7 +339,7 @@ def check_contact(kind: type[Gap], /, seed: int = 0, **data: Any) -> None:
     >>> from freebody.describe.contacts.stop import Stop
     >>> check_contact(Stop, low=0.5, high=None)
     """
-    from .dynamics.contact import contact_rows, touches, unit_forces
+    from .dynamics.conditions.contact import contact_rows, touches, unit_forces
     from .dynamics.kinematics import coordinate_rates, point_position, state_along
     from .dynamics.state import float_state, polynomial_state
     from .formats.toml.read import case_from_text

@@ -3,7 +3,7 @@
 import pytest
 
 import freebody as fb
-from freebody.dynamics.mobility import massless_motion
+from freebody.dynamics.conditions.mobility import massless_motion
 from freebody.dynamics.state import float_state
 from freebody.errors import MassError, ModelError, SimulationError
 

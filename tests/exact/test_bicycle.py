@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.dynamics.constrained import independent_rows
-from freebody.dynamics.constraints import linearized
+from freebody.dynamics.conditions.constrained import independent_rows
+from freebody.dynamics.conditions.constraints import linearized
 from freebody.dynamics.motion import motion
 from freebody.dynamics.state import float_state
 from freebody.gallery.beyond import whipple_bicycle as bicycle

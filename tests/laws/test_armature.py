@@ -8,6 +8,7 @@ import sympy
 
 import freebody as fb
 from freebody.dynamics import float_state, forward_dynamics, inverse_dynamics, kinetic_energy, mass_matrix
+from freebody.dynamics.conditions.loops import articulated_masses, loop_motion, own_speeds
 from freebody.dynamics.impulse import (
     blows_on,
     generalized_impulse,
@@ -15,7 +16,6 @@ from freebody.dynamics.impulse import (
     link_jumps,
     speed_jumps,
 )
-from freebody.dynamics.loops import articulated_masses, loop_motion, own_speeds
 from freebody.dynamics.newton_euler import reactions
 from freebody.testing import random_inertia, random_rotation, random_state
 

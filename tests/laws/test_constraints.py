@@ -11,8 +11,8 @@ from freebody.dynamics import (
     kinetic_energy,
     potential_energy,
 )
-from freebody.dynamics.constrained import closed_coordinates, independent_rows, speed_correction
-from freebody.dynamics.constraints import linearized, rows
+from freebody.dynamics.conditions.constrained import closed_coordinates, independent_rows, speed_correction
+from freebody.dynamics.conditions.constraints import linearized, rows
 from freebody.dynamics.motion import motion, total_power
 from freebody.errors import ModelError
 

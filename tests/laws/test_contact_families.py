@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import freebody as fb
 from freebody.dynamics import float_state
-from freebody.dynamics.contact import touch
+from freebody.dynamics.conditions.contact import touch
 from freebody.motion.families.memory import fill
 from freebody.motion.kernels.kernels import Kernels, kernels_of
 from freebody.motion.timestepping.memory import memory_of

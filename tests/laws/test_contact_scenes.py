@@ -8,7 +8,7 @@ import sympy
 import freebody as fb
 from contact_machines import momenta
 from freebody.dynamics import float_state
-from freebody.dynamics.contact import touches
+from freebody.dynamics.conditions.contact import touches
 from freebody.dynamics.kinematics import point_position
 from freebody.motion.start.initial import number
 

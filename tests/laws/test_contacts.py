@@ -6,9 +6,9 @@ import pytest
 import freebody as fb
 from freebody.describe.loads.action import PointForce
 from freebody.dynamics import float_state, mass_matrix, polynomial_state, poses, traced_state
-from freebody.dynamics.constrained import independent_rows
-from freebody.dynamics.constraints import linearized, residuals
-from freebody.dynamics.contact import contact_layout, contact_rows, row_of, rows_of, touches
+from freebody.dynamics.conditions.constrained import independent_rows
+from freebody.dynamics.conditions.constraints import linearized, residuals
+from freebody.dynamics.conditions.contact import contact_layout, contact_rows, row_of, rows_of, touches
 from freebody.dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
 from freebody.dynamics.kinematics import (
     Spot,
@@ -161,7 +161,7 @@ def test_power_of_contact_forces_is_force_times_rate():
 
 def closed(model, modes, seed=3):
     """A model in modes at a state that satisfies them: coordinates by Newton steps, speeds by projection."""
-    from freebody.dynamics.constrained import closed_coordinates, speed_correction
+    from freebody.dynamics.conditions.constrained import closed_coordinates, speed_correction
 
     held = in_modes(model, modes)
     start = at_random(held, seed)

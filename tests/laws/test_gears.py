@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.dynamics.constrained import closed_coordinates, independent_rows, speed_correction
-from freebody.dynamics.constraints import rows, separating_force, wrenches
+from freebody.dynamics.conditions.constrained import closed_coordinates, independent_rows, speed_correction
+from freebody.dynamics.conditions.constraints import rows, separating_force, wrenches
 from freebody.dynamics.kinematics import link_postures, place_of, poses, velocities
 from freebody.dynamics.motion import all_reactions, motion
 from freebody.dynamics.state import float_state

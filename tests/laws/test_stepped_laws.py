@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import freebody as fb
 from contact_machines import momenta
 from freebody.dynamics import coordinate_rates, float_state
-from freebody.dynamics.contact import contact_rows, touches
+from freebody.dynamics.conditions.contact import contact_rows, touches
 from freebody.dynamics.kinematics import point_position, rotation
 from freebody.model import assemble
 from freebody.testing import random_state, random_system

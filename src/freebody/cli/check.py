@@ -146,12 +146,12 @@ def _families(model: Model, text: Any) -> None:
 
 def _freedom(model: Model, near: Mapping[str, Any]) -> None:
     """Print the degrees of freedom of a machine with constraints, in a closed configuration with default values."""
-    from ..dynamics.constrained import closed_coordinates, independent_rows
-    from ..dynamics.constraints import rows
-    from ..dynamics.indeterminate import indeterminate
+    from ..dynamics.conditions.constrained import closed_coordinates, independent_rows
+    from ..dynamics.conditions.constraints import rows
+    from ..dynamics.conditions.indeterminate import indeterminate
+    from ..dynamics.conditions.unilateral import NEGLIGIBLE, limits, margins, sizes
     from ..dynamics.motion import motion
     from ..dynamics.state import float_state
-    from ..dynamics.unilateral import NEGLIGIBLE, limits, margins, sizes
     from ..motion.start.initial import named_state
 
     kinds = rows(model)

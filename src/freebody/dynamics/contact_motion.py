@@ -25,9 +25,9 @@ from ..model.contact import Sliding, Touching, in_modes
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, add, negate, scale
 from .composite import mass_matrix
-from .constrained import constrained_loading, with_wrenches
-from .constraints import linearized, rows, slip_direction
-from .contact import contact_rows, rows_of, touch, unit_forces
+from .conditions.constrained import constrained_loading, with_wrenches
+from .conditions.constraints import linearized, rows, slip_direction
+from .conditions.contact import contact_rows, rows_of, touch, unit_forces
 from .kinematics import Spot
 from .linear import Factorization, applied, combined, products, scalar_product
 from .loading import Loading, act, scaled
@@ -75,7 +75,7 @@ def contact_problem(model: Model, state: State, active: Sequence[int] = ()) -> C
     ----------
     active : sequence of int
         Independent conditions of the machine's own constraints
-        (:func:`freebody.dynamics.constrained.independent_rows`).
+        (:func:`freebody.dynamics.conditions.constrained.independent_rows`).
     """
     M = Factorization(mass_matrix(model, state))
     contacts = contact_rows(model, state)

@@ -43,7 +43,7 @@ from ..space.spatial import (
     times,
 )
 from .composite import mass_matrix
-from .constraints import linearized, rows, separating_force, wrenches
+from .conditions.constraints import linearized, rows, separating_force, wrenches
 from .coordinates import forces_on_coordinates
 from .joints.freedom import transmissible
 from .kinematics import link_postures, place_of, point_position, rotation

@@ -11,9 +11,9 @@ from ..model.contact import Touching
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, Vector, add, scale
 from .articulated import forward_dynamics
-from .constrained import constrained_dynamics, constrained_loading, constraint_power
-from .constraints import closed_forces, rows, wrenches
-from .contact import wrench_on_feature
+from .conditions.constrained import constrained_dynamics, constrained_loading, constraint_power
+from .conditions.constraints import closed_forces, rows, wrenches
+from .conditions.contact import wrench_on_feature
 from .energy import mechanical_power
 from .loading import Loading, loading
 from .newton_euler import reactions
@@ -35,7 +35,7 @@ def motion(model: Model, state: State, active: Sequence[int] | None = None) -> M
     Parameters
     ----------
     active : sequence of int, optional
-        The independent conditions (:func:`freebody.dynamics.constrained.independent_rows`); by default all.
+        The independent conditions (:func:`freebody.dynamics.conditions.constrained.independent_rows`); by default all.
     """
     if not model.constraints:
         return Motion(forward_dynamics(model, state), (), loading(model, state))

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..dynamics.constraints import rows
+from ..dynamics.conditions.constraints import rows
 from ..errors import ModelError, nearest
 from ..model import Model
 

@@ -28,8 +28,8 @@ from ..dynamics import (
     potential_energy,
     traced_state,
 )
-from ..dynamics.constrained import constrained_dynamics
-from ..dynamics.constraints import linearized, rows
+from ..dynamics.conditions.constrained import constrained_dynamics
+from ..dynamics.conditions.constraints import linearized, rows
 from ..dynamics.kinematics import angular_velocity, point_velocity
 from ..dynamics.motion import Motion, all_reactions, motion, transmitting
 from ..dynamics.newton_euler import reactions

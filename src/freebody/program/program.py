@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..describe.system import System
 from ..dynamics import float_state
-from ..dynamics.constrained import closed_coordinates, independent_rows
+from ..dynamics.conditions.constrained import closed_coordinates, independent_rows
 from ..dynamics.motion import transmitting
 from ..dynamics.regressor import inertial_parameters, parameter_names
 from ..errors import ModelError, arguments_named

@@ -26,8 +26,8 @@ from typing import Any
 
 import sympy
 
-from ..dynamics.constrained import constrained_loading
-from ..dynamics.constraints import residuals, rows
+from ..dynamics.conditions.constrained import constrained_loading
+from ..dynamics.conditions.constraints import residuals, rows
 from ..dynamics.kinematics import Posture, velocities
 from ..dynamics.loading import Loading, loading
 from ..dynamics.newton_euler import inverse_dynamics

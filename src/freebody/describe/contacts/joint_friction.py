@@ -101,7 +101,7 @@ def friction(
     if not isinstance(joint, Joint):
         raise ModelError(f"Expected a joint for {title}, got {shown(joint)}.")
     check_displacement(joint, coordinate, title)
-    slides = joint.primitives[coordinate].kind == "slider"
+    slides = not joint.primitives[coordinate].turns
     word, other = ("force", "torque") if slides else ("torque", "force")
     given, wrong = (force, torque) if slides else (torque, force)
     if given is None or wrong is not None:

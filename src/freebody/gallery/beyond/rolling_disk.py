@@ -58,7 +58,7 @@ NEAR = {"air_z": "R"}
 
 def fall(case: Case, spin: float) -> float:
     """Return the second derivative of the axle tip's height at this spin, e'' = ω' × e + ω × (ω × e) along z [1/s²]."""
-    from ...dynamics.constrained import independent_rows
+    from ...dynamics.conditions.constrained import independent_rows
     from ...dynamics.motion import motion
     from ...dynamics.state import float_state
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics.mobility import check_bodies
-from ...dynamics.unilateral import limits
+from ...dynamics.conditions.mobility import check_bodies
+from ...dynamics.conditions.unilateral import limits
 from ...errors import ModelError, SimulationError, nearest
 from ...model import Model
 from ...model.values import check_assumptions

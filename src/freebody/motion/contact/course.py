@@ -9,7 +9,7 @@ from typing import Any, ClassVar, cast
 
 import numpy as np
 
-from ...dynamics.unilateral import MotionWarning
+from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError, nearest
 from ..kernels.kernels import Program
 from ..ode.dense_output import Array, Path, observe

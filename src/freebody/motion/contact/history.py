@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...dynamics.composite import mass_matrix
-from ...dynamics.constraints import linearized
-from ...dynamics.contact import contact_rows
+from ...dynamics.conditions.constraints import linearized
+from ...dynamics.conditions.contact import contact_rows
+from ...dynamics.conditions.unilateral import MotionWarning, limits, passed_by_impulse
 from ...dynamics.state import float_state
-from ...dynamics.unilateral import MotionWarning, limits, passed_by_impulse
 from ..cones.contacts import Touching
 from ..ending import ENDS, End
 from ..events import event_run

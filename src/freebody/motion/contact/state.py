@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics.contact import reaches_along
+from ...dynamics.conditions.contact import reaches_along
 from ...dynamics.state import float_state
 from ...native.records import address
 from ..cones.collision import compiled_code

@@ -2,8 +2,9 @@
 
     (R_A, p_A, R_B, p_B, numbers of A, numbers of B)  ->  g, n, P, Q, t1, t2, reaches
 
-A is the feature, B the surface, as in :mod:`freebody.dynamics.contact`, whose formulas these are. There is one program
-for each two kinds of shapes, whatever the machine. Where neither shape gives tangents, `narrow_phase` adds them.
+A is the feature, B the surface, as in :mod:`freebody.dynamics.conditions.contact`, whose formulas these are. There is
+one program for each two kinds of shapes, whatever the machine. Where neither shape gives tangents, `narrow_phase` adds
+them.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import sympy
 
 from ...describe.shapes.shape import ContactShape, numbers
 from ...describe.system import System
-from ...dynamics.contact import touch
+from ...dynamics.conditions.contact import touch
 from ...dynamics.kinematics import Posture
 from ...dynamics.state import State
 from ...model import Model, assemble

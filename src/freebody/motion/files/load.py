@@ -15,8 +15,8 @@ import numpy as np
 
 from ...describe.frame import own_body
 from ...describe.system import System
-from ...dynamics.constraints import rows
-from ...dynamics.unilateral import MotionWarning
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.toml.read import case_from_text
 from ...model import Model

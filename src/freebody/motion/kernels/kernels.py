@@ -36,18 +36,18 @@ from ...dynamics import (
     traced_state,
 )
 from ...dynamics.composite import mass_diagonal
-from ...dynamics.constrained import (
+from ...dynamics.conditions.constrained import (
     articulated_diagonal,
     condition_groups,
     independence,
     least_speed_change,
     moved_onto,
 )
-from ...dynamics.constraints import linearized, rows
+from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.mobility import check_bodies
+from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
 from ...dynamics.linear import Factorization, Selection, applied, entries, products
-from ...dynamics.mobility import check_bodies
 from ...dynamics.motion import Motion, all_reactions, motion, total_power
-from ...dynamics.unilateral import NEGLIGIBLE, margins, sizes
 from ...errors import ModelError, SimulationError
 from ...model import Model, assemble
 from ...model.family import unrolled

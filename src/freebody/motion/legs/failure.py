@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...dynamics.constraints import rows
-from ...dynamics.mobility import massless_motion
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.mobility import massless_motion
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ..ending import End

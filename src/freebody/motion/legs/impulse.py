@@ -10,7 +10,7 @@ import sympy
 from ...describe.body import Body
 from ...describe.frame import Point
 from ...describe.system import System
-from ...dynamics.constrained import independent_rows
+from ...dynamics.conditions.constrained import independent_rows
 from ...dynamics.kinematics import place_of, rotation
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, arguments_named, nearest

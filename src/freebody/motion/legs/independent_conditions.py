@@ -23,8 +23,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...dynamics.constrained import DEPENDENT, condition_groups
-from ...dynamics.constraints import rows
+from ...dynamics.conditions.constrained import DEPENDENT, condition_groups
+from ...dynamics.conditions.constraints import rows
 from ...errors import SimulationError
 from ..ending import End
 from ..kernels.kernels import LOOSE, Kernels

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
 from ...dynamics.composite import mass_diagonal
-from ...dynamics.constrained import (
+from ...dynamics.conditions.constrained import (
     DEPENDENT,
     POOR,
     STEPS,
@@ -27,7 +27,7 @@ from ...dynamics.constrained import (
     least_speed_change,
     moved_onto,
 )
-from ...dynamics.constraints import linearized, rows
+from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.linear import Selection, entries
 from ...dynamics.motion import motion, total_power
 from ...native.records import address

@@ -19,15 +19,15 @@ import numpy as np
 
 from ...dynamics import State, coordinate_rates, traced_state
 from ...dynamics.composite import mass_matrix
-from ...dynamics.constrained import constraint_power
-from ...dynamics.constraints import linearized, rows
-from ...dynamics.contact import contact_layout, contact_rows, reaches_along, rows_of, touch
+from ...dynamics.conditions.constrained import constraint_power
+from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.contact import contact_layout, contact_rows, reaches_along, rows_of, touch
+from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
 from ...dynamics.linear import Factorization, entries, is_zero
 from ...dynamics.motion import Motion, all_reactions
 from ...dynamics.newton_euler import bias, drive_power
-from ...dynamics.unilateral import NEGLIGIBLE, margins, sizes
 from ...model import Model
 from ...scalar.algebra import divide
 from ...scalar.trace import Tape

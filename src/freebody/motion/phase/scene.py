@@ -16,8 +16,8 @@ from typing import Any, cast
 import numpy as np
 
 from ...dynamics import State, coordinate_rates
-from ...dynamics.constraints import rows
-from ...dynamics.contact import contact_layout, contact_rows, reaches_along, touches
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.contact import contact_layout, contact_rows, reaches_along, touches
 from ...dynamics.contact_motion import contact_accelerations, contact_problem
 from ...dynamics.state import float_state
 from ...errors import SimulationError

@@ -25,8 +25,8 @@ import sympy
 from numpy.typing import NDArray
 
 from ...dynamics import coordinate_rates, mass_matrix, traced_state
-from ...dynamics.constrained import DEPENDENT, STEPS
-from ...dynamics.constraints import linearized
+from ...dynamics.conditions.constrained import DEPENDENT, STEPS
+from ...dynamics.conditions.constraints import linearized
 from ...errors import SimulationError
 from ...model import Model
 from ...program.kernels import compile_tape

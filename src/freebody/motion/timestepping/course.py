@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from ...dynamics.conditions.unilateral import MotionWarning, limits
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import kinetic_energy, potential_energy
 from ...dynamics.kinematics import Spot
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import drive_power
 from ...dynamics.state import float_state
-from ...dynamics.unilateral import MotionWarning, limits
 from ...errors import SimulationError
 from ...scalar.algebra import ZERO
 from ..contact.course import Change, ContactMotion, Timeline, shown

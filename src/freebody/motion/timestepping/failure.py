@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...dynamics.mobility import massless_motion
+from ...dynamics.conditions.mobility import massless_motion
 from ...dynamics.state import float_state
 from ...model import Model
 from ..ode.dense_output import Array

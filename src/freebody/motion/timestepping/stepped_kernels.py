@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...dynamics import State, coordinate_rates, mass_matrix
-from ...dynamics.constraints import linearized, rows
-from ...dynamics.contact import contact_rows, touches
+from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.contact import contact_rows, touches
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
 from ...dynamics.kinematics import Spot

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics.constraints import rows as conditions
+from ...dynamics.conditions.constraints import rows as conditions
 from ...dynamics.impulse import blows_on, generalized_impulse
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError

@@ -13,11 +13,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...dynamics.constraints import rows
-from ...dynamics.indeterminate import indeterminate
+from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.indeterminate import indeterminate
+from ...dynamics.conditions.unilateral import Limit, MotionWarning, limits
 from ...dynamics.motion import transmitting
 from ...dynamics.state import float_state
-from ...dynamics.unilateral import Limit, MotionWarning, limits
 from ...errors import SimulationError, nearest
 from ..ending import NOT_PHYSICAL, End
 from ..kernels.kernels import Kernels, Program

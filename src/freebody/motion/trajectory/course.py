@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
-from ...dynamics.unilateral import MotionWarning
+from ...dynamics.conditions.unilateral import MotionWarning
 from ..kernels.kernels import Program
 from ..ode.dense_output import Array
 from .event import Happening

@@ -11,7 +11,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ...dynamics.unilateral import MotionWarning
+from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError, arguments_named
 from ...model import Model
 from ...scalar.algebra import Expression

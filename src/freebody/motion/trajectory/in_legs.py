@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics.unilateral import MotionWarning
+from ...dynamics.conditions.unilateral import MotionWarning
 from ..kernels.kernels import Program
 from ..ode.dense_output import Array, observe
 from .computed_motion import ComputedMotion

@@ -1,4 +1,4 @@
-"""Times at which the force of a one-sided constraint passes its limit (`dynamics.unilateral`), and the warnings.
+"""Times at which the force of a one-sided constraint passes its limit, and the warnings.
 
 The run keeps the constraint as it is described. Its limits are evaluated on first use, at points of every step and on
 the dense output between them, like events.
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics.unilateral import Limit, MotionWarning
+from ...dynamics.conditions.unilateral import Limit, MotionWarning
 from ...errors import SimulationError
 from ..ode.dense_output import Array, observe
 from ..ode.run import PARTS

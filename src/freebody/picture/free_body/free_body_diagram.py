@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ...describe.body import Body
 from ...describe.system import System
-from ...dynamics.constraints import radial_names
+from ...dynamics.conditions.constraints import radial_names
 from ...errors import ModelError, nearest
 from ...model.model import Model
 from ...motion.trajectory.trajectory import Trajectory

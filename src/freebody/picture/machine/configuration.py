@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from ...describe.frame import Point
 from ...describe.system import System
-from ...dynamics.constrained import closed_coordinates, constrained_loading, independent_rows
-from ...dynamics.constraints import radial_names, rows, separating_force
-from ...dynamics.contact import contact_layout, touches
+from ...dynamics.conditions.constrained import closed_coordinates, constrained_loading, independent_rows
+from ...dynamics.conditions.constraints import radial_names, rows, separating_force
+from ...dynamics.conditions.contact import contact_layout, touches
 from ...dynamics.kinematics import Posture, point_position, poses
 from ...dynamics.motion import Motion, motion
 from ...dynamics.newton_euler import reactions

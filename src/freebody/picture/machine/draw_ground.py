@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Gear, Rolling
-from ...dynamics.constraints import _arm
-from ...dynamics.contact import touches
+from ...dynamics.conditions.constraints import _arm
+from ...dynamics.conditions.contact import touches
 from ...scalar.element import Polynomial
 from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name

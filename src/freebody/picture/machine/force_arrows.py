@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
-from ...dynamics.constraints import _arm, radial_names, rows
+from ...dynamics.conditions.constraints import _arm, radial_names, rows
 from ...dynamics.kinematics import rotation
 from ...model.contact import Touching
 from ...scalar.algebra import (

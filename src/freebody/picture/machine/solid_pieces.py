@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dynamics.contact import touches
+from ...dynamics.conditions.contact import touches
 from ...scalar.algebra import Vector
 from .configuration import Configuration
 from .shapes import ROD, Primitive, holds, machine_size, rod, shapes

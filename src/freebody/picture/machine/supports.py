@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...dynamics.constrained import independent_rows
+from ...dynamics.conditions.constrained import independent_rows
 from ...dynamics.motion import motion
 from ...dynamics.newton_euler import reactions
 from ...dynamics.state import float_state

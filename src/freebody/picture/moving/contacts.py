@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dynamics.contact import contact_layout, touches
+from ...dynamics.conditions.contact import contact_layout, touches
 from ...dynamics.state import State
 from ...motion.ode.dense_output import observe
 from ...motion.start.initial import number

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dynamics.mobility import check_bodies
+from ...dynamics.conditions.mobility import check_bodies
 from ...errors import ModelError, SimulationError, nearest, shown
 from ...model import Model
 from ...model.values import check_assumptions

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ...dynamics.constraints import Linearized
+from ...dynamics.conditions.constraints import Linearized
 from ...errors import ModelError
 from ...model.contact import Sliding, Touching, in_modes
 from ...model.model import Model

@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy
 
-from ...dynamics.constraints import Linearized, linearized, rows, wrenches
+from ...dynamics.conditions.constraints import Linearized, linearized, rows, wrenches
 from ...dynamics.kinematics import Posture, accelerations, link_postures, poses, turning, velocities
 from ...dynamics.loading import loading
 from ...dynamics.newton_euler import inverse_dynamics

@@ -20,8 +20,8 @@ from ...describe.frame import Point
 from ...describe.loads.action import Couple, GeneralizedForce, JointForce, PointForce
 from ...describe.loads.load import Load
 from ...dynamics.armature import resistance, spin_rate
-from ...dynamics.constraints import Row, rows, slip_direction, torques
-from ...dynamics.contact import unit_forces
+from ...dynamics.conditions.constraints import Row, rows, slip_direction, torques
+from ...dynamics.conditions.contact import unit_forces
 from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joints.freedom import on_path, unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities

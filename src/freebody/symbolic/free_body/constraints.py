@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ...dynamics.constrained import DEPENDENT, closed_coordinates
-from ...dynamics.indeterminate import self_stresses
+from ...dynamics.conditions.constrained import DEPENDENT, closed_coordinates
+from ...dynamics.conditions.indeterminate import self_stresses
 from ...dynamics.state import float_state, rest_coordinates
 from ...errors import ModelError, nearest
 from ...scalar.algebra import ZERO, Expression, Scalar, dot, floats

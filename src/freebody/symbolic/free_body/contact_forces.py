@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sympy
 
-from ...dynamics.constraints import Row, closed_forces, rows, slip_direction, slip_friction
-from ...dynamics.contact import touch, wrench_on_feature
+from ...dynamics.conditions.constraints import Row, closed_forces, rows, slip_direction, slip_friction
+from ...dynamics.conditions.contact import touch, wrench_on_feature
 from ...dynamics.kinematics import Spot
 from ...model.contact import Touching
 from ...scalar.algebra import ZERO, Scalar, add, negate, scale

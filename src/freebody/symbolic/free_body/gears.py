@@ -13,8 +13,8 @@ from typing import Any
 
 import sympy
 
-from ...dynamics.constraints import radial_names, rows, separating_force
-from ...dynamics.indeterminate import joints_between
+from ...dynamics.conditions.constraints import radial_names, rows, separating_force
+from ...dynamics.conditions.indeterminate import joints_between
 from ...scalar.algebra import Scalar, Vector, scale
 from ..derivation.derivation import Derivation
 

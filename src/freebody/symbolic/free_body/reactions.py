@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
-from ...dynamics.constrained import constrained_loading, with_wrenches
-from ...dynamics.constraints import rows
+from ...dynamics.conditions.constrained import constrained_loading, with_wrenches
+from ...dynamics.conditions.constraints import rows
 from ...dynamics.newton_euler import reactions
 from ...errors import ModelError, nearest
 from ...model.closure import Closure

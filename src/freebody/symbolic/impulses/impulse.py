@@ -17,7 +17,8 @@ import sympy
 
 from ...describe.body import Body
 from ...describe.frame import Point
-from ...dynamics.constraints import rows, wrenches
+from ...dynamics.conditions.constraints import rows, wrenches
+from ...dynamics.conditions.unilateral import MotionWarning, passed_by_impulse
 from ...dynamics.energy import kinetic_energy
 from ...dynamics.impulse import (
     blows_on,
@@ -30,7 +31,6 @@ from ...dynamics.impulse import (
 )
 from ...dynamics.kinematics import point_velocity
 from ...dynamics.state import State
-from ...dynamics.unilateral import MotionWarning, passed_by_impulse
 from ...errors import ModelError, nearest
 from ...model.closure import Closure
 from ...model.model import Model

@@ -16,7 +16,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...dynamics.constraints import linearized, rows
+from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model

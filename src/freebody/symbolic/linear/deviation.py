@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dynamics.constrained import closed_coordinates
-from ...dynamics.constraints import linearized
+from ...dynamics.conditions.constrained import closed_coordinates
+from ...dynamics.conditions.constraints import linearized
 from ...dynamics.state import State
 from ...model.model import Model
 from ...scalar.algebra import apply, floats

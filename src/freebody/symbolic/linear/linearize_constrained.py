@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...dynamics.composite import mass_matrix
-from ...dynamics.constrained import (
+from ...dynamics.conditions.constrained import (
     DEPENDENT,
     STEPS,
     constrained_dynamics,
@@ -24,9 +24,9 @@ from ...dynamics.constrained import (
     no_direction,
     not_met,
 )
-from ...dynamics.constraints import linearized, rows
+from ...dynamics.conditions.constraints import linearized, rows
+from ...dynamics.conditions.mobility import check_mobility
 from ...dynamics.kinematics import coordinate_rates
-from ...dynamics.mobility import check_mobility
 from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model

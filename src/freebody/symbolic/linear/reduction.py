@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics.constraints import linearized, rows
+from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.newton_euler import inverse_dynamics
 from ...dynamics.state import State
 from ...model.model import Model

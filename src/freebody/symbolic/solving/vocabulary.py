@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy
 
-from ...dynamics.constraints import rows
+from ...dynamics.conditions.constraints import rows
 from ...errors import ExpressionError, ModelError, nearest
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.expression import exact

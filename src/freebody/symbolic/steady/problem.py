@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ...dynamics.constraints import rows
+from ...dynamics.conditions.constraints import rows
 from ...errors import ModelError
 from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.polynomial import Polynomial, Ring

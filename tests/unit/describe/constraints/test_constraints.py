@@ -6,7 +6,7 @@ import pytest
 import sympy
 
 import freebody as fb
-from freebody.dynamics.constraints import rows
+from freebody.dynamics.conditions.constraints import rows
 from freebody.scalar.expression import exact
 
 

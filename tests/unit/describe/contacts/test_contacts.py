@@ -13,7 +13,7 @@ import freebody as fb
 from freebody.describe.description import parameters_of
 from freebody.describe.shapes.shape import KINDS, may_touch
 from freebody.dynamics import float_state
-from freebody.dynamics.contact import touches
+from freebody.dynamics.conditions.contact import touches
 from freebody.dynamics.contact_motion import contact_forces, in_modes
 from freebody.dynamics.motion import motion
 from freebody.errors import ModelError

@@ -12,7 +12,7 @@ from scipy.special import ellipj, ellipk
 
 import freebody as fb
 from freebody.dynamics import float_state
-from freebody.dynamics.constrained import independent_rows
+from freebody.dynamics.conditions.constrained import independent_rows
 from freebody.motion.legs.branch import LIMIT
 from freebody.motion.start import loop_closure
 from freebody.motion.start.loop_closure import nearly_dependent

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.dynamics.constraints import residuals
+from freebody.dynamics.conditions.constraints import residuals
 from freebody.dynamics.state import float_state
 from freebody.errors import SimulationError
 from freebody.motion.kernels.kernels import kernels_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.dynamics.constrained import closed_coordinates
+from freebody.dynamics.conditions.constrained import closed_coordinates
 from freebody.errors import SimulationError
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.ode import layout

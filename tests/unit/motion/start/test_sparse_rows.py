@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from freebody.dynamics.constrained import DEPENDENT, POOR, independent_of
+from freebody.dynamics.conditions.constrained import DEPENDENT, POOR, independent_of
 from freebody.motion.start.sparse_rows import OF_R, OF_V, RANK, integers_needed, reals_needed
 from freebody.native import loop
 

@@ -14,7 +14,7 @@ import pytest
 
 import freebody as fb
 from contact_machines import falling_rod
-from freebody.dynamics.contact import touches
+from freebody.dynamics.conditions.contact import touches
 from freebody.gallery import entries
 from freebody.picture.free_body.free_body_diagram import free_body_diagram
 from freebody.picture.machine.configuration import configuration

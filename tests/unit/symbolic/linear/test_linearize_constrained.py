@@ -10,8 +10,8 @@ import pytest
 import sympy
 
 import freebody as fb
-from freebody.dynamics.constrained import closed_coordinates
-from freebody.dynamics.constraints import linearized
+from freebody.dynamics.conditions.constrained import closed_coordinates
+from freebody.dynamics.conditions.constraints import linearized
 from freebody.dynamics.motion import motion
 from freebody.dynamics.state import float_state
 from freebody.errors import ModelError
@@ -124,7 +124,7 @@ def test_four_bar():
     agree(linear.numeric({"d": d}), numeric)
     # the potential energy along the closed positions, differentiated twice in a way of its own: positions by Newton
     model = numeric.model
-    from freebody.dynamics.constrained import closed_coordinates
+    from freebody.dynamics.conditions.constrained import closed_coordinates
     from freebody.dynamics.energy import potential_energy
     from freebody.dynamics.state import float_state
 

@@ -8,7 +8,7 @@ import sympy
 
 import freebody as fb
 from freebody.dynamics import float_state, forward_dynamics
-from freebody.dynamics.constrained import constrained_dynamics, independent_rows
+from freebody.dynamics.conditions.constrained import constrained_dynamics, independent_rows
 from freebody.errors import ModelError
 from freebody.scalar.algebra import floats
 from freebody.scalar.polynomial import Ring

@@ -17,9 +17,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..model.model import GROUND, Model
-from ..scalar.algebra import ZERO, Scalar, Vector, divide
-from ..space.spatial import (
+from ...model.model import GROUND, Model
+from ...scalar.algebra import ZERO, Scalar, Vector, divide
+from ...space.spatial import (
     ZERO6,
     Spatial,
     blocks,
@@ -33,9 +33,9 @@ from ..space.spatial import (
     power,
     times,
 )
-from .articulated import free_motions
-from .linear import Selection, entries
-from .state import State
+from ..articulated import free_motions
+from ..linear import Selection, entries
+from ..state import State
 
 
 def own_speeds(model: Model) -> list[list[int]] | None:

@@ -25,13 +25,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from ..describe.contacts.gap import Gap
-from ..describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
-from ..describe.shapes.shape import law
-from ..errors import ModelError
-from ..model.contact import Contact
-from ..model.model import GROUND, Model
-from ..scalar.algebra import (
+from ...describe.contacts.gap import Gap
+from ...describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
+from ...describe.shapes.shape import law
+from ...errors import ModelError
+from ...model.contact import Contact
+from ...model.model import GROUND, Model
+from ...scalar.algebra import (
     IDENTITY,
     ZERO,
     Field,
@@ -47,8 +47,8 @@ from ..scalar.algebra import (
     scale,
     subtract,
 )
-from ..scalar.series import derivative_at_start, value_at_start
-from .kinematics import (
+from ...scalar.series import derivative_at_start, value_at_start
+from ..kinematics import (
     Spot,
     link_postures,
     motions,
@@ -59,8 +59,8 @@ from .kinematics import (
     state_along,
     state_moving,
 )
-from .loading import action_power, asked, asked_actions, checked_actions, joint_link, speed_of
-from .state import State
+from ..loading import action_power, asked, asked_actions, checked_actions, joint_link, speed_of
+from ..state import State
 
 
 @dataclass(frozen=True)

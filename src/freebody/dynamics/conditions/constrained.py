@@ -15,16 +15,30 @@ from typing import Any, cast
 import numpy as np
 import sympy
 
-from ..describe.constraints.constraint import Condition, Gear, Rope, SpeedCondition
-from ..describe.names import TIME
-from ..errors import ModelError
-from ..model.closure import Closure
-from ..model.contact import Touching
-from ..model.model import GROUND, Model
-from ..scalar.algebra import Scalar, Vector, apply_transpose, cross, divide, scale, subtract
-from ..scalar.expression import exact
-from ..space.spatial import plus
-from .composite import mass_diagonal, mass_matrix
+from ...describe.constraints.constraint import Condition, Gear, Rope, SpeedCondition
+from ...describe.names import TIME
+from ...errors import ModelError
+from ...model.closure import Closure
+from ...model.contact import Touching
+from ...model.model import GROUND, Model
+from ...scalar.algebra import Scalar, Vector, apply_transpose, cross, divide, scale, subtract
+from ...scalar.expression import exact
+from ...space.spatial import plus
+from ..composite import mass_diagonal, mass_matrix
+from ..kinematics import coordinate_rates, link_postures, place_of, point_position
+from ..linear import (
+    Elimination,
+    Factorization,
+    Selection,
+    applied,
+    combined,
+    entries,
+    products,
+    scalar_product,
+)
+from ..loading import Loading, act, loading, scaled
+from ..newton_euler import bias
+from ..state import State, float_state
 from .constraints import (
     Action,
     closed_forces,
@@ -37,22 +51,8 @@ from .constraints import (
     wrenches,
 )
 from .contact import rows_of
-from .kinematics import coordinate_rates, link_postures, place_of, point_position
-from .linear import (
-    Elimination,
-    Factorization,
-    Selection,
-    applied,
-    combined,
-    entries,
-    products,
-    scalar_product,
-)
-from .loading import Loading, act, loading, scaled
 from .loops import articulated_masses, loop_motion, own_speeds
 from .mobility import check_mobility
-from .newton_euler import bias
-from .state import State, float_state
 
 
 def constrained_dynamics(

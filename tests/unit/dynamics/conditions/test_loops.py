@@ -1,4 +1,4 @@
-"""Deep trees with loops: the recursion of `dynamics.loops` against M, G and their factors, and its cost."""
+"""Deep trees with loops: the recursion of `dynamics.conditions.loops` against M, G and their factors, and its cost."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import pytest
 
 import freebody as fb
 from freebody.dynamics import constrained, float_state, mass_matrix, traced_state
-from freebody.dynamics.constrained import closed_coordinates, independent_rows
-from freebody.dynamics.constraints import linearized, rows
-from freebody.dynamics.loops import carriers, loop_motion, own_speeds
+from freebody.dynamics.conditions.constrained import closed_coordinates, independent_rows
+from freebody.dynamics.conditions.constraints import linearized, rows
+from freebody.dynamics.conditions.loops import carriers, loop_motion, own_speeds
 from freebody.scalar.trace import Tape
 
 

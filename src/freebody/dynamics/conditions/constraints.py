@@ -18,15 +18,15 @@ from typing import Any, cast
 
 import sympy
 
-from ..describe.constraints.constraint import Gear, Rolling, Rope, SpeedCondition
-from ..describe.joints.joint import Joint
-from ..describe.loads.action import Action as ContactAction
-from ..describe.loads.action import Couple, PointForce
-from ..model.closure import Closure, Thread
-from ..model.contact import Touching
-from ..model.mesh import Mesh
-from ..model.model import GROUND, Model
-from ..scalar.algebra import (
+from ...describe.constraints.constraint import Gear, Rolling, Rope, SpeedCondition
+from ...describe.joints.joint import Joint
+from ...describe.loads.action import Action as ContactAction
+from ...describe.loads.action import Couple, PointForce
+from ...model.closure import Closure, Thread
+from ...model.contact import Touching
+from ...model.mesh import Mesh
+from ...model.model import GROUND, Model
+from ...scalar.algebra import (
     ZERO,
     Matrix,
     Scalar,
@@ -42,10 +42,8 @@ from ..scalar.algebra import (
     scale,
     subtract,
 )
-from ..scalar.series import derivative_at_start, value_at_start
-from .contact import ContactRows, rows_of, touch, unit_forces
-from .dependence import dependence, directions
-from .kinematics import (
+from ...scalar.series import derivative_at_start, value_at_start
+from ..kinematics import (
     Spot,
     angular_velocity,
     link_postures,
@@ -56,10 +54,12 @@ from .kinematics import (
     rotation,
     state_along,
 )
-from .linear import entries
-from .loading import scaled
+from ..linear import entries
+from ..loading import scaled
+from ..state import State
+from .contact import ContactRows, rows_of, touch, unit_forces
+from .dependence import dependence, directions
 from .loop_ends import carrier_of, ends, last_link, loop_rows
-from .state import State
 
 Action = tuple[Any, Vector, Vector]
 """(point, force, moment) on a body, in ground axes; a point not fixed in the body is given as (body, point)."""

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import MassError, ModelError
-from ..model.model import Model
-from ..scalar.algebra import floats
-from ..scalar.expression import evaluate
-from .composite import mass_matrix
-from .state import State
+from ...errors import MassError, ModelError
+from ...model.model import Model
+from ...scalar.algebra import floats
+from ...scalar.expression import evaluate
+from ..composite import mass_matrix
+from ..state import State
 
 # A scaled mass matrix of n bodies is exact to about n eps; smaller eigenvalues are zero.
 EPSILONS = 1 << 10

@@ -14,17 +14,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..describe.constraints.constraint import Gear
-from ..model.mesh import Mesh
-from ..model.model import Model
-from ..scalar.algebra import IDENTITY, ZERO, Vector, apply, subtract
+from ...describe.constraints.constraint import Gear
+from ...model.mesh import Mesh
+from ...model.model import Model
+from ...scalar.algebra import IDENTITY, ZERO, Vector, apply, subtract
+from ..joints.freedom import transmissible
+from ..kinematics import rotation
+from ..loading import loading
+from ..newton_euler import reactions
+from ..state import State
 from .constrained import DEPENDENT, constrained_loading, with_wrenches
 from .constraints import linearized, radial_names, rows, separating_force
-from .joints.freedom import transmissible
-from .kinematics import rotation
-from .loading import loading
-from .newton_euler import reactions
-from .state import State
 
 LETTERS = "xyz"
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ..describe.constraints.constraint import Gear, Rolling, Rope
-from ..model.closure import Closure
-from ..model.contact import Touching
-from ..model.model import GROUND, Model
-from ..scalar.algebra import Expression
-from .kinematics import place_of
+from ...describe.constraints.constraint import Gear, Rolling, Rope
+from ...model.closure import Closure
+from ...model.contact import Touching
+from ...model.model import GROUND, Model
+from ...scalar.algebra import Expression
+from ..kinematics import place_of
 
 
 def dependence(model: Model) -> dict[str, frozenset[int]]:

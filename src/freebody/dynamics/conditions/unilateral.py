@@ -21,14 +21,14 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ..describe.constraints.constraint import Condition, Rolling, Rope
-from ..model.model import Model
-from ..scalar.algebra import Expression, Scalar, divide
-from .composite import mass_matrix
+from ...describe.constraints.constraint import Condition, Rolling, Rope
+from ...model.model import Model
+from ...scalar.algebra import Expression, Scalar, divide
+from ..composite import mass_matrix
+from ..linear import Factorization
+from ..newton_euler import bias
+from ..state import State
 from .constraints import linearized, rows
-from .linear import Factorization
-from .newton_euler import bias
-from .state import State
 
 NEGLIGIBLE = Fraction(1, 10**6)
 """Fraction of the forces that balance in a constraint below which their sum counts as zero."""

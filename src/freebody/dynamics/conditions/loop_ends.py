@@ -15,9 +15,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..model.closure import Closure
-from ..model.model import GROUND, Model
-from ..scalar.algebra import (
+from ...model.closure import Closure
+from ...model.model import GROUND, Model
+from ...scalar.algebra import (
     IDENTITY,
     ZERO,
     Matrix,
@@ -31,10 +31,10 @@ from ..scalar.algebra import (
     subtract,
     transpose,
 )
-from ..space.spatial import times
+from ...space.spatial import times
+from ..kinematics import Posture, link_postures, motions, place_of, turning
+from ..state import State
 from .dependence import loop_links
-from .kinematics import Posture, link_postures, motions, place_of, turning
-from .state import State
 
 
 @dataclass(frozen=True)

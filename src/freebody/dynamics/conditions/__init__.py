@@ -1,0 +1,1 @@
+"""Conditions on a motion: constraints, closed loops and contacts, their rows, and the motion that keeps them."""
