@@ -17,8 +17,8 @@ SYSTEM = """
     reading rolling rope scenery screw slider spring stop t torque torsion_spring universal weld
 """
 BODY = """
-    center circle corners cylinder ellipsoid heightline is_ground mass_properties name origin plane point segment sphere
-    system
+    box capsule center circle corners cylinder ellipsoid heightline hull is_ground mass_properties name origin plane
+    point segment sphere system
 """
 POINT = "body components"
 JOINT = "arguments at child child_axes closes name parent parent_axes path primitives to type"

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import sympy
-from scipy.spatial import ConvexHull, QhullError
 
 from ...errors import ModelError, shown
 from ...scalar.algebra import Scalar, Vector
@@ -174,6 +173,8 @@ def hull(body: Frame, *points: Any) -> Hull:
             f"Expected points with numbers for {what}: give the parameters in them default values, which say which "
             "points are its corners."
         )
+    from scipy.spatial import ConvexHull, QhullError  # takes longer to load than most machines to describe
+
     array = np.array(values, dtype=float).reshape(-1, 3)
     try:
         found = ConvexHull(array)
@@ -189,7 +190,7 @@ def hull(body: Frame, *points: Any) -> Hull:
     return Hull(body, tuple(places[k] for k in kept), _faces(array, found, number))
 
 
-def _faces(array: Any, found: ConvexHull, number: dict[int, int]) -> Faces:
+def _faces(array: Any, found: Any, number: dict[int, int]) -> Faces:
     """Return the faces of a hull, whose triangles in one plane are joined."""
     size = float(np.ptp(array, axis=0).max())
     planes: list[tuple[Any, set[int]]] = []

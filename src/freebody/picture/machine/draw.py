@@ -184,7 +184,7 @@ class Machine(MachineDrawing):
                 if parent != "ground" or kind == "cylindrical" or not self.view.planar:
                     self._rail(name, at)
                 continue
-            if self.model.joints[name].path:
+            if name in self.model.joints and self.model.joints[name].path:  # others close loops
                 self.add([Line(line, Style(INK, 1.0)) for line in self._paths(name)], **attributes)
                 continue
             d = self.axis(name) if kind == "hinge" and not self.view.planar else None

@@ -12,7 +12,7 @@ Source: M. Gautier, W. Khalil, Direct calculation of minimum set of inertial par
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,13 +26,16 @@ from ...model.assemble import assemble
 from ...model.model import Model
 from ...scalar.digits import significant
 from ..derivation.canonical_model import CanonicalModel
+from ..printing.latex import latex_name, latex_number
+from ..printing.show import aligned, latex_of, text_of
+from ..printing.typeset import Typeset
 from .combinations import combinations_in_floats, combinations_with_symbols, rounded_joint
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
-class BaseParameters:
+class BaseParameters(Typeset):
     """Base parameters β of a machine, made by :func:`freebody.base_parameters`.
 
     Attributes
@@ -77,19 +80,47 @@ class BaseParameters:
             lines.append(f"The coefficients are rounded, as the axes of joint '{self.rounded}' are.")
         return "\n".join(lines)
 
-    __repr__ = text
+    def latex(self) -> str:
+        """Return the combinations as LaTeX, aligned."""
+        return aligned(
+            rf"\beta_{{{k}}} &= {_latex_sum(x)}" for k, x in enumerate(self.combinations.values(), start=1)
+        )
+
+    def __repr__(self) -> str:
+        return self.text()
+
+
+def _terms(combination: Mapping[str, Any]) -> Iterator[tuple[str, str, Any]]:
+    """Yield the name, the sign and the size of each coefficient."""
+    for name, coefficient in combination.items():
+        minus = coefficient.could_extract_minus_sign()
+        yield name, "-" if minus else "+", -coefficient if minus else coefficient
+
+
+def _is_long(size: Any) -> bool:
+    """True for a number that is not whole: six digits of it are shown."""
+    return bool(size.is_Float or size.is_Rational and size.q > 1)
 
 
 def _sum(combination: Mapping[str, Any]) -> str:
-    """Return a combination as text, with six digits of long numbers."""
+    """Return a combination as text."""
     text = ""
-    for name, coefficient in combination.items():
-        minus = coefficient.could_extract_minus_sign()
-        size = -coefficient if minus else coefficient
-        shown = significant(size) if size.is_Float or size.is_Rational and size.q > 1 else str(size)
+    for name, sign, size in _terms(combination):
+        shown = significant(size) if _is_long(size) else text_of(size)
         factor = "" if shown == "1" else f"({shown})*" if size.is_Add else f"{shown}*"
-        sign = ("-" if minus else "") if not text else (" - " if minus else " + ")
-        text += f"{sign}{factor}{name}"
+        text += (f" {sign} " if text else "-" if sign == "-" else "") + factor + name
+    return text
+
+
+def _latex_sum(combination: Mapping[str, Any]) -> str:
+    """Return a combination as LaTeX: h_x of a body is its first moment."""
+    text = ""
+    for name, sign, size in _terms(combination):
+        body, _, part = name.rpartition(".")
+        symbol = latex_name("_".join(filter(None, (part[0], part[1:], body))))
+        shown = latex_number(complex(size)) if _is_long(size) else latex_of(size)
+        factor = "" if shown == "1" else rf"\left({shown}\right) " if size.is_Add else f"{shown} "
+        text += (f" {sign} " if text else "-" if sign == "-" else "") + factor + symbol
     return text
 
 

@@ -4,8 +4,9 @@ import numpy as np
 
 import freebody as fb
 from freebody.describe.shapes.point import Spot
+from freebody.model.family import turned
 from freebody.motion.families.family_record import TOUCH
-from freebody.motion.families.pair_programs import numbers_of, pair_program, turned
+from freebody.motion.families.pair_programs import numbers_of, pair_program
 from freebody.motion.ode.dense_output import observe
 
 MACHINE = fb.System("shapes")

@@ -32,6 +32,8 @@ def test_a_plane_arm_as_in_the_books():
         "hand.hy    =  hand.hy",
         "hand.Izz   =  hand.Izz",
     ]
+    assert r"\beta_{1} &= h_{x, \mathrm{upper}} + L_{1} m_{\mathrm{fore}}" in base.latex()
+    assert "svg" in base.html()
     assert "upper.m" in base.without_influence and "fore.m" not in base.without_influence
     assert base.matrix({"g": 9.81, "L1": 2, "L2": 3})[0, 10] == 2
 

@@ -242,12 +242,14 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
 
 INTERNAL = {
     # what results are made of: canonical polynomials, tables of a printer, requests that are read
+    "abbreviations.Elimination",
     "arrange.Arrangement", "arrange.Lumps", "form.ClosedForms", "letters.Letters", "operations.Length",
     "operations.Operations", "products.Bracket", "products.Product", "products.Products",
     "balance.BodyBalance", "canonical_model.CanonicalModel", "bearings.Shaft",
     "bodies.NamedBody", "bodies.PointOf",
     "characteristic.Factor", "constrained_symbols.Motion",
     "derivation.Derivation", "eliminate.Combination",
+    "combinations.Columns", "random_place.NoRootError", "random_place.Place", "random_place.Placed",
     "length_bound.Lengths", "length_bound.Terms", "recursive.Definition", "recursive.Names", "recursive.Recursive",
     "checks.Checks", "recorded_functions.Points", "recorded_functions.Recorded", "recursive.Turn",
     "forcing.Term", "action.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "typeset.Typeset",
