@@ -255,7 +255,13 @@ def test_random_machines_survive_a_round_trip(seed: int) -> None:
     again(random_system(seed, 6))
 
 
-@pytest.mark.parametrize("name", list(entries()))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name in ("whipple-bicycle", "prob-6-18") else name
+        for name in entries()
+    ],
+)
 def test_round_trip_of_the_gallery(name: str) -> None:
     again(entries()[name].build())
 

@@ -88,6 +88,7 @@ def test_a_box_falls_on_the_edge_of_another_one():
     np.testing.assert_allclose(speeds, [[0, 0, -2]] * 2, atol=1e-12)  # it hits the middle, and nothing turns
 
 
+@pytest.mark.slow
 def test_dominoes_fall_in_turn():
     size = (0.02, 0.1, 0.2)
     solids = [brick(f"d{k}", {"x": 0.1 * k, "z": 0.1, "wy": 3.0 if k == 0 else 0.0, "vx": 0.3 if k == 0 else 0.0}, size)

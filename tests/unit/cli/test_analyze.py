@@ -168,7 +168,17 @@ def test_the_bicycle_at_a_speed(freebody) -> None:  # type: ignore[no-untyped-de
     assert data["linear_model"]["about"]["rear'"] == pytest.approx(-5 / 0.3, rel=1e-14)
 
 
-@pytest.mark.parametrize("name", [name for name in entries() if name != "whipple-bicycle"])
+LONG = ("prob-6-7", "sec-6-10", "sec-6-9")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name in LONG else name
+        for name in entries()
+        if name != "whipple-bicycle"
+    ],
+)
 def test_every_system_of_the_gallery(name: str, freebody) -> None:  # type: ignore[no-untyped-def]
     result = freebody("analyze", name)
     assert result.code == 0 and not result.err

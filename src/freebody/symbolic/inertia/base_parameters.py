@@ -155,7 +155,7 @@ def base_parameters(system: System | Model, values: Mapping[str, float] | None =
     ...     print(line)
     upper.hx   =  upper.hx + L*fore.m
     upper.hy   =  upper.hy
-    upper.Izz  =  upper.Izz + L**2*fore.m
+    upper.Izz  =  upper.Izz + L^2*fore.m
     fore.hx    =  fore.hx
     fore.hy    =  fore.hy
     fore.Izz   =  fore.Izz

@@ -49,7 +49,20 @@ def machine(name: str) -> tuple[Any, dict[str, Any]]:
     return e, {key: x for key, x in entry.near.items() if key in e.model.coordinate_names}
 
 
-@pytest.fixture(scope="module", params=[*NAMES, *CONTACTS])
+LONG = {
+    "euler-disk",
+    "yo-yo",
+    "turntable",
+    "falling-cat",
+    "energy-sink",
+    "control-moment-gyro",
+    "gyrocompass",
+    "flat-spin",
+}
+QUICK = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in NAMES]
+
+
+@pytest.fixture(scope="module", params=[*QUICK, *CONTACTS])
 def drawn(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:
     """Equations, and a diagram of every body."""
     e, near = machine(request.param)

@@ -332,6 +332,7 @@ def hanging(n, stiffness=0):
     return s
 
 
+@pytest.mark.slow
 def test_each_use_is_looped_from_a_number_of_bodies_of_its_own(monkeypatch):
     """Where loops are as fast as straight code, which takes long to compile; both agree to round-off."""
     random = np.random.default_rng(4)
@@ -428,7 +429,7 @@ BY = {
 }  # fmt: skip
 
 
-FAST = ("forward_dynamics", "reactions_at", "kinetic_energy")
+FAST = ("forward_dynamics", "kinetic_energy")
 
 
 @pytest.mark.parametrize(

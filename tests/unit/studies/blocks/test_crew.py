@@ -51,7 +51,7 @@ class Mortal:
 STARTS = {"initial": {"x": np.append(np.linspace(0.1, 0.4, 11), 0.6)}, "samples": 3, "progress": False}
 
 
-@pytest.mark.parametrize("store", [False, True])
+@pytest.mark.parametrize("store", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_a_process_that_dies_costs_its_lanes_only(tmp_path, store: bool) -> None:
     s, kept = cart(Mortal(), "law"), {"store": tmp_path / "x.nc"} if store else {}
     with ProcessPoolExecutor(2) as pool:

@@ -24,7 +24,7 @@ def test_a_plane_arm_as_in_the_books():
     assert base.text().splitlines()[:9] == [
         "upper.hx   =  upper.hx + L1*fore.m + L1*hand.m",
         "upper.hy   =  upper.hy",
-        "upper.Izz  =  upper.Izz + L1**2*fore.m + L1**2*hand.m",
+        "upper.Izz  =  upper.Izz + L1^2*fore.m + L1^2*hand.m",
         "fore.hx    =  fore.hx + L2*hand.m",
         "fore.hy    =  fore.hy",
         "fore.Izz   =  fore.Izz + L2**2*hand.m",

@@ -397,7 +397,7 @@ def hinge_on_a_free_body():
     return s, ["f_wx'", "f_wy'", "f_wz'", "f_vx'", "f_vy'", "f_vz'", "theta''", "h_x", "h_y"]
 
 
-@pytest.mark.parametrize("machine", [four_bar, hinge_on_a_free_body])
+@pytest.mark.parametrize("machine", [pytest.param(four_bar, marks=pytest.mark.slow), hinge_on_a_free_body])
 def test_a_long_answer_is_printed_in_steps_that_give_the_same_values(machine) -> None:
     """The steps at a state, one after another, against the dynamics of the machine in floats (constraints included)."""
     s, asked = machine()
