@@ -25,9 +25,18 @@ from freebody.symbolic.printing.display import latex
 from freebody.symbolic.solving.vocabulary import Vocabulary
 
 SVG = "{http://www.w3.org/2000/svg}"
-NAMES = [
-    pytest.param(name, marks=pytest.mark.slow) if name == "whipple-bicycle" else name for name in entries()
-]
+LONG = {
+    "whipple-bicycle",
+    "euler-disk",
+    "yo-yo",
+    "turntable",
+    "falling-cat",
+    "energy-sink",
+    "control-moment-gyro",
+    "gyrocompass",
+    "flat-spin",
+}
+NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in entries()]
 
 # coordinates of an SVG have three decimals, and the shortest arrow that is measured is 25 pt long
 MEASURED = 2 * 0.0005 * math.sqrt(2) / 25
@@ -49,20 +58,7 @@ def machine(name: str) -> tuple[Any, dict[str, Any]]:
     return e, {key: x for key, x in entry.near.items() if key in e.model.coordinate_names}
 
 
-LONG = {
-    "euler-disk",
-    "yo-yo",
-    "turntable",
-    "falling-cat",
-    "energy-sink",
-    "control-moment-gyro",
-    "gyrocompass",
-    "flat-spin",
-}
-QUICK = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in NAMES]
-
-
-@pytest.fixture(scope="module", params=[*QUICK, *CONTACTS])
+@pytest.fixture(scope="module", params=[*NAMES, *CONTACTS])
 def drawn(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:
     """Equations, and a diagram of every body."""
     e, near = machine(request.param)

@@ -27,7 +27,7 @@ def test_a_plane_arm_as_in_the_books():
         "upper.Izz  =  upper.Izz + L1^2*fore.m + L1^2*hand.m",
         "fore.hx    =  fore.hx + L2*hand.m",
         "fore.hy    =  fore.hy",
-        "fore.Izz   =  fore.Izz + L2**2*hand.m",
+        "fore.Izz   =  fore.Izz + L2^2*hand.m",
         "hand.hx    =  hand.hx",
         "hand.hy    =  hand.hy",
         "hand.Izz   =  hand.Izz",
