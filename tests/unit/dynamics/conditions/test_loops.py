@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.dynamics import constrained, float_state, mass_matrix, traced_state
+from freebody.dynamics import float_state, mass_matrix, traced_state
+from freebody.dynamics.conditions import constrained
 from freebody.dynamics.conditions.constrained import closed_coordinates, independent_rows
 from freebody.dynamics.conditions.constraints import linearized, rows
 from freebody.dynamics.conditions.loops import carriers, loop_motion, own_speeds
