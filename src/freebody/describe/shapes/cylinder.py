@@ -4,52 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...scalar.algebra import Expression, Scalar, Vector, apply, cross
-from ...scalar.expression import exact
+from ...scalar.algebra import Expression
 from ..frame import Frame, place_in
 from .data import flag, length, unit_vector
-from .round import between_round
-from .shape import ContactShape, Law, expressions
+from .round import AboutAxis
+from .shape import ContactShape, expressions
 
 
-class Cylinder(ContactShape, kind="cylinder"):
+class Cylinder(AboutAxis, kind="cylinder"):
     """The wall of an infinite circular cylinder; ``inside`` if the body is around it, a pipe."""
-
-    at: Vector
-    axis: Vector
-    radius: Scalar
-    inside: bool = False
 
     door = True
     words = expressions("radius", "at", "axis", "inside")
     required = ("radius",)
-    look, hollow, round, extruded, precedence = "wall", "pipe", True, True, 1
-
-    def middle(self, at: Any) -> Vector:
-        """Return the centre, in ground axes."""
-        return at.place(self.body, self.at)
-
-    def axle(self, at: Any) -> Vector:
-        """Return the axis, in ground axes."""
-        return at.turned(self.body, self.axis)
-
-    def size(self, at: Any) -> Scalar:
-        """Return the radius."""
-        return at(self.radius)
-
-    def tangents(self, at: Any, normal: Vector, turned: bool) -> tuple[Vector, Vector]:
-        """Return the axis, and the direction around it."""
-        axis = self.axle(at)
-        return axis, cross(normal, axis)
-
-    def lies_across(self, R: Any, k: Vector) -> bool:
-        """Return True if the axis is parallel to k."""
-        return all(exact(x) == 0 for x in cross(apply(R, self.axis), k))
-
-    @classmethod
-    def law_with(cls, feature: type[ContactShape]) -> Law | None:
-        """Return the law of round shapes."""
-        return between_round if feature.round else None
+    look, hollow = "wall", "pipe"
 
     @classmethod
     def made(cls, body: Any, **data: Any) -> ContactShape:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...scalar.algebra import add, divide, dot, scale, subtract
-from .shape import Nearest
+from ...scalar.algebra import Scalar, Vector, add, apply, cross, divide, dot, scale, subtract
+from ...scalar.expression import exact
+from .shape import ContactShape, Law, Nearest
 
 
 def between_round(at: Any, a: Any, b: Any) -> Nearest:
@@ -34,3 +35,40 @@ def between_round(at: Any, a: Any, b: Any) -> Nearest:
         return Nearest(subtract(A, scale(r_a, n)), subtract(B, scale(r_b, n)), n, r_b - r_a - distance)
     n = scale(divide(1, distance), d)
     return Nearest(subtract(A, scale(r_a, n)), add(B, scale(r_b, n)), n, distance - r_a - r_b)
+
+
+class AboutAxis(ContactShape, listed=False):
+    """A shape that is round about an axis, and the same along it; ``inside`` if the body is around it."""
+
+    at: Vector
+    axis: Vector
+    radius: Scalar
+    inside: bool = False
+
+    round, extruded, precedence = True, True, 1
+
+    def middle(self, at: Any) -> Vector:
+        """Return the centre, in ground axes."""
+        return at.place(self.body, self.at)
+
+    def axle(self, at: Any) -> Vector:
+        """Return the axis, in ground axes."""
+        return at.turned(self.body, self.axis)
+
+    def size(self, at: Any) -> Scalar:
+        """Return the radius."""
+        return at(self.radius)
+
+    def tangents(self, at: Any, normal: Vector, turned: bool) -> tuple[Vector, Vector]:
+        """Return the axis, and the direction around it."""
+        axis = self.axle(at)
+        return axis, cross(normal, axis)
+
+    def lies_across(self, R: Any, k: Vector) -> bool:
+        """Return True if the axis is parallel to k."""
+        return all(exact(x) == 0 for x in cross(apply(R, self.axis), k))
+
+    @classmethod
+    def law_with(cls, feature: type[ContactShape]) -> Law | None:
+        """Return the law of round shapes."""
+        return between_round if feature.round else None
