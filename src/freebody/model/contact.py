@@ -315,8 +315,8 @@ def in_modes(model: Model, modes: Any) -> Model:
     Raises
     ------
     ModelError
-        If a contact or mode is unknown, if a mode has a sign in 3-D or none in the plane, or if a contact without
-        friction sticks.
+        If a contact or mode is unknown, if a mode has a sign in 3-D or none in the plane, if a contact without
+        friction sticks, or if a joint is at both of its stops.
     """
     names = {c.name for c in model.contacts} | {c.owner for c in model.contacts}
     for name in modes:
@@ -342,6 +342,14 @@ def in_modes(model: Model, modes: Any) -> Model:
             )
         else:
             closed[contact.name] = touching
+    by_owner = {one.contact.owner: one.contact for one in closed.values()}
+    for one in closed.values():
+        first, last = one.contact, by_owner[one.contact.owner]
+        if first is not last and first.law is not None and first.law.one_at_a_time:
+            raise ModelError(
+                f"'{first.name}' and '{last.name}' cannot be closed at once: they are the two ends of {first.law.title}. "
+                f'Close one of them, modes={{"{first.name}": "closed"}}.'
+            )
     return replace(model, constraints={**model.constraints, **closed}, loads={**model.loads, **sliding})
 
 

@@ -71,6 +71,8 @@ class Gap(Part):
     """True if a constant normal force of 1 holds it closed: friction up to the coefficients themselves."""
     directions: ClassVar[int] = 1
     """Number of tangents, 1 or 2, if there is friction."""
+    one_at_a_time: ClassVar[bool] = False
+    """True if at most one of its ``elements`` can be closed."""
 
     def __init_subclass__(cls, *, kind: str = "") -> None:
         super().__init_subclass__()

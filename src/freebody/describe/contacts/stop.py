@@ -37,6 +37,7 @@ class Stop(Gap, kind="stop"):
 
     noun = "stop"
     words = {"index": "coordinate"}
+    one_at_a_time = True
 
     def check(self) -> None:
         """Refuse a joint without such a displacement, and stops in the wrong order."""
@@ -68,6 +69,7 @@ class CoordinateStop(Gap, kind="coordinate_stop"):
     body: Frame | None = None
 
     noun = "stop"
+    one_at_a_time = True
 
     def check(self) -> None:
         """Refuse stops in the wrong order."""

@@ -32,7 +32,11 @@ def check_modes_are_chosen(model: Model, question: str) -> None:
         isinstance(x, Touching | Sliding) for x in (*model.constraints.values(), *model.loads.values())
     ):
         return
-    modes = {c.owner: c.slipping if c.frictionless else "stick" for c in model.contacts}
+    first = {c.owner: c for c in reversed(model.contacts)}
+    modes = {
+        c.name if c.law is not None and c.law.one_at_a_time else owner: c.slipping if c.frictionless else "stick"
+        for owner, c in reversed(first.items())
+    }
     raise ModelError(
         f"Expected the modes of the contacts for {question}, got '{model.name}' without any. Pass its equations in "
         f'place of the system: {question}(fb.equations(s, modes={modes}), ...); "open" leaves a contact out.'

@@ -38,12 +38,11 @@ class Words:
     greater: str
     remaining: str
     zero: str
-    nothing: str = "-"
 
 
-TEXT = Words(" = ", ", ", ", any ", "  if ", " >= 0", "  where ", " = 0")
+TEXT = Words(" = ", ", ", "any ", "  if ", " >= 0", "  where ", " = 0")
 LATEX = Words(
-    " = ", ", ", r",\ \text{any } ", r"\quad\text{if } ", r" \ge 0", r"\quad\text{where } ", " = 0"
+    " = ", ", ", r"\ \text{any } ", r"\quad\text{if } ", r" \ge 0", r"\quad\text{where } ", " = 0"
 )  # fmt: skip
 
 _text, _latex = (partial(closed, kind) for kind in (Text, Latex))
@@ -218,9 +217,12 @@ class SteadyMotion(Result):
 
     def _shown(self, show: Any, signs: Words) -> str:
         ring = self._p.ring
-        line = self._assignments(show, signs.comma, signs.equals) or signs.nothing
+        line = self._assignments(show, signs.comma, signs.equals)
         free = [a for a in self._p.named if a not in self.canonical.values and a not in self._present]
+        if not line and not free:  # rest at any place
+            free = self._p.coordinates
         if free:
+            line += signs.comma if line else ""
             line += signs.any + signs.comma.join(show(ring.generator(a), ring) for a in free)
         if self._exists:
             line += signs.condition + signs.comma.join(show(x, ring) + signs.greater for x in self._exists)

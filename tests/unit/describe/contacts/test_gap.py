@@ -80,6 +80,16 @@ def test_modes_are_checked():
             fb.equations(s, modes={modes: words[0]})
 
 
+def test_a_joint_is_at_one_of_its_stops():
+    s, _, _ = arm()
+    message = "'stretched_low' and 'stretched_high' cannot be closed at once: .* modes={\"stretched_low\": \"closed\"}"
+    with pytest.raises(fb.errors.ModelError, match=message):
+        fb.equations(s, modes={"stretched": "closed"})
+    modes = "modes={'stretched_low': 'closed', 'sum': 'closed', 'dry': 'stick', 'stiff': 'stick'}"
+    with pytest.raises(fb.errors.ModelError, match=re.escape(modes)):
+        fb.linearize(s)
+
+
 def test_a_motion_obeys_the_laws_at_every_step():
     s, *_ = arm()
     motion = fb.simulate(s, 3, initial={"q1": 1.2, "q2": 0.3}, tolerance=1e-11)

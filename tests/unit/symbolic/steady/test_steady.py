@@ -332,6 +332,19 @@ def test_dependent_conditions_on_speeds() -> None:
 # -- display --------------------------------------------------------------------------------------
 
 
+def test_what_may_have_any_value() -> None:
+    def block() -> tuple[fb.System, fb.Joint]:
+        s = fb.System("block")
+        return s, s.slider("guide", s.ground, s.body("b", fb.particle(1)), axis="x", coordinate="x")
+
+    s, _ = block()
+    assert fb.steady_motions(s).text() == "any x'"
+    s, guide = block()
+    s.friction("dry", guide, force=2)
+    stuck = fb.steady_motions(fb.equations(s, modes={"dry": "stick"}))
+    assert stuck.text() == "any x" and r"\text{any } x" in stuck.latex()
+
+
 def test_display() -> None:
     found = fb.steady_motions(gyroscope(), terms=SPIN)
     lines = found.text().splitlines()
