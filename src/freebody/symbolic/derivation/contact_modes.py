@@ -34,7 +34,9 @@ def check_modes_are_chosen(model: Model, question: str) -> None:
         return
     first = {c.owner: c for c in reversed(model.contacts)}
     modes = {
-        c.name if c.law is not None and c.law.one_at_a_time else owner: c.slipping if c.frictionless else "stick"
+        c.name if c.law is not None and c.law.one_at_a_time else owner: c.slipping
+        if c.frictionless
+        else "stick"
         for owner, c in reversed(first.items())
     }
     raise ModelError(
