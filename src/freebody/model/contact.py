@@ -347,8 +347,8 @@ def in_modes(model: Model, modes: Any) -> Model:
         first, last = one.contact, by_owner[one.contact.owner]
         if first is not last and first.law is not None and first.law.one_at_a_time:
             raise ModelError(
-                f"'{first.name}' and '{last.name}' cannot be closed at once: they are the two ends of {first.law.title}. "
-                f'Close one of them, modes={{"{first.name}": "closed"}}.'
+                f"'{first.name}' and '{last.name}' cannot be closed at once: they are the two ends of "
+                f'{first.law.title}. Close one of them, modes={{"{first.name}": "closed"}}.'
             )
     return replace(model, constraints={**model.constraints, **closed}, loads={**model.loads, **sliding})
 
