@@ -6,7 +6,7 @@ plane. A contact in that plane has one tangent, any other contact has two.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +19,10 @@ from ..errors import ModelError, nearest
 from ..scalar.algebra import IDENTITY, ZERO, Expression, Matrix, Vector, apply, cross, dot, multiply
 from ..scalar.expression import exact
 from .model import GROUND, Link, Model
+
+OF_LENGTHS = {"gap": "m", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
+OF_ANGLES = {"gap": "rad", "normal": "N m", "tangential": "N m", "slip": "rad/s", "margin": "N m"}
+"""Units of the quantities of a contact."""
 
 
 class Side(ContactShape):
@@ -88,6 +92,11 @@ class Contact:
     def held(self) -> bool:
         """True if a normal force of 1 that is no unknown holds it closed, as in dry friction of a joint."""
         return self.law is not None and self.law.held
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of its gap, forces, slip and margin: those of an angle where it is a stop or friction of one."""
+        return OF_ANGLES if self.law is not None and self.law.turns else OF_LENGTHS
 
     @property
     def swapped(self) -> bool:

@@ -126,6 +126,12 @@ class Gap(Part):
         return found[0], found[1] if len(found) > 1 else found[0].system.ground
 
     @property
+    def turns(self) -> bool:
+        """True if the gap, or what friction resists, is an angle: its forces are moments."""
+        joint = getattr(self, "joint", None)
+        return joint is not None and joint.primitives[getattr(self, "index", 0)].turns
+
+    @property
     def parts(self) -> tuple[str, str]:
         """What touches what, in words."""
         joint = getattr(self, "joint", None)

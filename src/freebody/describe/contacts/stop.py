@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 import sympy
+from sympy.core.function import AppliedUndef
 
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression, Scalar
@@ -81,6 +82,17 @@ class CoordinateStop(Gap, kind="coordinate_stop"):
         """The stop at the low end, and that at the high one."""
         return sides(self)
 
+    @property
+    def turns(self) -> bool:
+        """True if all its coordinates are angles."""
+        moving = self.expression.atoms(AppliedUndef)
+        joints: Any = self.bodies[0].system.joints.values()
+        moved = [
+            one for joint in joints for one in joint.primitives
+            if isinstance(one.coordinate, sympy.Basic) and moving & one.coordinate.atoms(AppliedUndef)
+        ]  # fmt: skip
+        return bool(moved) and all(one.turns for one in moved)
+
     def gap(self, at: Any) -> Scalar:
         """Return the distance to the stop."""
         y = at(self.expression)
@@ -88,7 +100,7 @@ class CoordinateStop(Gap, kind="coordinate_stop"):
 
     def normal(self, at: Any) -> Iterator[Action]:
         """Yield the generalized forces ∂g/∂q."""
-        for atom in sorted(self.expression.atoms(sympy.core.function.AppliedUndef), key=str):
+        for atom in sorted(self.expression.atoms(AppliedUndef), key=str):
             slope = at(exact(self.expression.diff(atom)))
             yield GeneralizedForce(atom, -slope if self.low is None else slope)
 
@@ -160,7 +172,7 @@ def stop(
     >>> s.stop("wall", pin, low=0, restitution=0.5)
     stop 'wall'
     >>> print(fb.simulate(s, 0.5, initial={"theta": 0.5}).events)
-    t = 0.415978 s: wall: impact, normal speed -1.89809 → 0.949045 m/s
+    t = 0.415978 s: wall: impact, normal speed -1.89809 → 0.949045 rad/s
     """
     title = f"stop '{name}'"
     compliant = stiffness is not None

@@ -59,9 +59,6 @@ def variables_of(job: Job) -> dict[str, tuple[tuple[str, ...], Any, dict[str, st
     return result
 
 
-_UNITS = {"gap": "m", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
-
-
 def _about(model: Model, name: str, value: Any) -> dict[str, Any]:
     """Return the attributes of an output."""
     if isinstance(value, OfContact):
@@ -72,7 +69,7 @@ def _about(model: Model, name: str, value: Any) -> dict[str, Any]:
                 "flag_values": np.arange(len(CONTACT_MODES)),
                 "flag_meanings": " ".join(CONTACT_MODES),
             }
-        return {"units": _UNITS[value.what], **about}
+        return {"units": model.contacts[value.contact].units[value.what], **about}
     if isinstance(value, OfReaction):
         what = "magnitude" if value.component is None else f"{AXES[value.component]} component"
         return {

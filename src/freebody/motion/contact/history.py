@@ -32,7 +32,7 @@ WHY = {
     event_run.END_OF_SIDE: "the end of the side",
     event_run.ONTO_SIDE: "the foot came onto the side",
     event_run.SLIP_STOPPED: "the slip stopped",
-    event_run.CONE_REACHED: "|T| reached {:.6g} N",
+    event_run.CONE_REACHED: "|T| reached {:.6g} {unit}",
     event_run.BOUNCES_BELOW: "bounces below what numbers resolve",
     event_run.BOUNCES_END: "end of the bounces, the limit of a geometric series",
 }
@@ -199,8 +199,9 @@ class History:
         compliance = bool(spare) and work.shared and work.decides(modes, t, y)
         for i in range(0, len(marks) - 2 - E, 4):
             k, before, after, code = marks[2 + E + i : 6 + E + i]
-            name = work.names[k]
-            why = WHY[code].format(measures[i // 4]) if code != event_run.NO_REASON else ""
+            name, unit, why = work.names[k], work.model.contacts[k].units["tangential"], ""
+            if code != event_run.NO_REASON:
+                why = WHY[code].format(measures[i // 4], unit=unit)
             why = why or (
                 "the start" if before < 0 else "an impact" if hit else "a change at another contact"
             )
@@ -232,7 +233,8 @@ class History:
         for k, before, after in zip(hit.chosen, hit.speeds, hit.speeds_after, strict=True):
             if before < -hit.still:
                 new = 0.0 if abs(after) <= hit.still else after
-                parts.append(f"{self.work.names[k]}: impact, normal speed {before:.6g} → {new:.6g} m/s")
+                unit = self.work.model.contacts[k].units["slip"]
+                parts.append(f"{self.work.names[k]}: impact, normal speed {before:.6g} → {new:.6g} {unit}")
         if hit.part < 1:
             parts.append(
                 f"restitution reduced to {hit.part:g} e: no impulses satisfy the law with e, or the energy would grow"

@@ -198,6 +198,7 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     it, model, t = work.it, work.model.name, work.it.t
     chosen = work.chosen()
     names = ", ".join(f"'{work.names[k]}'" for k in chosen)
+    units = [one.units["slip"] for one in work.model.contacts]
     speeds = [it.rate[work.scene.first[k]] for k in chosen]
     impact = f"Impact at t = {t:.9g} s of '{model}': "
     h = float(np.max(it.lengths[it.first_row : it.logged - 1], initial=0.0))
@@ -216,7 +217,9 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"law: impact='newton' or 'poisson'."
         )
     if why == event_run.NO_IMPULSES:
-        approach = ", ".join(f"'{work.names[k]}' ({v:.6g} m/s)" for k, v in zip(chosen, speeds, strict=True))
+        approach = ", ".join(
+            f"'{work.names[k]}' ({v:.6g} {units[k]})" for k, v in zip(chosen, speeds, strict=True)
+        )
         return SimulationError(
             f"{impact}No impulses were found that satisfy Coulomb friction at contacts {approach} (approach speed "
             f"along the normal), even without restitution: a law is still violated by {work.problem.residual:.3g} of "
@@ -226,7 +229,7 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
         fastest = float(np.min(it.x[np.cumsum([0, *(1 + work.scene.tangents[k] for k in chosen[:-1])])]))
         return SimulationError(
             f"{impact}The sequence of impacts at contacts {names} did not end after {event_run.PASSES} impacts: the "
-            f"fastest contact still approaches at {-fastest:.3g} m/s. Use impacts='simultaneous'."
+            f"fastest contact still approaches at {-fastest:.3g} {units[chosen[0]]}. Use impacts='simultaneous'."
         )
     if why == event_run.TURNED:
         return SimulationError(

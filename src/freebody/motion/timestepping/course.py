@@ -397,7 +397,8 @@ class InSteps:
             return "the slip turned round"
         at = self.layout[0][e]
         T = self.impulses.contacts[step, at + 1 : at + 1 + self.layout[1][e]] / self.stepping.step
-        return f"|T| reached {float(np.linalg.norm(T)):.6g} N"
+        unit = self.kernels.model.contacts[e].units["tangential"]
+        return f"|T| reached {float(np.linalg.norm(T)):.6g} {unit}"
 
     @property
     def _names(self) -> tuple[str, ...]:

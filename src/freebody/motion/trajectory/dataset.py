@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...model.contact import OF_LENGTHS
 from ...version import VERSION
 from .computed_motion import ComputedMotion
 from .units import unit_of
@@ -54,8 +56,9 @@ def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
             pose.quaternion,
             {"units": "1", "long_name": f"unit quaternion, ground from {name}"},
         )
+    units = {contact.name: contact.units for contact in trajectory.kernels.model.contacts}
     for name, motion in trajectory.contacts.items():
-        variables.update(_of_contact(name, motion))
+        variables.update(_of_contact(name, motion, units.get(name, OF_LENGTHS)))
     for name, reaction in trajectory.reactions.items():
         where = f"on {reaction.on}, in {reaction.frame} axes"
         variables[f"{name}.force"] = (
@@ -100,7 +103,7 @@ def dataset(trajectory: ComputedMotion) -> xarray.Dataset:
     )
 
 
-def _of_contact(name: str, motion: Any) -> dict[str, Any]:
+def _of_contact(name: str, motion: Any, units: Mapping[str, str]) -> dict[str, Any]:
     """Return gap, forces, slip, friction-cone margin and mode of a contact."""
 
     def along(values: Any) -> Any:
@@ -108,15 +111,20 @@ def _of_contact(name: str, motion: Any) -> dict[str, Any]:
 
     about = f"of contact {name}"
     return {
-        f"{name}.gap": ("time", motion.gap, {"units": "m", "long_name": f"gap {about}"}),
-        f"{name}.normal": ("time", motion.normal, {"units": "N", "long_name": f"normal force {about}"}),
+        f"{name}.gap": ("time", motion.gap, {"units": units["gap"], "long_name": f"gap {about}"}),
+        f"{name}.normal": (
+            "time", motion.normal, {"units": units["normal"], "long_name": f"normal force {about}"},
+        ),
         f"{name}.tangential": (
             along(motion.tangential), motion.tangential,
-            {"units": "N", "long_name": f"friction on the feature {about}"},
+            {"units": units["tangential"], "long_name": f"friction on the feature {about}"},
         ),
-        f"{name}.slip": (along(motion.slip), motion.slip, {"units": "m/s", "long_name": f"slip velocity {about}"}),
+        f"{name}.slip": (
+            along(motion.slip), motion.slip, {"units": units["slip"], "long_name": f"slip velocity {about}"},
+        ),
         f"{name}.margin": (
-            "time", motion.margin, {"units": "N", "long_name": f"what friction has left {about}, mu_s N - |T|"},
+            "time", motion.margin,
+            {"units": units["margin"], "long_name": f"what friction has left {about}, mu_s N - |T|"},
         ),
         f"{name}.mode": ("time", np.array(motion.mode, dtype=object), {"long_name": f"mode {about}"}),
     }  # fmt: skip

@@ -112,8 +112,8 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
     Parameters
     ----------
     outputs : name, expression, text, sequence of them, or mapping of name to them
-        ``"theta"``, ``"L*sin(theta)"``, ``"kinetic_energy"``, ``"max(theta)"``, ``"floor.normal"``,
-        ``"pin"``, ``"pin.force.y"``, ``"pin.moment"``, ``"modes"``.
+        ``"theta"``, ``"L*sin(theta)"``, ``"kinetic_energy"``, ``"max(theta)"``, ``"floor.normal"`` or
+        ``"N_floor"``, ``"floor.slip"``, ``"pin"``, ``"pin.force.y"``, ``"pin.moment"``, ``"modes"``.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
             has_timeline = True
             continue
         how, inside = reduction(value)
-        parts = _of_contact(model, inside) or of_reaction(model, inside)
+        parts = quantity_of(model, inside)
         if parts and not how:
             for last, part in parts.items():
                 timed[f"{name}{last}"] = part
@@ -180,13 +180,24 @@ def reduction(value: Any) -> tuple[str, Any]:
     return call[1], call[2].strip()
 
 
+def quantity_of(model: Model, value: Any) -> Mapping[str, OfContact | OfReaction]:
+    """Return the quantities of a contact or of a reaction that a text names; empty for other values."""
+    return _of_contact(model, value) or _of_reaction(model, value)
+
+
 def _of_contact(model: Model, value: Any) -> Mapping[str, OfContact]:
     """Return the components of the quantity of a contact that a text names, by what is added to the text: ".1" and
-    ".2", or nothing if there is one; empty for other values.
+    ".2", or nothing if there is one; empty for other values. "N_floor" is "floor.normal", and "T_floor" likewise.
     """
     if not isinstance(value, str):
         return {}
-    name, _, what = value.strip().rpartition(".")
+    text = value.strip()
+    for k, contact in enumerate(model.contacts):
+        if text == contact.normal_name:
+            return {"": OfContact(k, "normal")}
+        if text in contact.tangent_names:
+            return {"": OfContact(k, "tangential", contact.tangent_names.index(text))}
+    name, _, what = text.rpartition(".")
     component = None
     if what.isdigit():
         component = int(what) - 1
@@ -207,7 +218,7 @@ def _of_contact(model: Model, value: Any) -> Mapping[str, OfContact]:
     return {f".{i + 1}": OfContact(k, what, i) for i in range(count)}
 
 
-def of_reaction(model: Model, value: Any) -> Mapping[str, OfReaction]:
+def _of_reaction(model: Model, value: Any) -> Mapping[str, OfReaction]:
     """Return the quantities of a reaction that a text names, by what is added to the text: "pin" is the magnitude of
     the force, "pin.moment.z" a component, and "pin.force" has three, ".x", ".y" and ".z"; empty for other values.
     """

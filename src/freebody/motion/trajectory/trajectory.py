@@ -14,7 +14,7 @@ from ..ending import End
 from .computed_motion import ComputedMotion
 from .dataset import dataset
 from .extremes import extremes, values
-from .outputs import of_reaction, outputs_of, reduction
+from .outputs import OfContact, outputs_of, quantity_of, reduction
 
 if TYPE_CHECKING:
     from pathlib import Path as FilePath
@@ -50,7 +50,8 @@ class Trajectory(ComputedMotion):
 
         ``["max(theta)"]``, and likewise min, initial, final and range, is one number for the whole run, as in a batch.
         ``["pin"]`` is the magnitude of the force of joint pin, ``["pin.force"]`` its components in ground axes, shape
-        (n, 3), ``["pin.force.y"]`` one of them, and ``["pin.moment"]`` likewise.
+        (n, 3), ``["pin.force.y"]`` one of them, and ``["pin.moment"]`` likewise. ``["N_floor"]`` is the normal force of
+        contact floor, as ``["floor.normal"]`` is; its other quantities are gap, tangential, slip, margin and mode.
         """
         if not isinstance(name, str | sympy.Basic | int | float):
             raise SimulationError(f"Expected a coordinate, a speed or an expression of them, got {name!r}.")
@@ -65,7 +66,10 @@ class Trajectory(ComputedMotion):
             return self._rates()[:, self.kernels.model.n_q + self.kernels.model.speed_names.index(name[:-1])]
         if isinstance(name, str) and (number := self._number(name)) is not None:
             return number
-        if parts := of_reaction(self.kernels.model, name):
+        if parts := quantity_of(self.kernels.model, name):
+            first = next(iter(parts.values()))
+            if isinstance(first, OfContact) and first.what == "mode":
+                return list(self.contacts.values())[first.contact].mode
             columns = values(self, tuple(parts.values()))
             return columns[:, 0] if len(parts) == 1 else columns
         try:

@@ -37,11 +37,12 @@ def channels(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> dict[
         result[f"energy {name}"] = _scalar("J", values)
     if keys.touched is not None:
         for k, name in enumerate(keys.touched.names):
-            result[f"gap {name}"] = _scalar("m", keys.touched.gap[:, k])
+            units = trajectory.kernels.model.contacts[k].units
+            result[f"gap {name}"] = _scalar(units["gap"], keys.touched.gap[:, k])
             for i, force in enumerate(_force_names(trajectory, k)):
-                result[f"force {force}"] = _scalar("N", keys.touched.forces[k][:, i])
+                result[f"force {force}"] = _scalar(units["normal"], keys.touched.forces[k][:, i])
             if not trajectory.kernels.model.contacts[k].frictionless:
-                result[f"margin {name}"] = _scalar("N", keys.touched.margin(k))
+                result[f"margin {name}"] = _scalar(units["margin"], keys.touched.margin(k))
     result["energy residual"] = _scalar("J", keys.residual)
     return result
 

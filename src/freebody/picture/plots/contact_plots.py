@@ -83,7 +83,8 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
             mu, least = _static(trajectory, name), motion.least
             margin = np.where(undetermined, mu * least[:, 0] - np.linalg.norm(least[:, 1:], axis=1), np.nan)
             _curve(ax, trajectory, margin, shade, f"{name} ({LEAST})", ":")
-    _over_time(ax, r"$\mu_s N - |T|$", {"N"}, "Friction margin")
+    units = {c.name: c.units for c in trajectory.kernels.model.contacts}
+    _over_time(ax, r"$\mu_s N - |T|$", {units[name]["margin"] for name in names}, "Friction margin")
     ax.set_xlim(trajectory.t[0], trajectory.t[-1])  # including the times at which all contacts are open
     return ax
 
@@ -135,7 +136,8 @@ def contact_forces(trajectory: Trajectory, contacts: Any = None, ax: Axes | None
                 _curve(ax, trajectory, sign * limit, "0.55", label, ":")
     bodies = ", ".join(dict.fromkeys(contact.feature.body.name for contact in shown))
     title = "Forces of contacts" if len(names) > 1 else f"Contact {names[0]}, on {bodies}"
-    _over_time(ax, f"force on {bodies}", {"N"}, title)
+    units = {contact.units["normal"] for contact in shown}
+    _over_time(ax, f"{'moment' if units == {'N m'} else 'force'} on {bodies}", units, title)
     ax.set_xlim(trajectory.t[0], trajectory.t[-1])
     return ax
 

@@ -6,7 +6,7 @@ from collections.abc import Hashable
 from typing import TYPE_CHECKING, Any
 
 from ...errors import SimulationError
-from ...motion.trajectory.outputs import of_reaction
+from ...motion.trajectory.outputs import OfContact, quantity_of
 from ...motion.trajectory.units import unit_of
 from ...symbolic.printing.latex import latex_name
 
@@ -35,12 +35,15 @@ def text_of(trajectory: Trajectory, name: Any) -> str:
 
 
 def unit(trajectory: Trajectory, name: Any) -> str:
-    """Return the unit of a coordinate, a speed or a reaction; empty for an expression."""
+    """Return the unit of a coordinate, a speed, a reaction or a quantity of a contact; empty for an expression."""
     text = text_of(trajectory, name)
     if text in trajectory.names:
         return unit_of(trajectory, text)
-    of_joint = next(iter(of_reaction(trajectory.kernels.model, text).values()), None)
-    return of_joint.unit if of_joint else ""
+    model = trajectory.kernels.model
+    found = next(iter(quantity_of(model, text).values()), None)
+    if isinstance(found, OfContact):
+        return model.contacts[found.contact].units.get(found.what, "")
+    return found.unit if found else ""
 
 
 def label(trajectory: Trajectory, name: Any) -> str:

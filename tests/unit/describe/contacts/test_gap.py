@@ -108,6 +108,23 @@ def test_a_motion_obeys_the_laws_at_every_step():
     assert abs(motion.energy.residual).max() < 1e-8
 
 
+def test_forces_have_names_and_units():
+    s, _, _ = arm()
+    motion = fb.simulate(s, 2, initial={"q1": 0.5, "q2": 0.75, "q2'": 2})
+    assert (motion["N_stretched_high"] == motion.contacts["stretched_high"].normal).all()
+    assert (motion["dry.tangential"] == motion.contacts["dry"].tangential).all()
+    assert motion["dry.mode"].tolist() == motion.contacts["dry"].mode.tolist()
+    assert motion["max(T_dry)"] == pytest.approx(0.3)
+    units = {name: motion.data[name].attrs["units"] for name in ("sum.gap", "dry.tangential", "stiff.slip")}
+    assert units == {"sum.gap": "rad", "dry.tangential": "N m", "stiff.slip": "rad/s"}
+    assert fb.plot.contact_forces(motion, "dry").get_ylabel() == "moment on a [N m]"
+    texts = [event.text for event in motion.events]
+    assert any("impact, normal speed" in text for text in texts)
+    assert not any(text.endswith((" m/s", " N")) for text in texts)
+    data = fb.sweep(s, {"q1": [0.5, 0.6]}, until=1, outputs=["max(T_dry)", "N_sum"])
+    assert data["N_sum"].attrs["units"] == "N m"
+
+
 def test_a_file_holds_it():
     s, *_ = arm()
     text = toml_text(s)
