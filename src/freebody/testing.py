@@ -17,7 +17,8 @@ from .describe.contacts.gap import Gap
 from .describe.description import coordinates_of
 from .describe.joints.rotor import Rotor
 from .describe.loads.action import PointForce
-from .describe.loads.load import Load, Part, sort_of
+from .describe.loads.load import Load
+from .describe.part import Part, sort_of
 from .describe.system import System
 from .errors import ModelError
 from .model.model import Model

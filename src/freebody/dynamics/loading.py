@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path
-from traceback import extract_tb
 from typing import Any, NoReturn
 
 from ..describe.frame import Frame, Point
 from ..describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
-from ..describe.loads.load import Part
-from ..errors import FreebodyError, ModelError, nearest, shown
+from ..describe.part import Part, answer
+from ..errors import ModelError, nearest, shown
 from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import (
     FUNCTIONS,
@@ -47,9 +45,6 @@ from .kinematics import (
     rotation,
 )
 from .state import State, traced_state
-
-PACKAGE = Path(__file__).parents[1]
-"""Folder of freebody; lines of code in other folders are the user's."""
 
 
 class Instant:
@@ -219,7 +214,7 @@ def asked_actions(
     model: Model, state: State, part: Part, question: Callable[[Instant], Any]
 ) -> tuple[Action, ...]:
     """Return the actions that a part answers at a state, checked."""
-    return checked_actions(model, part, _asked(part, lambda: tuple(question(Instant(model, state, part)))))
+    return checked_actions(model, part, answer(part, lambda: tuple(question(Instant(model, state, part)))))
 
 
 def checked_actions(model: Model, part: Part, acting: Iterable[Action]) -> tuple[Action, ...]:
@@ -229,7 +224,7 @@ def checked_actions(model: Model, part: Part, acting: Iterable[Action]) -> tuple
 
 def asked(model: Model, state: State, part: Part, question: Callable[[Instant], Any]) -> Any:
     """Return what a part answers at a state; an error in its code names the part, the line and the cure."""
-    return _asked(part, lambda: question(Instant(model, state, part)))
+    return answer(part, lambda: question(Instant(model, state, part)))
 
 
 def scaled(action: Action, factor: Scalar) -> Action:
@@ -252,7 +247,7 @@ def conditions(model: Model, state: State, name: str) -> list[Scalar]:
     """Return the conditions on which a load switches (:meth:`Instant.where`), in the order in which it asks."""
     load = model.loads[name]
     at = Instant(model, state, load)
-    _asked(load, lambda: tuple(load.actions(at)))
+    answer(load, lambda: tuple(load.actions(at)))
     return at.conditions
 
 
@@ -276,29 +271,8 @@ def _without_value(action: Action) -> Action:
     return replace(action, value=0)
 
 
-def _asked(load: Part, question: Callable[[], Any]) -> Any:
-    """Return what a load answers; an error in its code names the load, the line and the cure."""
-    try:
-        return question()
-    except (FreebodyError, ArithmeticError):
-        raise
-    except Exception as error:
-        _blame(load, error)
-
-
-def _blame(load: Part, error: Exception) -> NoReturn:
-    frames = extract_tb(error.__traceback__)
-    own = [frame for frame in frames if not Path(frame.filename).is_relative_to(PACKAGE)]
-    line = own[-1] if own else frames[-1]
-    raise ModelError(
-        f"{_begin(load)}{error} ({line.filename}, line {line.lineno}: {line.line}) Actions and potential are formulas "
-        f"of what `at` gives, without if on a value; fb.Load lists what they may use."
-    ) from error
-
-
 def _begin(load: Part) -> str:
-    title = load.title
-    return f"{title[0].upper()}{title[1:]}: "
+    return f"{load.heading}: "
 
 
 def _own_action(model: Model, load: Part, action: Any) -> Action:
@@ -409,7 +383,7 @@ def load_potential(model: Model, state: State) -> Scalar:
     total: Scalar = 0
     for load in model.loads.values():
         if load.is_conservative:
-            total = total + _asked(load, partial(load.potential, Instant(model, state, load)))
+            total = total + answer(load, partial(load.potential, Instant(model, state, load)))
     return total
 
 

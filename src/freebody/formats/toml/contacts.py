@@ -31,7 +31,7 @@ from ...describe.shapes.shape import KINDS, ContactShape
 from ...describe.system import System
 from ..own_kinds import named_kind
 from ..text import expression_text
-from .loads import added, part_keys
+from .parts import added, part_keys
 from .table import Table
 from .value_texts import ValueTexts
 
@@ -147,7 +147,7 @@ def _each(table: Table, key: str) -> list[Table]:
 def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
     """Return the keys of one contact and their texts."""
     if isinstance(pair, Gap):
-        return part_keys(writer, pair, "fb.Gap")
+        return part_keys(writer, pair)
     keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
     if pair.friction != 0:
         keys["friction"] = writer.value(pair.friction)

@@ -111,7 +111,7 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     local = np.array([float(m.now.state(x)) for x in link.axis])
     r = R @ next(d for d in candidates if abs(float(d @ local)) < 1e-9)
     before = _about(n, -value) @ r
-    point = m.joints[name][3]
+    point = m.joints[name].point
     at = m.page(point)
     box = np.array([m.page(q) for q in m.extent()])
     if float(np.abs(at - box.mean(axis=0)).max()) > 2 * m.wide:
@@ -149,7 +149,7 @@ def _far_axis(m: MachineDrawing, name: str, at: Array, box: Array) -> None:
         distances = [m.e.state(x) for x in joint.at if x != 0]
         if joint.parent != child or len(distances) != 1:
             continue
-        start = m.page(m.joints[key][3])
+        start = m.page(m.joints[key].point)
         d = (at - start) / np.linalg.norm(at - start)
         reach = max(float((q - start) @ d) for q in box) + 14.0
         line = np.array([start + reach * d, start + (reach + 52.0) * d])

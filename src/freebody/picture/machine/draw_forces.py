@@ -82,7 +82,7 @@ def _spring_label(m: MachineDrawing, load: Load, at: Array, along: Array) -> Non
 
 def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
     joint = m.joints[action.joint.name]
-    at, name = m.page(joint[3]), load.name
+    at, name = m.page(joint.point), load.name
     d = m.axis(action.joint.name, action.index)
     link = m.model.links[joint_link(m.model, action)]
     if not link.slides_only or d is None:
@@ -90,7 +90,7 @@ def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
         if not m.many:
             _spring_label(m, load, at, np.array([20.0, 0.0]))
         return
-    base = m.page(m.now.place(joint[1], m.model.joints[action.joint.name].at))
+    base = m.page(m.now.place(joint.parent, m.model.joints[action.joint.name].at))
     same = [
         key
         for key, other in m.model.loads.items()

@@ -74,7 +74,7 @@ def arrows(kernels: Kernels) -> tuple[Arrow, ...]:
             result.append(Arrow(name, "reaction", "force", body, center, "contact", 0, constraint))
             continue
         at = constraint.to if isinstance(constraint, Closure) else model.joints[name].to
-        if not isinstance(constraint, Closure) and model.joints[name].type == "free":
+        if not isinstance(constraint, Closure) and model.joints[name].pair.free:
             continue
         result += [Arrow(name, "reaction", kind, body, at, "reaction") for kind in ("force", "moment")]
     for k, contact in enumerate(model.contacts):

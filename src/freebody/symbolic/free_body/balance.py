@@ -254,7 +254,7 @@ class BodyBalance:
             for i in joint.links:
                 if tau.get(i, 0) != 0:
                     parts += self._along_joint(load, name, i, tau[i], kind)
-            if joint.path:
+            if joint.pair.path:
                 parts += self._on_child(load, name, on_path(model, state, joint, {speed: value}), kind)
         if len(parts) < 2:
             return parts
