@@ -50,7 +50,7 @@ def displacements_of(
                 f"The pose of {what} does not depend on its coordinate '{text}'. Give position= or turns= with it, "
                 f"such as position=('{text}', '{text}^2', 0)."
             )
-    return motions, ((x, y, z), ZERO), {"coordinate": " ".join(names)}
+    return motions, ((x, y, z), ZERO), {**joint.stored(motions, components), "coordinate": " ".join(names)}
 
 
 def _pose(joint: Any, coordinates: list[Any]) -> tuple[Any, Any]:

@@ -15,7 +15,7 @@ from ...errors import ModelError, shown
 from ...scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply
 from ...scalar.expression import exact
 from ..axes import direction, orientation
-from ..description import Description, children_of
+from ..description import Description, children_of, vector
 from ..frame import Frame, closes_loop, own_body
 from ..part import SORTS, Part, answer, register
 from .functions import displacements_of
@@ -78,6 +78,14 @@ class Joint(Part):
         The joint's point on the parent and on the child, in the axes of each body.
     parent_axes, child_axes : 3 x 3
         Rotation matrices whose columns are the joint axes on the parent and on the child.
+    axis : axes of the kinds that have one
+    coordinate : tuple or str
+        Displacements of the motions whose coordinates the joint names, or what ball and free joints begin names with.
+    armature : expression or tuple
+    rotor : Rotor
+        Inertia that its speeds alone move, and the rotor of a motor.
+    endings : tuple of str
+        Endings of the names of its coordinates.
     primitives : tuple of Primitive
         Elementary motions, from the parent to the child.
     pair : Pair
@@ -149,8 +157,8 @@ class Joint(Part):
         """Return the position of the child, three components, and its turns, (axis, angle), in joint axes."""
         raise ModelError(f"{self.heading} has no pose.")
 
-    def stored(self, motions: Sequence[Primitive]) -> dict[str, Any]:
-        """Return data of the kind that its motions in the system's terms replace."""
+    def stored(self, motions: Sequence[Primitive], position: Vector) -> dict[str, Any]:
+        """Return data of the kind that its motions in the system's terms replace, or the ``position`` of its pose."""
         return {}
 
     @property
@@ -226,7 +234,9 @@ def _place(system: Description, value: Any, joint: Any, name: str) -> Any:
 
 def _direction(system: Description, value: Any, joint: Any, name: str) -> Any:
     direction(system, value, f"the {name} of {joint.title}")
-    return value if isinstance(value, str) else tuple(value)  # files have the user's letter
+    return (
+        value if isinstance(value, str) else vector(system, value, joint.title)
+    )  # files have the user's letter
 
 
 def _rotor(system: Description, value: Any, joint: Any, name: str) -> Any:

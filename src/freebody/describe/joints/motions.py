@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...errors import ModelError, shown
+from ...scalar.algebra import ZERO
 from ..axes import direction
 from ..description import Description, varying, vector
 from ..frame import closes_loop
@@ -45,7 +46,7 @@ def resolved(system: Description, joint: Any) -> tuple[list[Primitive], Any]:
     written: Any = tuple(values)
     if own == [True]:
         written = None if values[0] == joint.name else values[0]
-    return result, {**joint.stored(result), "coordinate": None if closes or not slots else written}
+    return result, {**joint.stored(result, ZERO), "coordinate": None if closes or not slots else written}
 
 
 def _moves(motion: Primitive) -> bool:

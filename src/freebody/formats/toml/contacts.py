@@ -57,7 +57,7 @@ def read_contacts(system: System, root: Table) -> None:
 def read_contact(system: System, name: str, table: Table) -> None:
     """Add one contact of a file to the system."""
     if table.has("kind"):
-        added(system, name, named_kind(table, "kind", GAPS, Gap, "contact"), table)
+        added(system, name, named_kind(table, "kind", GAPS, Gap, "kind of contact"), table)
         return
     feature, surface = (
         _shape(Table(table.document, (*table.path, key), table.raw(key), table.system), key)
@@ -75,7 +75,11 @@ def read_contact(system: System, name: str, table: Table) -> None:
 def _shape(place: Table, key: str = "shapes") -> Any:
     """Return the shape that a table describes."""
     body = place.guard(lambda: own_body(place.system, place.text("body", "ground"), f"'{key}'"), "body")
-    kind = named_kind(place, "shape", KINDS, ContactShape, "shape") if place.has("shape") else KINDS[POINT]
+    kind = (
+        named_kind(place, "shape", KINDS, ContactShape, "kind of shape")
+        if place.has("shape")
+        else KINDS[POINT]
+    )
     for key in kind.required:
         place.raw(key)
     data = {key: _READERS[sort](place, key) for key, sort in kind.words.items() if place.has(key)}

@@ -31,7 +31,7 @@ from .value_texts import quoted
 
 def read_joint(system: System, name: str, table: Table) -> None:
     """Add one joint of a file to the system."""
-    kind = named_kind(table, "type", KINDS, Joint, "joint")
+    kind = named_kind(table, "type", KINDS, Joint, "type of joint")
     added(system, name, kind, table, {} if table.has("parent") else {"parent": "ground"})
 
 

@@ -56,7 +56,7 @@ def _load(system: System, name: str, table: Table) -> None:
 
 def _named_kind(table: Table) -> type[Load]:
     kind: type[Load] = named_kind(
-        table, "kind", KINDS, Load, "load", lambda kind: kind.sections == ("loads",)
+        table, "kind", KINDS, Load, "kind of load", lambda kind: kind.sections == ("loads",)
     )
     return kind
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import sympy
-from freebody.describe.joints.chain import parallel_turns
 
 import freebody as fb
+from freebody.describe.joints.pair import parallel_turns
 from freebody.dynamics.joints.motions import dual
 
 

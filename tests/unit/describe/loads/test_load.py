@@ -140,7 +140,10 @@ def branching(self, at):
 def test_what_cannot_be_a_load_is_refused():
     other = fb.System("other")
     ball = other.body("ball", fb.particle(1))
-    refused("Expected a load or a contact for 'x', an instance of a subclass of fb.Load or fb.Gap, got None")
+    refused(
+        "Expected a load, a joint or a contact for 'x', an instance of a subclass of fb.Load, fb.Joint or fb.Gap, "
+        "got None"
+    )
     refused("Make it one: Drag", lambda s: Drag)
     refused("drag 'drag' is already part of a system. Make another one for 'x'", lambda s: s.loads["drag"])
     refused("Drag 'x': body 'ball' belongs to the system 'other'", lambda s: Drag(ball.origin, 1))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ....scalar.algebra import Vector
 from ...description import Description
 from ...frame import Frame
 from ...part import add
@@ -23,7 +24,7 @@ class ChainJoint(Joint, kind="chain"):
         """Return the motions."""
         return self.parts
 
-    def stored(self, motions: Sequence[Primitive]) -> dict[str, Any]:
+    def stored(self, motions: Sequence[Primitive], position: Vector) -> dict[str, Any]:
         """Return the motions in the system's terms."""
         return {"parts": tuple(motions)}
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ....scalar.algebra import Vector
 from ...description import Description
 from ...frame import Frame
 from ...part import add
 from ..joint import Components, Joint, Turns
+from ..primitive import Primitive
 
 
 class PathJoint(Joint, kind="path_joint"):
@@ -22,6 +24,11 @@ class PathJoint(Joint, kind="path_joint"):
     def pose(self, *coordinates: Any) -> tuple[Any, Any]:
         """Return the position and the turns."""
         return self.position, self.turns
+
+    def stored(self, motions: Sequence[Primitive], position: Vector) -> dict[str, Any]:
+        """Return the position and the turns in the system's terms."""
+        turns = tuple((motion.axis, motion.coordinate) for motion in motions if motion.turns)
+        return {"position": position, "turns": turns}
 
 
 def path_joint(
