@@ -46,7 +46,8 @@ def resolved(system: Description, joint: Any) -> tuple[list[Primitive], Any]:
     written: Any = tuple(values)
     if own == [True]:
         written = None if values[0] == joint.name else values[0]
-    return result, {**joint.stored(result, ZERO), "coordinate": None if closes or not slots else written}
+    told = {"coordinate": None if closes or not slots else written}
+    return result, told | joint.stored(result, ZERO)
 
 
 def _moves(motion: Primitive) -> bool:

@@ -109,6 +109,8 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     candidates = [np.array([float(m.now.state(x)) for x in m.model.links[i].axis]) for i in neighbours]
     candidates += [np.eye(3)[k] for k in range(3)]
     local = np.array([float(m.now.state(x)) for x in link.axis])
+    across = np.cross(local, np.eye(3)[int(np.argmin(np.abs(local)))])  # an oblique axis has no other one
+    candidates.append(across / float(np.linalg.norm(across)))
     r = R @ next(d for d in candidates if abs(float(d @ local)) < 1e-9)
     before = _about(n, -value) @ r
     point = m.joints[name].point

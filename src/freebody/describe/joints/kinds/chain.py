@@ -25,8 +25,8 @@ class ChainJoint(Joint, kind="chain"):
         return self.parts
 
     def stored(self, motions: Sequence[Primitive], position: Vector) -> dict[str, Any]:
-        """Return the motions in the system's terms."""
-        return {"parts": tuple(motions)}
+        """Return the motions in the system's terms, with the coordinates."""
+        return {"parts": tuple(motions), "coordinate": None}
 
 
 def chain(
