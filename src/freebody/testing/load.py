@@ -13,9 +13,10 @@ from ..describe.loads.action import Action, Couple, GeneralizedForce, JointForce
 from ..describe.loads.load import Load
 from ..describe.system import System
 from ..dynamics.kinematics import point_position
-from ..dynamics.loading import Loading, action_power, actions
+from ..dynamics.loads.actions import action_power, actions
+from ..dynamics.loads.loading import Loading
+from ..dynamics.loads.virtual_power import virtual_powers
 from ..dynamics.newton_euler import inverse_dynamics
-from ..dynamics.potential_rate import virtual_powers
 from ..dynamics.state import State, float_state, polynomial_state
 from ..model.assemble import assemble
 from ..model.model import Model

@@ -59,7 +59,7 @@ from ..kinematics import (
     state_along,
     state_moving,
 )
-from ..loading import action_power, asked, asked_actions, checked_actions, joint_link, speed_of
+from ..loads.actions import action_power, asked, asked_actions, checked_actions, joint_link, speed_of
 from ..state import State
 
 

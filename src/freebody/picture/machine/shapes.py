@@ -23,7 +23,7 @@ from ...describe.frame import Point
 from ...describe.loads.action import PointForce
 from ...describe.loads.load import Load
 from ...describe.looks import NOTHING
-from ...dynamics.loading import places
+from ...dynamics.loads.actions import places
 from ...dynamics.state import State, float_state
 from ...errors import ModelError
 from ...model.closure import Closure

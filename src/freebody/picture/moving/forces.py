@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from ...describe.constraints.constraint import Rolling
 from ...describe.loads.action import Action, Couple, JointForce, PointForce
 from ...dynamics.kinematics import poses, rotation
-from ...dynamics.loading import actions, joint_link, places, weight
+from ...dynamics.loads.actions import actions, joint_link, places
+from ...dynamics.loads.loading import weight
 from ...dynamics.motion import transmitting
 from ...dynamics.state import State
 from ...model.closure import Closure

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..describe.loads.load import Load
-from ..model.model import Model
-from ..scalar.algebra import Scalar
-from ..scalar.series import derivative_at_start
-from .kinematics import replaced, state_along
-from .loading import Instant, action_power, actions
-from .state import State
+from ...describe.loads.load import Load
+from ...model.model import Model
+from ...scalar.algebra import Scalar
+from ...scalar.series import derivative_at_start
+from ..kinematics import replaced, state_along
+from ..state import State
+from .actions import action_power, actions
+from .instant import Instant
 
 
 def virtual_powers(model: Model, state: State, load: Load, u: Sequence[Scalar]) -> tuple[float, float]:
