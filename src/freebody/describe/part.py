@@ -6,11 +6,13 @@ system; an error in the code of a kind names the part, the line and the cure.
 
 from __future__ import annotations
 
+import linecache
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from traceback import extract_tb
+from traceback import FrameSummary, extract_tb
 from typing import Any, ClassVar, NoReturn, Self, TypeAlias, dataclass_transform
 
 from ..errors import FreebodyError, ModelError, nearest, shown
@@ -211,17 +213,57 @@ def answer(part: Part, question: Callable[[], Any]) -> Any:
     """Return what the code of a part answers; an error in it names the part, the line and the cure."""
     try:
         return question()
-    except (FreebodyError, ArithmeticError):
-        raise
+    except (FreebodyError, ArithmeticError) as error:
+        line = _own_line(part, error)
+        if line is None or type(error) is not ModelError or line.filename in str(error):
+            raise
+        raise ModelError(f"{error} ({line.filename}, line {line.lineno}: {line.line})") from error
     except Exception as error:
         blame(part, error)
 
 
+def is_own(part: Part) -> bool:
+    """Return True if the kind of a part is a user's, and not one of freebody."""
+    return type(part).__module__.partition(".")[0] != PACKAGE.name
+
+
+def line_of(found: Any, question: Callable[..., Any]) -> str:
+    """Return the file and the line of a user's code: where a generator stands, or else where a method begins."""
+    frame = getattr(found, "gi_frame", None)
+    code = frame.f_code if frame is not None else getattr(question, "__code__", None)
+    if code is None:
+        return ""
+    line = frame.f_lineno if frame is not None else code.co_firstlineno
+    return f"({code.co_filename}, line {line}: {linecache.getline(code.co_filename, line).strip()})"
+
+
+@contextmanager
+def said_by(part: Part, question: Callable[..., Any]) -> Iterator[None]:
+    """Give the line of a method of a user's kind to what is refused of its answer."""
+    try:
+        yield
+    except ModelError as error:
+        line = line_of(None, question)
+        if not is_own(part) or "(" + line[1:].partition(", line")[0] in str(error):
+            raise
+        raise ModelError(f"{error} {line}") from None
+
+
 def blame(part: Part, error: Exception) -> NoReturn:
     """Raise ModelError for an error in the code of a part, with the line in the user's file."""
-    frames = extract_tb(error.__traceback__)
-    own = [frame for frame in frames if not Path(frame.filename).is_relative_to(PACKAGE)]
-    line = own[-1] if own else frames[-1]
+    line = _own_line(part, error) or extract_tb(error.__traceback__)[-1]
     raise ModelError(
         f"{part.heading}: {error} ({line.filename}, line {line.lineno}: {line.line}) {part.rules}"
     ) from error
+
+
+def _own_line(part: Part, error: Exception) -> FrameSummary | None:
+    """Return the last line on the way to an error that is the user's; None if there is none.
+
+    It is one of the file of the kind, or else of any file but those of freebody.
+    """
+    frames = extract_tb(error.__traceback__)
+    files = {f.__code__.co_filename for f in vars(type(part)).values() if hasattr(f, "__code__")}
+    others = [frame for frame in frames if not Path(frame.filename).is_relative_to(PACKAGE)]
+    own = [frame for frame in others if frame.filename in files] or others
+    return own[-1] if own else None

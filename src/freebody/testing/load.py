@@ -13,9 +13,9 @@ from ..describe.loads.action import Action, Couple, GeneralizedForce, JointForce
 from ..describe.loads.load import Load
 from ..describe.system import System
 from ..dynamics.kinematics import point_position
-from ..dynamics.loads.actions import action_power, actions
+from ..dynamics.loads.actions import actions
 from ..dynamics.loads.loading import Loading
-from ..dynamics.loads.virtual_power import virtual_powers
+from ..dynamics.loads.power import action_power, virtual_powers
 from ..dynamics.newton_euler import inverse_dynamics
 from ..dynamics.state import State, float_state, polynomial_state
 from ..model.assemble import assemble
@@ -88,7 +88,7 @@ def _powers(kind: type[Load], model: Model, state: State, found: Sequence[Action
         [*unloaded, *powers],
     )  # fmt: skip
     if load.is_conservative:
-        of_actions, of_potential = virtual_powers(model, state, load, state.u)
+        of_actions, of_potential = virtual_powers(model, state, load, state.u, found)
         same(kind, "the power of its actions and -dV/dt", [of_actions], [of_potential], powers)
 
 

@@ -17,7 +17,7 @@ from ...scalar.expression import exact
 from ..axes import direction, orientation
 from ..description import Description, children_of, vector
 from ..frame import Frame, closes_loop, own_body
-from ..part import SORTS, Part, answer, register
+from ..part import SORTS, Part, answer, register, said_by
 from .functions import displacements_of
 from .joining import place_on
 from .motions import resolved
@@ -187,11 +187,12 @@ class Joint(Part):
         closes = closes_loop(system, self.child)
         path = type(self).pose is not Joint.pose
         told: Mapping[str, Any]
-        if path:
-            motions, anchors, told = displacements_of(system, self)
-        else:
-            motions, told = resolved(system, self)
-            anchors = (motions[0].at, motions[-1].at)
+        with said_by(self, self.pose if path else self.motions):
+            if path:
+                motions, anchors, told = displacements_of(system, self)
+            else:
+                motions, told = resolved(system, self)
+                anchors = (motions[0].at, motions[-1].at)
         motions = with_inertia(system, self, motions)
         pair = pair_of(motions, path)
         if closes and not pair.closes:

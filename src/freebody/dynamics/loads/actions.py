@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from ...describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
-from ...describe.part import Part, answer
+from ...describe.part import Part, answer, is_own, line_of
 from ...errors import ModelError, shown
 from ...model.model import Model
-from ...scalar.algebra import ZERO, Scalar, dot, scale, three
+from ...scalar.algebra import ZERO, Scalar, scale, three
 from ...scalar.trace import Tape
-from ..kinematics import angular_velocity, point_velocity
 from ..state import State, traced_state
 from .instant import Instant, own_link, own_place
+from .own_kinds import check_kind
+from .power import speed_of
+
+YIELD = "Yield what acts, such as fb.PointForce(self.point, force) with the three components of the force."
+"""Cure for actions that are none."""
 
 
 def actions(model: Model, state: State, name: str) -> tuple[Action, ...]:
@@ -36,7 +41,28 @@ def asked_actions(
     model: Model, state: State, part: Part, question: Callable[[Instant], Any]
 ) -> tuple[Action, ...]:
     """Return the actions that a part answers at a state, checked."""
-    return checked_actions(model, part, answer(part, lambda: tuple(question(Instant(model, state, part)))))
+    if is_own(part):
+        _once(model, part, question, lambda state: values_of(_asked_actions(model, state, part, question)))
+    return _asked_actions(model, state, part, question)
+
+
+def _asked_actions(
+    model: Model, state: State, part: Part, question: Callable[[Instant], Any]
+) -> tuple[Action, ...]:
+    found = answer(part, partial(question, Instant(model, state, part)))
+    if isinstance(found, str) or not hasattr(found, "__iter__"):
+        raise ModelError(
+            f"{part.heading}: expected actions, got {shown(found)} {line_of(found, question)}. {YIELD}"
+        )
+    rest, result = iter(found), []
+    while (action := answer(part, lambda: next(rest, None))) is not None:
+        try:
+            result.append(_own_action(model, part, action))
+        except ModelError as error:
+            if not is_own(part):
+                raise
+            raise ModelError(f"{error} {line_of(found, question)}") from None
+    return tuple(result)
 
 
 def checked_actions(model: Model, part: Part, acting: Iterable[Action]) -> tuple[Action, ...]:
@@ -46,7 +72,38 @@ def checked_actions(model: Model, part: Part, acting: Iterable[Action]) -> tuple
 
 def asked(model: Model, state: State, part: Part, question: Callable[[Instant], Any]) -> Any:
     """Return what a part answers at a state; an error in its code names the part, the line and the cure."""
-    return answer(part, lambda: question(Instant(model, state, part)))
+
+    def ask(state: State) -> Any:
+        return answer(part, lambda: question(Instant(model, state, part)))
+
+    if is_own(part) and not question.__name__.startswith("<"):  # a function of its own, not of this package
+        _once(model, part, question, lambda state: [ask(state)])
+    return ask(state)
+
+
+def _once(
+    model: Model, part: Part, question: Callable[[Instant], Any], ask: Callable[[State], Sequence[Scalar]]
+) -> None:
+    """Check a user's kind the first time that a model asks it."""
+    checked = model.memo.setdefault("checked kinds", set())
+    key = (part.table, part.name, getattr(question, "__qualname__", ""))
+    if key not in checked:
+        checked.add(key)
+        check_kind(model, part, question, ask)
+
+
+def values_of(acting: Iterable[Action]) -> list[Scalar]:
+    """Return all components and values of actions."""
+    result: list[Scalar] = []
+    for action in acting:
+        match action:
+            case PointForce():
+                result += action.force
+            case Couple():
+                result += action.moment
+            case _:
+                result.append(action.value)
+    return result
 
 
 def scaled(action: Action, factor: Scalar) -> Action:
@@ -106,31 +163,6 @@ def _own_action(model: Model, load: Part, action: Any) -> Action:
     except (TypeError, AttributeError) as error:
         raise ModelError(f"{load.heading}: in its action {shown(action)}: {error}") from None
     raise ModelError(
-        f"{load.heading}: expected fb.PointForce, fb.Couple, fb.JointForce or fb.GeneralizedForce from its actions, got "
-        f"{shown(action)}."
+        f"{load.heading}: expected fb.PointForce, fb.Couple, fb.JointForce or fb.GeneralizedForce from its actions, "
+        f"got {shown(action)}. {YIELD}"
     )
-
-
-def speed_of(model: Model, load: Part, coordinate: Any) -> int:
-    """Return the index of the speed to which a force on a coordinate is conjugate."""
-    name = f"{model.names.texts.get(coordinate, coordinate)}'"
-    if name not in model.speed_names:
-        raise ModelError(f"{load.heading}: '{coordinate}' is no coordinate of '{model.name}'.")
-    return model.speed_names.index(name)
-
-
-def joint_link(model: Model, action: JointForce) -> int:
-    """Return the link that the displacement of a joint force moves."""
-    return model.joints[action.joint.name].links[action.index]
-
-
-def action_power(model: Model, state: State, load: Part, action: Action) -> Scalar:
-    """Return the power of one action at a state [W]."""
-    match action:
-        case PointForce(point, force):
-            return dot(force, point_velocity(model, state, point))
-        case Couple(body, moment):
-            return dot(moment, angular_velocity(model, state, body))
-        case JointForce():
-            return action.value * state.rate(model.links[joint_link(model, action)])
-    return action.value * state.u[speed_of(model, load, action.coordinate)]

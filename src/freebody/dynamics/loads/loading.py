@@ -17,8 +17,9 @@ from ...scalar.algebra import Scalar, Vector, apply_transpose, cross, scale, sub
 from ...space.spatial import ZERO6, Spatial, plus
 from ..kinematics import Spot, link_postures, place_of, rotation
 from ..state import State
-from .actions import action_power, actions, joint_link, speed_of
+from .actions import actions
 from .instant import Instant
+from .power import action_power, joint_link, speed_of
 
 
 @dataclass

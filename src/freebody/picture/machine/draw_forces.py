@@ -13,7 +13,8 @@ from ...describe.description import vector
 from ...describe.frame import Point
 from ...describe.loads.action import Action, Couple, JointForce, PointForce
 from ...describe.loads.load import Load
-from ...dynamics.loads.actions import joint_link, places
+from ...dynamics.loads.actions import places
+from ...dynamics.loads.power import joint_link
 from ...errors import ModelError, shown
 from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 from ...describe.constraints.constraint import Rolling
 from ...describe.loads.action import Action, Couple, JointForce, PointForce
 from ...dynamics.kinematics import poses, rotation
-from ...dynamics.loads.actions import actions, joint_link, places
+from ...dynamics.loads.actions import actions, places
 from ...dynamics.loads.loading import weight
+from ...dynamics.loads.power import joint_link
 from ...dynamics.motion import transmitting
 from ...dynamics.state import State
 from ...model.closure import Closure

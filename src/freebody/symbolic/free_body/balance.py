@@ -25,8 +25,9 @@ from ...dynamics.conditions.contact import unit_forces
 from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joints.freedom import on_path, unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
-from ...dynamics.loads.actions import actions, joint_link, scaled, speed_of
+from ...dynamics.loads.actions import actions, scaled
 from ...dynamics.loads.loading import weight
+from ...dynamics.loads.power import joint_link, speed_of
 from ...errors import ModelError, nearest
 from ...model.contact import Touching
 from ...model.model import JointPlace
