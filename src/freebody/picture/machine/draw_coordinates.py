@@ -29,10 +29,10 @@ def mark_coordinates(m: MachineDrawing) -> None:
                 _slide(m, name, number, link)
             elif link.turns_only and not m.view.planar:
                 _turn(m, name, number, link)
-        kinds = [m.model.links[i].kind for i in joint.links]
-        if "ball" in kinds or "free" in kinds:
+        links = [m.model.links[i] for i in joint.links]
+        if any(link.own for link in links):
             _body_axes(m, joint.child)
-        if m.view.planar and "hinge" in kinds:
+        if m.view.planar and any(link.turns_only for link in links):
             angles = [
                 angle_of(m.e, m.now, m.view, m.scale, joint.child, relative) for relative in (False, True)
             ]
