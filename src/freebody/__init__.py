@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from .motion.legs.blow import blow as blow
     from .motion.legs.impulse import centre_of_percussion as centre_of_percussion
     from .motion.legs.impulse import impulse as impulse
+    from .motion.ode.tableau import RungeKutta as RungeKutta
     from .motion.trajectory.event import event as event
     from .motion.trajectory.trajectory import Trajectory as Trajectory
     from .picture.free_body.free_body_diagram import free_body_diagram as free_body_diagram
@@ -131,6 +132,7 @@ _EXPORTS = {
     "Pose": "space.pose",
     "Rotation": "space.rotation",
     "Rotor": "describe.joints.rotor",
+    "RungeKutta": "motion.ode.tableau",
     "Screw": "describe.joints.screw",
     "Slider": "describe.joints.slider",
     "System": "describe.system",

@@ -28,14 +28,14 @@ CASES = [
     (chain(fb.Hinge("x")), "Expected a list of motions for chain 'leg', such as"),
     (chain(["hinge"]), "Expected fb.Hinge, fb.Slider, fb.Screw or fb.Ball in chain 'leg', got 'hinge'."),
     (chain([fb.Ball(), fb.Hinge("x")]), "Chain 'leg' has a ball, which makes every turn. Leave out its other turns."),
-    (chain([fb.Hinge("x", at=("q", 0, 0))]), "The anchor of motion 1 of chain 'leg' is fixed in the joint and cannot depend on q."),
+    (chain([fb.Hinge("x", at=("q", 0, 0))]), "The anchor of chain 'leg' is fixed in the joint and cannot depend on q."),
     (chain([fb.Hinge("x"), fb.Hinge("y", rotor=fb.Rotor(1))]), "The rotor of motion 2 of chain 'leg' would stand on the motion before it, which has no body. Put it on the first motion, or give the joint a body there."),
-    (chain([fb.Ball(armature=2)]), "The ball in motion 1 of chain 'leg' takes no armature= or rotor=. Make the joint by s.ball, or by hinges."),
+    (chain([fb.Ball(armature=2)]), "The ball in chain 'leg' takes no armature= or rotor=. Make the joint by s.ball, or by hinges."),
     (chain([fb.Hinge(k) for k in "xyxy"]), "Chain 'leg' has 4 turns about different axes and 0 displacements beside them; a body has at most three of each. Leave some out."),
     (chain([fb.Hinge("x"), fb.Hinge("-x", at=(2, 0, 0))]), "Motions 1 and 2 of chain 'leg' are the same hinge, so their coordinates cannot be told apart. Leave one out, or give it another anchor."),
     (chain([fb.Slider("x"), fb.Slider("x", at=(0, 1, 0))]), "Motions 1 and 2 of chain 'leg' are the same slider"),
-    (chain([fb.Hinge((0, 0, 0))]), "The axis of motion 1 of chain 'leg' has length zero. Give a direction, such as (0, 0, 1)."),
-    (chain([fb.Screw("x", pitch="q")]), "The pitch of motion 1 of chain 'leg' must be constant, but it depends on q."),
+    (chain([fb.Hinge((0, 0, 0))]), "The axis of chain 'leg' has length zero. Give a direction, such as (0, 0, 1)."),
+    (chain([fb.Screw("x", pitch="q")]), "The pitch of chain 'leg' must be constant, but it depends on q."),
 ]  # fmt: skip
 
 
@@ -54,4 +54,13 @@ def test_a_chain_that_closes_a_loop(s):
     with pytest.raises(
         ModelError, match="Chain 'leg' closes a loop, which joints of this type cannot. Open the loop"
     ):
-        chain([fb.Hinge("x")])(s)
+        chain([fb.Hinge("x"), fb.Slider("y")])(s)
+
+
+def test_a_chain_of_displacements_then_turns_closes_a_loop(s):
+    """A pin in a slot: its conditions are those of its motions."""
+    s.hinge("pin", s.ground, s.bodies["foot"], coordinate="q")
+    chain([fb.Slider("x"), fb.Hinge("z")], at=(1, 1, 0), to=(0, 1, 0))(s)
+    closure = fb.assemble(s).constraints["leg"]
+    assert [letter for letter, _ in closure.along] == ["y", "z"]
+    assert closure.square == (("x", (0, -1, 0), (0, 0, 1)), ("y", (1, 0, 0), (0, 0, 1)))

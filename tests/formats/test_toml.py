@@ -10,14 +10,17 @@ import sympy
 
 import freebody as fb
 from freebody.describe.description import about_of, names_of, parameters_of, positive_in
+from freebody.describe.joints.joint import KINDS as JOINT_KINDS
 from freebody.describe.shapes.shape import KINDS
 from freebody.formats import read_case
 from freebody.formats.text import expression_text, toml_number
-from freebody.formats.toml.read import CONSTRAINTS, JOINTS, SOLIDS, case_from_text
+from freebody.formats.toml.read import CONSTRAINTS, SOLIDS, case_from_text
 from freebody.formats.toml.write import toml_text
 from freebody.gallery import entries
 from freebody.scalar.algebra import IDENTITY
 from freebody.testing import random_system
+
+JOINTS = [name for name, kind in JOINT_KINDS.items() if kind.__module__.startswith("freebody.")]
 
 PAGE = Path(__file__).parents[2] / "docs" / "model-files.md"
 EXAMPLES = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)

@@ -82,7 +82,7 @@ def train(rng):
     s = wheels(rng, -0.5, True)
     frame, one, two = (s.bodies[name] for name in ("frame", "one", "two"))
     ring = s.body("ring", solid(rng))
-    axis = s.joints["first"].arguments["axis"]
+    axis = s.joints["first"].axis
     third = s.hinge("third", frame, ring, at=s.joints["first"].at, axis=axis, coordinate="r")
     s.gear(s.joints["second"], third, 3, name="inner", pressure_angle=ANGLE)
     return s

@@ -391,10 +391,7 @@ def test_motion_does_not_depend_on_the_names(seed):
             "parent_axes": joint.parent_axes,
             "child_axes": joint.child_axes,
         }
-        if "axis" in joint.arguments:
-            given["axis"] = joint.arguments["axis"]
-        if "pitch" in joint.arguments:
-            given["pitch"] = joint.arguments["pitch"]
+        given |= {key: getattr(joint, key) for key in ("axis", "pitch") if hasattr(joint, key)}
         new = f"y{9 - int(name[1:])}"
         made = getattr(b, joint.type)(new, bodies[joint.parent.name], bodies[joint.child.name], **given)
         assert made.name == new

@@ -34,10 +34,19 @@ from .description import (
     varying,
     vector,
 )
-from .joints import chain as _chain
-from .joints import path as _path
-from .joints import system_joints as _joints
 from .joints.joint import Joint
+from .joints.kinds import ball as _ball
+from .joints.kinds import chain as _chain
+from .joints.kinds import cylindrical as _cylindrical
+from .joints.kinds import free as _free
+from .joints.kinds import gimbal as _gimbal
+from .joints.kinds import hinge as _hinge
+from .joints.kinds import path_joint as _path_joint
+from .joints.kinds import planar as _planar
+from .joints.kinds import screw as _screw
+from .joints.kinds import slider as _slider
+from .joints.kinds import universal as _universal
+from .joints.kinds import weld as _weld
 from .loads import belt as _belt
 from .loads import bushing as _bushing
 from .loads import cable as _cable
@@ -45,9 +54,10 @@ from .loads import drag as _drag
 from .loads import gravitation as _gravitation
 from .loads import motor as _motor
 from .loads import system_loads as _loads
-from .loads.load import Load, add
+from .loads.load import Load
 from .looks import drawn_as, solid_of
 from .names import TIME, check_name, finite
+from .part import add
 
 
 class System(Description):
@@ -207,18 +217,18 @@ class System(Description):
 
     # -- joints, loads, constraints, contacts ---------------------------------------------------
 
-    hinge = arguments_named(_joints.hinge)
-    slider = arguments_named(_joints.slider)
-    cylindrical = arguments_named(_joints.cylindrical)
-    screw = arguments_named(_joints.screw)
-    universal = arguments_named(_joints.universal)
-    gimbal = arguments_named(_joints.gimbal)
-    planar = arguments_named(_joints.planar)
-    ball = arguments_named(_joints.ball)
-    free = arguments_named(_joints.free)
-    weld = arguments_named(_joints.weld)
+    hinge = arguments_named(_hinge.hinge)
+    slider = arguments_named(_slider.slider)
+    cylindrical = arguments_named(_cylindrical.cylindrical)
+    screw = arguments_named(_screw.screw)
+    universal = arguments_named(_universal.universal)
+    gimbal = arguments_named(_gimbal.gimbal)
+    planar = arguments_named(_planar.planar)
+    ball = arguments_named(_ball.ball)
+    free = arguments_named(_free.free)
+    weld = arguments_named(_weld.weld)
     chain = arguments_named(_chain.chain)
-    path_joint = arguments_named(_path.path_joint)
+    path_joint = arguments_named(_path_joint.path_joint)
     add = arguments_named(add)
     force = arguments_named(_loads.force)
     torque = arguments_named(_loads.torque)

@@ -40,7 +40,7 @@ from .composite import mass_matrix
 from .coordinates import accelerations_of_coordinates, forces_on_displacements
 from .kinematics import velocities
 from .linear import Factorization, is_zero, solve_symmetric
-from .loading import loading
+from .loads.loading import loading
 from .newton_euler import bias
 from .rotors import unturned
 from .state import State

@@ -30,7 +30,8 @@ from .conditions.constraints import linearized, rows, slip_direction
 from .conditions.contact import contact_rows, rows_of, touch, unit_forces
 from .kinematics import Spot
 from .linear import Factorization, applied, combined, products, scalar_product
-from .loading import Loading, act, scaled
+from .loads.actions import scaled
+from .loads.loading import Loading, act
 from .motion import Motion
 from .newton_euler import bias
 from .state import State

@@ -14,7 +14,7 @@ from ..scalar.algebra import HALF, Scalar, add, apply, dot, scale
 from ..space.spatial import momentum_of, power
 from .armature import armature_energy, has_armature
 from .kinematics import link_postures, velocities
-from .loading import Loading, load_potential, load_power
+from .loads.loading import Loading, load_potential, load_power
 from .newton_euler import drive_power
 from .state import State
 

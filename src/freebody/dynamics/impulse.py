@@ -48,7 +48,7 @@ from .coordinates import forces_on_coordinates
 from .joints.freedom import transmissible
 from .kinematics import link_postures, place_of, point_position, rotation
 from .linear import Factorization, applied, combined, products
-from .loading import Loading
+from .loads.loading import Loading
 from .state import State
 
 Blow = tuple[Any, Vector, Vector]

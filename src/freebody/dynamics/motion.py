@@ -15,7 +15,7 @@ from .conditions.constrained import constrained_dynamics, constrained_loading, c
 from .conditions.constraints import closed_forces, rows, wrenches
 from .conditions.contact import wrench_on_feature
 from .energy import mechanical_power
-from .loading import Loading, loading
+from .loads.loading import Loading, loading
 from .newton_euler import reactions
 from .state import State
 

@@ -23,7 +23,7 @@ from .armature import has_armature, resistance, spin_rate
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
 from .joints.freedom import loads_on_child, on_path, transmissible
 from .kinematics import accelerations, rotation, turning, velocities
-from .loading import Loading, loading
+from .loads.loading import Loading, loading
 from .state import State
 
 Resisting = dict[int, tuple[Scalar, ...]]

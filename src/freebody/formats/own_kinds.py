@@ -21,7 +21,7 @@ def named_kind(
     base : class
         What the kinds are subclasses of.
     noun : str
-        What messages call them: "load", "shape".
+        What messages call them: "kind of load", "type of joint".
     allowed : callable
         Whether a kind may stand here.
 
@@ -40,7 +40,7 @@ def named_kind(
             *entry_points(group="freebody.kinds").names,
         ]
         table.fail(
-            f"Unknown kind of {noun} '{name}'; {nearest(name, names)} Import the module that defines it, as "
+            f"Unknown {noun} '{name}'; {nearest(name, names)} Import the module that defines it, as "
             f"class Own(fb.{base.__name__}, kind='{name}'), before the file is read.",
             key,
         )
@@ -54,13 +54,13 @@ def _import(table: Any, key: str, entry: EntryPoint, base: type, noun: str) -> N
         found = entry.load()
     except Exception as error:
         table.fail(
-            f"The kind of {noun} '{entry.name}' is that of {package}, whose {entry.value} cannot be imported: "
+            f"The {noun} '{entry.name}' is that of {package}, whose {entry.value} cannot be imported: "
             f"{type(error).__name__}: {error}. Repair or remove the package.",
             key,
         )
     if not (isinstance(found, type) and issubclass(found, base) and getattr(found, "kind", "") == entry.name):
         table.fail(
-            f"The kind of {noun} '{entry.name}' is that of {package}, but its {entry.value} is not a class "
+            f"The {noun} '{entry.name}' is that of {package}, but its {entry.value} is not a class "
             f"(fb.{base.__name__}, kind='{entry.name}').",
             key,
         )

@@ -10,15 +10,15 @@ from typing import Any
 import sympy
 
 from ..describe.description import about_of, changes_of, coordinates_of, names_of, parameters_of, positive_in
-from ..describe.joints.chain import parallel_turns
 from ..describe.joints.joint import Joint
+from ..describe.joints.pair import parallel_turns
 from ..describe.joints.primitive import Primitive
 from ..describe.joints.rotor import Rotor, own_rotor
 from ..describe.joints.weld import Weld
 from ..describe.names import TIME, rate
 from ..describe.system import System
 from ..errors import ModelError, shown
-from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, dot, multiply, scale, subtract, transpose
+from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, scale, subtract, transpose
 from ..scalar.expression import exact
 from .closure import closure
 from .contact import contacts
@@ -75,7 +75,7 @@ def assemble(system: System) -> Model:
         )
         numbers = []
         last = len(joint.primitives) - 1
-        parent, position, rotation = place.link, _plus(place.origin, joint.at), joint.parent_axes
+        parent, position, rotation = place.link, _plus(place.origin, joint.start), joint.parent_axes
         primitives = list(joint.primitives)
         mounted = rotors.get(joint.name, ())
         if primitives[last].n_speeds and joint.child_axes != IDENTITY:
@@ -100,11 +100,11 @@ def assemble(system: System) -> Model:
         mass = joint.child.mass_properties
         assert mass is not None
         bodies[joint.child.name] = Place(
-            numbers[-1], _minus(ZERO, joint.to), mass.mass, mass.center, mass.inertia, mass
+            numbers[-1], _minus(ZERO, joint.end), mass.mass, mass.center, mass.inertia, mass
         )
         joints[joint.name] = JointPlace(
-            joint.type, tuple(numbers), joint.parent.name, joint.child.name, joint.at, joint.to,
-            parallel_turns(primitives), joint.path, joint.path or _anchored(joint.primitives),
+            joint.type, joint.pair, tuple(numbers), joint.parent.name, joint.child.name, joint.start, joint.end,
+            parallel_turns(primitives),
         )  # fmt: skip
     model = Model(
         name=system.name,
@@ -217,27 +217,12 @@ def _link(
     center, inertia = ZERO, (ZERO, ZERO, ZERO)
     if body is not None:
         properties = body.mass_properties
-        mass, center, inertia = properties.mass, _minus(properties.center, joint.to), properties.inertia
+        mass, center, inertia = properties.mass, _minus(properties.center, joint.end), properties.inertia
     return Link(
         joint.name, None if body is None else body.name, primitive.kind, parent, *pose, primitive.axis,
         primitive.pitch, y if primitive.displaces else 0, partials, drift, bias, q, u,
         mass, center, inertia, primitive.armature,
     )  # fmt: skip
-
-
-def _anchored(motions: Sequence[Primitive]) -> bool:
-    """True if a motion does not carry the joint's point along its axis only: turns about other points, slides after
-    turns, and slides that are not at right angles.
-    """
-    anchors = {motion.at or ZERO for motion in motions}
-    turned = False
-    slides: list[Vector] = []
-    for motion in motions:
-        if motion.slides and (turned or any(exact(dot(motion.axis, axis)) != 0 for axis in slides)):
-            return True
-        turned = turned or motion.turns
-        slides += [motion.axis] if motion.slides and not motion.turns else []
-    return len(anchors) > 1 or any(first != k for k, (first, _) in enumerate(parallel_turns(motions)))
 
 
 def _rotors(system: System) -> dict[str, list[Rotor]]:

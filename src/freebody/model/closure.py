@@ -2,12 +2,13 @@
 
 With d the vector from the joint's point on the parent to its point on the child, in the joint axes of the parent:
 
-    point joints              d = 0
-    slider, cylindrical       d along the axis
-    planar                    d in the plane
-    screw                     as cylindrical, and d along the axis = pitch × the angle of the turn
+    no displacement           d = 0
+    one displacement          d along its axis
+    two displacements         d in their plane
+    a screw                   d along its axis, by pitch × the angle of the turn
 
-Conditions on the directions of the axes are dot products of unit vectors, one fixed in each body, that stay zero.
+Displacements come before turns, and all axes go through one point (`describe.joints.pair.Pair.closes`). Conditions on
+the directions of the axes are dot products of unit vectors, one fixed in each body, that stay zero.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import sympy
 
 from ..describe.frame import Frame
 from ..describe.joints.joint import Joint
-from ..errors import ModelError
+from ..describe.joints.pair import Pair
 from ..scalar.algebra import IDENTITY, Expression, Matrix, Vector, cross
 
 X, Y, Z = IDENTITY
@@ -48,6 +49,7 @@ class Closure:
 
     name: str
     type: str
+    pair: Pair
     parent: Frame
     child: Frame
     at: Vector
@@ -67,33 +69,29 @@ def closure(joint: Joint) -> Closure:
     letters = tuple(zip(LETTERS, IDENTITY, strict=True))
     # the moment of a condition a·b = 0 acts along b × a: here along x, y and z
     locked = (("x", Z, Y), ("y", X, Z), ("z", Y, X))
+    slides = [axis for axis, motion in zip(axes, joint.primitives, strict=True) if motion.slides]
+    turns = [axis for axis, motion in zip(axes, joint.primitives, strict=True) if motion.turns]
     along: tuple[tuple[str, Vector], ...] = letters
+    if len(slides) == 1:
+        along = tuple(_across(slides[0]))
+    elif slides:
+        normal = cross(*slides)
+        along = ((_letter(normal), normal),)
     square: tuple[tuple[str, Vector, Vector], ...] = ()
     thread: Thread | None = None
-    in_ground = True
-    if joint.type == "hinge":
-        square = _aligned(axes[0])
-    elif joint.type == "universal":
-        square = (("n", axes[0], axes[1]),)
-    elif joint.type == "weld":
+    if joint.pair.turns == 0:
         square = locked
-    elif joint.type == "slider":
-        along, in_ground, square = tuple(_across(axes[0])), False, locked
-    elif joint.type in ("cylindrical", "screw"):
-        along, in_ground, square = tuple(_across(axes[0])), False, _aligned(axes[0])
-        if joint.type == "screw":
-            (_, e1), (_, e2) = along
-            thread = Thread(_letter(axes[0]), axes[0], e1, e2, joint.primitives[0].pitch)
-    elif joint.type == "planar":
-        along, in_ground, square = ((_letter(axes[2]), axes[2]),), False, _aligned(axes[2])
-    elif joint.type not in ("ball", "gimbal"):
-        raise ModelError(
-            f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' closes a loop, which joints of this type cannot. "
-            f"Open the loop elsewhere: declare this joint before the one that closes it."
-        )
+    elif joint.pair.turns == 1:
+        square = _aligned(turns[0])
+    elif joint.pair.turns == 2:
+        square = (("n", turns[0], turns[1]),)
+    if joint.pair.threaded:
+        (_, e1), (_, e2) = along
+        (pitch,) = (motion.pitch for motion in joint.primitives if motion.turns)
+        thread = Thread(_letter(turns[0]), turns[0], e1, e2, pitch)
     return Closure(
-        joint.name, joint.type, joint.parent, joint.child, joint.at, joint.to, joint.parent_axes, joint.child_axes,
-        along, in_ground, square, thread,
+        joint.name, joint.type, joint.pair, joint.parent, joint.child, joint.start, joint.end, joint.parent_axes,
+        joint.child_axes, along, not slides, square, thread,
     )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..describe.joints.moving import Moving
+from ..describe.joints.pair import Pair
 from ..scalar.algebra import Expression, Matrix, Vector
 from ..space.mass import MassProperties
 
@@ -94,11 +95,10 @@ class JointPlace:
     """The links of a joint, first to last, and the bodies it joins."""
 
     type: str
+    pair: Pair
     links: tuple[int, ...]
     parent: str
     child: str
     at: Vector
     to: Vector
-    parallel: tuple[tuple[int, int], ...] = ()  # chain.parallel_turns of its motions
-    path: bool = False  # True if its displacements are functions of few coordinates and make one motion
-    anchored: bool = False  # True if the axes of its motions do not tell what it transmits
+    parallel: tuple[tuple[int, int], ...] = ()  # pair.parallel_turns of its motions

@@ -21,6 +21,7 @@ from ..scalar.algebra import Expression
 from .kernels.kernels import Kernels, kernels_of
 from .kernels.methods import check_method, check_method_of_contacts
 from .ode.dense_output import Array
+from .ode.tableau import OWN, RungeKutta
 from .start.arguments import (
     STORED,
     check_numbers,
@@ -84,6 +85,8 @@ class Request:
         return request
 
     def __post_init__(self) -> None:
+        if isinstance(self.method, RungeKutta):
+            self.__dict__["method"] = self.method.name
         kernels, method = kernels_of(self.machine), self.method
         if kernels.model.families and method != "timestepping":
             kernels = kernels.unrolled()
@@ -109,7 +112,8 @@ class Request:
 
     def __reduce__(self) -> Any:
         """Pickle what was asked for. Another process reads and checks it again."""
-        return _requested, ({x.name: getattr(self, x.name) for x in fields(self) if x.init},)
+        asked = {x.name: getattr(self, x.name) for x in fields(self) if x.init}
+        return _requested, ({**asked, "method": OWN.get(self.method, self.method)},)
 
     @property
     def model(self) -> Model:

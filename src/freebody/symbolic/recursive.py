@@ -29,7 +29,7 @@ import sympy
 from ..dynamics.conditions.constrained import constrained_loading
 from ..dynamics.conditions.constraints import residuals, rows
 from ..dynamics.kinematics import Posture, velocities
-from ..dynamics.loading import Loading, loading
+from ..dynamics.loads.loading import Loading, loading
 from ..dynamics.newton_euler import inverse_dynamics
 from ..dynamics.state import State, polynomial_state
 from ..model.model import GROUND, Model

@@ -170,4 +170,4 @@ def test_expressions_may_be_text_or_sympy(s):
     )
     assert (spring.stiffness, spring.rest, spring.index) == (k, sympy.pi / 2, 0)
     assert s.generalized_force("x", "3*t").name == "Q_x"
-    assert rail.arguments["coordinate"] == "x"
+    assert rail.coordinate == (s.expression("x"),)

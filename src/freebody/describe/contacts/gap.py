@@ -17,7 +17,7 @@ from ...scalar.algebra import Scalar
 from ..constants import default_value
 from ..frame import Frame, Point
 from ..loads.action import Action
-from ..loads.load import Constant, Part, register
+from ..part import Constant, Part, register
 from .system_contacts import IMPACTS
 
 GAPS: dict[str, type[Gap]] = {}
@@ -67,6 +67,11 @@ class Gap(Part):
 
     table: ClassVar[str] = "contacts"
     article: ClassVar[str] = "contact"
+    base: ClassVar[str] = "fb.Gap"
+    rules: ClassVar[str] = (
+        "Gap, normal and tangents are formulas of what `at` gives, without if on a value; fb.Load lists what they may "
+        "use."
+    )
     held: ClassVar[bool] = False
     """True if a constant normal force of 1 holds it closed: friction up to the coefficients themselves."""
     directions: ClassVar[int] = 1

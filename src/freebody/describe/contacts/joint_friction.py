@@ -14,7 +14,7 @@ from ..description import Description
 from ..joints.joint import Joint
 from ..loads.action import Action, JointForce
 from ..loads.displacement import check_displacement
-from ..loads.load import add
+from ..part import add
 from .gap import Gap
 
 

@@ -24,7 +24,8 @@ from ..joints.joint import Joint
 from ..loads.action import Action, GeneralizedForce, JointForce
 from ..loads.displacement import check_displacement
 from ..loads.joint_stop import JointStop
-from ..loads.load import Constant, Load, add
+from ..loads.load import Load
+from ..part import Constant, add
 from .gap import Gap
 
 

@@ -13,7 +13,10 @@ class Ball(Primitive):
     """All turns about the point, by a unit quaternion and three speeds w."""
 
     kind: ClassVar[str] = "ball"
+    chained: ClassVar[bool] = True
     n_coordinates: ClassVar[int] = 4
     n_speeds: ClassVar[int] = 3
     turns: ClassVar[bool] = True
     quaternion: ClassVar[int] = 0
+    endings: ClassVar[tuple[str, ...]] = ("e0", "e1", "e2", "e3")
+    speed_endings: ClassVar[tuple[str, ...]] = ("wx", "wy", "wz")

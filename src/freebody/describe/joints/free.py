@@ -18,3 +18,5 @@ class Free(Primitive):
     turns: ClassVar[bool] = True
     slides: ClassVar[bool] = True
     quaternion: ClassVar[int] = 3
+    endings: ClassVar[tuple[str, ...]] = ("x", "y", "z", "e0", "e1", "e2", "e3")
+    speed_endings: ClassVar[tuple[str, ...]] = ("wx", "wy", "wz", "vx", "vy", "vz")

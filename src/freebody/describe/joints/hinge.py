@@ -20,5 +20,6 @@ class Hinge(Primitive):
     """
 
     kind: ClassVar[str] = "hinge"
+    chained: ClassVar[bool] = True
     turns: ClassVar[bool] = True
     displaces: ClassVar[bool] = True

@@ -1,112 +1,86 @@
-"""What every joint needs when it is described: its two ends, its coordinates, its place in the system."""
+"""What every joint needs when it joins a system: its coordinates, and its point on each body."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import wraps
-from typing import Any, NamedTuple, ParamSpec
+from collections.abc import Sequence
+from typing import Any, NoReturn
 
 from ...errors import ModelError, shown
 from ...scalar.algebra import Scalar, Vector
-from ..axes import orientation
-from ..description import (
-    Description,
-    all_or_nothing,
-    children_of,
-    claim,
-    coordinates_of,
-    declare_coordinate,
-    names_of,
-    varying,
-    vector,
-)
-from ..frame import Frame, Point, closes_loop, own_body
+from ..description import Description, coordinates_of, declare_coordinate, names_of, varying, vector
+from ..frame import Frame, Point, closes_loop
 from ..names import is_identifier
-from .joint import Joint
-from .primitive import Primitive
-from .rotor import Rotor, with_inertia
-
-Arguments = ParamSpec("Arguments")
-
-
-class Ends(NamedTuple):
-    """The two bodies of a joint, its point on each, and its axes on each."""
-
-    parent: Any
-    child: Any
-    at: Any
-    to: Any
-    parent_axes: Any
-    child_axes: Any
-
-
-def whole(make: Callable[Arguments, Joint]) -> Callable[Arguments, Joint]:
-    """Return a function that makes a joint whole or not at all: a refused joint leaves no coordinates behind."""
-
-    @wraps(make)
-    def attempt(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Joint:
-        system: Any = args[0]
-        with all_or_nothing(system):
-            return make(*args, **kwargs)
-
-    return attempt
 
 
 def own_coordinates(
-    system: Description, child: Any, name: str, coordinate: Any, defaults: list[str]
+    system: Description, joint: Any, defaults: list[str], own: Sequence[bool] = ()
 ) -> list[Any]:
-    """Return the displacements of a joint: new coordinates or expressions; None for each if it closes a loop."""
-    what = f"the coordinate of joint '{name}'"
-    claim(system, name, "joint")
+    """Return the displacements of a joint: new coordinates or expressions; None for each if it closes a loop.
+
+    Motions with coordinates of their ``own`` have a prefix in place of a displacement.
+    """
+    name, child, coordinate = joint.name, joint.child, joint.coordinate
     if closes_loop(system, child):
         if coordinate is not None:
-            raise ModelError(
-                f"Joint '{name}' closes a loop, since '{getattr(child, 'name', child)}' is already held by an earlier "
-                f"joint: its displacement follows from the other coordinates. Leave out coordinate=, or declare this "
-                f"joint before the joint that is to close the loop."
-            )
+            refuse_coordinate(joint)
         return [None] * len(defaults)
-    if coordinate is None:
-        arguments = defaults
-    elif isinstance(coordinate, str):
-        tokens = coordinate.replace(",", " ").split()
-        arguments = tokens if len(tokens) > 1 and all(map(is_identifier, tokens)) else [coordinate]
-    else:
-        arguments = list(coordinate) if isinstance(coordinate, list | tuple) else [coordinate]
+    arguments = defaults if coordinate is None else _arguments(coordinate, own)
     if len(arguments) != len(defaults):
-        count = f"{len(defaults)} coordinates" if len(defaults) > 1 else "1 coordinate"
+        count = "1 coordinate" if len(defaults) == 1 else f"{len(defaults)} coordinates"
         raise ModelError(
             f"Expected {count} for joint '{name}', got {len(arguments)}: {', '.join(map(str, arguments))}."
         )
     result = []
-    for argument in arguments:
-        if isinstance(argument, str) and is_identifier(argument.strip()):
-            text = argument.strip()
-            if text not in names_of(system).kinds:
-                result.append(declare_coordinate(system, text))
-                continue
-            if names_of(system).kinds[text] == "coordinate" and _in_use(system, names_of(system).atoms[text]):
-                raise ModelError(
-                    f"The coordinate '{text}' is already the displacement of another joint, so joint '{name}' cannot "
-                    f"take it by name. Choose a new name; to couple the joints on purpose, pass the expression."
-                )
-        value = system.expression(argument, what)
-        speeds = names_of(system).depends(value, "speed")
-        if speeds:
-            raise ModelError(
-                f"In {what}: a displacement may depend on coordinates, parameters and time, not on {', '.join(speeds)}."
-            )
-        check_smooth(system, value, what)
-        foreign = [
-            n for n in names_of(system).depends(value, "coordinate") if n not in coordinates_of(system)
-        ]
-        if foreign:
-            raise ModelError(
-                f"In {what}: {', '.join(foreign)} is a component of a ball or free joint; a displacement may depend on "
-                f"coordinates of the other joints only. Use a gimbal, or sliders and hinges, to couple joints."
-            )
-        result.append(value)
+    for k, argument in enumerate(arguments):
+        prefix = own[k] if own else False
+        result.append(argument if prefix else displacement(system, name, argument))
     return result
+
+
+def _arguments(coordinate: Any, own: Sequence[bool]) -> list[Any]:
+    """Return the coordinates that a joint is given, one for each motion."""
+    if isinstance(coordinate, str):
+        tokens = coordinate.replace(",", " ").split()
+        return tokens if len(tokens) > 1 and all(map(is_identifier, tokens)) else [coordinate]
+    several = isinstance(coordinate, list | tuple) and (len(own) != 1 or not own[0])
+    return list(coordinate) if several else [coordinate]
+
+
+def refuse_coordinate(joint: Any) -> NoReturn:
+    """Refuse a coordinate of a joint that closes a loop."""
+    raise ModelError(
+        f"Joint '{joint.name}' closes a loop, since '{joint.child.name}' is already held by an earlier "
+        f"joint: its displacement follows from the other coordinates. Leave out coordinate=, or declare this "
+        f"joint before the joint that is to close the loop."
+    )
+
+
+def displacement(system: Description, name: str, argument: Any) -> Any:
+    """Return the displacement of one motion of a joint: a new coordinate, or an expression."""
+    what = f"the coordinate of joint '{name}'"
+    if isinstance(argument, str) and is_identifier(argument.strip()):
+        text = argument.strip()
+        if text not in names_of(system).kinds:
+            return declare_coordinate(system, text)
+        if names_of(system).kinds[text] == "coordinate" and _in_use(system, names_of(system).atoms[text]):
+            raise ModelError(
+                f"The coordinate '{text}' is already the displacement of another joint, so joint '{name}' cannot "
+                f"take it by name. Choose a new name; to couple the joints on purpose, pass the expression."
+            )
+    value = system.expression(argument, what)
+    speeds = names_of(system).depends(value, "speed")
+    if speeds:
+        raise ModelError(
+            f"In {what}: a displacement may depend on coordinates, parameters and time, not on {', '.join(speeds)}."
+        )
+    check_smooth(system, value, what)
+    foreign = [n for n in names_of(system).depends(value, "coordinate") if n not in coordinates_of(system)]
+    if foreign:
+        raise ModelError(
+            f"In {what}: {', '.join(foreign)} is a component of a ball or free joint; a displacement may depend on "
+            f"coordinates of the other joints only. Use a gimbal, or sliders and hinges, to couple joints."
+        )
+    return value
 
 
 def check_smooth(system: Description, value: Scalar, what: str) -> None:
@@ -148,39 +122,6 @@ def components_of(system: Description, prefix: Any, endings: list[str], kind: st
             f"Expected a prefix (text) for the coordinates of a ball or free joint, got {shown(prefix)}."
         )
     return [names_of(system).component(f"{prefix}_{ending}", kind) for ending in endings]
-
-
-def add_joint(
-    system: Description,
-    kind: str,
-    name: str,
-    ends: Ends,
-    primitives: Sequence[Primitive],
-    arguments: dict[str, Any],
-    armature: Any = 0,
-    rotor: Rotor | None = None,
-) -> Joint:
-    """Add a joint to the system, checked, and return it."""
-    claim(system, name, "joint")
-    what = f"{kind} '{name}'"
-    parent, child = own_body(system, ends.parent, what), own_body(system, ends.child, what)
-    if parent is child:
-        raise ModelError(
-            f"{what[0].upper()}{what[1:]} joins body '{parent.name}' to itself. Name two different bodies."
-        )
-    closes = closes_loop(system, child)
-    primitives = with_inertia(system, what, primitives, armature, rotor, closes)
-    joint = Joint(
-        name, kind, parent, child,
-        place_on(system, ends.at, parent, f"at= of {what}"), place_on(system, ends.to, child, f"to= of {what}"),
-        orientation(system, ends.parent_axes, f"parent_axes= of {what}"),
-        orientation(system, ends.child_axes, f"child_axes= of {what}"),
-        tuple(primitives), {**arguments, "parent_axes": ends.parent_axes, "child_axes": ends.child_axes},
-        closes,
-    )  # fmt: skip
-    system.joints[name] = joint
-    children_of(system).add(child.name)
-    return joint
 
 
 def place_on(system: Description, place: Any, body: Frame, what: str) -> Vector:

@@ -32,6 +32,8 @@ class Primitive:
 
     kind: ClassVar[str] = ""
     """Word for the kind."""
+    chained: ClassVar[bool] = False
+    """True if it may stand in a chain with others."""
     n_coordinates: ClassVar[int] = 0
     """Coordinates of its own."""
     n_speeds: ClassVar[int] = 0
@@ -42,6 +44,11 @@ class Primitive:
     """True if the motion has one displacement along an axis."""
     quaternion: ClassVar[int] = -1
     """Place of its unit quaternion among its coordinates; -1 if it has none."""
+
+    endings: ClassVar[tuple[str, ...]] = ()
+    """Endings of the names of its own coordinates."""
+    speed_endings: ClassVar[tuple[str, ...]] = ()
+    """Endings of the names of its own speeds."""
 
     axis: Any = (0, 0, 0)
     coordinate: Any = None

@@ -15,12 +15,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
 from ..axes import direction
 from ..description import Description, varying
+from ..frame import closes_loop
 
 
 @dataclass(frozen=True)
@@ -56,18 +58,18 @@ class Rotor:
     axis: Any = None
 
 
-def with_inertia(
-    system: Description, what: str, primitives: Sequence[Any], armature: Any, rotor: Any, closes: bool
-) -> list[Any]:
+def with_inertia(system: Description, joint: Any, motions: Sequence[Any]) -> list[Any]:
     """Return the primitive motions of a joint with its armature and rotor, checked."""
-    if closes and (rotor is not None or (armature is not None and armature != 0)):
+    what, armature, rotor = joint.title, joint.armature, joint.rotor
+    some = armature is not None and armature != 0
+    if closes_loop(system, joint.child) and (rotor is not None or some):
         raise ModelError(
-            f"{what[0].upper()}{what[1:]} closes a loop and has no displacement of its own, so it takes no "
+            f"{joint.heading} closes a loop and has no displacement of its own, so it takes no "
             f"armature= or rotor=. Give it to a joint of the tree, or declare this joint before the one that is to "
             f"close the loop."
         )
-    result = list(primitives)
-    if armature is not None and armature != 0:
+    result = list(motions)
+    if some:
         result = [
             replace(p, armature=a) for p, a in zip(result, _each(system, what, result, armature), strict=True)
         ]
@@ -80,21 +82,24 @@ def _each(
     system: Description, what: str, primitives: Sequence[Any], armature: Any
 ) -> Iterator[tuple[Any, ...]]:
     """Yield the armature of each motion of each primitive: one number for all, or one for each displacement."""
-    first = primitives[0]
-    count = len(primitives) if first.displaces else first.n_speeds // 3
+    counts = [1 if p.displaces else p.n_speeds // 3 for p in primitives]
+    count = sum(counts)
+    if not count or any(p.armature for p in primitives):
+        why = "has no motion" if not count else "has motions with armature of their own"
+        raise ModelError(f"{what[0].upper()}{what[1:]} {why} and takes no armature=. Leave it out.")
     several = list(armature) if isinstance(armature, list | tuple) else [armature] * count
     if len(several) != count:
         sort = (
-            "one for its turning and one for its sliding"
-            if first.n_speeds == 6
-            else f"{count}, one a displacement"
+            "one for its turning and one for its sliding" if counts == [2] else f"{count}, one a displacement"
         )
         raise ModelError(f"Expected one armature for {what}, or {sort}, got {shown(armature)}.")
-    values = [constant(system, value, f"the armature of {what}") for value in several]
-    if first.displaces:
-        yield from ((value,) for value in values)
-    else:
-        yield tuple(value for value in values for _ in range(3))
+    values = iter([constant(system, value, f"the armature of {what}") for value in several])
+    for p in primitives:
+        yield (
+            (next(values),)
+            if p.displaces
+            else tuple(value for value in islice(values, p.n_speeds // 3) for _ in range(3))
+        )
 
 
 def own_rotor(system: Description, what: str, rotor: Any, primitives: Sequence[Any]) -> Rotor:

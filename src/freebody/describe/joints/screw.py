@@ -20,6 +20,7 @@ class Screw(Primitive):
     """
 
     kind: ClassVar[str] = "screw"
+    chained: ClassVar[bool] = True
     turns: ClassVar[bool] = True
     slides: ClassVar[bool] = True
     displaces: ClassVar[bool] = True

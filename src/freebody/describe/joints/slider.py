@@ -20,5 +20,6 @@ class Slider(Primitive):
     """
 
     kind: ClassVar[str] = "slider"
+    chained: ClassVar[bool] = True
     slides: ClassVar[bool] = True
     displaces: ClassVar[bool] = True

@@ -72,7 +72,7 @@ class Belt(Load, kind="belt"):
                 or not pulley.turns
                 or pulley.slides
                 or not pulley.displaces
-                or joint.path
+                or joint.pair.path
             ):
                 raise ModelError(
                     f"{self.heading} runs around pulleys on hinges, but '{joint.name}' is a {joint.type}. Put the "

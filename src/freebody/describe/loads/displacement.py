@@ -8,7 +8,7 @@ from ..joints.joint import Joint
 
 def check_displacement(joint: Joint, index: int, title: str) -> None:
     """Refuse a joint without a single displacement, and an index that it does not have."""
-    if joint.path:
+    if joint.pair.path:
         raise ModelError(
             f"Path joint '{joint.name}' has no single displacement for {title} to act along. Act between two points, "
             f"or by s.generalized_force on its coordinate."

@@ -1,30 +1,22 @@
-"""The protocol of a load: its data, its actions at a state, its potential, its words in a file and its look.
-
-What users may add by classes of their own, loads and contacts, are parts (:class:`Part`): data in fields, which
-:func:`add` checks.
-"""
+"""The protocol of a load: its data, its actions at a state, its potential, its words in a file and its look."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
-from typing import Any, ClassVar, Literal, TypeAlias, dataclass_transform
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar, Literal, dataclass_transform
 
-from ...errors import ModelError, nearest, shown
-from ...scalar.algebra import Expression, Scalar
-from ..description import Description, claim, coordinates_of, varying, vector
-from ..frame import Point, own_body, own_point
+from ...errors import ModelError
+from ...scalar.algebra import Scalar
+from ..frame import Point
 from ..joints.joint import Joint
 from ..joints.rotor import Rotor
-from ..labels import Named
+from ..part import SORTS, Part, register
+from ..part import Constant as Constant
+from ..part import Coordinate as Coordinate
+from ..part import add as add
 from .action import Action
 from .law import law_of
-
-Constant: TypeAlias = Expression
-"""An expression that does not change during a motion."""
-Coordinate: TypeAlias = Any
-"""A coordinate, by its name or its function of time."""
 
 KINDS: dict[str, type[Load]] = {}
 """Kinds of loads that model files know, by name."""
@@ -47,39 +39,6 @@ class Look:
     role: Literal["load", "spring", "damper", "motor"] = "load"
     symbol: Literal["", "zigzag", "dashpot"] = ""
     label: str = ""
-
-
-@dataclass_transform(frozen_default=True, field_specifiers=(field,))
-@dataclass(frozen=True, repr=False)
-class Part(Named):
-    """A part of a machine whose data are its fields. ``table`` is the dictionary of the system that holds it."""
-
-    name: str = field(default="", kw_only=True)
-
-    table: ClassVar[str] = "loads"
-    article: ClassVar[str] = "load"
-    """What messages call a part of this sort."""
-    labels: ClassVar[Mapping[str, str]] = {}
-    """What messages call fields, if not by their names."""
-    noun: ClassVar[str] = ""
-    """What messages call the part, if not by the name of its class."""
-    kind: ClassVar[str] = ""
-    """Name of the kind in model files."""
-    words: ClassVar[Mapping[str, str]] = {}
-    """Keys in model files that are not the names of their fields."""
-
-    def check(self) -> None:
-        """Refuse data that no part of this kind can have; :meth:`System.add` calls it."""
-
-    @property
-    def title(self) -> str:
-        """Kind and name, as messages write them."""
-        return f"{self.noun} '{self.name}'" if self.noun else repr(self)
-
-    @property
-    def heading(self) -> str:
-        """Kind and name at the beginning of a sentence."""
-        return f"{self.title[0].upper()}{self.title[1:]}"
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
@@ -128,6 +87,11 @@ class Load(Part):
     y'' + g = -y'*abs(y')/10
     """
 
+    table: ClassVar[str] = "loads"
+    article: ClassVar[str] = "load"
+    rules: ClassVar[str] = (
+        "Actions and potential are formulas of what `at` gives, without if on a value; fb.Load lists what they may use."
+    )
     sections: ClassVar[tuple[str, ...]] = ("loads",)
     """Sections of model files in which the kind stands."""
     units: ClassVar[Mapping[str, str]] = {}
@@ -183,126 +147,4 @@ class Load(Part):
         return {name: value for name, value in values if isinstance(value, Point)}
 
 
-def register(cls: type[Part], kind: str, known: dict[str, Any]) -> None:
-    """Make a class of a part a frozen dataclass, and its kind known to model files."""
-    # a class of the same place replaces the one that it was: a notebook runs a cell again, a script is imported
-    other = known.get(kind)
-    if other is not None and _place(other) != _place(cls):
-        raise ModelError(
-            f"There is already a kind of {cls.article} '{kind}' in files, {other.__module__}.{other.__qualname__}. "
-            f"Choose another kind= for {cls.__qualname__}."
-        )
-    cls.kind = kind
-    dataclass(frozen=True, repr=False)(cls)
-    if kind:
-        known[kind] = cls
-
-
-def _place(cls: type[Part]) -> tuple[str, str]:
-    """Return the file, or else the module, in which a class is written, and its name there."""
-    module = cls.__module__
-    return getattr(sys.modules.get(module), "__file__", None) or module, cls.__qualname__
-
-
-def add(system: Description, name: str, part: Part) -> Any:
-    """Add a load or a contact to the machine.
-
-    Parameters
-    ----------
-    name : str
-    part : Load or Gap
-        Such as an instance of your own subclass of :class:`freebody.Load` or :class:`freebody.Gap`.
-
-    Returns
-    -------
-    Load or Gap
-        The part with its name.
-    """
-    claim(system, name, getattr(part, "article", "load"))
-    if not isinstance(part, Part):
-        cure = " Make it one: Drag(point, factor)." if isinstance(part, type) else ""
-        raise ModelError(
-            f"Expected a load or a contact for '{name}', an instance of a subclass of fb.Load or fb.Gap, got "
-            f"{shown(part)}.{cure}"
-        )
-    if part.name:
-        raise ModelError(f"{part.title} is already part of a system. Make another one for '{name}'.")
-    part = replace(part, name=name)
-    values = {
-        f.name: _checked(system, f, getattr(part, f.name), part) for f in fields(part) if f.name != "name"
-    }
-    part = replace(part, **values)
-    part.check()
-    getattr(system, part.table)[name] = part
-    return part
-
-
-# --- fields ------------------------------------------------------------------------------------
-
-
-def sort_of(field: Any) -> str:
-    """Return the sort of a field's data, the last name of its annotation: "Point" for ``fb.Point | None``."""
-    text = field.type if isinstance(field.type, str) else getattr(field.type, "__name__", str(field.type))
-    text = text.partition("|")[0].strip().rpartition(".")[2]
-    return {"Frame": "Body", "tuple": "Vector", "Any": "Expression", "Scalar": "Expression"}.get(text, text)
-
-
-def _checked(system: Description, field: Any, value: Any, load: Part) -> Any:
-    """Return the value of a field in the system's own terms; None only where that is the default."""
-    sort = sort_of(field)
-    if sort not in _SORTS or (value is None and field.default is None):
-        return value
-    return _SORTS[sort](system, value, load, field.name)
-
-
-def _expression(system: Description, value: Any, load: Part, name: str) -> Any:
-    return system.expression(value, load.title)
-
-
-def _constant(system: Description, value: Any, load: Part, name: str) -> Any:
-    what = f"the {load.labels.get(name, name)} of {load.title}"
-    expression = system.expression(value, what)
-    moving = varying(system, expression)
-    if moving:
-        raise ModelError(
-            f"{what[0].upper()}{what[1:]} must be constant, but it depends on {', '.join(moving)}. "
-            f"Write the law as a force or a generalized force instead."
-        )
-    return expression
-
-
-def _joint(system: Description, value: Any, load: Part, name: str) -> Any:
-    if not isinstance(value, Joint):
-        raise ModelError(f"Expected a joint for {load.title}, got {shown(value)}.")
-    title = load.title
-    if system.joints.get(value.name) is not value:
-        raise ModelError(
-            f"{title[0].upper()}{title[1:]}: joint '{value.name}' belongs to another system than '{system.name}'. "
-            f"Name a joint of this one."
-        )
-    return value
-
-
-def own_coordinate(system: Description, value: Any) -> Any:
-    """Return a coordinate of the system, by its name or itself, as its function of time."""
-    if isinstance(value, str) and value not in coordinates_of(system):
-        raise ModelError(f"Unknown coordinate '{value}'; {nearest(value, coordinates_of(system))}")
-    atom = system.expression(value, "the coordinate of a generalized force")
-    if atom not in coordinates_of(system).values():
-        raise ModelError(
-            f"Expected a coordinate of this system, got '{atom}'. Coordinates of ball and free joints take "
-            f"forces and torques on the body instead."
-        )
-    return atom
-
-
-_SORTS: dict[str, Callable[[Description, Any, Part, str], Any]] = {
-    "Point": lambda system, value, load, name: own_point(system, value, load.title),
-    "Body": lambda system, value, load, name: own_body(system, value, load.title),
-    "Joint": _joint,
-    "Coordinate": lambda system, value, load, name: own_coordinate(system, value),
-    "Expression": _expression,
-    "Constant": _constant,
-    "Vector": lambda system, value, load, name: vector(system, value, load.title),
-    "Law": lambda system, value, load, name: law_of(system, value, load.title),
-}
+SORTS["Law"] = lambda system, value, load, name: law_of(system, value, load.title)

@@ -9,6 +9,7 @@ from ...scalar.algebra import Expression
 from ..description import Description, claim, names_of
 from ..frame import Frame
 from ..joints.joint import Joint
+from ..part import add, own_coordinate
 from .coordinate_force import CoordinateForce
 from .damper import Damper
 from .displacement import check_displacement
@@ -16,7 +17,7 @@ from .force import Force
 from .joint_damper import JointDamper
 from .joint_effort import JointEffort
 from .joint_spring import JointSpring
-from .load import Load, add, own_coordinate
+from .load import Load
 from .spring import Spring
 from .spring_law import JointSpringLaw, SpringLaw
 from .torque import Torque

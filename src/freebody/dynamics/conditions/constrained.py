@@ -36,7 +36,8 @@ from ..linear import (
     products,
     scalar_product,
 )
-from ..loading import Loading, act, loading, scaled
+from ..loads.actions import scaled
+from ..loads.loading import Loading, act, loading
 from ..newton_euler import bias
 from ..state import State, float_state
 from .constraints import (

@@ -55,7 +55,7 @@ from ..kinematics import (
     state_along,
 )
 from ..linear import entries
-from ..loading import scaled
+from ..loads.actions import scaled
 from ..state import State
 from .contact import ContactRows, rows_of, touch, unit_forces
 from .dependence import dependence, directions

@@ -59,7 +59,8 @@ from ..kinematics import (
     state_along,
     state_moving,
 )
-from ..loading import action_power, asked, asked_actions, checked_actions, joint_link, speed_of
+from ..loads.actions import asked, asked_actions, checked_actions
+from ..loads.power import action_power, joint_link, speed_of
 from ..state import State
 
 

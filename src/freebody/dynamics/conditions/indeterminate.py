@@ -20,7 +20,7 @@ from ...model.model import Model
 from ...scalar.algebra import IDENTITY, ZERO, Vector, apply, subtract
 from ..joints.freedom import transmissible
 from ..kinematics import rotation
-from ..loading import loading
+from ..loads.loading import loading
 from ..newton_euler import reactions
 from ..state import State
 from .constrained import DEPENDENT, constrained_loading, with_wrenches

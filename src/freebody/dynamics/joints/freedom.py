@@ -81,7 +81,7 @@ def joint_axes(model: Model, state: State, joint: JointPlace) -> list[Axis]:
 
 def transmissible(model: Model, state: State, joint: JointPlace, wrench: Spatial) -> Spatial:
     """Return the part of a wrench on the child, about the joint's point in the last link's axes, that it can carry."""
-    if joint.anchored:
+    if joint.pair.anchored:
         return carried(free_motions(model, state, joint), wrench)
     own = next((model.links[i] for i in joint.links if model.links[i].own), None)
     return carried_part(
@@ -106,7 +106,7 @@ def carried_part(own: Moving | None, free: list[Axis], wrench: Spatial) -> Spati
 
 def free_motions(model: Model, state: State, joint: JointPlace) -> list[Twist]:
     """Return the motions that a chain or a path can make alone."""
-    if joint.path:
+    if joint.pair.path:
         return twists(model, state, joint)
     free = {axis.link for axis in joint_axes(model, state, joint) if axis.free}
     free |= {i for i in joint.links if model.links[i].u >= 0}
@@ -116,7 +116,7 @@ def free_motions(model: Model, state: State, joint: JointPlace) -> list[Twist]:
 def on_path(model: Model, state: State, joint: JointPlace, forces: Mapping[int, Scalar]) -> Spatial:
     """Return the wrench on the child of generalized forces, by speed, on the coordinates of a path."""
     result = ZERO6
-    motions = twists(model, state, joint) if joint.path and forces else []
+    motions = twists(model, state, joint) if joint.pair.path and forces else []
     for t, wrench in zip(motions, wrenches(motions), strict=True):
         if t.key[1] in forces:
             result = plus(result, times(forces[t.key[1]], wrench))
@@ -146,7 +146,7 @@ def unit_load_wrench(model: Model, state: State, joint: JointPlace, link: int) -
 
     It has power one in that displacement and none in the other free displacements.
     """
-    if joint.anchored:
+    if joint.pair.anchored:
         motions = _with(free_motions(model, state, joint), twists(model, state, joint), link)
         return wrenches(motions)[[t.key for t in motions].index(("link", link))]
     axes = joint_axes(model, state, joint)

@@ -65,7 +65,7 @@ def twists(model: Model, state: State, joint: JointPlace) -> list[Twist]:
             found.append((i, 0, state.subspace(i)))
         elif link.u >= 0:
             found += [(i, n, (e, ZERO)) for n, e in enumerate(IDENTITY)]
-    if joint.path:
+    if joint.pair.path:
         return _of_path(model, state, joint, {i: twist for i, _, twist in found})
     result = []
     for i, n, (w, v) in found:

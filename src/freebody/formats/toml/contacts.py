@@ -31,7 +31,7 @@ from ...describe.shapes.shape import KINDS, ContactShape
 from ...describe.system import System
 from ..own_kinds import named_kind
 from ..text import expression_text
-from .loads import added, part_keys
+from .parts import added, part_keys
 from .table import Table
 from .value_texts import ValueTexts
 
@@ -57,7 +57,7 @@ def read_contacts(system: System, root: Table) -> None:
 def read_contact(system: System, name: str, table: Table) -> None:
     """Add one contact of a file to the system."""
     if table.has("kind"):
-        added(system, name, named_kind(table, "kind", GAPS, Gap, "contact"), table)
+        added(system, name, named_kind(table, "kind", GAPS, Gap, "kind of contact"), table)
         return
     feature, surface = (
         _shape(Table(table.document, (*table.path, key), table.raw(key), table.system), key)
@@ -75,7 +75,11 @@ def read_contact(system: System, name: str, table: Table) -> None:
 def _shape(place: Table, key: str = "shapes") -> Any:
     """Return the shape that a table describes."""
     body = place.guard(lambda: own_body(place.system, place.text("body", "ground"), f"'{key}'"), "body")
-    kind = named_kind(place, "shape", KINDS, ContactShape, "shape") if place.has("shape") else KINDS[POINT]
+    kind = (
+        named_kind(place, "shape", KINDS, ContactShape, "kind of shape")
+        if place.has("shape")
+        else KINDS[POINT]
+    )
     for key in kind.required:
         place.raw(key)
     data = {key: _READERS[sort](place, key) for key, sort in kind.words.items() if place.has(key)}
@@ -147,7 +151,7 @@ def _each(table: Table, key: str) -> list[Table]:
 def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
     """Return the keys of one contact and their texts."""
     if isinstance(pair, Gap):
-        return part_keys(writer, pair, "fb.Gap")
+        return part_keys(writer, pair)
     keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
     if pair.friction != 0:
         keys["friction"] = writer.value(pair.friction)

@@ -8,24 +8,20 @@ from __future__ import annotations
 import inspect
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from ...describe.description import names_of, varying
-from ...describe.joints.ball import Ball
-from ...describe.joints.hinge import Hinge
-from ...describe.joints.primitive import Primitive
-from ...describe.joints.rotor import Rotor
-from ...describe.joints.screw import Screw
-from ...describe.joints.slider import Slider
 from ...describe.system import System
 from ...errors import FormatError, nearest
 from ...space import solids
 from ...space.mass import MassProperties
 from ..case import Case
 from .contacts import read_contacts
-from .loads import load_calls, own_joint, own_place, place
+from .joints import axis, read_joint
+from .loads import load_calls
 from .looks import read_looks, read_shape
+from .parts import own_joint, own_place, place
 from .positions import key_lines
 from .table import Document, Table
 
@@ -35,28 +31,6 @@ SOLIDS = (
     "particle", "slender_bar", "disk", "ring", "cylinder", "tube", "cone", "box", "plate", "sphere",
     "spherical_shell", "ellipsoid", "torus",
 )  # fmt: skip
-
-JOINTS = {
-    "hinge": ("axis", "coordinate", "armature", "rotor"),
-    "slider": ("axis", "coordinate", "armature", "rotor"),
-    "cylindrical": ("axis", "coordinate", "armature"),
-    "screw": ("axis", "coordinate", "pitch", "armature", "rotor"),
-    "universal": ("axis", "coordinate", "armature"),
-    "gimbal": ("axis", "coordinate", "armature"),
-    "planar": ("axis", "coordinate", "armature"),
-    "ball": ("coordinate", "armature"),
-    "free": ("coordinate", "armature"),
-    "weld": (),
-    "chain": ("motions",),
-    "path_joint": ("coordinate", "position", "turns"),
-}
-
-MOTIONS: dict[str, tuple[type[Primitive], tuple[str, ...]]] = {
-    "hinge": (Hinge, ("axis", "coordinate", "armature", "rotor")),
-    "slider": (Slider, ("axis", "coordinate", "armature", "rotor")),
-    "screw": (Screw, ("axis", "coordinate", "pitch", "armature", "rotor")),
-    "ball": (Ball, ("coordinate",)),
-}
 
 
 def case_from_text(text: str, name: str = "model.toml") -> Case:
@@ -117,7 +91,7 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
         _body(system, body, table)
     # joints refer to coordinates and loads refer to joints, so this order, whatever the order of the file
     for joint, table in root.tables("joints"):
-        _joint(system, joint, table)
+        read_joint(system, joint, table)
     for condition in of_joints:  # with coordinates that joints declare
         _assume(root, condition)
     for constraint, table in root.tables("constraints"):
@@ -241,93 +215,6 @@ def _solid_arguments(table: Table, make: Callable[..., Any]) -> Iterable[tuple[s
             yield parameter.name, table.read(value, key)
 
 
-# --- joints -----------------------------------------------------------------------------------
-
-
-def _joint(system: System, name: str, table: Table) -> None:
-    kind = table.text("type")
-    if kind not in JOINTS:
-        table.fail(f"Unknown type of joint '{kind}'; {nearest(kind, JOINTS)}", "type")
-    arguments: dict[str, Any] = {}
-    for key in ("at", "to"):
-        if table.has(key):
-            arguments[key] = table.vector(key)
-    for key in ("parent_axes", "child_axes"):
-        if table.has(key):
-            arguments[key] = table.matrix(key)
-    arguments |= _motion(table, kind, JOINTS[kind])
-    if "position" in JOINTS[kind] and table.has("position"):
-        arguments["position"] = table.raw("position")  # of coordinates that the joint declares
-    if "turns" in JOINTS[kind] and table.has("turns"):
-        arguments["turns"] = [_one_turn(turn) for turn in table.each("turns")]
-    if "motions" in JOINTS[kind]:
-        arguments["motions"] = [_part(part) for part in table.each("motions")]
-    parent, child = table.text("parent", "ground"), table.text("child")
-    table.done()
-    table.guard(lambda: getattr(system, kind)(name, parent, child, **arguments))
-
-
-def _motion(table: Table, kind: str, keys: Sequence[str]) -> dict[str, Any]:
-    """The axis, coordinate, pitch, armature and rotor of a joint or of one motion of a chain."""
-    arguments: dict[str, Any] = {}
-    if "axis" in keys and table.has("axis"):
-        arguments["axis"] = _axis(table, table.data["axis"], kind)
-    if "coordinate" in keys and table.has("coordinate"):
-        arguments["coordinate"] = _coordinate(table, table.data["coordinate"])
-    if "pitch" in keys:
-        arguments["pitch"] = table.expression("pitch")
-    if "armature" in keys and table.has("armature"):
-        value = table.data["armature"]
-        several = isinstance(value, list)
-        arguments["armature"] = (
-            [table.read(x, "armature") for x in value] if several else table.read(value, "armature")
-        )
-    if "rotor" in keys and table.has("rotor"):
-        arguments["rotor"] = _rotor(table.table("rotor"))
-    return arguments
-
-
-def _one_turn(table: Table) -> tuple[Any, Any]:
-    """Axis and angle of one turn of a joint by functions."""
-    turn = (_axis(table, table.raw("axis"), "turn"), table.raw("angle"))
-    table.done()
-    return turn
-
-
-def _part(table: Table) -> Primitive:
-    """One motion of a chain."""
-    kind = table.text("type")
-    if kind not in MOTIONS:
-        table.fail(f"Unknown motion '{kind}' of a chain; {nearest(kind, MOTIONS)}", "type")
-    make, keys = MOTIONS[kind]
-    arguments = _motion(table, kind, keys)
-    if table.has("at"):
-        arguments["at"] = table.vector("at")
-    table.done()
-    return make(**arguments)
-
-
-def _rotor(table: Table) -> Rotor:
-    axis = _axis(table, table.data["axis"], "rotor") if table.has("axis") else None
-    rotor = Rotor(table.expression("inertia"), table.expression("ratio", 1), axis)
-    table.done()
-    return rotor
-
-
-def _axis(table: Table, value: Any, kind: str) -> Any:
-    if isinstance(value, str):
-        return value
-    if kind == "universal" and isinstance(value, list):
-        return tuple(axis if isinstance(axis, str) else table.three(axis, "axis") for axis in value)
-    return table.three(value, "axis")
-
-
-def _coordinate(table: Table, value: Any) -> Any:
-    if isinstance(value, list):
-        return [part if isinstance(part, str) else table.read(part, "coordinate") for part in value]
-    return value if isinstance(value, str) else table.read(value, "coordinate")
-
-
 # --- constraints ------------------------------------------------------------------------------
 
 CONSTRAINTS = {
@@ -374,13 +261,13 @@ def _constraint(system: System, name: str, table: Table) -> None:
             table.expression("radius"),
             table.text("normal", "y"),
         )
-        axis = _axis(table, table.data["axis"], kind) if table.has("axis") else None
+        turning = axis(table, "axis") if table.has("axis") else None
         plane = own_place(table, "plane") if table.has("plane") else None
         options = _sides(table)
         if table.has("friction"):
             options["friction"] = table.expression("friction")
         call = lambda: system.rolling(  # noqa: E731
-            name, wheel, radius=radius, axis=axis, normal=normal, plane=plane, **options
+            name, wheel, radius=radius, axis=turning, normal=normal, plane=plane, **options
         )
     table.done()
     table.guard(call)
@@ -399,7 +286,11 @@ def _initial(system: System, root: Table, section: str) -> dict[str, Any]:
     table = root.table(section)
     names = names_of(system)
     scalars = [name for name, kind in names.kinds.items() if kind in ("coordinate", "speed")]
-    ball_joints = [joint.name for joint in system.joints.values() if joint.type in ("ball", "free")]
+    ball_joints = [
+        joint.name
+        for joint in system.joints.values()
+        if len(joint.primitives) == 1 and joint.primitives[0].quaternion >= 0
+    ]
     result: dict[str, Any] = {}
     for name, value in table.data.items():
         if name not in scalars and name not in ball_joints:

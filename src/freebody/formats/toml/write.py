@@ -10,11 +10,8 @@ import sympy
 
 from ...describe.constraints import constraint as constraints
 from ...describe.contacts.contact import ContactPair
-from ...describe.description import about_of, coordinates_of, names_of, parameters_of, positive_in, vector
+from ...describe.description import about_of, coordinates_of, names_of, parameters_of, positive_in
 from ...describe.frame import Frame
-from ...describe.joints.joint import Joint
-from ...describe.joints.primitive import Primitive
-from ...describe.names import is_identifier
 from ...describe.system import System
 from ...errors import FormatError, FreebodyError
 from ...scalar.algebra import IDENTITY, ZERO
@@ -22,9 +19,10 @@ from ...space import solids
 from ...space.mass import MassProperties
 from ..text import expression_text
 from .contacts import contact_keys, family_keys
+from .joints import axis_text, joint_keys
 from .loads import load_keys
 from .looks import dimensions, looks_keys, shape_text
-from .read import JOINTS, SOLIDS, case_from_text
+from .read import SOLIDS, case_from_text
 from .value_texts import ValueTexts, block, quoted
 
 
@@ -95,7 +93,7 @@ class Writer(ValueTexts):
             parts.append(block(("bodies", name), self.body(body)))
         self.used: set[Any] = set()  # coordinates of the joints so far
         for name, joint in system.joints.items():
-            parts.append(block(("joints", name), self.joint(joint)))
+            parts.append(block(("joints", name), joint_keys(self, joint)))
         for name, constraint in system.constraints.items():
             parts.append(block(("constraints", name), self.constraint(constraint)))
         for name, pair in system.contacts.items() if contacts else ():
@@ -163,7 +161,8 @@ class Writer(ValueTexts):
         names = names_of(self.system)
         order: dict[str, Any] = dict.fromkeys(first)
         for joint in self.system.joints.values():
-            for text in joint.arguments.get("coordinates", ()):  # a joint by functions declares them first
+            # a joint by functions declares its coordinates first
+            for text in joint.coordinate.split() if joint.pair.path else ():
                 order.setdefault(text)
             for primitive in () if joint.closes else joint.primitives:
                 y = primitive.coordinate
@@ -222,102 +221,6 @@ class Writer(ValueTexts):
             keys["at"] = self.row(place)
         return keys
 
-    # --- joints ---
-
-    def joint(self, joint: Joint) -> dict[str, str]:
-        """Return the keys of a joint."""
-        keys = {
-            "type": quoted(joint.type),
-            "parent": quoted(joint.parent.name),
-            "child": quoted(joint.child.name),
-        }
-        for key, place in (("at", joint.at), ("to", joint.to)):
-            place = joint.arguments.get(key, place)
-            if place != ZERO:
-                keys[key] = self.row(place)
-        if joint.parent_axes != IDENTITY:
-            keys["parent_axes"] = self.matrix(joint.parent_axes)
-        if joint.child_axes != IDENTITY:
-            keys["child_axes"] = self.matrix(joint.child_axes)
-        if "axis" in JOINTS[joint.type]:
-            keys["axis"] = self.axis(joint.arguments["axis"])
-        if "pitch" in JOINTS[joint.type]:
-            keys["pitch"] = self.value(joint.primitives[0].pitch)
-        if "motions" in JOINTS[joint.type]:
-            parts = ",\n  ".join(map(self.motion, joint.primitives))
-            return keys | {"motions": f"[\n  {parts},\n]"}
-        if "position" in JOINTS[joint.type]:
-            given = joint.arguments
-            keys |= {
-                "coordinate": quoted(" ".join(given["coordinates"])),
-                "position": self.row(given["position"]),
-            }
-            self.used.update(given["position"])
-            turns = [
-                f"{{ axis = {self.row(n)}, angle = {self.value(angle)} }}" for n, angle in given["turns"]
-            ]
-            return keys | ({"turns": f"[{', '.join(turns)}]"} if turns else {})
-        keys |= self.inertia(joint)
-        if joint.closes:
-            return keys  # it has no coordinates
-        if joint.type in ("ball", "free"):
-            prefix = joint.arguments["coordinate"] or joint.name
-            if prefix != joint.name:
-                keys["coordinate"] = quoted(prefix)
-        elif joint.type != "weld":
-            coordinates = [self.coordinate(primitive.coordinate) for primitive in joint.primitives]
-            keys["coordinate"] = coordinates[0] if len(coordinates) == 1 else f"[{', '.join(coordinates)}]"
-        return keys
-
-    def inertia(self, joint: Joint) -> dict[str, str]:
-        """Return the keys of a joint's armature and rotor."""
-        keys: dict[str, str] = {}
-        armature = [a for primitive in joint.primitives for a in primitive.armature]
-        several = armature[::3] if joint.type in ("ball", "free") else armature
-        if several:
-            keys["armature"] = self.value(several[0])
-            if len(set(several)) > 1:
-                keys["armature"] = f"[{', '.join(map(self.value, several))}]"
-        return keys | self.rotor(joint.primitives[0])
-
-    def rotor(self, motion: Primitive) -> dict[str, str]:
-        """Return the key of the rotor of a motion, if it has one."""
-        keys: dict[str, str] = {}
-        rotor = motion.rotor
-        if rotor is not None:
-            parts = [f"inertia = {self.value(rotor.inertia)}", f"ratio = {self.value(rotor.ratio)}"]
-            parts += [] if rotor.axis is None else [f"axis = {self.axis(rotor.axis)}"]
-            keys["rotor"] = f"{{ {', '.join(parts)} }}"
-        return keys
-
-    def motion(self, motion: Primitive) -> str:
-        """Return the table of one motion of a chain."""
-        keys = {"type": quoted(motion.kind)}
-        if motion.displaces:
-            keys |= {"axis": self.row(motion.axis), "coordinate": self.coordinate(motion.coordinate)}
-        else:
-            keys["coordinate"] = quoted(str(motion.coordinate[0].func).removesuffix("_e0"))
-        keys |= {"at": self.row(motion.at)} if motion.at != ZERO else {}
-        keys |= {"pitch": self.value(motion.pitch)} if motion.pitch != 0 else {}
-        keys |= {"armature": self.value(motion.armature[0])} if motion.armature else {}
-        return "{ " + ", ".join(f"{key} = {text}" for key, text in (keys | self.rotor(motion)).items()) + " }"
-
-    def coordinate(self, coordinate: Any) -> str:
-        """Return the text of a joint's displacement."""
-        text = self.value(coordinate)
-        if coordinate in self.used and is_identifier(text.strip('"')):
-            return f'"({text[1:-1]})"'  # the reader refuses a bare name in use; parentheses make it an expression
-        self.used.add(coordinate)
-        return text
-
-    def axis(self, axis: Any) -> str:
-        """Return the text of an axis, or of the two axes of a universal joint."""
-        if isinstance(axis, str):
-            return quoted(axis)
-        if len(axis) == 2:
-            return f"[{', '.join(map(self.axis, axis))}]"
-        return self.row(vector(self.system, axis, "the axis"))
-
     # --- constraints ---
 
     def constraint(self, constraint: constraints.Constraint) -> dict[str, str]:
@@ -340,7 +243,7 @@ class Writer(ValueTexts):
             case constraints.Rolling():
                 keys = {"wheel": self.point(constraint.center), "radius": self.value(constraint.radius)}
                 if constraint.written_axis is not None:
-                    keys["axis"] = self.axis(constraint.written_axis)
+                    keys["axis"] = axis_text(self, constraint.written_axis)
                 letter, up = constraint.normal
                 keys["normal"] = quoted(letter if sum(up) > 0 else f"-{letter}")
                 if constraint.plane.components != ZERO:

@@ -45,8 +45,12 @@ from .kernels import BatchProgram, OfLimit, batch_program
 from .results import REASON, Results
 from .start import Lanes, lanes_of
 
-METHODS = ("auto", *EXPLICIT, "gauss", "radau", "taylor")
-"""Methods for which there is a compiled loop over lanes."""
+
+def has_lanes(method: str) -> bool:
+    """Return True if there is a compiled loop over lanes of a method."""
+    return method in ("auto", *EXPLICIT, "gauss", "radau", "taylor")
+
+
 FEW = 64
 """Number of lanes whose starts are solved for, in a machine with constraints, before any lane runs."""
 SAMPLES = 101
@@ -265,7 +269,7 @@ def job_of(request: Request, count: int | None = None) -> Job:
         tolerances, threads or _processors(), False, len(one_sided), lanes.count if count is None else count, unknowns,
     )  # fmt: skip
     if (
-        unknowns or model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
+        unknowns or model.contacts or model.controllers or blows or not has_lanes(method) or is_large(model)
         or (method == "taylor" and (begin == end or kernels.size == 0)) or job.over_links
     ):  # fmt: skip
         if method == "timestepping" and "work_rate" in asked_outputs.values:

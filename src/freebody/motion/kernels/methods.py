@@ -19,6 +19,7 @@ import ctypes
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from importlib.metadata import entry_points
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,10 @@ from ..ode.layout import EXPLICIT, ORDERS, SINGLE_STEPS
 from .kernels import Kernels, Program
 from .switching_laws import sticking
 
-METHODS = ("auto", *(name for name in ORDERS if name not in SINGLE_STEPS), "timestepping")
+
+def methods() -> tuple[str, ...]:
+    """Return the names of all methods that `simulate` takes."""
+    return ("auto", *(name for name in ORDERS if name not in SINGLE_STEPS), "timestepping")
 
 
 FINE = FINEST_OF_SUMS
@@ -68,8 +72,13 @@ for x > 0, and this series does not show the bend ahead."""
 
 def check_method(method: Any, step: Any) -> None:
     """Raise SimulationError if the method does not exist, or does not take steps of this length."""
-    if not isinstance(method, str) or method not in METHODS:
-        raise SimulationError(f"Unknown method {method!r}; {nearest(str(method), METHODS)}")
+    if isinstance(method, str) and method not in methods():
+        _import(method)
+    if not isinstance(method, str) or method not in methods():
+        raise SimulationError(
+            f"Unknown method {method!r}; {nearest(str(method), methods())} Import the module that defines it as "
+            f"fb.RungeKutta({method!r}, ...), before it is used."
+        )
     if method == "timestepping":  # checks its step itself
         return
     if step is None:
@@ -98,6 +107,18 @@ def check_method_of_contacts(method: str, step: Any) -> None:
             f"got {got}."
             ' Steps of one length are those of method="timestepping".'
         )
+
+
+def _import(method: str) -> None:
+    """Import a method that an installed package names by an entry point ``freebody.kinds``."""
+    for entry in entry_points(group="freebody.kinds", name=method):
+        try:
+            entry.load()
+        except Exception as error:
+            raise SimulationError(
+                f"The method {method!r} is that of the package {getattr(entry.dist, 'name', '')!r}, whose "
+                f"{entry.value} cannot be imported: {type(error).__name__}: {error}. Repair or remove the package."
+            ) from None
 
 
 class _Shortened(Exception):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...dynamics import State, traced_state
-from ...dynamics.loading import conditions
+from ...dynamics.loads.actions import conditions
 from ...model import Model
 from ...scalar.algebra import Expression, Scalar
 from ...scalar.trace import Tape, Traced

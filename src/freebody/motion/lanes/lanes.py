@@ -18,9 +18,8 @@ from typing import Any
 from ...native.functions import each
 from ...native.instructions import Compiled, Parts, Truth, Whole, greater, lesser, where
 from ...native.instructions import lanes as width
-from ...native.loop import module_named
 from ..ode.layout import FINISHED, RUNNING, STIFF
-from ..ode.loops import place
+from ..ode.loops import compiled_functions
 from ..ode.run import OneRun, Run
 from ..ode.states import state_in_step
 from ..ode.step_control import (
@@ -57,7 +56,7 @@ method: Any = None
 
 def functions(method: str) -> dict[str, Compiled]:
     """Return the compiled loop over lanes of a method, with the method's own functions."""
-    loop = module_named(place(method)).FUNCTIONS
+    loop = compiled_functions(method)
     space = {**vars(one_lane), **globals(), **loop, "method": loop.method}
     return {**loop, **one_lane.part.bound(space), **part.bound(space)}
 

@@ -48,8 +48,6 @@ from .variation import Unknown, Variation, unknowns_of
 
 Array = NDArray[np.float64]
 
-METHODS = ("auto", *EXPLICIT, "gauss", "taylor")
-
 
 def check_sensitive(request: Request) -> None:
     """Refuse motions without variational equations."""
@@ -59,9 +57,10 @@ def check_sensitive(request: Request) -> None:
             f"Expected a machine without contacts for sensitivities=, but '{model.name}' has "
             f"{', '.join(map(repr, model.contacts))}: their events move with the parameters."
         )
-    if method not in METHODS:
+    allowed = ("auto", *EXPLICIT, "gauss", "taylor")
+    if method not in allowed:
         raise SimulationError(
-            f"Expected one of {', '.join(map(repr, METHODS))} for sensitivities=, got method={method!r}."
+            f"Expected one of {', '.join(map(repr, allowed))} for sensitivities=, got method={method!r}."
         )
     if model.constraints and request.project:
         raise SimulationError(

@@ -8,22 +8,34 @@ from typing import Any
 import numpy as np
 
 from ...native.loop import Loop, address, made, module_named, sibling
+from . import tableau
 
 CALLED = ("piece", "sample", "observe")
 
 
 def functions(method: str = "dop853") -> Loop:
     """Return the compiled functions of a method: `step_control.piece`, `sample` and `observe`."""
-    return made(method, (place(method),), CALLED, lambda: module_named(place(method)).FUNCTIONS)
+    return made(label(method), (place(method),), CALLED, lambda: compiled_functions(method))
 
 
 def place(method: str) -> str:
     """Return the name of the module of a method, such as ``"motion.ode.dop853"``."""
-    return sibling(__name__, method)
+    return sibling(__name__, "runge_kutta" if method in tableau.OWN else method)
 
 
-_loaded: dict[str, Callable[[int], int]] = {}
-"""`step_control.piece` of each method whose code is loaded in this process."""
+def label(method: str) -> str:
+    """Return what tells the code of a method from that of others of the same module: its name, and coefficients."""
+    return f"{method} {tableau.OWN[method].identity}" if method in tableau.OWN else method
+
+
+def compiled_functions(method: str) -> Any:
+    """Return the functions of a method (`step_control.Functions`)."""
+    module = module_named(place(method))
+    return module.functions(tableau.OWN[method]) if method in tableau.OWN else module.FUNCTIONS
+
+
+_loaded: dict[str, Loop] = {}
+"""The functions of each method whose code is loaded in this process, by its label."""
 
 
 def use(method: str) -> Callable[[int], int]:
@@ -31,9 +43,15 @@ def use(method: str) -> Callable[[int], int]:
 
     Call this before any other function of the method, so that no other method has to be compiled.
     """
-    if method not in _loaded:
-        _loaded[method] = functions(method).functions["piece"].code
-    return _loaded[method]
+    if label(method) not in _loaded:
+        _loaded[label(method)] = functions(method)
+    piece: Callable[[int], int] = _loaded[label(method)].functions["piece"].code
+    return piece
+
+
+def _any_loop() -> Loop:
+    """Return the functions of a method that is loaded, for what is the same in all methods."""
+    return next(iter(_loaded.values()), None) or functions()
 
 
 def sample(method: str, *arguments: Any) -> None:
@@ -43,7 +61,7 @@ def sample(method: str, *arguments: Any) -> None:
 
 def observe(*arguments: Any) -> None:
     """Compute outputs of a kernel at given states by `step_control.observe`, which is the same in all methods."""
-    functions(next(iter(_loaded), "dop853")).functions["observe"](*arguments)
+    _any_loop().functions["observe"](*arguments)
 
 
 def observed(kernel: int, outputs: int, t: float, y: Any, constants: int) -> list[float]:
@@ -51,6 +69,6 @@ def observed(kernel: int, outputs: int, t: float, y: Any, constants: int) -> lis
     memory = np.array([t, *y, *outputs * (0.0,)])
     time, n = address(memory), len(y)
     state = time + memory.itemsize
-    observation = functions(next(iter(_loaded), "dop853")).functions["observe"]
+    observation = _any_loop().functions["observe"]
     observation.code(kernel, 1, time, state, n, constants, state + n * memory.itemsize, outputs)
     return list(memory[1 + n :].tolist())

@@ -482,7 +482,7 @@ def _number(value: float | None) -> str:
 
 def _slides(model: Model, body: str) -> bool:
     """True if a slider carries the body."""
-    return any(joint.child == body and joint.type == "slider" for joint in model.joints.values())
+    return any(joint.child == body and joint.pair.prismatic for joint in model.joints.values())
 
 
 def _apart(boxes: Sequence[Box], gap: float) -> list[Array]:

@@ -384,14 +384,14 @@ def _visible_time(model: Model, values: Mapping[str, float]) -> float:
 
 def _is_displacement(model: Model, coordinate: Any) -> bool:
     """True if a coordinate is a displacement, not an angle."""
-    kinds = {
-        link.kind
+    slides = [
+        link.slides_only
         for link in model.links
         if link.one_dof
         and isinstance(link.displacement, sympy.Basic)
         and link.displacement.has(coordinate.symbol)
-    }
-    return kinds == {"slider"}
+    ]
+    return bool(slides) and all(slides)
 
 
 def _generic_coordinates(model: Model, size: float, attempt: int) -> list[float]:

@@ -170,31 +170,31 @@ class Machine(MachineDrawing):
         self.root.add(group)
 
     def _joint_symbols(self) -> None:
-        for name, (kind, parent, child, point) in self.joints.items():
+        for name, (kind, pair, parent, child, point) in self.joints.items():
             at = self.page(point)
             attributes = {"class_": f"joint {kind}", "data_joint": name}
-            if kind == "planar" and self._at_centre(name):
+            if pair.planar and self._at_centre(name):
                 self.add(symbols.mass_centre(at), class_="mass-centre", data_body=child)
-            if kind == "planar" or not self._shows(parent, child):  # no point of a drawn body is held
+            if not pair.holds or not self._shows(parent, child):  # no point of a drawn body is held
                 continue
             if name in self.idle:
                 self.add(symbols.mass_centre(at), **attributes)
                 continue
-            if kind in ("slider", "cylindrical"):
-                if parent != "ground" or kind == "cylindrical" or not self.view.planar:
+            if pair.guided:
+                if parent != "ground" or pair.turns or not self.view.planar:
                     self._rail(name, at)
                 continue
-            if name in self.model.joints and self.model.joints[name].path:  # others close loops
+            if pair.path:
                 self.add([Line(line, Style(INK, 1.0)) for line in self._paths(name)], **attributes)
                 continue
-            d = self.axis(name) if kind == "hinge" and not self.view.planar else None
+            d = self.axis(name) if pair.revolute and not self.view.planar else None
             if d is not None:
                 self.add(self._shaft(name, at, d), **attributes)
             elif "ground" in (parent, child):
-                make = symbols.pin_on_ground if kind == "hinge" else symbols.ball_on_ground
+                make = symbols.pin_on_ground if pair.revolute else symbols.ball_on_ground
                 items = make(at, self._outward(child if parent == "ground" else parent, at))
-                self.add(items + (symbols.pin(at) if kind == "hinge" else []), **attributes)
-            elif kind == "weld":
+                self.add(items + (symbols.pin(at) if pair.revolute else []), **attributes)
+            elif pair.rigid:
                 square = at + np.array([(-3, -3), (3, -3), (3, 3), (-3, 3)])
                 self.add([Line(square, Style(INK, 1.0, (), INK), True)], **attributes)
             else:
@@ -219,7 +219,7 @@ class Machine(MachineDrawing):
 
     def _shaft(self, name: str, at: Array, d: Array) -> list[Any]:
         """A hinge in space: its axis, and bearings if the axis is fixed in the ground."""
-        _, parent, child, _ = self.joints[name]
+        _, _, parent, child, _ = self.joints[name]
         on_ground = "ground" in (parent, child)
         # a bearing stands outside all bodies that contain the point
         around = [body for body in self.drawn if on_ground and self._holds(body, at)]
@@ -294,8 +294,8 @@ class Machine(MachineDrawing):
                 self.labels.append((name.replace("_", " "), [(self._visible_point(name), None)], 10.5, INK))
         points: list[tuple[Array, list[str]]] = []
         shown = {tex for tex, *_ in self.labels}
-        for name, (kind, parent, child, point) in self.joints.items():
-            if kind == "planar" or not self._shows(parent, child) or f"${latex_name(name)}$" in shown:
+        for name, (_, pair, parent, child, point) in self.joints.items():
+            if not pair.holds or not self._shows(parent, child) or f"${latex_name(name)}$" in shown:
                 continue
             at = self.page(point)
             together = next((names for q, names in points if float(np.linalg.norm(q - at)) < 1.0), None)

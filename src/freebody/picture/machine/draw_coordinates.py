@@ -29,10 +29,10 @@ def mark_coordinates(m: MachineDrawing) -> None:
                 _slide(m, name, number, link)
             elif link.turns_only and not m.view.planar:
                 _turn(m, name, number, link)
-        kinds = [m.model.links[i].kind for i in joint.links]
-        if "ball" in kinds or "free" in kinds:
+        links = [m.model.links[i] for i in joint.links]
+        if any(link.own for link in links):
             _body_axes(m, joint.child)
-        if m.view.planar and "hinge" in kinds:
+        if m.view.planar and any(link.turns_only for link in links):
             angles = [
                 angle_of(m.e, m.now, m.view, m.scale, joint.child, relative) for relative in (False, True)
             ]
@@ -109,9 +109,11 @@ def _turn(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     candidates = [np.array([float(m.now.state(x)) for x in m.model.links[i].axis]) for i in neighbours]
     candidates += [np.eye(3)[k] for k in range(3)]
     local = np.array([float(m.now.state(x)) for x in link.axis])
+    across = np.cross(local, np.eye(3)[int(np.argmin(np.abs(local)))])  # an oblique axis has no other one
+    candidates.append(across / float(np.linalg.norm(across)))
     r = R @ next(d for d in candidates if abs(float(d @ local)) < 1e-9)
     before = _about(n, -value) @ r
-    point = m.joints[name][3]
+    point = m.joints[name].point
     at = m.page(point)
     box = np.array([m.page(q) for q in m.extent()])
     if float(np.abs(at - box.mean(axis=0)).max()) > 2 * m.wide:
@@ -149,7 +151,7 @@ def _far_axis(m: MachineDrawing, name: str, at: Array, box: Array) -> None:
         distances = [m.e.state(x) for x in joint.at if x != 0]
         if joint.parent != child or len(distances) != 1:
             continue
-        start = m.page(m.joints[key][3])
+        start = m.page(m.joints[key].point)
         d = (at - start) / np.linalg.norm(at - start)
         reach = max(float((q - start) @ d) for q in box) + 14.0
         line = np.array([start + reach * d, start + (reach + 52.0) * d])

@@ -13,7 +13,8 @@ from ...describe.description import vector
 from ...describe.frame import Point
 from ...describe.loads.action import Action, Couple, JointForce, PointForce
 from ...describe.loads.load import Load
-from ...dynamics.loading import joint_link, places
+from ...dynamics.loads.actions import places
+from ...dynamics.loads.power import joint_link
 from ...errors import ModelError, shown
 from ...symbolic.printing.display import latex
 from ...symbolic.printing.latex import latex_name
@@ -82,7 +83,7 @@ def _spring_label(m: MachineDrawing, load: Load, at: Array, along: Array) -> Non
 
 def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
     joint = m.joints[action.joint.name]
-    at, name = m.page(joint[3]), load.name
+    at, name = m.page(joint.point), load.name
     d = m.axis(action.joint.name, action.index)
     link = m.model.links[joint_link(m.model, action)]
     if not link.slides_only or d is None:
@@ -90,7 +91,7 @@ def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
         if not m.many:
             _spring_label(m, load, at, np.array([20.0, 0.0]))
         return
-    base = m.page(m.now.place(joint[1], m.model.joints[action.joint.name].at))
+    base = m.page(m.now.place(joint.parent, m.model.joints[action.joint.name].at))
     same = [
         key
         for key, other in m.model.loads.items()
@@ -99,7 +100,7 @@ def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
     beside = same.index(name)
     normal = np.array([-d[1], d[0]])
     shift = (6.0 if beside == 0 else -6.0) * normal if len(same) > 1 else np.zeros(2)
-    half = m.reach(joint[2], at, -d)
+    half = m.reach(joint.child, at, -d)
     # on the line of this axis, if the joint has several
     wall = at + float((base - at) @ d) * d - (half + 60.0) * d
     start, end = wall + shift, at - half * d + shift

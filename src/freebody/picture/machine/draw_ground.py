@@ -162,8 +162,8 @@ def guides(m: MachineDrawing) -> None:
     """Draw the ground beside the bodies that slide on it, in a planar machine."""
     if not m.view.planar:
         return
-    for name, (kind, parent, child, point) in m.joints.items():
-        if kind != "slider" or parent != "ground":
+    for name, (kind, pair, parent, child, point) in m.joints.items():
+        if not pair.prismatic or parent != "ground":
             continue
         d = m.axis(name)
         if d is None:
@@ -178,7 +178,7 @@ def guides(m: MachineDrawing) -> None:
         ends = [m.reach(child, at, sign * d) + 14.0 for sign in (-1.0, 1.0)]
         reach = (min(max(s[0] - 34.0, -110.0), -ends[0]), max(min(s[1] + 34.0, 110.0), ends[1]))
         items = symbols.guide(at, d, reach, gap, 1.0)
-        m.add(items, class_="joint slider", data_joint=name)
+        m.add(items, class_=f"joint {kind}", data_joint=name)
 
 
 def ropes(m: MachineDrawing) -> None:

@@ -211,7 +211,7 @@ class Marks:
     def _guide_axes(self, body: str) -> tuple[Matrix, str] | None:
         """Axes along which the joint of a body to the ground displaces it, and their letters; None if it has none."""
         joint = next((joint for joint in self.e.model.joints.values() if joint.child == body), None)
-        if joint is None or joint.parent != "ground" or joint.type not in ("planar", "slider"):
+        if joint is None or joint.parent != "ground" or not (joint.pair.planar or joint.pair.prismatic):
             return None
         return self.e.state.matrix(self.e.model.links[joint.links[0]].rotation), "tnb"
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...describe.frame import Point
 from ...describe.loads.action import Action, Couple, PointForce
-from ...dynamics.loading import actions, places
+from ...dynamics.loads.actions import actions, places
 from ...scalar.algebra import Vector
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...describe.joints.pair import Pair
 from ...dynamics.kinematics import link_postures
 from ...model.closure import Closure
 from ...model.model import Link
@@ -32,6 +33,16 @@ MANY = 5
 
 ROUND = ("disk", "wall", "ball")
 """Kinds of surfaces whose section with the plane of the machine is a circle."""
+
+
+class PlacedJoint(NamedTuple):
+    """A joint as it is drawn: name of its kind, what it leaves free, its bodies, and its point in ground axes."""
+
+    type: str
+    pair: Pair
+    parent: str
+    child: str
+    point: Array
 
 
 class MachineDrawing:
@@ -65,7 +76,7 @@ class MachineDrawing:
         longest = float(np.ptp(view(np.array(self.extent())), axis=0).max())
         self.scale = WIDE / longest if longest > 0 else 1.0
         self.down = np.array([0.0, -1.0])
-        self.joints: dict[str, tuple[str, str, str, Array]] = self._joints()
+        self.joints = self._joints()
         self.drawn = self._back_to_front()
         self.idle = idle_supports(now, view.planar)
 
@@ -94,7 +105,7 @@ class MachineDrawing:
                 points += [p + R @ q for q in piece.points()]
         for joint in self.model.joints.values():
             on_ground = joint.parent == "ground" and joint.child not in unseen
-            if on_ground and joint.type not in ("free", "planar"):
+            if on_ground and joint.pair.holds:
                 points.append(self.now.place("ground", joint.at))
         return points + round_walls(self)
 
@@ -118,21 +129,25 @@ class MachineDrawing:
         }
         return sorted((name for name in self.model.bodies if name not in carriers), key=order)
 
-    def _joints(self) -> dict[str, tuple[str, str, str, Array]]:
-        """Type, parent, child and position of every joint, those that close loops included."""
+    def _joints(self) -> dict[str, PlacedJoint]:
+        """Every joint that transmits something, those that close loops included."""
         joints = {
-            name: (joint.type, joint.parent, joint.child, self.now.place(joint.child, joint.to))
+            name: PlacedJoint(
+                joint.type, joint.pair, joint.parent, joint.child, self.now.place(joint.child, joint.to)
+            )
             for name, joint in self.model.joints.items()
-            if joint.type != "free"
+            if not joint.pair.free
         }
         for name, closure in self.model.constraints.items():
             if isinstance(closure, Closure):
                 parent, child = closure.parent.name, closure.child.name
-                joints[name] = (closure.type, parent, child, self.now.place(child, closure.to))
+                joints[name] = PlacedJoint(
+                    closure.type, closure.pair, parent, child, self.now.place(child, closure.to)
+                )
         return joints
 
     def _slides(self, body: str) -> bool:
-        return any(kind == "slider" and child == body for kind, _, child, _ in self.joints.values())
+        return any(joint.pair.prismatic and joint.child == body for joint in self.joints.values())
 
     def axis(self, name: str, index: int = 0) -> Array | None:
         """Direction on paper of an axis of a joint; None if it points at the reader."""

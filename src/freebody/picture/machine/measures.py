@@ -153,10 +153,11 @@ def ground_dimensions(
     fixed: dict[str, Vector] = {
         name: joint.at
         for name, joint in e.model.joints.items()
-        if joint.parent == "ground" and joint.type in ("hinge", "ball", "gimbal", "universal")
+        if joint.parent == "ground" and (joint.pair.revolute or joint.pair.spherical)
     }
     for name, closure in e.model.constraints.items():
-        if isinstance(closure, Closure) and closure.parent.is_ground and closure.type in ("hinge", "ball"):
+        held = isinstance(closure, Closure) and (closure.pair.revolute or closure.pair.spherical)
+        if held and closure.parent.is_ground:
             fixed[name] = closure.at
     axes = tuple(k for k in range(3) if k != view.normal)
     return _lengths(e, now, view, scale, "ground", placer, fixed, axes) if len(fixed) > 1 else []
@@ -173,7 +174,7 @@ def _without_midway(e: Equations, now: Configuration, points: dict[str, Vector],
 
     Only the mass centre, and points that a planar joint gives coordinates, are left out.
     """
-    movable = {name for name, joint in e.model.joints.items() if joint.type == "planar"} | {"C"}
+    movable = {name for name, joint in e.model.joints.items() if joint.pair.planar} | {"C"}
     for name in sorted(movable & set(points)):
         if name not in points:
             continue
@@ -223,9 +224,9 @@ def named_points(e: Equations, body: str) -> dict[str, Vector]:
     model = e.model
     named: dict[str, Vector] = {"C": model.bodies[body].center}
     for name, joint in model.joints.items():
-        if joint.child == body and joint.type != "free":
+        if joint.child == body and not joint.pair.free:
             named[name] = joint.to
-        elif joint.parent == body and joint.type not in ("free", "planar"):
+        elif joint.parent == body and joint.pair.holds:
             named[name] = joint.at
     for load in model.loads.values():
         for end, point in load.points.items():

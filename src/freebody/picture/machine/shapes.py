@@ -23,7 +23,7 @@ from ...describe.frame import Point
 from ...describe.loads.action import PointForce
 from ...describe.loads.load import Load
 from ...describe.looks import NOTHING
-from ...dynamics.loading import places
+from ...dynamics.loads.actions import places
 from ...dynamics.state import State, float_state
 from ...errors import ModelError
 from ...model.closure import Closure
@@ -218,7 +218,7 @@ def attachments(model: Model, state: State, body: str) -> dict[str, Array]:
     """Points of a body that joints, wheels, ropes, springs and forces act on, by name, in body axes [m]."""
     components: dict[str, Vector] = {}
     for name, joint in model.joints.items():
-        if joint.type not in ("free", "planar"):  # these hold no point of the body
+        if joint.pair.holds:  # these hold no point of the body
             if joint.child == body:
                 components[name] = joint.to
             elif joint.parent == body:

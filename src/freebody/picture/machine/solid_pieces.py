@@ -39,7 +39,7 @@ def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ..
             ):
                 sides.setdefault(name, []).append((shape, foot))
     for joint in now.model.joints.values():
-        if joint.type != "slider" or joint.parent == "ground":
+        if not joint.pair.prismatic or joint.parent == "ground":
             continue
         R, p = now.posture(joint.parent)
         start, end = _numbers(now, joint.at), R.T @ (now.place(joint.child, joint.to) - p)

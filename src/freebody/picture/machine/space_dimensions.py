@@ -171,10 +171,10 @@ def mark_tilts(m: MachineDrawing) -> None:
     """Draw the angle of a fixed hinge line from the vertical, and that of a solid's axis from the hinge's."""
     up = next((k for k in range(3) if m.model.gravity[k] != 0), 2)
     for name, joint in m.model.joints.items():
-        if joint.type != "hinge" or joint.child not in m.drawn:
+        if not joint.pair.revolute or joint.child not in m.drawn:
             continue
         link = m.model.links[joint.links[0]]
-        at = m.joints[name][3]
+        at = m.joints[name].point
         axis = np.array(m.axis_in_space(link, joint.links[0]))
         if joint.parent == "ground":
             exact = apply(link.rotation, link.axis)

@@ -16,9 +16,6 @@ from ...dynamics.state import float_state
 from .configuration import Configuration
 from .shapes import machine_size
 
-HELD = ("hinge", "ball", "gimbal", "universal")
-"""Types of joints that are drawn as a bracket on the ground."""
-
 ROUND_OFF = 1e-10
 """Relative to the inertia forces: some 1e6 operations in double precision."""
 
@@ -29,8 +26,11 @@ def idle_supports(now: Configuration, planar: bool) -> set[str]:
     A hinge in space also holds the direction of its axis: it counts as idle only in a planar machine.
     """
     model = now.model
-    types = HELD if planar else HELD[1:]
-    names = {name for name, joint in model.joints.items() if joint.parent == "ground" and joint.type in types}
+    names = {
+        name
+        for name, joint in model.joints.items()
+        if joint.parent == "ground" and (joint.pair.spherical or planar and joint.pair.revolute)
+    }
     if not names or model.controllers or model.contacts:
         return set()
     size = machine_size(model, now.values)

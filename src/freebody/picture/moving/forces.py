@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 from ...describe.constraints.constraint import Rolling
 from ...describe.loads.action import Action, Couple, JointForce, PointForce
 from ...dynamics.kinematics import poses, rotation
-from ...dynamics.loading import actions, joint_link, places, weight
+from ...dynamics.loads.actions import actions, places
+from ...dynamics.loads.loading import weight
+from ...dynamics.loads.power import joint_link
 from ...dynamics.motion import transmitting
 from ...dynamics.state import State
 from ...model.closure import Closure
@@ -74,7 +76,7 @@ def arrows(kernels: Kernels) -> tuple[Arrow, ...]:
             result.append(Arrow(name, "reaction", "force", body, center, "contact", 0, constraint))
             continue
         at = constraint.to if isinstance(constraint, Closure) else model.joints[name].to
-        if not isinstance(constraint, Closure) and model.joints[name].type == "free":
+        if not isinstance(constraint, Closure) and model.joints[name].pair.free:
             continue
         result += [Arrow(name, "reaction", kind, body, at, "reaction") for kind in ("force", "moment")]
     for k, contact in enumerate(model.contacts):

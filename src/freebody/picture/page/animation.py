@@ -165,7 +165,7 @@ def _draws_cone(spin: Array) -> bool:
 def _apex(model: Model, state: State, body: str) -> list[float]:
     """Tip of the cones of a body, in body axes: the point that a joint fixes in the ground, or the mass centre."""
     for joint in model.joints.values():
-        if joint.child == body and joint.parent == "ground" and joint.type in ("ball", "gimbal", "universal"):
+        if joint.child == body and joint.parent == "ground" and joint.pair.spherical:
             return _numbers(state, joint.to)
     return _numbers(state, model.bodies[body].center)
 
@@ -256,16 +256,16 @@ def _pins(model: Model, state: State, size: float) -> dict[str, list[dict[str, A
     for joint in model.joints.values():
         links = [model.links[i] for i in joint.links]
         at = _numbers(state, joint.to)
-        if joint.type == "hinge":
+        if joint.pair.revolute:
             axis = np.array(_numbers(state, links[0].axis))
             result.setdefault(joint.child, []).append(_pin(at, axis, size))
-        elif joint.type in ("ball", "gimbal", "universal"):
+        elif joint.pair.spherical:
             result.setdefault(joint.child, []).append(_ball(at, 0.025 * size, INK))
     for closure in model.constraints.values():
-        if isinstance(closure, Closure) and closure.type in ("hinge", "ball", "gimbal", "universal"):
+        if isinstance(closure, Closure) and (closure.pair.revolute or closure.pair.spherical):
             at = _numbers(state, closure.to)
             symbol = _ball(at, 0.025 * size, INK)
-            if closure.type == "hinge" and closure.square:
+            if closure.pair.revolute:
                 symbol = _pin(at, np.array(_numbers(state, closure.square[0][2])), size)
             result.setdefault(closure.child.name, []).append(symbol)
     return {name: parts for name, parts in result.items() if name in model.bodies}
@@ -291,11 +291,11 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
     """Supports of joints on the ground, guides of sliders, surfaces of contacts, and planes that wheels roll on."""
     parts: list[dict[str, Any]] = []
     for joint in model.joints.values():
-        if joint.parent != "ground" or joint.type in ("free", "planar"):
+        if joint.parent != "ground" or not joint.pair.holds:
             continue
         at = np.array(_numbers(state, joint.at))
         link = model.links[joint.links[0]]
-        if joint.type in ("slider", "cylindrical"):
+        if joint.pair.guided:
             R = np.array([[float(state(x)) for x in row] for row in link.rotation])
             axis = R @ np.array(_numbers(state, link.axis))
             body = list(model.bodies).index(joint.child)

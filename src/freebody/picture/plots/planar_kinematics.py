@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ...describe.frame import Point
 from ...dynamics.kinematics import angular_velocity, point_acceleration, point_velocity
 from ...errors import SimulationError, nearest
+from ...model.closure import Closure
 from ..machine.configuration import Configuration, configuration, equations_at
 from ..machine.outlines import outlines, polygon
 from ..machine.shapes import hidden
@@ -298,12 +299,12 @@ def _points(moment: _Moment) -> dict[str, list[tuple[str, Point]]]:
             result[body].append((joint, _point(body, components)))
 
     for name, joint in model.joints.items():
-        if joint.type in ("hinge", "ball", "slider"):
+        if joint.pair.revolute or joint.pair.spherical or joint.pair.prismatic:
             add(joint.child, name, joint.to)
-            if joint.type == "hinge":
+            if joint.pair.revolute:
                 add(joint.parent, name, joint.at)
     for name, closure in model.constraints.items():
-        if hasattr(closure, "to") and getattr(closure, "type", "") == "hinge":
+        if isinstance(closure, Closure) and closure.pair.revolute:
             add(closure.child.name, name, closure.to)
             add(closure.parent.name, name, closure.at)
     for name in moment.bodies:

@@ -25,7 +25,7 @@ from ...dynamics.coordinates import (
 )
 from ...dynamics.joints.freedom import free_displacements, loads_on_child, transmissible
 from ...dynamics.kinematics import Posture, jacobian, rotation
-from ...dynamics.loading import Loading, load_potential, load_power, loading
+from ...dynamics.loads.loading import Loading, load_potential, load_power, loading
 from ...dynamics.state import State
 from ...model.model import Model
 from ...scalar.algebra import ZERO, Scalar, apply, dot, negate

@@ -26,6 +26,7 @@ from ...describe.joints.joint import Joint
 from ...errors import SimulationError
 from ...model import Model
 from ...motion.batch.job import Job
+from ...motion.ode.loops import label
 from ...motion.start.arguments import is_number
 from .content_digest import NoContentError, digest
 
@@ -79,7 +80,7 @@ def parts(job: Job, law: Any = None) -> dict[str, str]:
     events = [(x.name, x.direction, x.terminal) for x in job.specs]
     initial = {name: x for name, x in lanes.initial.items() if name not in varied}
     starts = [_by_name(model, x) for x in (initial, request.near)]
-    method = [request.method, request.step, request.longest_step, request.max_steps, job.tolerances]
+    method = [label(request.method), request.step, request.longest_step, request.max_steps, job.tolerances]
     return {
         "machine": of(machine),
         "controllers": digest([_controller(controller, aliases) for controller in model.controllers]),

@@ -15,7 +15,7 @@ import sympy
 
 from ...dynamics.conditions.constraints import Linearized, linearized, rows, wrenches
 from ...dynamics.kinematics import Posture, accelerations, link_postures, poses, turning, velocities
-from ...dynamics.loading import loading
+from ...dynamics.loads.loading import loading
 from ...dynamics.newton_euler import inverse_dynamics
 from ...scalar.algebra import Scalar, Vector, add, apply
 from ..recursive import Recursive

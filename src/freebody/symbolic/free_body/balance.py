@@ -25,7 +25,9 @@ from ...dynamics.conditions.contact import unit_forces
 from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joints.freedom import on_path, unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
-from ...dynamics.loading import actions, joint_link, scaled, speed_of, weight
+from ...dynamics.loads.actions import actions, scaled
+from ...dynamics.loads.loading import weight
+from ...dynamics.loads.power import joint_link, speed_of
 from ...errors import ModelError, nearest
 from ...model.contact import Touching
 from ...model.model import JointPlace
@@ -254,7 +256,7 @@ class BodyBalance:
             for i in joint.links:
                 if tau.get(i, 0) != 0:
                     parts += self._along_joint(load, name, i, tau[i], kind)
-            if joint.path:
+            if joint.pair.path:
                 parts += self._on_child(load, name, on_path(model, state, joint, {speed: value}), kind)
         if len(parts) < 2:
             return parts

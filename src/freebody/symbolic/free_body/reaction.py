@@ -98,7 +98,7 @@ def unknowns(model: Model, state: State, name: str) -> list[Component]:
     joint = model.joints[name]
     last = joint.links[-1]
     R = rotation(model, state, last)
-    if joint.anchored:
+    if joint.pair.anchored:
         return _of_chain(model, state, name, R)
     free = [axis for axis in joint_axes(model, state, joint) if axis.free]
     links = [model.links[i] for i in joint.links]

@@ -13,7 +13,8 @@ from typing import Any
 
 from ...describe.loads.action import GeneralizedForce, JointForce, PointForce
 from ...dynamics.kinematics import link_postures, point_position
-from ...dynamics.loading import actions, joint_link, speed_of
+from ...dynamics.loads.actions import actions
+from ...dynamics.loads.power import joint_link, speed_of
 from ...dynamics.momentum import mass_centre, momentum
 from ...model.model import GROUND
 from ...scalar.algebra import HALF, IDENTITY, ZERO, Scalar, Vector, cross, dot, scale

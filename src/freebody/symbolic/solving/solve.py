@@ -190,7 +190,7 @@ def _shared_speeds(e: Derivation) -> set[int]:
     """
     followed = {j for _, j in free_displacements(e.model)}
     for joint in e.model.joints.values():
-        followed |= set(path_speeds(e.model, joint)) if joint.path else set()
+        followed |= set(path_speeds(e.model, joint)) if joint.pair.path else set()
     return {j for link in e.model.links for j, _ in link.partials} - followed
 
 

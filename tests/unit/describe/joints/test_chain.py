@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy
 
 import freebody as fb
-from freebody.describe.joints.chain import parallel_turns
+from freebody.describe.joints.pair import parallel_turns
 from freebody.dynamics.joints.motions import dual
 
 

@@ -88,7 +88,7 @@ def test_a_motor_and_a_rotor_add_up():
         (
             "planar",
             {"armature": (1, 2)},
-            "Expected one armature for planar 'j', or 3, one a displacement, got",
+            "Expected one armature for planar joint 'j', or 3, one a displacement, got",
         ),
         ("free", {"armature": (1, 2, 3)}, "or one for its turning and one for its sliding, got"),
         ("hinge", {"rotor": 3}, "Expected a rotor for hinge 'j', such as fb.Rotor"),

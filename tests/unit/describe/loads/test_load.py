@@ -56,6 +56,8 @@ def test_no_file_names_a_kind_of_load():
             if isinstance(node, ast.ImportFrom) and "loads" in (node.module or "").split("."):
                 if node.level == 1 and node.module == "loads":
                     continue  # the loads of model files, and of time steps
+                if node.module.rpartition(".")[2] in ("actions", "instant", "loading", "power"):
+                    continue  # of the dynamics
                 assert node.module.rpartition(".")[2] in ("action", "law", "load", "loads"), path
                 assert {alias.name for alias in node.names} <= {
                     "Action", "Couple", "GeneralizedForce", "JointForce", "KINDS", "Law", "Load", "Look", "Part",
@@ -140,7 +142,10 @@ def branching(self, at):
 def test_what_cannot_be_a_load_is_refused():
     other = fb.System("other")
     ball = other.body("ball", fb.particle(1))
-    refused("Expected a load or a contact for 'x', an instance of a subclass of fb.Load or fb.Gap, got None")
+    refused(
+        "Expected a load, a joint or a contact for 'x', an instance of a subclass of fb.Load, fb.Joint or fb.Gap, "
+        "got None"
+    )
     refused("Make it one: Drag", lambda s: Drag)
     refused("drag 'drag' is already part of a system. Make another one for 'x'", lambda s: s.loads["drag"])
     refused("Drag 'x': body 'ball' belongs to the system 'other'", lambda s: Drag(ball.origin, 1))

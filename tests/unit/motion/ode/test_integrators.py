@@ -17,7 +17,7 @@ from freebody.model import assemble
 from freebody.motion.ending import End
 from freebody.motion.kernels import method_kernels
 from freebody.motion.kernels.kernels import kernels_of
-from freebody.motion.kernels.methods import METHODS
+from freebody.motion.kernels.methods import methods
 from freebody.motion.ode import integration
 from freebody.motion.ode.dense_output import observe
 from freebody.motion.ode.gauss import integrals, tables
@@ -132,7 +132,7 @@ ORDERS = {
 def test_a_method_is_a_value_of_its_file_with_the_order_of_the_list(name):
     method = module_named(place(name)).METHOD
     assert (method.name, method.order) == (name, LISTED[name])
-    assert name in METHODS or name in SINGLE_STEPS
+    assert name in methods() or name in SINGLE_STEPS
     assert method.single_step == (name in SINGLE_STEPS)
 
 
@@ -811,7 +811,7 @@ def test_a_step_too_long_to_converge_is_refused():
 
 
 def test_every_method_is_described():
-    for method in METHODS:
+    for method in methods():
         assert f'"{method}"' in fb.simulate.__doc__
 
 
@@ -820,7 +820,7 @@ def test_the_page_prints_what_it_says(capsys):
     ((code, printed),) = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```\n", page, re.DOTALL)
     exec(compile(code, "docs/integrators.md", "exec"), {})
     assert capsys.readouterr().out == printed
-    assert all(f'"{method}"' in page for method in METHODS)
+    assert all(f'"{method}"' in page for method in methods())
 
 
 def test_model_is_compiled_for_what_is_asked_only():

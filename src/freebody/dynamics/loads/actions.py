@@ -1,0 +1,168 @@
+"""Actions of loads and contacts at a state, checked: they are of four sorts, and act on this machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from ...describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
+from ...describe.part import Part, answer, is_own, line_of
+from ...errors import ModelError, shown
+from ...model.model import Model
+from ...scalar.algebra import ZERO, Scalar, scale, three
+from ...scalar.trace import Tape
+from ..state import State, traced_state
+from .instant import Instant, own_link, own_place
+from .own_kinds import check_kind
+from .power import speed_of
+
+YIELD = "Yield what acts, such as fb.PointForce(self.point, force) with the three components of the force."
+"""Cure for actions that are none."""
+
+
+def actions(model: Model, state: State, name: str) -> tuple[Action, ...]:
+    """Return the actions of a load at a state, checked.
+
+    Raises
+    ------
+    ModelError
+        The load yields something else, or acts on another system; or its code fails.
+    """
+    key = ("actions", name)
+    if key not in state.cache:
+        load = model.loads[name]
+        state.cache[key] = asked_actions(model, state, load, load.actions)
+    return state.cache[key]
+
+
+def asked_actions(
+    model: Model, state: State, part: Part, question: Callable[[Instant], Any]
+) -> tuple[Action, ...]:
+    """Return the actions that a part answers at a state, checked."""
+    if is_own(part):
+        _once(model, part, question, lambda state: values_of(_asked_actions(model, state, part, question)))
+    return _asked_actions(model, state, part, question)
+
+
+def _asked_actions(
+    model: Model, state: State, part: Part, question: Callable[[Instant], Any]
+) -> tuple[Action, ...]:
+    found = answer(part, partial(question, Instant(model, state, part)))
+    if isinstance(found, str) or not hasattr(found, "__iter__"):
+        raise ModelError(
+            f"{part.heading}: expected actions, got {shown(found)} {line_of(found, question)}. {YIELD}"
+        )
+    rest, result = iter(found), []
+    while (action := answer(part, lambda: next(rest, None))) is not None:
+        try:
+            result.append(_own_action(model, part, action))
+        except ModelError as error:
+            if not is_own(part):
+                raise
+            raise ModelError(f"{error} {line_of(found, question)}") from None
+    return tuple(result)
+
+
+def checked_actions(model: Model, part: Part, acting: Iterable[Action]) -> tuple[Action, ...]:
+    """Return actions of a part, their vectors as tuples, if they act on this machine."""
+    return tuple(_own_action(model, part, action) for action in acting)
+
+
+def asked(model: Model, state: State, part: Part, question: Callable[[Instant], Any]) -> Any:
+    """Return what a part answers at a state; an error in its code names the part, the line and the cure."""
+
+    def ask(state: State) -> Any:
+        return answer(part, lambda: question(Instant(model, state, part)))
+
+    if is_own(part) and not question.__name__.startswith("<"):  # a function of its own, not of this package
+        _once(model, part, question, lambda state: [ask(state)])
+    return ask(state)
+
+
+def _once(
+    model: Model, part: Part, question: Callable[[Instant], Any], ask: Callable[[State], Sequence[Scalar]]
+) -> None:
+    """Check a user's kind the first time that a model asks it."""
+    checked = model.memo.setdefault("checked kinds", set())
+    key = (part.table, part.name, getattr(question, "__qualname__", ""))
+    if key not in checked:
+        checked.add(key)
+        check_kind(model, part, question, ask)
+
+
+def values_of(acting: Iterable[Action]) -> list[Scalar]:
+    """Return all components and values of actions."""
+    result: list[Scalar] = []
+    for action in acting:
+        match action:
+            case PointForce():
+                result += action.force
+            case Couple():
+                result += action.moment
+            case _:
+                result.append(action.value)
+    return result
+
+
+def scaled(action: Action, factor: Scalar) -> Action:
+    """Return an action times a factor."""
+    match action:
+        case PointForce():
+            return replace(action, force=scale(factor, action.force))
+        case Couple():
+            return replace(action, moment=scale(factor, action.moment))
+    return replace(action, value=factor * action.value)
+
+
+def conditions(model: Model, state: State, name: str) -> list[Scalar]:
+    """Return the conditions on which a load switches (:meth:`Instant.where`), in the order in which it asks."""
+    load = model.loads[name]
+    at = Instant(model, state, load)
+    answer(load, lambda: tuple(load.actions(at)))
+    return at.conditions
+
+
+def places(model: Model) -> dict[str, tuple[Action, ...]]:
+    """Return the actions of all loads by name, without their values: where each load acts, in every state."""
+    if "places" not in model.memo:
+        state = traced_state(model, Tape())
+        model.memo["places"] = {
+            name: tuple(_without_value(action) for action in actions(model, state, name))
+            for name in model.loads
+        }
+    return model.memo["places"]
+
+
+def _without_value(action: Action) -> Action:
+    match action:
+        case PointForce():
+            return replace(action, force=ZERO)
+        case Couple():
+            return replace(action, moment=ZERO)
+    return replace(action, value=0)
+
+
+def _own_action(model: Model, load: Part, action: Any) -> Action:
+    """Return an action of a load, its vectors as tuples, if it acts on this machine."""
+    try:
+        match action:
+            case PointForce(point, force):
+                own_place(model, load, point.body)
+                return PointForce(point, three(force))
+            case Couple(body, moment):
+                own_place(model, load, body)
+                return Couple(body, three(moment))
+            case JointForce(joint, _, index):
+                own_link(model, load, joint, index)
+                return action
+            case GeneralizedForce():
+                speed_of(model, load, action.coordinate)
+                return action
+    except (TypeError, AttributeError) as error:
+        raise ModelError(f"{load.heading}: in its action {shown(action)}: {error}") from None
+    raise ModelError(
+        f"{load.heading}: expected fb.PointForce, fb.Couple, fb.JointForce or fb.GeneralizedForce from its actions, "
+        f"got {shown(action)}. {YIELD}"
+    )
