@@ -37,7 +37,7 @@ from ..scalar.algebra import (
     skew,
     subtract,
 )
-from ..scalar.series import Series, SeriesField
+from ..scalar.series import Series, SeriesField, derivative_at_start
 from ..space.quaternion import quaternion_rate
 from ..space.spatial import ZERO6, Spatial, motion_to_child, plus, times
 from .state import State
@@ -241,6 +241,12 @@ def jacobian(model: Model, state: State, point: Any) -> tuple[tuple[Scalar, ...]
             columns[j] = [a + weight * b for a, b in zip(columns[j], column, strict=True)]
         link = model.links[link].parent
     return tuple(tuple(column[row] for column in columns) for row in range(6))
+
+
+def jacobian_rate(model: Model, state: State, point: Any) -> tuple[tuple[Scalar, ...], ...]:
+    """Return dJ/dt (6 x n_u) along the motion, so that accelerations are J u' + J' u + (part due to driven joints)."""
+    along = jacobian(model, state_along(model, state, state.u, 1, 1), point)
+    return tuple(tuple(derivative_at_start(x) for x in row) for row in along)
 
 
 def motions(model: Model, state: State, i: int) -> list[tuple[int, Scalar, Spatial]]:

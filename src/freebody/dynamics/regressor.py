@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 
 from ..model.model import GROUND, Model
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Scalar, Vector, add, apply, cross, negate
-from ..space.spatial import Spatial, force_to_parent, power, rigid_inertia
+from ..space.spatial import Spatial, motion_to_child, plus, power, rigid_inertia, times
 from .kinematics import accelerations, motions, turning, velocities
 from .state import State
 
@@ -28,7 +28,7 @@ _ENTRIES = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 
 def regressor(model: Model, state: State, udot: Sequence[Scalar]) -> tuple[tuple[Scalar, ...], ...]:
     """Return Y, by rows: one for each speed, with ten columns for each body."""
-    V = velocities(model, state)
+    V, S = velocities(model, state), _motions_in_links(model, state)
     A = accelerations(model, state, udot, negate(state.vector(model.gravity)))
     columns: list[list[Scalar]] = []
     for place in model.bodies.values():
@@ -39,7 +39,11 @@ def regressor(model: Model, state: State, udot: Sequence[Scalar]) -> tuple[tuple
         (w, _), (alpha, a) = V[place.link], A[place.link]
         B = turning(w, alpha)
         for n, f in _wrenches(w, alpha, add(a, apply(B, origin)), B):
-            columns.append(_powers(model, state, place.link, (add(n, cross(origin, f)), f)))
+            force = (add(n, cross(origin, f)), f)
+            column: list[Scalar] = [0] * model.n_u
+            for j, motion in S[place.link].items():
+                column[j] = power(motion, force)
+            columns.append(column)
     return tuple(zip(*columns, strict=True))
 
 
@@ -75,13 +79,15 @@ def _times(j: int, k: int, v: Vector) -> Vector:
     return (result[0], result[1], result[2])
 
 
-def _powers(model: Model, state: State, link: int, force: Spatial) -> list[Scalar]:
-    """Return the power of a wrench on a link per unit of each speed."""
-    total: list[Scalar] = [0] * model.n_u
-    while link != GROUND:
-        for j, factor, S in motions(model, state, link):
-            total[j] = total[j] + factor * power(S, force)
-        R, p, _ = state.joint(link)
-        force = force_to_parent(R, p, force)
-        link = model.links[link].parent
-    return total
+def _motions_in_links(model: Model, state: State) -> list[dict[int, Spatial]]:
+    """Return, for each link, its motion in the ground per unit of each speed that moves it, in its axes."""
+    result: list[dict[int, Spatial]] = []
+    for i, link in enumerate(model.links):
+        R, p, _ = state.joint(i)
+        above = {} if link.parent == GROUND else result[link.parent]
+        moved = {j: motion_to_child(R, p, S) for j, S in above.items()}
+        for j, factor, S in motions(model, state, i):
+            own = times(factor, S)
+            moved[j] = plus(moved[j], own) if j in moved else own
+        result.append(moved)
+    return result

@@ -125,6 +125,10 @@ def assemble(system: System) -> Model:
             **system.constraints,
         },
         controllers=tuple(system.controllers.values()),
+        frames={
+            name: (point.body.name, point.components)
+            for name, (point, _) in (system.reading.frames if system.reading else {}).items()
+        },
         scenery=system.scenery,
         described=(system, changes_of(system).count),
     )

@@ -60,6 +60,9 @@ class Model:
     controllers: tuple[Any, ...] = ()
     """Sampled controllers, in order of declaration."""
 
+    frames: Mapping[str, tuple[str, Vector]] = field(default_factory=dict)
+    """Body and place of the frames that a robot's file names."""
+
     scenery: Any = None
     """Shape fixed in the ground that is only drawn, or None."""
 

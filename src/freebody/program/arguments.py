@@ -149,11 +149,15 @@ def signals_at(model: Model, t: ArrayLike) -> dict[str, Any]:
 
 
 def place_of(model: Model, point: Any) -> Any:
-    """Return a point of a body of the model; a body, or its name, stands for its origin."""
+    """Return a point of a body; a body, its name, or the name of a frame of a robot's file stands for its origin."""
     if isinstance(point, str):
-        if point not in model.bodies:
-            raise ModelError(f"Unknown body '{point}'; {nearest(point, model.bodies)}")
-        return _Origin(_Named(point))
+        if point in model.bodies:
+            return _Place(_Named(point))
+        if point not in model.frames:
+            kinds = "body or frame" if model.frames else "body"
+            raise ModelError(f"Unknown {kinds} '{point}'; {nearest(point, [*model.bodies, *model.frames])}")
+        carrier, components = model.frames[point]
+        return _Place(_Named(carrier, carrier not in model.bodies), components)
     place = getattr(point, "origin", point)
     body = getattr(place, "body", None)
     if body is None or not (body.is_ground or body.name in model.bodies):
@@ -191,8 +195,8 @@ class _Named:
 
 
 @dataclass(frozen=True)
-class _Origin:
-    """The origin of a body known by its name only."""
+class _Place:
+    """A point of a body known by its name only."""
 
     body: _Named
-    components: tuple[int, int, int] = (0, 0, 0)
+    components: Any = (0, 0, 0)

@@ -30,9 +30,10 @@ from ..dynamics import (
 )
 from ..dynamics.conditions.constrained import constrained_dynamics
 from ..dynamics.conditions.constraints import linearized, rows
-from ..dynamics.kinematics import angular_velocity, point_velocity
+from ..dynamics.kinematics import angular_velocity, jacobian_rate, point_velocity
 from ..dynamics.motion import Motion, all_reactions, motion, transmitting
 from ..dynamics.newton_euler import reactions
+from ..dynamics.operational_space import COMPONENTS, operational_bias, operational_inertia
 from ..dynamics.regressor import parameter_names, regressor
 from ..errors import ModelError, nearest
 from ..model import Model
@@ -49,6 +50,7 @@ class Product:
     """A function of some of the inputs q, u, udot (u') and forces: its recording and the shape of its result.
 
     ``moves`` is true if the conditions of a constrained model enter. ``point`` is the point of a Jacobian.
+    ``key`` tells products of points apart.
     """
 
     inputs: tuple[str, ...]
@@ -56,6 +58,7 @@ class Product:
     shape: Callable[[Model], tuple[int, ...]]
     moves: bool = False
     point: Any = None
+    key: Any = None
 
 
 @dataclass(frozen=True)
@@ -110,7 +113,9 @@ def compiled(model: Model, product: Product, batch: bool, active: tuple[int, ...
 
 
 def product_named(model: Model, name: Any) -> Product:
-    """Return a product by its name; ``"f_by_x"`` names a derivative."""
+    """Return a product by its name; ``"f_by_x"`` names a derivative, ``"f of p: vx vy"`` a product of a point."""
+    if isinstance(name, str) and " of " in name:
+        return _named_of_point(model, name)
     if isinstance(name, str) and "_by_" in name:
         base, _, by = name.partition("_by_")
         return derivative_of(model, product_named(model, base), by)
@@ -266,11 +271,72 @@ PRODUCTS: dict[str, Product] = {
 }
 
 
-def jacobian_of(point: Any) -> Product:
-    """Return the product ``jacobian`` of a point."""
-    return Product(
-        ("q",), lambda r: _flat(jacobian(r.model, r.state, point)), lambda m: (6, m.n_u), point=point
-    )
+OF_POINT: dict[str, tuple[tuple[str, ...], Callable[..., list[Scalar]]]] = {
+    "jacobian": (("q",), lambda r, p, ks: _rows_of(jacobian(r.model, r.state, p), ks)),
+    "jacobian_rate": (("q", "u"), lambda r, p, ks: _rows_of(jacobian_rate(r.model, r.state, p), ks)),
+    "operational_inertia": (
+        ("q",),
+        lambda r, p, ks: _flat(operational_inertia(r.model, r.state, p, ks, r.active)),
+    ),
+    "operational_bias": (
+        ("q", "u"),
+        lambda r, p, ks: list(operational_bias(r.model, r.state, p, ks, r.active)),
+    ),
+}
+"""Products of a point and of components of its velocities: inputs and recording."""
+
+
+def _rows_of(J: Sequence[Sequence[Scalar]], components: Sequence[int]) -> list[Scalar]:
+    return [x for k in components for x in J[k]]
+
+
+def of_point(model: Model, name: Any, point: Any, components: Any = None) -> Product:
+    """Return a product of a point, of all components of its velocities or of some."""
+    if name not in OF_POINT:
+        raise ModelError(f"Expected a product of a point, got '{name}'; {nearest(str(name), OF_POINT)}")
+    place, chosen = place_of(model, point), _components(components)
+    inputs, record = OF_POINT[name]
+    operational = name.startswith("operational")
+    if operational and (place.body.is_ground or len(chosen) > model.n_u):
+        found = "a point of the ground" if place.body.is_ground else f"{model.n_u} speeds"
+        raise ModelError(
+            f"Expected a point that forces can move in {len(chosen)} components for the operational space, got {found}."
+            " Choose fewer: components='vx vy'."
+        )
+
+    def shape(model: Model) -> tuple[int, ...]:
+        size = (
+            (model.n_u,) if name.startswith("jacobian") else (len(chosen),) * (name == "operational_inertia")
+        )
+        return (len(chosen), *size)
+
+    looped = place if name == "jacobian" and components is None else None
+    key = (name, place.body.name, place.components, *(chosen if components is not None else ()))
+    return Product(inputs, lambda r: record(r, place, chosen), shape, operational, looped, key)
+
+
+def _components(names: Any) -> list[int]:
+    """Return the numbers of components; without names, those of all."""
+    if names is None:
+        return list(range(len(COMPONENTS)))
+    words = names.replace(",", " ").split() if isinstance(names, str) else list(names)
+    for word in words:
+        if word not in COMPONENTS or words.count(word) > 1:
+            raise ModelError(f"Expected components of {' '.join(COMPONENTS)}, each once, got '{names}'.")
+    if not words:
+        raise ModelError(f"Expected at least one of the components {' '.join(COMPONENTS)}.")
+    return [COMPONENTS.index(word) for word in words]
+
+
+def _named_of_point(model: Model, name: str) -> Product:
+    """Return the product ``"f of p"``, ``"f of p: vx vy"``, or ``"f_by_x of p"``."""
+    base, _, rest = name.partition(" of ")
+    frame, colon, components = rest.rpartition(":") if ":" in rest else (rest, "", None)
+    if rest in (*model.bodies, *model.frames):  # names of frames may have colons
+        frame, components = rest, None
+    base, _, by = base.partition("_by_")
+    product = of_point(model, base, frame, components)
+    return derivative_of(model, product, by) if by else product
 
 
 def values_of(expressions: Sequence[Expression], several: bool) -> Product:

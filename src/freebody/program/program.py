@@ -32,19 +32,19 @@ from .arguments import (
     checked,
     is_plain,
     parameters_by_name,
-    place_of,
     signals_at,
 )
 from .closed_loops import Singularity, actuator_forces, chosen, completed, singularity
 from .kernels import Kernel, KernelSet
 from .large.tree_loop import LoopedKernel, LoopedSet, looped_kernel
 from .products import (
+    OF_POINT,
     Product,
     check_conditions,
     compiled,
     derivative_of,
-    jacobian_of,
     named_variable,
+    of_point,
     product_named,
     values_of,
 )
@@ -488,11 +488,79 @@ class Program:
         Parameters
         ----------
         point : Point, Body or str
-            A point of a body; a body, or its name, stands for its origin.
+            A point of a body; a body, its name, or the name of a link or site of a robot's file stands for its origin.
         """
-        place = place_of(self.model, point)
-        key = ("jacobian", place.body.name, place.components)
-        return self._run(key, {"q": q}, t, values, named, jacobian_of(place))
+        product = of_point(self.model, "jacobian", point)
+        return self._run(product.key, {"q": q}, t, values, named, product)
+
+    def jacobian_rate(
+        self,
+        point: Any,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Values = None,
+        **named: Any,
+    ) -> Array:
+        """Rate dJ/dt of a point, shape (6, n_u): accelerations are J u' + (dJ/dt) u and the part of driven joints."""
+        product = of_point(self.model, "jacobian_rate", point)
+        return self._run(product.key, {"q": q, "u": u}, t, values, named, product)
+
+    def operational_inertia(
+        self,
+        point: Any,
+        q: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        components: Any = None,
+        values: Values = None,
+        **named: Any,
+    ) -> Array:
+        """Inertia Λ that forces at a point meet, Λ x'' + μ = F with x' = J u; shape (6, 6), or of the ``components``.
+
+        Parameters
+        ----------
+        point : Point, Body or str
+            As in :meth:`jacobian`.
+        components : text or sequence of text, optional
+            Some of ``"wx wy wz vx vy vz"``: moments about, and forces along, ground axes. By default all six.
+
+        Raises
+        ------
+        ModelError
+            If forces cannot accelerate the components independently: with too few speeds, and in singular positions.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("cart")
+        >>> cart = s.body("cart", fb.particle(3))
+        >>> rail = s.slider("rail", s.ground, cart, axis="x")
+        >>> fb.compile(s).operational_inertia("cart", [0.0], components="vx")
+        array([[3.]])
+        """
+        product = of_point(self.model, "operational_inertia", point, components)
+        return _regular(self._run(product.key, {"q": q}, t, values, named, product), point)
+
+    def operational_bias(
+        self,
+        point: Any,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        components: Any = None,
+        values: Values = None,
+        **named: Any,
+    ) -> Array:
+        """Bias μ of Λ x'' + μ = F, loads and weight included: the force at a point that keeps x' constant.
+
+        Arguments and errors are those of :meth:`operational_inertia`.
+        """
+        self.operational_inertia(point, q, t, components=components, values=values, **named)
+        product = of_point(self.model, "operational_bias", point, components)
+        return self._run(product.key, {"q": q, "u": u}, t, values, named, product)
 
     def value(
         self,
@@ -524,15 +592,17 @@ class Program:
             ``"forward_dynamics"``, ``"forced_dynamics"`` (with forces), ``"inverse_dynamics"``, ``"mass_matrix"``,
             ``"coriolis_matrix"``, ``"gravity_forces"``, ``"regressor"``, ``"bias"``, ``"coordinate_rates"``,
             ``"kinetic_energy"``, ``"potential_energy"``, ``"momentum"``, ``"poses"``, ``"velocities"``,
-            ``"reactions"``, ``"reactions_at"`` (with u'), ``"jacobian"`` (of ``point``), and with constraints
-            ``"conditions"`` (G and γ of G u' + γ = 0, by rows).
+            ``"reactions"``, ``"reactions_at"`` (with u'), with constraints ``"conditions"`` (G and γ of G u' + γ = 0,
+            by rows), and of ``point`` ``"jacobian"``, ``"jacobian_rate"``, ``"operational_inertia"`` and
+            ``"operational_bias"``. These are also named with the body or frame, ``"jacobian of hand"``, and with
+            components, ``"operational_inertia of hand: vx vy vz"``.
         by : str or Symbol
             An input of the product (``"q"``, ``"u"``, ``"udot"``, ``"forces"``), ``"t"``, ``"parameters"`` (all, in the
             model's order), one parameter, or ``"displacement"``. By q, the four components of a quaternion count as
             independent numbers. By displacement, the configuration is turned and moved by a unit of each speed:
             ∂f/∂q G with q' = G(q) u, which has n_u columns.
         point : Point, Body or str
-            The point of the product ``"jacobian"``.
+            The point of such a product.
 
         Returns
         -------
@@ -561,13 +631,15 @@ class Program:
         18.0
         """
         by = named_variable(self.model, by)
-        if isinstance(product, str) and product == "jacobian" and point is not None:
-            place = place_of(self.model, point)
-            base, key = jacobian_of(place), ("jacobian", place.body.name, place.components, by)
-            derived = derivative_of(self.model, base, by)
+        of_points = isinstance(product, str) and product in OF_POINT
+        if of_points and point is not None:
+            base = of_point(self.model, product, point)
+            derived, key = derivative_of(self.model, base, by), (*base.key, by)
         else:
-            if point is not None or isinstance(product, str) and product == "jacobian":
-                raise ModelError("Expected point= together with the product 'jacobian', and only there.")
+            if point is not None or of_points:
+                raise ModelError(
+                    f"Expected point= together with one of {', '.join(OF_POINT)}, and only there."
+                )
             derived = derivative_of(self.model, product_named(self.model, product), by)
             key = f"{product}_by_{by}"  # type: ignore[assignment]
 
@@ -822,6 +894,24 @@ class Program:
         for k, (name, number) in enumerate(numbers.items()):
             P[:, k] = columns.get(name, number)
         return program.constants(P)
+
+
+def _regular(inertia: Array, point: Any) -> Array:
+    """Return an inertia of operational space; singular positions are refused."""
+    n = inertia.shape[-1]
+    with np.errstate(all="ignore"):
+        scale = np.sqrt(np.abs(inertia.diagonal(axis1=-2, axis2=-1)))
+        scaled = inertia / scale[..., :, np.newaxis] / scale[..., np.newaxis, :]
+        finite = np.asarray(np.isfinite(scaled).all(axis=(-2, -1)))
+        inverse = np.linalg.eigvalsh(np.where(finite[..., np.newaxis, np.newaxis], scaled, np.eye(n)))
+    regular = finite & (inverse[..., 0] > 2**6 * n * np.finfo(float).eps)
+    if not regular.all():
+        state = "" if inertia.ndim == 2 else f" in state {int(np.argmin(regular))}"
+        raise ModelError(
+            f"Expected a position in which forces at {point} can accelerate all components independently, got a "
+            f"singular one{state}. Choose fewer components, or another position."
+        )
+    return inertia
 
 
 def _title(key: Any) -> str:

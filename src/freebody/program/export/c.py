@@ -68,10 +68,11 @@ def c_source(
     declared, defined, helpers = [], [], set()
     for product in recorded(model, products, active):
         vectors = [f"const double *{vector}" for vector, _ in product.inputs]
-        head = f"void {prefix}_{identifier(product.name)}(double t, {', '.join(vectors)}, const double *p, double *out)"
+        result = identifier(product.name)
+        head = f"void {prefix}_{result}(double t, {', '.join(vectors)}, const double *p, double *{result})"
         sizes = ", ".join(f"{vector}[{n}]" for vector, n in product.inputs)
         shape = "".join(f"[{n}]" for n in product.shape) or "[1]"
-        declared.append(f"/* {sizes} -> out{shape} */\n{head};")
+        declared.append(f"/* {sizes} -> {result}{shape} */\n{head};")
         lines, used = _c_body(product)
         helpers |= used
         defined.append("\n".join([head, "{", *lines, "}"]))
@@ -141,6 +142,7 @@ def _c_body(product: Recorded) -> tuple[list[str], set[str]]:
     """Lines of a function, and the names of the helpers that it needs."""
     values: dict[int, str] = {}
     helpers: set[str] = set()
+    name = identifier(product.name)
     lines = [f"    (void){name};" for name in ("t", *(vector for vector, _ in product.inputs), "p")]
     for j, table in enumerate(product.tables):
         n, width = table.breaks.size, table.rows.shape[1]
@@ -166,7 +168,7 @@ def _c_body(product: Recorded) -> tuple[list[str], set[str]]:
         values[i] = f"v{i}"
         lines.append(f"    const double v{i} = {text};")
     if not product.outputs:  # of a machine without degrees of freedom
-        lines.append("    (void)out;")
+        lines.append(f"    (void){name};")
     for k, x in enumerate(product.outputs):
-        lines.append(f"    out[{k}] = {values[x.index] if type(x) is Traced else _c_number(x)};")
+        lines.append(f"    {name}[{k}] = {values[x.index] if type(x) is Traced else _c_number(x)};")
     return lines, helpers

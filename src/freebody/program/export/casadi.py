@@ -14,7 +14,9 @@ from .recording import Written, identifier, own_parameters, recorded, required
 
 
 class CasadiFunctions(Written):
-    """``casadi.Function`` objects by name: from columns q, u, ..., t, p to a matrix or a column."""
+    """``casadi.Function`` objects by name: from columns q, u, ..., t, p to a matrix or a column,
+    named as the product.
+    """
 
     def __init__(self, functions: Mapping[str, Any], parameters: np.ndarray) -> None:
         super().__init__(functions)
@@ -67,7 +69,7 @@ def casadi_functions(
         names = [vector for vector, _ in product.inputs]
         name = identifier(product.name)
         functions[name] = casadi.Function(
-            name, [*arguments, t, vectors["p"]], [result], [*names, "t", "p"], ["out"]
+            name, [*arguments, t, vectors["p"]], [result], [*names, "t", "p"], [name]
         )
     defaults = [math.nan if p.default is None else float(p.default) for p in own_parameters(model)]
     return CasadiFunctions(functions, np.array(defaults))

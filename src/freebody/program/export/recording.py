@@ -56,7 +56,13 @@ def recorded(model: Model, products: Sequence[str], active: tuple[int, ...] | No
             raise ModelError(
                 f"Expected names of products one after another, such as 'mass_matrix', 'bias', got {name!r}."
             )
+    written: dict[str, str] = {}
     for name in dict.fromkeys(products):
+        if (other := written.setdefault(identifier(name), name)) != name:
+            raise ModelError(
+                f"Expected products with names of their own, but '{other}' and '{name}' are both written as "
+                f"{identifier(name)}. Write them one after the other."
+            )
         product = product_named(model, name)
         if product.moves:
             check_conditions(model, active)
@@ -132,7 +138,9 @@ class Written(Mapping[str, Any]):
         self._functions = dict(functions)
 
     def __getitem__(self, name: str) -> Any:
-        """Return the function of this name."""
+        """Return the function of a product."""
+        if isinstance(name, str) and identifier(name) in self._functions:
+            return self._functions[identifier(name)]
         if name not in self._functions:
             raise KeyError(
                 f"{name!r} is not among the functions written: {', '.join(self)}. Name it in the call that "

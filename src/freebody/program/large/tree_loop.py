@@ -31,9 +31,10 @@ import sympy
 
 from ...dynamics.armature import has_armature
 from ...dynamics.state import float_state
-from ...model.model import Model
+from ...model.model import GROUND, Model
 from ...native import codegen
 from ...native.records import WIDTH
+from ...scalar.algebra import ZERO
 from ..kernels import Kernel
 from .link_step import constants_of
 from .tree_code import entries
@@ -42,20 +43,24 @@ from .tree_parts import Directions, Parts
 BODIES = 200
 """Number of bodies from which a tree is looped over for every product."""
 SOONER = {
-    "derivatives": 10, "forward_dynamics": 40, "forced_dynamics": 40, "inverse_dynamics": 100, "bias": 100,
-    "mass_matrix": 100, "reactions": 100, "reactions_at": 100,
+    "derivatives": 10, "forward_dynamics": 40, "forced_dynamics": 40, "inverse_dynamics": 40, "bias": 40,
+    "mass_matrix": 40, "reactions": 100, "reactions_at": 100,
 }  # fmt: skip
 """Number of bodies from which these products are looped over. From there on loops are about as fast as straight code,
 which takes seconds to compile. Measured in `docs/compiled.md`."""
 
 
-def applies(model: Model) -> bool:
-    """Return whether a model can be looped over.
+def applies(model: Model, mode: str = "motion") -> bool:
+    """Return whether a model can be looped over in a mode.
 
-    It must be a tree without armature whose displacements determine the coordinates one after another, and its
-    dimensions and masses must be functions of the parameters alone.
+    Its dimensions and masses must be functions of the parameters alone. From accelerations to forces, rotors may stand
+    in the ground only. From forces to accelerations, it must be a tree without armature whose displacements determine
+    the coordinates one after another.
     """
-    if model.constraints or model.order is None or has_armature(model):
+    if mode in ("inverse", "mass"):
+        if any(link.rotor != ZERO and link.parent != GROUND for link in model.links):
+            return False
+    elif model.constraints or model.order is None or has_armature(model):
         return False
     symbols = {parameter.symbol for parameter in model.parameters}
 
@@ -68,8 +73,10 @@ def applies(model: Model) -> bool:
 
 
 def is_large(model: Model, use: str = "") -> bool:
-    """Return whether the model is looped over, for every use or for one of `SOONER`."""
-    return len(model.bodies) >= min(BODIES, SOONER.get(use, BODIES)) and applies(model)
+    """Return whether the model is looped over, for every use or for one product or its derivative."""
+    name = use.partition("_by_")[0]
+    size = SOONER.get("derivatives" if name != use else use, BODIES)
+    return len(model.bodies) >= min(BODIES, size) and applies(model, MODES.get(name, "motion"))
 
 
 class LoopedSet:
@@ -219,7 +226,7 @@ def looped_kernel(model: Model, key: Any, product: Any, sets: dict[Any, LoopedSe
     name, _, by = key.partition("_by_") if isinstance(key, str) else ("", "", "")
     if key == "derivatives":
         name, by = "forward_dynamics", "q u"
-    if name not in LOOPED or not is_large(model, "derivatives" if by else name):
+    if name not in LOOPED or not is_large(model, f"{name}_by_{by}" if by else name):
         return None
     mode, kernel = MODES.get(name, "motion"), LOOPED[name]
     if by == "":

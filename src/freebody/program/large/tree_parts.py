@@ -18,6 +18,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ...dynamics import traced_state
+from ...dynamics.armature import turned_slides
 from ...dynamics.coordinates import (
     accelerations_of_coordinates,
     forces_on_coordinates,
@@ -172,7 +173,7 @@ class Parts:
         elif mode == "jacobian":
             finish = [x for row in jacobian(model, state, point) for x in row]
         elif self.back:
-            finish = self._forces(state, loads, fetch)
+            finish = self._forces(state, loads, joints, fetch)
         else:
             finish = self._accelerations(state, loads, power, fetch)
         totals = [tape.input(f"sum {k}") for k in range(6)]  # energies take four of them, momenta six
@@ -340,18 +341,29 @@ class Parts:
         self.works = not (isinstance(power, int) and power == 0)
         return [*udot, power]
 
-    def _forces(self, state: State, loads: Loading, fetch: Any) -> list[Scalar]:
+    def _forces(
+        self, state: State, loads: Loading, joints: Sequence[Sequence[Scalar]], fetch: Any
+    ) -> list[Scalar]:
         """Generalized forces, from the forces along the joints in the records: see `newton_euler.inverse_dynamics`."""
         model = self.model
         tau: list[Scalar] = [0] * len(model.links)
         free: dict[int, Scalar] = {}
         for i, link in enumerate(model.links):
+            armature = state.armature(i)
             if link.partials:
                 (tau[i],) = fetch(i, link_step.ALONG, 1)
                 tau[i] = tau[i] - loads.along.get(i, 0)
+                for a in armature:
+                    tau[i] = tau[i] + a * joints[i][-1]
             elif link.u >= 0:
-                count = link.n_speeds
-                free.update({link.u + k: x for k, x in enumerate(fetch(i, link_step.ALONG, count))})
+                along = fetch(i, link_step.ALONG, link.n_speeds)
+                turned = ZERO if self.mode == "mass" else turned_slides(state, i)
+                for k, x in enumerate(along):
+                    free[link.u + k] = x
+                    if armature:
+                        free[link.u + k] = x + armature[k] * (
+                            joints[i][k - len(along)] + (turned[k] if k < len(turned) else 0)
+                        )
         total = forces_on_coordinates(model, state, tau)
         for j, force in free.items():
             total[j] = force

@@ -12,7 +12,7 @@ Source: M. Gautier, W. Khalil, Direct calculation of minimum set of inertial par
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,7 +73,7 @@ class BaseParameters(Typeset):
     def text(self) -> str:
         """Return the combinations, one to a line."""
         width = max(map(len, self.names), default=0)
-        lines = [f"{name:{width}}  =  {_sum(x)}" for name, x in self.combinations.items()]
+        lines = [f"{name:{width}}  =  {TEXT.sum(x)}" for name, x in self.combinations.items()]
         if self.without_influence:
             lines.append(f"without influence: {', '.join(self.without_influence)}")
         if self.rounded:
@@ -83,45 +83,45 @@ class BaseParameters(Typeset):
     def latex(self) -> str:
         """Return the combinations as LaTeX, aligned."""
         return aligned(
-            rf"\beta_{{{k}}} &= {_latex_sum(x)}" for k, x in enumerate(self.combinations.values(), start=1)
+            rf"\beta_{{{k}}} &= {LATEX.sum(x)}" for k, x in enumerate(self.combinations.values(), start=1)
         )
 
     def __repr__(self) -> str:
         return self.text()
 
 
-def _terms(combination: Mapping[str, Any]) -> Iterator[tuple[str, str, Any]]:
-    """Yield the name, the sign and the size of each coefficient."""
-    for name, coefficient in combination.items():
-        minus = coefficient.could_extract_minus_sign()
-        yield name, "-" if minus else "+", -coefficient if minus else coefficient
+@dataclass(frozen=True)
+class _Writing:
+    """How numbers, expressions, sums in products, and names of inertial parameters are written."""
+
+    number: Callable[[Any], str]
+    expression: Callable[[Any], str]
+    bracket: str
+    times: str
+    name: Callable[[str], str]
+
+    def sum(self, combination: Mapping[str, Any]) -> str:
+        """Return a combination; six digits of numbers that are not whole are shown."""
+        text = ""
+        for name, coefficient in combination.items():
+            minus = coefficient.could_extract_minus_sign()
+            size = -coefficient if minus else coefficient
+            is_long = size.is_Float or size.is_Rational and size.q > 1
+            shown = self.number(size) if is_long else self.expression(size)
+            factor = self.bracket.format(shown) if size.is_Add else shown
+            text += (" - " if minus else " + ") if text else "-" if minus else ""
+            text += self.name(name) if shown == "1" else f"{factor}{self.times}{self.name(name)}"
+        return text
 
 
-def _is_long(size: Any) -> bool:
-    """True for a number that is not whole: six digits of it are shown."""
-    return bool(size.is_Float or size.is_Rational and size.q > 1)
+def _symbol(name: str) -> str:
+    """Return an inertial parameter as LaTeX: h_x of a body is its first moment."""
+    body, _, part = name.rpartition(".")
+    return latex_name("_".join(filter(None, (part[0], part[1:], body))))
 
 
-def _sum(combination: Mapping[str, Any]) -> str:
-    """Return a combination as text."""
-    text = ""
-    for name, sign, size in _terms(combination):
-        shown = significant(size) if _is_long(size) else text_of(size)
-        factor = "" if shown == "1" else f"({shown})*" if size.is_Add else f"{shown}*"
-        text += (f" {sign} " if text else "-" if sign == "-" else "") + factor + name
-    return text
-
-
-def _latex_sum(combination: Mapping[str, Any]) -> str:
-    """Return a combination as LaTeX: h_x of a body is its first moment."""
-    text = ""
-    for name, sign, size in _terms(combination):
-        body, _, part = name.rpartition(".")
-        symbol = latex_name("_".join(filter(None, (part[0], part[1:], body))))
-        shown = latex_number(complex(size)) if _is_long(size) else latex_of(size)
-        factor = "" if shown == "1" else rf"\left({shown}\right) " if size.is_Add else f"{shown} "
-        text += (f" {sign} " if text else "-" if sign == "-" else "") + factor + symbol
-    return text
+TEXT = _Writing(significant, text_of, "({})", "*", str)
+LATEX = _Writing(lambda x: latex_number(complex(x)), latex_of, r"\left({}\right)", " ", _symbol)
 
 
 @arguments_named

@@ -1,21 +1,26 @@
 """Columns of the regressor that are combinations of columns before them, and the coefficients.
 
-Which columns depend on which is found at random places, as many as there are columns, modulo a prime. The few
-coefficients of each column are then solved for exactly, with the symbols of the machine. Random places may show a
-column as dependent that is not, if they are roots of a polynomial. A prime of 61 binary digits makes that less likely
-than a fault of the processor.
+Which columns depend on which is found at random places, as many as there are columns, modulo a prime. The
+coefficients are then solved for exactly, with the symbols of the machine. If joints move independently, what the
+inertia of a body shares with that of others passes through its carrier: a column depends on a few columns of its body
+and of the neighbours, whose own combinations are then put in. Otherwise, it is solved for in all columns before it.
+
+Random places may show a column as dependent that is not, if they are roots of a polynomial. A prime of 61 binary digits
+makes that less likely than a fault of the processor.
 
 Axes that are rounded decimals are no rotation exactly, and exact numbers of such a machine would show combinations as
 independent. It is reduced in floating point.
 
-Sources: J. Schwartz, Fast probabilistic algorithms for verification of polynomial identities (1980); E. Bareiss,
-Sylvester's identity and multistep integer-preserving Gaussian elimination (1968).
+Sources: P. Wensing, G. Niemeyer, J.-J. Slotine, A geometric characterization of observability in inertial parameter
+identification (2024); J. Schwartz, Fast probabilistic algorithms for verification of polynomial identities (1980);
+E. Bareiss, Sylvester's identity and multistep integer-preserving Gaussian elimination (1968).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -24,7 +29,7 @@ from flint import fmpz, nmod_mat
 
 from ...dynamics.regressor import PARAMETERS, parameter_names, regressor
 from ...dynamics.state import float_state
-from ...model.model import Model
+from ...model.model import GROUND, Model
 from ...scalar.algebra import IDENTITY, divide, dot, multiply, transpose
 from ..derivation.canonical_model import CanonicalModel
 from .random_place import NoRootError, Place, Placed
@@ -108,10 +113,17 @@ class Columns:
         rows = None
         while rows is None:
             rows = self._modulo(self._next_prime())
-        self.independent, supports = self._reduced(rows)
+        self._modular = rows
+        independent, supports = self._dependence(range(self.count))
+        self.independent = dict.fromkeys(independent)
         self._rows: list[list[Any]] = []
         """Rows with symbols."""
-        self.combinations = {j: self._with_symbols(j, support) for j, support in supports.items()}
+        self._residues: dict[tuple[int, int], Any] = {}
+        """Their entries modulo the prime."""
+        self._place = Place(canonical, 0, self.prime, self.machine)
+        self._seed = 0
+        self.combinations: dict[int, dict[int, Any]] = {}
+        self._combine(supports)
 
     def _next_prime(self) -> int:
         """Return the next prime of the form 4 n + 3."""
@@ -120,17 +132,19 @@ class Columns:
             self.prime -= 4
         return self.prime
 
-    def _modulo(self, prime: int) -> list[list[Any]] | None:
+    def _modulo(self, prime: int) -> list[list[int]] | None:
         """Return as many rows modulo a prime as there are columns, or None if a constant has no root there."""
-        rows: list[list[Any]] = []
+        rows: list[list[int]] = []
         self.machine, seed = {}, 0
         while len(rows) < self.count:
             seed += 1
             try:
-                rows += self._at(Place(self.canonical, seed, prime, self.machine))
+                at = self._at(Place(self.canonical, seed, prime, self.machine))
             except NoRootError as missing:
                 if missing.args[0]:
                     return None
+                continue
+            rows += [[*map(int, row)] for row in at]
         return rows
 
     def _at(self, place: Place) -> list[list[Any]]:
@@ -139,40 +153,95 @@ class Columns:
         udot = [place(x) for x in self.canonical.udot]
         return [[*row] for row in regressor(model, Placed(self.canonical.state, place), udot)]
 
-    def _reduced(self, rows: list[list[Any]]) -> tuple[tuple[int, ...], dict[int, list[int]]]:
-        """Return the independent columns, and those of them of which each other column is made."""
-        reduced, rank = self._matrix(rows).rref()
-        pivots = [next(j for j in range(len(rows[0])) if reduced[i, j] != 0) for i in range(rank)]
-        return tuple(pivots), {
-            j: [k for i, k in enumerate(pivots) if reduced[i, j] != 0]
-            for j in range(len(rows[0]))
-            if j not in pivots
+    def _dependence(self, columns: Sequence[int]) -> tuple[list[int], dict[int, list[int]]]:
+        """Return those of the columns that are independent, and those of them of which each other one is made."""
+        pivots, supports = self._reduced([[row[j] for j in columns] for row in self._modular])
+        return [columns[i] for i in pivots], {
+            columns[i]: [columns[k] for k in support] for i, support in supports.items()
         }
 
-    def _matrix(self, rows: Sequence[Sequence[Any]]) -> Any:
-        flat = [int(x) for row in rows for x in row]
-        return nmod_mat(len(rows), len(rows[0]), flat, self.prime)
+    def _reduced(self, rows: Sequence[Sequence[int]]) -> tuple[list[int], dict[int, list[int]]]:
+        """Return the independent columns of a matrix, and those of them of which each other column is made."""
+        flat = [x for row in rows for x in row]
+        reduced, rank = nmod_mat(len(rows), len(rows[0]), flat, self.prime).rref()
+        pivots: list[int] = []
+        supports = {}
+        for j in range(len(rows[0])):
+            if len(pivots) < rank and reduced[len(pivots), j] != 0:
+                pivots.append(j)
+            else:
+                supports[j] = [k for i, k in enumerate(pivots) if reduced[i, j] != 0]
+        return pivots, supports
 
-    def _with_symbols(self, j: int, support: list[int]) -> dict[int, Any]:
+    def _combine(self, among_all: Mapping[int, list[int]]) -> None:
+        """Find the combination of every dependent column, from columns near it, or from ``among_all`` before it."""
+        carriers = carriers_of(self.canonical.model)
+        size = len(PARAMETERS)
+        for body, carrier in enumerate(carriers):
+            near = {body, carrier, *(b for b, c in enumerate(carriers) if c == body)}
+            columns = [size * b + k for b in sorted(near) if 0 <= b <= body for k in range(size)]
+            _, among_near = self._dependence(columns)
+            for j in range(size * body, size * (body + 1)):
+                if j not in self.independent:
+                    support = among_near.get(j, among_all[j])
+                    self.combinations[j] = self._substituted(support, self._with_symbols(j, support))
+
+    def _substituted(self, support: Sequence[int], values: Sequence[Any]) -> dict[int, Any]:
+        """Return a combination of columns as one of independent columns."""
+        total: dict[int, Any] = {}
+        for k, c in zip(support, values, strict=True):
+            parts = {k: 1} if k in self.independent else self.combinations[k]
+            for i, d in parts.items():
+                total[i] = total.get(i, 0) + c * d
+        return {i: c for i, c in sorted(total.items()) if c != 0}
+
+    def _with_symbols(self, j: int, support: list[int]) -> list[Any]:
         """Solve for the coefficients of column ``j``, in as many rows that are independent modulo the prime."""
         if not support:
-            return {}
+            return []
         while True:
-            rows = [[row[i] for i in (*support, j)] for row in self._rows]
+            rows = [i for i, row in enumerate(self._rows) if any(row[k] != 0 for k in support)]
             if len(rows) >= len(support):
-                value = Place(self.canonical, 0, self.prime, self.machine)
-                chosen, _ = self._reduced([[value(row[i]) for row in rows] for i in range(len(support))])
+                chosen, _ = self._reduced([[self._residue(i, k) for i in rows] for k in support])
                 if len(chosen) == len(support):
                     break
-            self._rows += self._at(Place(self.canonical, len(self._rows)))
-        values = solved([rows[i] for i in chosen])
-        return {k: self.canonical.displayed(x) for k, x in zip(support, values, strict=True)}
+            self._seed += 1
+            # what depends on coordinates and has no inverse there is passed over
+            with suppress(ZeroDivisionError):
+                self._rows += self._at(Place(self.canonical, self._seed))
+        return solved([[self._rows[rows[i]][k] for k in (*support, j)] for i in chosen])
+
+    def _residue(self, i: int, k: int) -> int:
+        if (i, k) not in self._residues:
+            self._residues[i, k] = int(self._place(self._rows[i][k]))
+        return self._residues[i, k]
+
+
+def carriers_of(model: Model) -> list[int]:
+    """Return the number of the body that carries each body, in the order of the bodies; -1 for the ground."""
+    last: dict[int, int] = {GROUND: -1}
+    """The body on each link, or else that of the link which carries it."""
+    on_link = {place.link: number for number, place in enumerate(model.bodies.values())}
+    for i, link in enumerate(model.links):
+        last[i] = on_link.get(i, last[link.parent])
+    return [
+        on_link[place.link]
+        if on_link.get(place.link, number) != number
+        else last[model.links[place.link].parent]
+        if place.link != GROUND
+        else -1
+        for number, place in enumerate(model.bodies.values())
+    ]
 
 
 def combinations_with_symbols(canonical: CanonicalModel) -> tuple[tuple[int, ...], dict[int, dict[int, Any]]]:
     """Return the independent columns and the coefficients of the others, with the machine's symbols."""
     columns = Columns(canonical)
-    return columns.independent, columns.combinations
+    shown = {
+        j: {k: canonical.displayed(c) for k, c in combination.items()}
+        for j, combination in columns.combinations.items()
+    }
+    return tuple(columns.independent), shown
 
 
 def solved(rows: list[list[Any]]) -> list[Any]:

@@ -19,8 +19,8 @@ from ...scalar.polynomial import Ring
 from ...space.spatial import Spatial
 from ..derivation.canonical_model import CanonicalModel
 
-SPAN = 50
-"""Random numbers beside symbols are quotients of whole numbers up to this."""
+SMALL = (0, 0, 0, 1, -1, 2, -2, Fraction(1, 2), Fraction(-1, 3))
+"""Random numbers beside symbols: results are short if many of these are zero."""
 
 
 class NoRootError(Exception):
@@ -69,14 +69,14 @@ class Place:
     def _number(self) -> Any:
         if self.prime:
             return nmod(self.random.randrange(1, self.prime), self.prime)
-        return Fraction(self.random.randint(1, SPAN), self.random.randint(1, SPAN))
+        return self.random.choice(SMALL)
 
     def _unit_quaternion(self) -> list[Any]:
         """Return p p / |p|² of a random p, whose components need no root."""
-        a, b, c, d = (self._number() for _ in range(4))
+        a, b, c, d = 1 if not self.prime else self._number(), *(self._number() for _ in range(3))
         square = a * a + b * b + c * c + d * d
         whole = a * a - b * b - c * c - d * d
-        return [whole / square, *(2 * a * x / square for x in (b, c, d))]
+        return [divide(whole, square), *(divide(2 * a * x, square) for x in (b, c, d))]
 
     def _choose(self, index: int) -> None:
         """Set the value of a generator, and that of its partner."""
@@ -88,7 +88,7 @@ class Place:
         if g.kind in ("sin", "cos", "sinh", "cosh"):
             t = self._number()
             square = t * t if g.kind in ("sinh", "cosh") else -t * t
-            odd, even = 2 * t / (1 - square), (1 + square) / (1 - square)
+            odd, even = divide(2 * t, 1 - square), divide(1 + square, 1 - square)
             first = g.kind in ("sin", "sinh")
             self.values[index] = odd if first else even
             self.values[g.partner] = even if first else odd

@@ -238,6 +238,37 @@ def test_what_can_not_be_looped_over():
     assert not tree_loop.applies(fb.assemble(s))
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_forces_with_armature_couplings_and_loops(seed):
+    """From accelerations to forces, neither shared coordinates nor armature nor closed loops stand in the way."""
+    random = np.random.default_rng(seed)
+    s = fb.System("coupled")
+    s.gravity = (1, -2, 3)
+    p, q = s.coordinates("p q")
+    a, b, c, d, e = (s.body(x, random_body(random)) for x in "abcde")
+    at = [tuple(x) for x in random.normal(size=(6, 3)).round(2).tolist()]
+    s.free("float", s.ground, a, armature=0.4) if seed % 2 else s.ball("pivot", s.ground, a, armature=0.3)
+    s.hinge("one", a, b, at=at[0], axis=(0.6, 0, 0.8), coordinate="p + q", armature=0.7)
+    s.slider("two", b, c, at=at[1], axis="y", coordinate="p - q**2/4", armature=0.2)
+    s.hinge("three", a, d, at=at[2], axis="x", coordinate="sin(t)")
+    s.hinge("four", d, e, at=at[3], axis="z", armature=0.1)
+    s.spring("bow", b.point(*at[4]), e.point(*at[5]), stiffness=3)
+    s.ball("closing", c, e, at=at[4], to=at[5])
+    model = fb.assemble(s)
+    assert tree_loop.applies(model, "inverse") and not tree_loop.applies(model)
+    back(model, seed)
+
+
+def test_rotors_that_stand_in_moving_bodies_are_not_looped_over():
+    s = fb.System("geared")
+    a = s.body("a", fb.sphere(1, 1))
+    s.hinge("one", s.ground, a, axis="z", rotor=fb.Rotor(0.01, ratio=9))
+    assert tree_loop.applies(fb.assemble(s), "mass")
+    b = s.body("b", fb.sphere(1, 1))
+    s.hinge("two", a, b, axis="x", rotor=fb.Rotor(0.01, ratio=9))
+    assert not tree_loop.applies(fb.assemble(s), "mass")
+
+
 @pytest.fixture
 def small(monkeypatch):
     """Every tree counts as large."""
@@ -338,7 +369,7 @@ def test_each_use_is_looped_from_a_number_of_bodies_of_its_own(monkeypatch):
     random = np.random.default_rng(4)
     calls = {"forward_dynamics": 2, "poses": 1, "bias": 2, "derivatives": 2}
     found = {}
-    for n, loops in ((9, set()), (12, {"derivatives"}), (40, {"derivatives", "forward_dynamics"})):
+    for n, loops in ((9, set()), (12, {"derivatives"}), (40, {"derivatives", "forward_dynamics", "bias"})):
         program = fb.compile(hanging(n, 10.0))
         state = (random.uniform(-0.5, 0.5, n), random.uniform(-0.1, 0.1, n))
         for name, inputs in calls.items():
