@@ -19,6 +19,7 @@ from . import controller as _controller
 from .body import Body
 from .constraints import system_constraints as _constraints
 from .constraints.constraint import Constraint
+from .constraints.gear import gear as _gear
 from .contacts import joint_friction as _joint_friction
 from .contacts import stop as _stop
 from .contacts import system_contacts as _contacts
@@ -234,7 +235,7 @@ class System(Description):
     cable = arguments_named(_cable.cable)
     constrain = arguments_named(_constraints.constrain)
     constrain_speed = arguments_named(_constraints.constrain_speed)
-    gear = arguments_named(_constraints.gear)
+    gear = arguments_named(_gear)
     rope = arguments_named(_constraints.rope)
     rolling = arguments_named(_constraints.rolling)
     contact = arguments_named(_contacts.contact)
