@@ -41,7 +41,9 @@ def machine(at, axes, ratio, **angles):
 def check(s, force, arms, ratio):
     """The bearing of each wheel holds the force of the teeth, and the moment about its centre but for the axle's."""
     motion = fb.simulate(s, 0.1, samples=2, tolerance=1e-12)
-    for name, axis, arm, sign, J in zip(("first", "second"), s.joints.values(), arms, (1, -1), (J1, J2), strict=True):
+    for name, axis, arm, sign, J in zip(
+        ("first", "second"), s.joints.values(), arms, (1, -1), (J1, J2), strict=True
+    ):
         n = np.array([float(x) for x in axis.primitives[0].axis])
         push = sign * np.array(force)
         found = motion.reactions[name]

@@ -7,9 +7,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from freebody.describe.contacts.mesh import Mesh
 
 import freebody as fb
+from freebody.describe.contacts.mesh import Mesh
 from freebody.dynamics.conditions.constrained import closed_coordinates, independent_rows, speed_correction
 from freebody.dynamics.conditions.constraints import rows, separating_force, wrenches
 from freebody.dynamics.kinematics import link_postures, place_of, poses, rotation, velocities

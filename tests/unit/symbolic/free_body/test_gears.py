@@ -183,7 +183,9 @@ def test_a_helix_angle_of_teeth_whose_place_is_not_known_is_refused(options):
     one, two = s.body("one", fb.disk(1, R1)), s.body("two", fb.disk(1, R1))
     first = s.hinge("first", s.ground, one, coordinate="p")
     second = s.hinge("second", s.ground, two, coordinate="q", **options)
-    with pytest.raises(ModelError, match="Gear 'mesh' has a helix_angle, but where its teeth push is not known: "):
+    with pytest.raises(
+        ModelError, match="Gear 'mesh' has a helix_angle, but where its teeth push is not known: "
+    ):
         s.gear(first, second, -1, name="mesh", helix_angle=0.2)
 
 
@@ -194,7 +196,9 @@ def test_a_crown_wheel_has_no_hand():
     first = s.hinge("first", s.ground, one, axis="x", coordinate="p")
     second = s.hinge("second", s.ground, two, at=(0.3, 0.4, 0), axis=(0.6, 0.8, 0), coordinate="q")
     assert s.gear(first, second, 0.6).mesh.apart is not None
-    with pytest.raises(ModelError, match="a crown wheel, whose teeth have no hand; name the other joint first"):
+    with pytest.raises(
+        ModelError, match="a crown wheel, whose teeth have no hand; name the other joint first"
+    ):
         s.gear(first, second, 0.6, name="spiral", helix_angle=0.2)
 
 
