@@ -15,10 +15,15 @@ import sympy
 
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression, Scalar
+from ...scalar.expression import exact
+from ..constants import default_value
+from ..contacts.backlash import Backlash
+from ..contacts.gap import Gap
 from ..contacts.mesh import Mesh, mesh_of
 from ..description import Description, claim, take_as_positive
 from ..joints.joint import Joint
 from ..labels import Named
+from ..loads.load import add
 from .arguments import fixed, store, text_of
 
 
@@ -51,7 +56,11 @@ def gear(
     name: str | None = None,
     pressure_angle: Expression = "pi/9",
     helix_angle: Expression = 0,
-) -> Gear:
+    backlash: Expression = None,
+    efficiency: Expression = None,
+    friction: Expression = None,
+    restitution: Expression = 0,
+) -> Gear | Gap:
     """Couple two joints by teeth: displacement of the first = ``ratio`` times that of the second.
 
     Two wheels in outer mesh turn in opposite senses, with ratio -r2/r1; a rack and pinion have the ratio r. The points
@@ -77,12 +86,21 @@ def gear(
         positive for right-handed teeth; more than -pi/2 and less than pi/2. Of a rack and a wheel it is the wheel's.
         On crossed axes it is needed, since it places the pitch point: a worm of radius r and lead l has
         pi/2 - atan(l/(2 pi r)).
+    backlash : expression of parameters, optional
+        By how much the first joint can move while the second stands [rad] or [m]. The teeth are then a contact of two
+        flanks, ``name_forward`` and ``name_back``, with impacts; both are equally far away where the joints fit.
+    efficiency : expression of parameters, optional
+        Power out over power in, with the first joint as driver; the loss is dry friction. Needs a backlash.
+    friction : expression of parameters, optional
+        Coefficient of friction of teeth that slide, on crossed axes. Needs a backlash.
+    restitution : expression of parameters, optional
+        Of teeth with backlash.
 
     Raises
     ------
     ModelError
         Joints with several displacements or of another system, a ratio of zero, an angle out of range, a helix angle
-        where the teeth are not known.
+        where the teeth are not known, losses without backlash.
 
     Examples
     --------
@@ -131,7 +149,47 @@ def gear(
             f"Gear '{name}' has a helix_angle, but where its teeth push is not known: {result.mesh}. Leave it out, or "
             f"place the joints so that the wheels touch."
         )
-    return store(system, result)
+    if backlash is None:
+        given = {"efficiency": efficiency, "friction": friction, "restitution": restitution}
+        for word, value in given.items():
+            if value is not None and value != 0:
+                raise ModelError(
+                    f"Gear '{name}' has {_article(word)} but no backlash: its teeth bear on both flanks at once, and "
+                    f"how hard they press on each is not determined. Give backlash= too, such as 0.001."
+                )
+        return store(system, result)
+    loss = _loss(system, result, efficiency, friction)
+    play = Backlash(first, second, factor, backlash, pressure, helix, friction=loss, restitution=restitution)
+    return add(system, name, play)
+
+
+def _article(word: str) -> str:
+    return f"an {word}" if word[0] in "aeiou" else f"{word}" if word == "friction" else f"a {word}"
+
+
+def _loss(system: Description, gear: Gear, efficiency: Any, friction: Any) -> Any:
+    """Return the coefficient of friction in a gear with backlash."""
+    what = f"gear '{gear.name}'"
+    slides = not isinstance(gear.mesh, str) and gear.mesh.teeth is not None
+    if slides and efficiency is not None:
+        raise ModelError(
+            f"Expected friction= for {what}, whose teeth slide along each other on crossed axes, got an efficiency, "
+            f"which follows from it."
+        )
+    if not slides and friction is not None:
+        raise ModelError(
+            f"Expected efficiency= for {what}, whose teeth do not slide at the pitch point, got friction=. Give its "
+            f"mean efficiency, such as 0.98."
+        )
+    if efficiency is None:
+        return 0 if friction is None else friction
+    value = sympy.sympify(
+        fixed(system, efficiency, f"the efficiency of {what}", "coordinate", "speed", "time")
+    )
+    number = default_value(system, value)
+    if number is not None and not 0 < number <= 1:
+        raise ModelError(f"Expected an efficiency above 0 and up to 1 for {what}, got {number:g}.")
+    return exact(1 / value - 1)
 
 
 def _angle(system: Description, value: Any, what: str, low: Any) -> Any:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Gear
+from ...describe.contacts.backlash import Backlash
 from ...describe.contacts.mesh import Mesh
 from ..paper import symbols
 from ..paper.palette import GREY, INK
@@ -55,12 +56,14 @@ class Wheel:
 
 def meshes(m: MachineDrawing) -> Iterator[tuple[str, list[Wheel]]]:
     """Yield the name and both sides of every mesh whose pitch point is known."""
-    for name, gear in m.model.constraints.items():
-        if isinstance(gear, Gear) and isinstance(gear.mesh, Mesh):
+    played = {contact.owner: contact.law for contact in m.model.contacts if isinstance(contact.law, Backlash)}
+    geared = {name: x for name, x in m.model.constraints.items() if isinstance(x, Gear)}
+    for name, gear in {**geared, **played}.items():
+        if isinstance(gear.mesh, Mesh):
             yield name, _sides(m, gear, gear.mesh)
 
 
-def _sides(m: MachineDrawing, gear: Gear, mesh: Mesh) -> list[Wheel]:
+def _sides(m: MachineDrawing, gear: Gear | Backlash, mesh: Mesh) -> list[Wheel]:
     R, _ = m.now.posture(mesh.carrier.name)
     point = m.now.point(mesh.point)
     tangent, apart = (R @ np.array([float(m.now.state(x)) for x in v]) for v in (mesh.tangent, mesh.apart))
