@@ -46,6 +46,7 @@ from .loads import drag as _drag
 from .loads import gravitation as _gravitation
 from .loads import motor as _motor
 from .loads import system_loads as _loads
+from .loads import tyre as _tyre
 from .loads.load import Load, add
 from .looks import drawn_as, solid_of
 from .names import TIME, check_name, finite
@@ -233,6 +234,7 @@ class System(Description):
     belt = arguments_named(_belt.belt)
     bushing = arguments_named(_bushing.bushing)
     cable = arguments_named(_cable.cable)
+    tyre = arguments_named(_tyre.tyre)
     constrain = arguments_named(_constraints.constrain)
     constrain_speed = arguments_named(_constraints.constrain_speed)
     gear = arguments_named(_gear)

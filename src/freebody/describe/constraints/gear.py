@@ -113,7 +113,7 @@ def gear(
     >>> mesh = s.gear(one, two, -R / r, name="mesh", helix_angle="pi/12")
     >>> motor = s.torque("motor", one, T)
     >>> fb.simulate(s, until=1).reactions["one"].force[0].round(6)  # apart, around, and along the axis
-    array([ 6.782667, 18.      , -4.823085])
+    array([ 6.782575, 18.      , -4.823085])
     """
     for joint in (first, second):
         if not isinstance(joint, Joint) or system.joints.get(joint.name) is not joint:
