@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.describe.contacts.mesh import Mesh
 from freebody.dynamics.conditions.constrained import closed_coordinates, independent_rows, speed_correction
 from freebody.dynamics.conditions.constraints import rows, separating_force, wrenches
-from freebody.dynamics.kinematics import link_postures, place_of, poses, velocities
+from freebody.dynamics.kinematics import link_postures, place_of, poses, rotation, velocities
 from freebody.dynamics.motion import all_reactions, motion
 from freebody.dynamics.state import float_state
-from freebody.model.mesh import Mesh
 from freebody.space.quaternion import matrix_from_quaternion
 
 EPS = np.finfo(float).eps
@@ -43,14 +43,43 @@ def across(rng):
     return [np.array(row) for row in R]
 
 
-def wheels(rng, ratio, moving):
+def wheels(rng, ratio, moving, helix=0):
     s = fb.System("wheels")
     frame = frame_on(s, rng, moving)
     n, x, _ = across(rng)
     one, two = (s.body(name, solid(rng)) for name in ("one", "two"))
     first = s.hinge("first", frame, one, at=tuple(n / 5), axis=tuple(n), coordinate="p")
     second = s.hinge("second", frame, two, at=tuple(n / 5 + 7 * x / 10), axis=tuple(n), coordinate="q")
-    s.gear(first, second, ratio, name="mesh", pressure_angle=ANGLE)
+    s.gear(first, second, ratio, name="mesh", pressure_angle=ANGLE, helix_angle=helix)
+    return s
+
+
+def bevel(rng, ratio, height, helix):
+    """Wheels whose axes meet at an angle with the cosine 3/5; the second has the height that their cones need."""
+    s = fb.System("bevel")
+    frame = frame_on(s, rng, True)
+    n, x, _ = across(rng)
+    m = 3 * n / 5 + 4 * x / 5
+    c = Fraction(3, 5)
+    other = height * (ratio * c - 1) / (ratio - c)
+    apex = n / 7
+    one, two = (s.body(name, solid(rng)) for name in ("one", "two"))
+    first = s.hinge("first", frame, one, at=tuple(apex + height * n), axis=tuple(n), coordinate="p")
+    second = s.hinge("second", frame, two, at=tuple(apex + other * m), axis=tuple(m), coordinate="q")
+    s.gear(first, second, ratio, name="mesh", pressure_angle=ANGLE, helix_angle=helix)
+    return s
+
+
+def crossed(rng, ratio, helix, square):
+    """Wheels on crossed axes, at right angles (a worm) or not."""
+    s = fb.System("crossed")
+    frame = frame_on(s, rng, True)
+    n, x, y = across(rng)
+    m = y if square else 3 * n / 5 + 4 * y / 5
+    one, two = (s.body(name, solid(rng)) for name in ("one", "two"))
+    first = s.hinge("first", frame, one, at=tuple(n / 5), axis=tuple(n), coordinate="p")
+    second = s.hinge("second", frame, two, at=tuple(n / 5 + 7 * x / 10), axis=tuple(m), coordinate="q")
+    s.gear(first, second, ratio, name="mesh", pressure_angle=ANGLE, helix_angle=helix)
     return s
 
 
@@ -66,14 +95,15 @@ def turned_joints(rng):
     return s
 
 
-def rack(rng, order):
+def rack(rng, order, helix=0):
     s = fb.System("rack")
     frame = frame_on(s, rng, True)
     n, x, _ = across(rng)
     pinion, bar = s.body("pinion", solid(rng)), s.body("bar", solid(rng))
     turn = s.hinge("turn", frame, pinion, at=tuple(n / 10), axis=tuple(n), coordinate="p")
     slide = s.slider("slide", frame, bar, at=tuple(n / 10 + 3 * x / 10), axis=tuple(x), coordinate="q")
-    s.gear(*((turn, slide, -4) if order else (slide, turn, 0.3)), name="mesh", pressure_angle=ANGLE)
+    pair = (turn, slide, -4) if order else (slide, turn, 0.3)
+    s.gear(*pair, name="mesh", pressure_angle=ANGLE, helix_angle=helix)
     return s
 
 
@@ -97,6 +127,17 @@ MACHINES = {
     "pinion and rack": lambda rng: rack(rng, True),
     "rack and pinion": lambda rng: rack(rng, False),
     "train": train,
+    "helical, right-handed": lambda rng: wheels(rng, -1.5, True, 0.3),
+    "helical, inner": lambda rng: wheels(rng, 0.4, True, -0.5),
+    "bevel": lambda rng: bevel(rng, Fraction(-5, 3), Fraction(2, 5), 0),
+    "bevel, spiral": lambda rng: bevel(rng, Fraction(-4, 3), Fraction(-1, 2), 0.6),
+    "bevel, inner": lambda rng: bevel(rng, Fraction(4), Fraction(1, 2), 0.2),
+    "bevel, ring first": lambda rng: bevel(rng, Fraction(1, 4), Fraction(1, 3), -0.2),
+    "worm": lambda rng: crossed(rng, 20, 1.4, True),
+    "wheel and worm": lambda rng: crossed(rng, -0.05, 0.1, True),
+    "crossed helical": lambda rng: crossed(rng, -1.3, 0.5, False),
+    "helical rack": lambda rng: rack(rng, True, 0.4),
+    "helical pinion of a rack": lambda rng: rack(rng, False, -0.4),
 }
 
 
@@ -139,12 +180,20 @@ def velocity(model, state, body, point):
 
 
 def test_both_bodies_have_one_velocity_at_the_pitch_point_and_teeth_do_no_work(geared):
+    """On crossed axes one velocity across the teeth: they slide along each other, in the direction that is said."""
     _, model, state, active = geared
     found = teeth(model, state, motion(model, state, active).multipliers)
-    for (a, at, force), (b, same, opposite) in zip(found[::2], found[1::2], strict=True):
+    meshes = model.meshes.values()
+    for mesh, (a, at, force), (b, same, opposite) in zip(meshes, found[::2], found[1::2], strict=True):
         assert (at == same).all() and (force == -opposite).all()
         slip = velocity(model, state, a, at) - velocity(model, state, b, at)
         size = 1 + sum(np.abs(x).max() for x in (at, velocity(model, state, a, at), state.u))
+        if mesh.teeth is not None:
+            R = np.array(rotation(model, state, place_of(model, mesh.carrier)[0]), float)
+            along = R @ np.array([float(x) for x in mesh.teeth])
+            along /= np.linalg.norm(along)
+            assert np.linalg.norm(slip) > 0.01
+            slip = slip - (slip @ along) * along
         assert np.abs(slip).max() < 64 * EPS * size
         assert abs(force @ slip) < 64 * EPS * size * np.abs(force).max()
 

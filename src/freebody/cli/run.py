@@ -201,9 +201,12 @@ def happenings(trajectory: Any, events: list[Any]) -> list[str]:
     warnings = [f"  {warning}" for warning in getattr(trajectory, "warnings", ())]
     if warnings:
         lines += ["Warnings:", *warnings, ""]
-    # gears leave reactions indeterminate if they have no pressure angle, or only a ratio
-    gears = bool(trajectory.kernels.model.meshes)
-    unknown = [*(trajectory.indeterminate if gears else trajectory.course.indeterminate)]
+    from ..describe.constraints.constraint import Condition, Gear
+
+    # couplings of which only the ratio is known leave reactions indeterminate
+    model = trajectory.kernels.model
+    coupled = any(isinstance(x, Gear | Condition) for x in model.constraints.values())
+    unknown = [*(trajectory.indeterminate if coupled else trajectory.course.indeterminate)]
     if unknown:
         lines += [f"Statically indeterminate: {', '.join(unknown)} (no motion determines these forces).", ""]
     return lines

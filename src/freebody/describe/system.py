@@ -19,6 +19,7 @@ from . import controller as _controller
 from .body import Body
 from .constraints import system_constraints as _constraints
 from .constraints.constraint import Constraint
+from .constraints.gear import gear as _gear
 from .contacts import joint_friction as _joint_friction
 from .contacts import stop as _stop
 from .contacts import system_contacts as _contacts
@@ -54,6 +55,7 @@ from .loads import drag as _drag
 from .loads import gravitation as _gravitation
 from .loads import motor as _motor
 from .loads import system_loads as _loads
+from .loads import tyre as _tyre
 from .loads.load import Load
 from .looks import drawn_as, solid_of
 from .names import TIME, check_name, finite
@@ -242,9 +244,10 @@ class System(Description):
     belt = arguments_named(_belt.belt)
     bushing = arguments_named(_bushing.bushing)
     cable = arguments_named(_cable.cable)
+    tyre = arguments_named(_tyre.tyre)
     constrain = arguments_named(_constraints.constrain)
     constrain_speed = arguments_named(_constraints.constrain_speed)
-    gear = arguments_named(_constraints.gear)
+    gear = arguments_named(_gear)
     rope = arguments_named(_constraints.rope)
     rolling = arguments_named(_constraints.rolling)
     contact = arguments_named(_contacts.contact)

@@ -159,8 +159,6 @@ def with_constraints(
         owner = model.constraints[row.owner]
         if isinstance(owner, Gear):
             pair, size = separating_force(model, state, owner)
-            if size is None:
-                continue
             pressure = size * state.field.apply("abs", multiplier)
             if not (isinstance(factor, int) and factor == 1):
                 pressure = divide(pressure * factor, state.field.apply("abs", factor))

@@ -9,6 +9,7 @@ from typing import Any
 
 import sympy
 
+from ..describe.contacts.mesh import Mesh
 from ..describe.description import about_of, changes_of, coordinates_of, names_of, parameters_of, positive_in
 from ..describe.joints.joint import Joint
 from ..describe.joints.pair import parallel_turns
@@ -23,7 +24,6 @@ from ..scalar.expression import exact
 from .closure import closure
 from .contact import contacts
 from .family import families
-from .mesh import Mesh
 from .model import GROUND, Coordinate, JointPlace, Link, Model, Place, Speed
 
 

@@ -12,13 +12,13 @@ import numpy as np
 import sympy
 
 from ..describe.constraints.constraint import Gear
+from ..describe.contacts.mesh import Mesh
 from ..describe.description import Parameter
 from ..describe.loads.load import Load
 from ..describe.names import finite
 from ..errors import ModelError, nearest, shown
 from ..scalar.algebra import Expression, Vector
 from ..scalar.units import quantity
-from .mesh import Mesh, mesh_of
 from .parts import GROUND as GROUND
 from .parts import Coordinate as Coordinate
 from .parts import JointPlace as JointPlace
@@ -150,8 +150,7 @@ class Model:
     @cached_property
     def meshes(self) -> Mapping[str, Mesh | str]:
         """The mesh of each gear, or the reason why only its ratio is known, by name."""
-        gears = {name: gear for name, gear in self.constraints.items() if isinstance(gear, Gear)}
-        return {name: mesh_of(self.joints, self.links, gear) for name, gear in gears.items()}
+        return {name: gear.mesh for name, gear in self.constraints.items() if isinstance(gear, Gear)}
 
     @cached_property
     def touching(self) -> tuple[Any, ...]:
@@ -239,7 +238,7 @@ def _unit_by_use(model: Model, name: str) -> str:
                 used += [("m", length) for _, length in shape.dimensions]
     used += [("m", x) for joint in model.joints.values() for x in (*joint.at, *joint.to)]
     gears = [constraint for constraint in model.constraints.values() if isinstance(constraint, Gear)]
-    used += [("rad", gear.pressure_angle) for gear in gears]
+    used += [("rad", angle) for gear in gears for angle in (gear.pressure_angle, gear.helix_angle)]
     for load in model.loads.values():
         for field_name, unit in load.data_units.items():
             value = getattr(load, field_name)

@@ -7,8 +7,8 @@ from typing import Any
 
 from ...scalar.algebra import Scalar, Vector
 from ..frame import Point
-from ..joints.joint import Joint
 from ..labels import Named
+from .gear import Gear as Gear
 
 
 @dataclass(frozen=True, repr=False)
@@ -30,17 +30,6 @@ class SpeedCondition(Named):
 
     name: str
     expression: Scalar
-
-
-@dataclass(frozen=True, repr=False)
-class Gear(Named):
-    """A gear: displacement of the first joint = ratio times displacement of the second; pressure angle, if known."""
-
-    name: str
-    first: Joint
-    second: Joint
-    ratio: Scalar
-    pressure_angle: Scalar = None
 
 
 @dataclass(frozen=True, repr=False)

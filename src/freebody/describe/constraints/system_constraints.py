@@ -13,12 +13,12 @@ from ..axes import UNIT, direction
 from ..constants import default_value
 from ..contacts.contact import ContactPair
 from ..contacts.system_contacts import coefficient, contact
-from ..description import Description, claim, names_of, take_as_positive
+from ..description import Description, claim, names_of
 from ..frame import Point, own_point
 from ..joints.joining import check_smooth, check_unbroken
-from ..joints.joint import Joint
 from ..shapes.sphere import Tether
-from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
+from .arguments import fixed, store, text_of
+from .constraint import Condition, Constraint, Rolling, Rope, SpeedCondition
 
 
 def constrain(
@@ -59,9 +59,9 @@ def constrain(
     check_smooth(system, expression, f"constraint '{name}'")
     if not names_of(system).depends(expression, "coordinate"):
         raise ModelError(
-            f"Constraint '{name}' contains no coordinate: '{_text(system, expression)}' does not restrict the motion."
+            f"Constraint '{name}' contains no coordinate: '{text_of(system, expression)}' does not restrict the motion."
         )
-    return _store(
+    return store(
         system, Condition(name, expression, _boolean(unilateral, f"unilateral= of constraint '{name}'"))
     )
 
@@ -80,7 +80,7 @@ def constrain_speed(system: Description, condition: Any, *, name: str | None = N
     speeds = names_of(system).depends(expression, "speed")
     if not speeds:
         raise ModelError(
-            f"Speed constraint '{name}' contains no speed: '{_text(system, expression)}'. Use s.constrain for a "
+            f"Speed constraint '{name}' contains no speed: '{text_of(system, expression)}'. Use s.constrain for a "
             f"condition on coordinates."
         )
     check_unbroken(system, expression, f"speed constraint '{name}'")
@@ -89,95 +89,10 @@ def constrain_speed(system: Description, condition: Any, *, name: str | None = N
         slope = sympy.diff(expression, atom)
         if any(sympy.simplify(sympy.diff(slope, other)) != 0 for other in atoms):
             raise ModelError(
-                f"Speed constraint '{name}' must be linear in the speeds, but '{_text(system, expression)}' is not "
+                f"Speed constraint '{name}' must be linear in the speeds, but '{text_of(system, expression)}' is not "
                 f"linear in {names_of(system).texts[atom]}."
             )
-    return _store(system, SpeedCondition(name, expression))
-
-
-def gear(
-    system: Description,
-    first: Joint,
-    second: Joint,
-    ratio: Expression,
-    *,
-    name: str | None = None,
-    pressure_angle: Expression = None,
-) -> Constraint:
-    """Couple two joints by teeth: displacement of the first = ``ratio`` times that of the second.
-
-    Two wheels in outer mesh turn in opposite senses, with ratio -r2/r1; a rack and pinion have the ratio r. For wheels
-    with parallel axes on a common body, and for a wheel and a rack, the ratio and the axes fix the pitch point: there
-    the teeth push across the centre line and, apart, along it. For other gears (bevel, crossed, coaxial) they do not,
-    and the forces of bearings and teeth cannot be separated. Use :meth:`constrain` for belts and chains.
-
-    Parameters
-    ----------
-    first, second : Joint
-        Hinges, sliders or screws. In a planetary gear they join wheels and carrier; a fixed wheel is the ground.
-    ratio : expression of parameters
-    name : str, optional
-        Name of the multiplier, the moment [N m] or force [N] on the first joint.
-    pressure_angle : expression [rad], optional
-        Angle between the force of the teeth and the tangent, more than 0 and less than pi/2, such as ``"pi/9"`` or a
-        parameter. The force that presses the teeth apart is tan(pressure_angle) times the tangential force, whichever
-        flank bears; without the angle it is indeterminate.
-
-    Raises
-    ------
-    ModelError
-        Joints with several displacements or of another system, a ratio of zero, a pressure angle out of range.
-
-    Examples
-    --------
-    >>> import freebody as fb
-    >>> s = fb.System("gears")
-    >>> T, r, R = s.parameters(T=2, r=0.1, R=0.3)
-    >>> small, large = s.body("small", fb.disk(1, r)), s.body("large", fb.disk(9, R))
-    >>> one = s.hinge("one", s.ground, small, coordinate="p")
-    >>> two = s.hinge("two", s.ground, large, at=(r + R, 0, 0), coordinate="q")
-    >>> mesh = s.gear(one, two, -R / r, name="mesh", pressure_angle="pi/9")
-    >>> motor = s.torque("motor", one, T)
-    >>> fb.simulate(s, until=1).reactions["one"].force[0].round(6)
-    array([ 6.551464, 18.      ,  0.      ])
-    """
-    for joint in (first, second):
-        if not isinstance(joint, Joint) or system.joints.get(joint.name) is not joint:
-            raise ModelError(f"Expected two joints of this system for a gear, got {shown(joint)}.")
-        if len(joint.primitives) != 1 or not joint.primitives[0].displaces:
-            raise ModelError(
-                f"A gear couples joints with one displacement, but '{joint.name}' is a {joint.type}. "
-                f"Use s.constrain on its coordinates."
-            )
-        if joint.closes:
-            raise ModelError(
-                f"A gear couples joints that have coordinates, but '{joint.name}' closes a loop. Declare it before the "
-                f"joint that is to close the loop."
-            )
-    if first is second:
-        raise ModelError(f"A gear couples two joints, got '{first.name}' twice.")
-    name = f"gear_{first.name}_{second.name}" if name is None else name
-    claim(system, name, "constraint")
-    factor = _fixed(system, ratio, f"the ratio of gear '{name}'", "coordinate", "speed", "time")
-    if factor == 0:
-        still = _text(system, sympy.sympify(first.primitives[0].coordinate))
-        raise ModelError(
-            f"The ratio of gear '{name}' is 0: '{first.name}' would stand still and '{second.name}' move "
-            f"freely. Give another ratio, or hold '{first.name}' by s.constrain('{still}')."
-        )
-    if isinstance(factor, sympy.Basic):
-        take_as_positive(system, factor**2)
-    if pressure_angle is not None:
-        what = f"the pressure angle of gear '{name}'"
-        pressure_angle = sympy.sympify(_fixed(system, pressure_angle, what, "coordinate", "speed", "time"))
-        if pressure_angle.is_number and not 0 < pressure_angle < sympy.pi / 2:
-            raise ModelError(
-                f"Expected {what} between 0 and pi/2 rad (90 degrees), got {pressure_angle}. Teeth have pi/9 "
-                f"(20 degrees) as a rule."
-            )
-        if pressure_angle.free_symbols:
-            take_as_positive(system, pressure_angle, sympy.pi / 2 - pressure_angle)
-    return _store(system, Gear(name, first, second, factor, pressure_angle))
+    return store(system, SpeedCondition(name, expression))
 
 
 def rope(
@@ -229,7 +144,7 @@ def rope(
     if not moving:
         raise ModelError(f"All points of rope '{name}' are on the ground, so it holds nothing.")
     one_sided = _boolean(unilateral, f"unilateral= of rope '{name}'")
-    reach = _fixed(system, length, f"the length of rope '{name}'", "coordinate", "speed")
+    reach = fixed(system, length, f"the length of rope '{name}'", "coordinate", "speed")
     if not _boolean(taut, f"taut= of rope '{name}'"):
         if not one_sided:
             raise ModelError(
@@ -242,7 +157,7 @@ def rope(
             f"Expected no restitution= for rope '{name}', which stays taut, got {shown(restitution)}. Only a "
             "rope that goes slack, taut=False, has a restitution."
         )
-    return _store(system, Rope(name, places, reach, one_sided))
+    return store(system, Rope(name, places, reach, one_sided))
 
 
 def _slack(
@@ -313,7 +228,7 @@ def rolling(
         raise ModelError(
             f"Expected 'x', 'y' or 'z', with or without a minus, for the normal of {what}, got {shown(normal)}."
         )
-    size = _fixed(system, radius, f"the radius of {what}", "coordinate", "speed", "time")
+    size = fixed(system, radius, f"the radius of {what}", "coordinate", "speed", "time")
     if not isinstance(size, sympy.Basic) and size <= 0:
         raise ModelError(f"Expected a radius greater than 0 m for {what}, got {shown(radius)}.")
     one_sided = _boolean(unilateral, f"unilateral= of {what}")
@@ -327,7 +242,7 @@ def rolling(
     k = "xyz".index(letter)
     i, j = (k + 1) % 3, (k + 2) % 3
     up = tuple(sign * c for c in UNIT[letter])
-    return _store(
+    return store(
         system,
         Rolling(
             name,
@@ -351,25 +266,6 @@ def _boolean(value: Any, what: str) -> bool:
     return value
 
 
-def _text(system: Description, expression: Any) -> str:
-    """Return the text of an expression in the user's terms: x and x', not functions of time."""
-    return str(
-        expression.xreplace({atom: sympy.Symbol(text) for atom, text in names_of(system).texts.items()})
-    )
-
-
-def _fixed(system: Description, value: Any, what: str, *kinds: str) -> Any:
-    """Return an expression; raise ModelError if it depends on names of these kinds."""
-    expression = system.expression(value, what)
-    moving = names_of(system).depends(expression, *kinds)
-    if moving:
-        raise ModelError(
-            f"{what[0].upper()}{what[1:]} cannot depend on {', '.join(moving)}. Write the condition out with "
-            f"s.constrain."
-        )
-    return expression
-
-
 def _named(system: Description, condition: Any, name: str | None, what: str) -> tuple[str, Any]:
     """Return the name of a condition, by default a number, and its expression, which stays zero."""
     name = f"constraint_{len(system.constraints) + 1}" if name is None else name
@@ -381,8 +277,3 @@ def _named(system: Description, condition: Any, name: str | None, what: str) -> 
         condition = f"({left}) - ({right})"
     expression = system.expression(condition, f"{what} '{name}'")
     return name, sympy.sympify(expression)
-
-
-def _store(system: Description, constraint: Any) -> Any:
-    system.constraints[constraint.name] = constraint
-    return constraint

@@ -155,7 +155,7 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Scalar
             for _, link, factor in torques(model, state, owner):
                 result.along[link] = result.along.get(link, 0) + factor * value
             pair, size = separating_force(model, state, owner)
-            for place, force, moment in pair if size is not None else ():
+            for place, force, moment in pair:
                 pressure = size * state.field.apply("abs", value)
                 _press(model, state, result, place, scale(pressure, force), scale(pressure, moment))
         elif not acting:

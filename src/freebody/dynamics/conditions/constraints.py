@@ -19,13 +19,13 @@ from typing import Any, cast
 import sympy
 
 from ...describe.constraints.constraint import Gear, Rolling, Rope, SpeedCondition
+from ...describe.contacts.mesh import Mesh
 from ...describe.joints.joint import Joint
 from ...describe.loads.action import Action as ContactAction
 from ...describe.loads.action import Couple, PointForce
 from ...model.closure import Closure, Thread
 from ...model.contact import Touching
-from ...model.mesh import Mesh
-from ...model.model import GROUND, Model
+from ...model.model import Model
 from ...scalar.algebra import (
     ZERO,
     Matrix,
@@ -46,7 +46,6 @@ from ...scalar.series import derivative_at_start, value_at_start
 from ..kinematics import (
     Spot,
     angular_velocity,
-    link_postures,
     place_of,
     point_position,
     point_velocity,
@@ -272,28 +271,24 @@ def torques(model: Model, state: State, gear: Gear) -> list[tuple[str, int, Scal
     return [(joint.name, model.joints[joint.name].links[0], value) for joint, value in pairs]
 
 
-def separating_force(model: Model, state: State, gear: Gear) -> tuple[list[Action], Scalar | None]:
+def separating_force(model: Model, state: State, gear: Gear) -> tuple[list[Action], Scalar]:
     """Return the (point, force, moment) per unit of the force that presses teeth apart, and that force per unit |λ|.
 
-    The list is empty if only the ratio is known; the force is None if the pressure angle is not known.
+    The list is empty if only the ratio is known.
     """
     mesh = model.meshes[gear.name]
     if not isinstance(mesh, Mesh):
-        return [], None
-    R = rotation(model, state, mesh.carrier)
+        return [], 0
     tangent, apart = state.vector(mesh.tangent), state.vector(mesh.apart)
-    unit = apply(R, scale(divide(1, state.field.sqrt(dot(apart, apart))), apart))
-    size = None
-    if gear.pressure_angle is not None:
-        size = state.field.sqrt(dot(tangent, tangent)) * state(sympy.tan(gear.pressure_angle))
+    unit = scale(divide(1, state.field.sqrt(dot(apart, apart))), apart)
+    size = state.field.sqrt(dot(tangent, tangent)) * state(sympy.tan(gear.pressure_angle))
     return _at_pitch_point(model, state, mesh, unit), size
 
 
 def _at_pitch_point(model: Model, state: State, mesh: Mesh, force: Vector) -> list[Action]:
-    R, point = rotation(model, state, mesh.carrier), state.vector(mesh.point)
-    at = apply(R, point)
-    if mesh.carrier != GROUND:
-        at = add(link_postures(model, state)[mesh.carrier].position, at)
+    """Return a force in the axes of the carrier on the first body, and its opposite on the second."""
+    force = apply(rotation(model, state, place_of(model, mesh.carrier)[0]), force)
+    at = point_position(model, state, mesh.point)
     return [(Spot(mesh.first, at), force, ZERO), (Spot(mesh.second, at), negate(force), ZERO)]
 
 
@@ -337,8 +332,7 @@ def wrenches(model: Model, state: State) -> list[list[Action]]:
         elif isinstance(constraint, Touching):
             result += [_places(acting) for acting in closed_forces(model, state, constraint)]
         elif isinstance(constraint, Gear) and isinstance(mesh := model.meshes[constraint.name], Mesh):
-            tangent = apply(rotation(model, state, mesh.carrier), state.vector(mesh.tangent))
-            result.append(_at_pitch_point(model, state, mesh, tangent))
+            result.append(_at_pitch_point(model, state, mesh, state.vector(mesh.tangent)))
         else:
             result.append([])
     return result

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...describe.constraints.constraint import Gear
-from ...model.mesh import Mesh
 from ...model.model import Model
 from ...scalar.algebra import IDENTITY, ZERO, Vector, apply, subtract
 from ..joints.freedom import transmissible
@@ -23,8 +21,9 @@ from ..kinematics import rotation
 from ..loads.loading import loading
 from ..newton_euler import reactions
 from ..state import State
-from .constrained import DEPENDENT, constrained_loading, with_wrenches
-from .constraints import linearized, radial_names, rows, separating_force
+from .constrained import DEPENDENT, constrained_loading
+from .constraints import linearized, rows
+from .couplings import couplings
 
 LETTERS = "xyz"
 
@@ -59,10 +58,6 @@ def self_stresses(model: Model, state: State) -> list[SelfStress]:
     for n in basis:
         cleared = [float(x) if abs(x) > DEPENDENT else 0 for x in n]
         loaded.append((dict(zip(names, cleared, strict=True)), constrained_loading(model, state, cleared)))
-    for gear, name in radial_names(model).items():
-        pair, size = separating_force(model, state, model.constraints[gear])
-        if size is None:
-            loaded.append(({name: float(1)}, with_wrenches(model, state, loading(model, state), pair)))
     zeros = [0] * model.n_u
     before = reactions(model, state, zeros, loads=loading(model, state)) if loaded else {}
     result = []
@@ -73,28 +68,14 @@ def self_stresses(model: Model, state: State) -> list[SelfStress]:
             for name, (force, moment) in before.items()
         }
         result.append(SelfStress(multipliers, change))
-    return result + _shared_with_teeth(model, state)
+    return result + _shared_with_couplings(model, state)
 
 
-def joints_between(model: Model, gear: Gear) -> tuple[str, ...]:
-    """Return the joints of the tree between the bodies of a gear; teeth of unknown pitch point may load them all."""
-    ends = [model.joints[joint.name].links[-1] for joint in (gear.first, gear.second)]
-    i, j = ends
-    links = {*ends}
-    while i != j:  # parents come before their children
-        i, j = min(i, j), max(i, j)
-        links.add(j)
-        j = model.links[j].parent
-    return tuple(name for name, joint in model.joints.items() if joint.links[-1] in links)
-
-
-def _shared_with_teeth(model: Model, state: State) -> list[SelfStress]:
-    """Return every reaction that joints may transmit beside the teeth of gears known by their ratio only."""
+def _shared_with_couplings(model: Model, state: State) -> list[SelfStress]:
+    """Return every reaction that joints may transmit beside what couples them by a ratio."""
     result = []
-    for gear, mesh in model.meshes.items():
-        if isinstance(mesh, Mesh):
-            continue
-        for name in joints_between(model, model.constraints[gear]):
+    for coupling in couplings(model, state):
+        for name in coupling.joints:
             joint = model.joints[name]
             R = rotation(model, state, joint.links[-1])
             for wrench in (*((ZERO, e) for e in IDENTITY), *((e, ZERO) for e in IDENTITY)):

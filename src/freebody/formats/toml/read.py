@@ -220,7 +220,7 @@ def _solid_arguments(table: Table, make: Callable[..., Any]) -> Iterable[tuple[s
 CONSTRAINTS = {
     "condition": ("expression", "unilateral"),
     "speed": ("expression",),
-    "gear": ("first", "second", "ratio", "pressure_angle"),
+    "gear": ("first", "second", "ratio", "pressure_angle", "helix_angle"),
     "rope": ("points", "length", "unilateral", "taut", "restitution"),
     "rolling": ("wheel", "radius", "axis", "normal", "plane", "unilateral", "friction"),
 }
@@ -241,8 +241,9 @@ def _constraint(system: System, name: str, table: Table) -> None:
     elif kind == "gear":
         first, second = own_joint(table, "first"), own_joint(table, "second")
         ratio = table.expression("ratio")
-        angle = table.expression("pressure_angle") if table.has("pressure_angle") else None
-        call = lambda: system.gear(first, second, ratio, name=name, pressure_angle=angle)  # noqa: E731
+        angles = ("pressure_angle", "helix_angle")
+        options = {angle: table.expression(angle) for angle in angles if table.has(angle)}
+        call = lambda: system.gear(first, second, ratio, name=name, **options)  # noqa: E731
     elif kind == "rope":
         points = table.raw("points")
         if not isinstance(points, list):

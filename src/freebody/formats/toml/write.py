@@ -233,8 +233,9 @@ class Writer(ValueTexts):
                 return {"type": quoted("speed"), "expression": self.value(constraint.expression)}
             case constraints.Gear():
                 keys = {"first": quoted(constraint.first.name), "second": quoted(constraint.second.name)}
-                if constraint.pressure_angle is not None:
-                    keys["pressure_angle"] = self.value(constraint.pressure_angle)
+                keys["pressure_angle"] = self.value(constraint.pressure_angle)
+                if constraint.helix_angle != 0:
+                    keys["helix_angle"] = self.value(constraint.helix_angle)
                 return {"type": quoted("gear"), **keys, "ratio": self.value(constraint.ratio)}
             case constraints.Rope():
                 points = f"[{', '.join(map(self.point, constraint.points))}]"

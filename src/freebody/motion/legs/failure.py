@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from ...describe.loads.action import Action, Couple, PointForce
 from ...dynamics.conditions.constraints import rows
 from ...dynamics.conditions.mobility import massless_motion
+from ...dynamics.loading import actions
 from ...dynamics.state import State, float_state
-from ...errors import SimulationError
+from ...errors import ModelError, SimulationError
 from ..ending import End
 from ..kernels.kernels import Kernels
 from ..kernels.switching_laws import switching
@@ -55,6 +58,32 @@ def _last_state(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> 
     return float_state(
         kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
     )
+
+
+def _loads_without_value(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
+    """Return the sentence about loads whose force is not finite at the last state, such as a slip at rest."""
+    model, y = kernels.model, path.states[-1]
+    q, u = y[: model.n_q].tolist(), y[model.n_q : model.n_q + model.n_u].tolist()
+    state = float_state(model, q, u, path.end, dict(trajectory.values))
+    names = []
+    for name in model.loads:
+        try:
+            forces = actions(model, state, name)
+            finite = all(math.isfinite(float(x)) for action in forces for x in _numbers(action))
+        except (ModelError, ArithmeticError, ValueError):
+            finite = False
+        if not finite:
+            names.append(f"'{name}'")
+    return f" In the last good state {' and '.join(names)} has no finite value." if names else ""
+
+
+def _numbers(action: Action) -> Sequence[Any]:
+    """Return the components of an action."""
+    match action:
+        case PointForce(_, vector) | Couple(_, vector):
+            return vector
+        case _:
+            return (action.value,)
 
 
 def _massless(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> tuple[str, ...]:
@@ -165,7 +194,7 @@ def failure(
         what = (
             f"the rate of '{name}' is not a finite number just after t = {path.end:.9g} s. A division by zero, a "
             "root or logarithm of a negative number, or a singular mass matrix does this: check the loads, masses "
-            "and angles there, or stop before with a terminal event."
+            f"and angles there, or stop before with a terminal event.{_loads_without_value(path, kernels, trajectory)}"
         )
     elif path.status == End.COLLAPSED:
         what = (

@@ -19,14 +19,12 @@ from numpy.typing import NDArray
 
 from ...describe.body import Body
 from ...describe.system import System
-from ...dynamics.conditions.constraints import radial_names
 from ...errors import ModelError, nearest
 from ...model.model import Model
 from ...motion.trajectory.trajectory import Trajectory
 from ...symbolic.equations import Equations
-from ...symbolic.free_body.gears import undetermined_by_gears
+from ...symbolic.free_body.gears import undetermined_by_couplings
 from ...symbolic.printing.display import equation_latex
-from ...symbolic.printing.latex import latex_name
 from ..machine.configuration import Configuration, configuration, equations_at, modes_drawn
 from ..machine.force_arrows import Mark, Marks
 from ..machine.shapes import Primitive, attachments, fill_of, machine_size
@@ -440,12 +438,9 @@ class _Maker:
         """Laws of the forces that press gear teeth apart, and notes on the reactions that gears leave indeterminate."""
         laws = dict.fromkeys(pair for name in names for pair in self.e.free_body(name).laws)
         lines = [f"${equation_latex(left, right, self.e.ring)}$" for left, right in laws]
-        notes = dict.fromkeys(note for name in names for note in undetermined_by_gears(self.e, body=name))
+        notes = dict.fromkeys(note for name in names for note in undetermined_by_couplings(self.e, body=name))
         for note in notes:
-            words = note.replace("_", " ")
-            for name in radial_names(self.e.model).values():
-                words = words.replace(name.replace("_", " "), f"${latex_name(name)}$")
-            lines += textwrap.wrap(words, LINE)
+            lines += textwrap.wrap(note.replace("_", " "), LINE)
         return lines
 
 

@@ -319,9 +319,7 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
         lookup[sympy.Symbol(row.name, real=True)] = float(value)
         if row.owner in radial:
             _, size = separating_force(model, state, model.constraints[row.owner])
-            # a force that the motion does not determine is drawn as zero
-            force = 0 if size is None else size * abs(value)
-            lookup[sympy.Symbol(radial[row.owner], real=True)] = float(force)
+            lookup[sympy.Symbol(radial[row.owner], real=True)] = float(size * abs(value))
     transmitted = reactions(model, state, moving.udot, loads=moving.loads)
     return Configuration(model, state, values, True, lookup, transmitted)
 

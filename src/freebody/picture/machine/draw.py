@@ -22,7 +22,8 @@ from ..paper.view import view_of
 from .configuration import configuration, equations_at
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
 from .draw_forces import gravity, impulses, loads, springs
-from .draw_ground import feet, gear_wheels, gears, guides, rolling_planes, ropes, scenery, surfaces
+from .draw_gears import gears, solids_with_teeth
+from .draw_ground import feet, guides, rolling_planes, ropes, scenery, surfaces
 from .inclinations import mark_inclinations
 from .machine_drawing import WIDE, MachineDrawing
 from .outlines import outlines, polygon
@@ -152,7 +153,7 @@ class Machine(MachineDrawing):
     def _body(self, name: str) -> None:
         R, p = self.now.posture(name)
         fill = self.fill(name)
-        toothed = {id(wheel) for pair in gear_wheels(self).values() for wheel in pair.values()}
+        toothed = {id(solid) for solid in solids_with_teeth(self)}
         group = Group([], {"class": "body", "data-body": name}, name)
         order = sorted(
             self.pieces[name],

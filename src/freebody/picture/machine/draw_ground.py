@@ -1,4 +1,4 @@
-"""The ground of a drawing: planes, guides and walls; and ropes and gear wheels."""
+"""The ground of a drawing: planes, guides and walls; and ropes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...describe.constraints.constraint import Gear, Rolling
+from ...describe.constraints.constraint import Rolling
 from ...dynamics.conditions.constraints import _arm
 from ...dynamics.conditions.contact import touches
 from ...scalar.element import Polynomial
@@ -21,7 +21,7 @@ from ..paper.sheet import Arrow, Circle, Line, Style, arc
 from .configuration import NEAR
 from .machine_drawing import ROUND, MachineDrawing, fixed
 from .outlines import outlines, polygon
-from .shapes import Primitive, ropes_of, scenery_of
+from .shapes import ropes_of, scenery_of
 
 Array = NDArray[np.float64]
 
@@ -217,37 +217,3 @@ def ropes(m: MachineDrawing) -> None:
         m.add(wheels, class_="pulleys", data_constraint=name)
         middle = (pages[-1] + pages[-2]) / 2
         m.labels.append((f"${latex_name(name)}$", [(middle, np.array([1.0, 0.0]))], 10.0, GREEN))
-
-
-def gear_wheels(m: MachineDrawing) -> dict[str, dict[str, Primitive]]:
-    """Return the round solids of the two wheels of each pair of gears, by the names of the gear and of the body."""
-    result = {}
-    for name, gear in m.model.constraints.items():
-        if not isinstance(gear, Gear) or not m.view.planar:
-            continue
-        wheels = {
-            joint.child.name: piece
-            for joint in (gear.second, gear.first)
-            for piece in m.pieces[joint.child.name][::-1]
-            if "radius" in piece.dimensions and piece.kind in ("disk", "cylinder", "ring")
-        }
-        if len(wheels) == 2:
-            result[name] = {key: wheels[key] for key in (gear.first.child.name, gear.second.child.name)}
-    return result
-
-
-def gears(m: MachineDrawing) -> None:
-    """Draw the meshing teeth of gear wheels whose bodies have a round solid, with their pitch circles."""
-    for name, pair in gear_wheels(m).items():
-        wheels = []
-        for body, piece in pair.items():
-            R, p = m.now.posture(body)
-            wheels.append((m.page(p + R @ piece.center), m.scale * piece["radius"], m.fill(body)))
-        smallest = min(radius for _, radius, _ in wheels)
-        pitch = 2 * math.pi * smallest / max(8, round(2 * math.pi * smallest / 12.0))
-        for k, (center, radius, fill) in enumerate(wheels):
-            across = wheels[1 - k][0] - center
-            count = max(8, round(2 * math.pi * radius / pitch))
-            phase = math.atan2(across[1], across[0]) + (math.pi / count if k else 0.0)
-            items = symbols.teeth(center, radius, count, phase, fill)
-            m.add(items, class_="gear", data_constraint=name)

@@ -155,6 +155,23 @@ def teeth(center: Array, radius: float, count: int, phase: float, fill: str) -> 
     ]
 
 
+def rack(point: Array, along: Array, out: Array, pitch: float, length: float, shifted: bool) -> list[Any]:
+    """The teeth of a rack about its pitch point, with one there or, ``shifted``, a gap; and its pitch line."""
+    depth = min(4.0, 0.24 * pitch)
+    count = max(2, round(length / pitch))
+    first = -count + (0.5 if shifted else 0.0)
+    points = [
+        point + (first + k + share) * pitch * along + r * out
+        for k in range(2 * count + 1)
+        for share, r in ((-0.32, -depth), (-0.17, depth), (0.17, depth), (0.32, -depth))
+    ]
+    ends = [point + sign * length * along for sign in (-1, 1)]
+    return [
+        Line(np.array(points), Style(INK, 1.0)),
+        Line(np.array(ends), Style(GREY, 0.8, (8.0, 2.0, 1.5, 2.0))),
+    ]
+
+
 def pulley(at: Array, radius: float) -> list[Any]:
     """A pulley."""
     return [Circle(at, radius, Style(INK, 1.1, (), "#ffffff")), Circle(at, 1.6, Style(INK, 0.8, (), INK))]

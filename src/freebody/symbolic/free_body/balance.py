@@ -50,7 +50,7 @@ from ..derivation.questions import named
 from ..printing.display import equation_text
 from .action import Action
 from .contact_forces import contact_actions
-from .gears import radial_forces, radial_laws, radial_symbols, undetermined_by_gears
+from .gears import radial_forces, radial_laws, radial_symbols, undetermined_by_couplings
 from .reaction import unknowns
 
 
@@ -138,7 +138,7 @@ class BodyBalance:
     def remarks(self) -> list[str]:
         """Lines of text: the laws, and the forces that no equation determines."""
         laws = [equation_text(left, right, self._e.ring) for left, right in self.laws]
-        return [f"  {line}" for line in (*laws, *undetermined_by_gears(self._e, body=self.body))]
+        return [f"  {line}" for line in (*laws, *undetermined_by_couplings(self._e, body=self.body))]
 
     def _armature_actions(self, name: str, joint: JointPlace) -> list[Action]:
         """The force with which armature and rotors resist along a joint: on its child, and opposite on its parent."""

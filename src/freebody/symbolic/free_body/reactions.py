@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
-from ...dynamics.conditions.constrained import constrained_loading, with_wrenches
+from ...dynamics.conditions.constrained import constrained_loading
 from ...dynamics.conditions.constraints import rows
 from ...dynamics.newton_euler import reactions
 from ...errors import ModelError, nearest
@@ -17,7 +17,7 @@ from ..derivation.derivation import Derivation
 from ..derivation.questions import named
 from ..printing.lines import Shown
 from .contact_forces import contact_reaction
-from .gears import radial_forces, radial_law, radial_symbols, undetermined_by_gears
+from .gears import undetermined_by_couplings
 from .reaction import Reaction, unknowns
 
 
@@ -36,9 +36,6 @@ class Reactions(Shown, Mapping[str, Reaction]):
         loads = None
         if e.model.constraints:
             loads = constrained_loading(e.model, e.state, e.canonical_multipliers)
-            for gear in radial_symbols(e):
-                if radial_law(e, gear) is None:
-                    loads = with_wrenches(e.model, e.state, loads, radial_forces(e, gear))
         return reactions(e.model, e.state, e.udot, natural=True, loads=loads)
 
     def canonical_components(self, joint: str) -> dict[Any, Scalar]:
@@ -76,7 +73,7 @@ class Reactions(Shown, Mapping[str, Reaction]):
                     str(symbol): e.displayed(value)
                     for symbol, value in self.canonical_components(name).items()
                 },
-                notes=tuple(undetermined_by_gears(e, name)),
+                notes=tuple(undetermined_by_couplings(e, name)),
             )
         return self._looked_up[name]
 

@@ -38,7 +38,7 @@ from ...scalar.algebra import ZERO, Scalar, Vector, add, dot, floats, scale
 from ...scalar.ratio import Ratio, cleared
 from ...scalar.substitute import Substitution
 from ..equations import Equations
-from ..free_body.gears import undetermined_by_gears
+from ..free_body.gears import undetermined_by_couplings
 from ..free_body.reaction import unknowns
 from ..printing.fractions import ratio_displayed, ratio_latex, ratio_text
 from ..printing.latex import latex_name
@@ -86,7 +86,7 @@ class ImpulsiveReaction(Typeset):
     def text(self) -> str:
         """The named components, a line each."""
         lines = [f"{name} = {text_of(x)}" for name, x in self.components.items()]
-        return "\n".join([*(lines or [repr(self)]), *undetermined_by_gears(self._struck._e, self.joint)])
+        return "\n".join([*(lines or [repr(self)]), *undetermined_by_couplings(self._struck._e, self.joint)])
 
     def latex(self) -> str:
         """The named components as a LaTeX ``aligned`` block."""

@@ -167,11 +167,10 @@ def percussion(
     """Distance h from the joint's point at which a blow along ``direction`` causes no impulse along it in the joint."""
     model, ring = e.model, e.ring
     for gear in radial_symbols(e):
-        if model.constraints[gear].pressure_angle is not None:
-            raise ModelError(
-                f"A centre of percussion is not offered with the pressure_angle of gear '{gear}': the force that "
-                f"presses its teeth apart is not linear in the blow. Leave it out, or ask fb.impulse for one blow."
-            )
+        raise ModelError(
+            f"A centre of percussion is not offered with gear '{gear}': the force that presses its teeth apart is not "
+            f"linear in the blow. Ask fb.impulse for one blow."
+        )
     vocabulary = Vocabulary(e)
     name = "h"
     while name in vocabulary.names:

@@ -27,7 +27,7 @@ from ..derivation.derivation import Derivation
 from ..free_body.action import TITLES
 from ..free_body.contact_forces import sliding_friction
 from ..free_body.free_body import FreeBody, free_body
-from ..free_body.gears import radial_law, radial_symbols, undetermined_by_gears
+from ..free_body.gears import radial_law, radial_symbols, undetermined_by_couplings
 from ..printing.display import equation_text, text
 from ..printing.fractions import ratio_displayed
 from ..printing.systems import Monomial, Pivot, Row, Terms, collect, eliminate
@@ -79,7 +79,7 @@ def _add_radial_forces(e: Derivation, request: Request, where: Any) -> None:
     Raises
     ------
     ModelError
-        A reaction that a gear leaves undetermined.
+        A reaction that a coupling by its ratio leaves undetermined.
     """
     names = {u.name for u in request.unknowns}
     owner, symbols = request.vocabulary.owner, radial_symbols(e)
@@ -90,20 +90,13 @@ def _add_radial_forces(e: Derivation, request: Request, where: Any) -> None:
     )
     loaded = {owner[name] for name, symbol in request.vocabulary.reactions.items() if symbol in given_atoms}
     for joint in dict.fromkeys(owner[name] for name in reactions):
-        for note in undetermined_by_gears(e, joint, radial=False):
+        for note in undetermined_by_couplings(e, joint):
             raise ModelError(
                 f"{note[0].upper()}{note[1:]}. The sum of both is in fb.equations(s).reactions['{joint}']."
             )
     for gear, force in forces.items():
         law = radial_law(e, gear)
         if symbols[gear].name in request.value_names:
-            continue
-        if law is None and symbols[gear].name in names:
-            raise ModelError(
-                f"No equation determines {symbols[gear].name}, which presses the teeth of gear '{gear}' apart. Give "
-                f"the gear its pressure_angle, or a value, where={{'{symbols[gear].name}': ...}}."
-            )
-        if law is None:
             continue
         if not reactions:
             if loaded & {gear, e.model.constraints[gear].first.name, e.model.constraints[gear].second.name}:
