@@ -27,6 +27,8 @@ DECIMALS = 10
 RIGHT = math.pi / 2
 SEVERAL = ("floating", "planar", "spherical")
 """Types of joints with several coordinates."""
+ENDS, DRIVE = ("lower", "upper"), ("effort", "velocity")
+"""Attributes of <limit>."""
 MOVING = ("revolute", "continuous", "prismatic", *SEVERAL)
 """Types of joints that move; the others are ``fixed``."""
 
@@ -56,6 +58,13 @@ class Joint:
     stiffness: float = 0.0
     rest: float = 0.0
     mimic: tuple[str, float, float] | None = None
+    friction: float = 0.0
+    limits: tuple[float, float] | None = None
+
+    @property
+    def what(self) -> str:
+        """Kind and name, as the report writes them."""
+        return f"joint '{self.name}'"
 
 
 @dataclass
@@ -244,23 +253,29 @@ def joint(element: Element, reading: Reading) -> Joint:
     if kind == "fixed":
         return result
     result = replace(result, axis=_axis(element, kind, what, reading), mimic=_mimic(element, what))
-    result = _with_forces(result, what, reading)
-    limit = element.first("limit")
-    if limit is not None:
-        bounds: dict[str, float] = {
-            key: limit.number(key)
-            for key in ("lower", "upper", "effort", "velocity")
-            if key in limit.attributes
-        }
-        reading.limits[name] = bounds
-        if kind in ("revolute", "prismatic"):
-            between = f"{bounds.get('lower', 0.0):g} to {bounds.get('upper', 0.0):g}"
-            reading.left_out(what, limit.line, "no stop holds the joint at its limits", between)
+    result = replace(_with_forces(result, what, reading), limits=_limits(element, result, reading))
     for tag in ("safety_controller", "calibration"):
         one = element.first(tag)
         if one is not None:
             reading.left_out(what, one.line, f"<{tag}> is a setting of a controller")
     return result
+
+
+def _limits(element: Element, joint: Joint, reading: Reading) -> tuple[float, float] | None:
+    """Return the limits of a joint that has some; ``reading`` keeps them, and those of its drive."""
+    limit = element.first("limit")
+    if limit is None:
+        return None
+    bounds = {key: limit.number(key) for key in (*ENDS, *DRIVE) if key in limit.attributes}
+    reading.limits[joint.name] = bounds
+    drive = ", ".join(f"{key} {bounds[key]:g}" for key in DRIVE if key in bounds)
+    if drive:
+        reading.left_out(
+            joint.what, limit.line, "nothing limits the drive: s.reading.limits has its limits", drive
+        )
+    if joint.kind not in ("revolute", "prismatic") or not any(key in bounds for key in ENDS):
+        return None
+    return (bounds.get("lower", 0.0), bounds.get("upper", 0.0))
 
 
 def _axis(element: Element, kind: str, what: str, reading: Reading) -> Vector:
@@ -303,18 +318,21 @@ def _with_forces(joint: Joint, what: str, reading: Reading) -> Joint:
         key: dynamics.number(key, 0.0)
         for key in ("damping", "friction", "spring_stiffness", "spring_reference")
     }
-    if values["friction"]:
-        reading.left_out(
-            what, dynamics.line, "the joint moves without its dry friction", f"{values['friction']:g}"
+    if values["friction"] < 0:
+        raise dynamics.error(
+            f"expected a friction of {what} that is not negative, got {values['friction']:g}"
         )
-    if joint.kind in SEVERAL and (values["damping"] or values["spring_stiffness"]):
-        reading.left_out(what, dynamics.line, f"a {joint.kind} joint has no damping and no spring")
+    if joint.kind in SEVERAL and (values["damping"] or values["spring_stiffness"] or values["friction"]):
+        reading.left_out(
+            what, dynamics.line, f"a {joint.kind} joint has no damping, no friction and no spring"
+        )
         return joint
     return replace(
         joint,
         damping=values["damping"],
         stiffness=values["spring_stiffness"],
         rest=values["spring_reference"],
+        friction=values["friction"],
     )
 
 
