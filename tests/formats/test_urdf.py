@@ -215,7 +215,10 @@ def test_limits_and_dry_friction_are_kept_or_said(tmp_path):
     text = str(s.reading)
     assert "no stop holds it at its limits, which limits=True reads: joint 'j', line 5, -1 to 2" in text
     assert "it moves without its dry friction, which friction=True reads: joint 'j', line 5, 0.7" in text
-    assert "nothing limits the drive: s.reading.limits has its limits: joint 'j', line 5, effort 30, velocity 4" in text
+    assert (
+        "nothing limits the drive: s.reading.limits has its limits: joint 'j', line 5, effort 30, velocity 4"
+        in text
+    )
 
 
 def test_limits_and_dry_friction_are_read_when_asked_for(tmp_path):
@@ -247,7 +250,9 @@ def test_limits_without_a_range_stop_nothing(tmp_path, ends):
 
 def test_limits_and_friction_of_a_follower_are_those_of_the_joint_that_it_mimics(tmp_path):
     def limited(low: float, high: float, friction: float, more: str = "") -> str:
-        return f'<axis xyz="1 0 0"/><limit lower="{low}" upper="{high}"/><dynamics friction="{friction}"/>{more}'
+        return (
+            f'<axis xyz="1 0 0"/><limit lower="{low}" upper="{high}"/><dynamics friction="{friction}"/>{more}'
+        )
 
     mimic = '<mimic joint="a" multiplier="-2" offset="1"/>'
     s = read(tmp_path, '<link name="w"/>', bar("A"), bar("B"),
@@ -256,7 +261,9 @@ def test_limits_and_friction_of_a_follower_are_those_of_the_joint_that_it_mimics
     stop, friction = s.contacts.values()
     # 0 <= 1 - 2 a <= 4
     assert (stop.low, stop.high) == (-1, sympy.Rational(1, 2)) and fb.assemble(s).values()["f_a"] == 1
-    assert "its limits are those of the joint that it follows: joint 'b', line 8, 'a' -1 to 0.5" in str(s.reading)
+    assert "its limits are those of the joint that it follows: joint 'b', line 8, 'a' -1 to 0.5" in str(
+        s.reading
+    )
 
 
 def test_angles_are_taken_as_right_angles_by_their_decimals(tmp_path):

@@ -19,6 +19,7 @@ MAX_SIZE = {".toml": 4_000_000, ".urdf": 40_000_000, ".xml": 40_000_000, ".mjcf"
 """Greatest size of a file, in bytes."""
 OPTIONS: dict[str, Any] = {
     "base": None, "symbols": "masses", "keep_fixed": False, "meshes": True, "limits": False, "friction": False,
+    "contacts": None,
 }  # fmt: skip
 """Options of robots' files, with their defaults."""
 ROBOTS = {".urdf": "urdf", ".xml": "mjcf", ".mjcf": "mjcf"}
@@ -47,6 +48,7 @@ def read(
     meshes: bool = True,
     limits: bool = False,
     friction: bool = False,
+    contacts: str | Mapping[str, Any] | None = None,
 ) -> System:
     """Return the system that a file describes: a model file, or a robot in URDF or MJCF.
 
@@ -74,6 +76,10 @@ def read(
         ``s.reading.limits``, and the robot moves freely, also from a pose that its limits forbid.
     friction : bool
         Give the joints of a robot their dry friction (:meth:`System.friction`).
+    contacts : "floor" or mapping, optional
+        Let the solids of a robot touch (:meth:`System.contact`) the planes of the world in MJCF, and elsewhere the
+        plane z = 0; a mapping gives another floor by ``normal``, ``at`` and ``friction``: ``{"friction": 0.8}``. By
+        default nothing touches. The coefficients of friction are parameters ``mu``.
 
     Returns
     -------
@@ -108,7 +114,7 @@ def read(
     Equations of motion of 'pendulum'
     (m_rod*c_rod_z^2 + I_rod_yy)*pin'' - g*m_rod*c_rod_z*sin(pin) = 0
     """
-    options = {"limits": limits, "friction": friction}
+    options = {"limits": limits, "friction": friction, "contacts": contacts}
     return read_case(path, base=base, symbols=symbols, keep_fixed=keep_fixed, meshes=meshes, **options).system
 
 

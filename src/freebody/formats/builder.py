@@ -16,6 +16,7 @@ from ..scalar.algebra import IDENTITY, Matrix, Vector
 from ..scalar.expression import exact
 from ..space.mass import MassProperties
 from ..space.pose import Pose
+from .contacts import check_contacts
 from .reading import Reading
 from .xml_tree import Element, identifier
 
@@ -61,10 +62,14 @@ class Options:
     meshes: bool
     limits: bool
     friction: bool
+    contacts: Any
 
     def __post_init__(self) -> None:
+        check_contacts(self.contacts)
         known = {"base": BASES, "symbols": SYMBOLS}
         for name, value in vars(self).items():
+            if name == "contacts":
+                continue
             values: Any = known.get(name, (False, True))
             if value not in values or isinstance(value, int) != isinstance(values[-1], int):
                 listed = ", ".join(repr(x) for x in values if x is not None)
@@ -77,6 +82,7 @@ class Builder:
     def __init__(self, name: str, reading: Reading, options: Options) -> None:
         self.s, self.reading, self.options = System(name), reading, options
         self.symbols = options.symbols
+        self.coefficients: dict[float, Any] = {}
         self.s.reading = reading
         self.taken = {"t"}  # names of coordinates, their speeds and parameters
         # constraints and contacts share the names of joints
@@ -154,6 +160,12 @@ class Builder:
         word, unit = ("torque", "N m") if made.primitives[index].turns else ("force", "N")
         given: Any = {word: self.parameter(f"f_{name}", value, unit)}
         self.s.friction(self.renamed(f"{name}_friction", self.joints), made, coordinate=index, **given)
+
+    def coefficient(self, value: float) -> Any:
+        """Return a coefficient of friction of contacts: one parameter ``mu`` for each value."""
+        if value not in self.coefficients:
+            self.coefficients[value] = self.parameter("mu", value, "")
+        return self.coefficients[value]
 
     def body(self, cluster: Cluster, kind: str) -> Any:
         """Add the body of a cluster of links of a ``kind``, as the file calls them."""

@@ -21,8 +21,10 @@ from ..builder import COMPONENTS, Builder, Cluster, Options, refused
 from ..reading import Reading
 from ..xml_tree import Element, identifier
 from .bodies import SINGLE, Bodies, Body, Joint
+from .contacts import add_contacts
 from .document import Document, document
 from .forces import add_forces
+from .geoms import Geoms
 from .words import OPTIONS, SECTIONS
 
 GRAVITY = (0.0, 0.0, -9.81)
@@ -38,10 +40,12 @@ def system_of(root: Element, file: Path, reading: Reading, options: Options) -> 
         With the line, what was expected and what came.
     """
     whole = document(root, file, reading)
-    world = Bodies(whole, reading, options.meshes).world()
-    reader = Reader(whole, reading, options)
+    bodies = Bodies(whole, reading, options.meshes)
+    world = bodies.world()
+    reader = Reader(whole, bodies.geoms, reading, options)
     reader.grow(world, options.base)
     add_forces(reader)
+    add_contacts(reader)
     reader.report()
     return reader.s
 
@@ -49,9 +53,9 @@ def system_of(root: Element, file: Path, reading: Reading, options: Options) -> 
 class Reader(Builder):
     """The system that grows from a document."""
 
-    def __init__(self, document: Document, reading: Reading, options: Options) -> None:
+    def __init__(self, document: Document, geoms: Geoms, reading: Reading, options: Options) -> None:
         super().__init__(document.root.attributes.get("model") or "model", reading, options)
-        self.document, self.keep_fixed = document, options.keep_fixed
+        self.document, self.geoms, self.keep_fixed = document, geoms, options.keep_fixed
         self.coordinates = reading.coordinates
         self.displacements: dict[str, Any] = {}  # coordinate of each hinge and slide
         self.joint_of: dict[str, Joint] = {}

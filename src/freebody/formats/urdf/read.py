@@ -13,6 +13,7 @@ from ..builder import Builder, Cluster, Options, normal
 from ..meshes import Meshes
 from ..reading import Reading
 from ..xml_tree import Element, identifier
+from .contacts import add_contacts
 from .robot import Joint, Link, Robot, robot
 
 GRAVITY = 9.81
@@ -26,8 +27,11 @@ def system_of(root: Element, file: Path, reading: Reading, options: Options) -> 
     FormatError
         With the line, what was expected and what came.
     """
-    meshes = Meshes(file) if options.meshes else None
-    return _Reader(robot(root, reading, meshes), reading, options).system(options.base or "fixed")
+    meshes = Meshes(file)
+    reader = _Reader(robot(root, reading, meshes if options.meshes else None), reading, options)
+    system = reader.system(options.base or "fixed")
+    add_contacts(reader, meshes)
+    return system
 
 
 class _Reader(Builder):

@@ -41,6 +41,7 @@ class Link:
     element: Element
     properties: MassProperties
     color: str = ""
+    collisions: tuple[Element, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -150,11 +151,8 @@ def link(element: Element, materials: dict[str, Element], reading: Reading, mesh
     shown = [shape for part in element.all("visual") for shape in _solids(part, what, reading, meshes)]
     if not shown:
         shown = [shape for part in element.all("collision") for shape in _solids(part, what, reading, meshes)]
+    collisions = tuple(element.all("collision"))
     colour = next((c for part in element.all("visual") if (c := _color(part, materials))), "")
-    if element.first("collision") is not None:
-        reading.left_out(
-            what, element.line, "nothing touches the solids of <collision>; contacts are added by s.contact"
-        )
     for child in element.children:
         if child.tag not in ("inertial", "visual", "collision"):
             reading.left_out(
@@ -163,7 +161,7 @@ def link(element: Element, materials: dict[str, Element], reading: Reading, mesh
     inertial = element.first("inertial")
     nothing = MassProperties.as_given(0, ZERO, ((0, 0, 0),) * 3)
     properties = nothing if inertial is None else _massive(inertial, what, reading)
-    return Link(name, element, replace(properties, shape=reduce(compound, shown, None)), colour)
+    return Link(name, element, replace(properties, shape=reduce(compound, shown, None)), colour, collisions)
 
 
 def _massive(inertial: Element, what: str, reading: Reading) -> MassProperties:
@@ -184,7 +182,7 @@ def _massive(inertial: Element, what: str, reading: Reading) -> MassProperties:
         reading.changed(what, inertial.line, "an inertia without mass is kept as it is")
     xx, xy, xz, yy, yz, zz = values
     own = MassProperties.as_given(m, ZERO, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), possible=False)
-    return placed(own, _pose(inertial, reading))
+    return placed(own, pose_of(inertial, reading))
 
 
 def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -> list[Shape]:
@@ -203,7 +201,7 @@ def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -
     elif solid.tag == "mesh" and meshes is not None:
         try:
             scale = solid.numbers("scale", 3, (1.0, 1.0, 1.0))
-            return [placed(meshes.shape(solid.get("filename"), scale), _pose(part))]
+            return [placed(meshes.shape(solid.get("filename"), scale), pose_of(part))]
         except FormatError as error:
             name = solid.attributes.get("filename", "").rpartition("/")[2]
             reading.left_out(
@@ -219,7 +217,7 @@ def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -
     if any(size <= 0 for _, size in shape.dimensions):
         reading.left_out(f"{what}, <{part.tag}>", solid.line, "a solid without size is not drawn")
         return []
-    return [placed(shape, _pose(part))]
+    return [placed(shape, pose_of(part))]
 
 
 def _color(part: Element, materials: dict[str, Element]) -> str:
@@ -249,7 +247,7 @@ def joint(element: Element, reading: Reading) -> Joint:
         if end is None:
             raise element.error(f"expected <{tag} link=...> in {what}")
         ends.append(end.get("link"))
-    result = Joint(name, kind, element, ends[0], ends[1], _pose(element, reading))
+    result = Joint(name, kind, element, ends[0], ends[1], pose_of(element, reading))
     if kind == "fixed":
         return result
     result = replace(result, axis=_axis(element, kind, what, reading), mimic=_mimic(element, what))
@@ -339,7 +337,7 @@ def _with_forces(joint: Joint, what: str, reading: Reading) -> Joint:
 # -- poses ----------------------------------------------------------------------------------------------
 
 
-def _pose(element: Element, reading: Reading | None = None) -> Pose:
+def pose_of(element: Element, reading: Reading | None = None) -> Pose:
     """Return the pose of the element's <origin>; ``reading`` counts the angles that are taken as others."""
     origin = element.first("origin")
     if origin is None:
