@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import FormatError
+from ..errors import FormatError, nearest
 from .files import replacing
 
 if TYPE_CHECKING:
@@ -125,6 +125,9 @@ def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
         content = "a folder" if file.is_dir() else "a special file" if file.exists() else "no file"
         raise FormatError(f"Expected a model file at '{file}', found {content}.")
     suffix = file.suffix.lower()
+    for name in options:
+        if name not in OPTIONS:
+            raise FormatError(f"Unknown option '{name}' of fb.read; {nearest(name, OPTIONS)}")
     try:
         with file.open("rb") as stream:
             data = stream.read(MAX_SIZE[suffix] + 1)

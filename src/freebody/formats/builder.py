@@ -24,6 +24,8 @@ BASES = (None, "fixed", "free", "planar")
 """Values of ``base``: how the ground holds the first link; None is what the file says, or fixed."""
 SYMBOLS = ("none", "masses", "all")
 """Values of ``symbols``: what becomes a parameter."""
+UNITS = {"hinge": ("N m s", "N m"), "slide": ("N s/m", "N/m")}
+"""Units of the damping and the stiffness of joints."""
 COMPONENTS = ("x", "y", "z", "e0", "e1", "e2", "e3", "wx", "wy", "wz", "vx", "vy", "vz")
 """Endings of the coordinates and speeds of a free joint."""
 

@@ -17,7 +17,7 @@ from ...scalar.algebra import IDENTITY, ZERO
 from ...scalar.expression import exact
 from ...space.pose import Pose
 from ...space.quaternion import quaternion_from_matrix
-from ..builder import COMPONENTS, Builder, Cluster, Options, refused
+from ..builder import COMPONENTS, UNITS, Builder, Cluster, Options, refused
 from ..reading import Reading
 from ..xml_tree import Element, identifier
 from .bodies import SINGLE, Bodies, Body, Joint
@@ -28,7 +28,6 @@ from .geoms import Geoms
 from .words import OPTIONS, SECTIONS
 
 GRAVITY = (0.0, 0.0, -9.81)
-UNITS = {"hinge": ("N m s", "N m"), "slide": ("N s/m", "N/m")}
 
 
 def system_of(root: Element, file: Path, reading: Reading, options: Options) -> System:

@@ -9,7 +9,7 @@ from ...describe.system import System
 from ...scalar.algebra import IDENTITY, multiply
 from ...scalar.expression import exact
 from ...space.pose import Pose
-from ..builder import Builder, Cluster, Options, normal
+from ..builder import UNITS, Builder, Cluster, Options, normal
 from ..meshes import Meshes
 from ..reading import Reading
 from ..xml_tree import Element, identifier
@@ -50,6 +50,8 @@ class _Reader(Builder):
         driven = self._driven(first)
         g = s.parameters(g=GRAVITY) if self.symbols != "none" else GRAVITY
         self.taken.add("g")
+        if self.symbols != "none":
+            s.describe("g", unit="m/s²")
         s.gravity = (0, 0, -g)
         self.reading.changed(
             "<robot>", root.element.line, f"gravity is {GRAVITY} m/s² against z; the format says nothing"
@@ -178,10 +180,11 @@ class _Reader(Builder):
             case _:
                 s.ball(name, parent, child, coordinate=self.free(name), **where)
                 return
+        damping, stiffness = UNITS["slide" if joint.kind == "prismatic" else "hinge"]
         if joint.damping:
-            s.damper(f"{name}_damper", made, damping=self.parameter(f"d_{name}", joint.damping, ""))
+            s.damper(f"{name}_damper", made, damping=self.parameter(f"d_{name}", joint.damping, damping))
         if joint.stiffness:
-            stiffness = self.parameter(f"k_{name}", joint.stiffness, "")
+            stiffness = self.parameter(f"k_{name}", joint.stiffness, stiffness)
             s.spring(f"{name}_spring", made, stiffness=stiffness, rest=joint.rest)
         if joint.mimic is None:
             self._stops(joint, name, made)
