@@ -510,8 +510,10 @@ def test_keyframes_are_values_of_coordinates(tmp_path):
 @pytest.mark.parametrize(
     "body, head, text",
     [
-        (PIN.replace("<joint ", '<joint range="-1 1" '), "", "no stop holds the joint at its limits: joint 'pin'"),
-        (PIN.replace("<joint ", '<joint frictionloss="1" '), "", "the joint moves without its dry friction"),
+        (PIN.replace("<joint ", '<joint range="-1 1" '), "", "no stop holds it at its limits, which limits=True reads: joint 'pin'"),
+        (PIN.replace("<joint ", '<joint frictionloss="1" '), "", "it moves without its dry friction, which friction=True reads"),
+        ('<body name="b"><joint name="p" type="ball" frictionloss="1"/>' + ROD + "</body>", "", "a ball joint moves without dry friction"),
+        ('<body name="b"><joint name="p" type="ball" range="0 1"/>' + ROD + "</body>", "", "the turn of a ball joint is not limited"),
         (PIN.replace("<joint ", '<joint springdamper="0.1 1" '), "", "springdamper: the spring and damper"),
         (PIN.replace("<joint ", '<joint stiffness="1 2" '), "", "coefficients of higher order are left out"),
         (PIN.replace("<joint ", '<joint colour="1" '), "", "colour: not an attribute that freebody knows"),
@@ -537,6 +539,37 @@ def test_keyframes_are_values_of_coordinates(tmp_path):
 )  # fmt: skip
 def test_what_is_left_out_is_said(tmp_path, body, head, text):
     assert text in str(read(tmp_path, body, head=head).reading)
+
+
+def test_limits_are_stops_of_the_coordinate_not_of_the_turn_from_the_drawn_pose(tmp_path):
+    s = read(tmp_path, PIN.replace("<joint ", '<joint range="-1 1" ref="0.5" '), head=RADIAN, limits=True)
+    assert s.reading.initial == {"pin": 0.5}
+    motion = fb.simulate(s, 3, initial=s.reading.initial | {"pin'": 3})
+    assert motion.at(motion.events[0].time)["pin"] == pytest.approx(1, abs=1e-9)
+    assert "limits" not in str(s.reading)
+
+
+def test_friction_of_a_joint_sticks(tmp_path):
+    pin = PIN.replace("<joint ", '<joint frictionloss="3" ')
+    moment = 2 * 9.81 * 0.5  # of the weight, on the level rod
+    for start, sticks in ((math.asin(2.9 / moment), True), (math.asin(3.1 / moment), False)):
+        s = read(tmp_path, pin, friction=True)
+        motion = fb.simulate(s, 0.5, initial={"pin": start})
+        assert (abs(motion["pin"][-1] - start) < 1e-12) == sticks
+    assert fb.assemble(s).values()["f_pin"] == 3
+
+
+def test_a_fixed_tendon_stops_at_its_range(tmp_path):
+    fingers = "".join(
+        f'<body name="f{i}"><joint name="j{i}" type="slide" axis="1 0 0"/>{ROD}</body>' for i in "12"
+    )
+    tendon = '<tendon><fixed name="t" range="-1 1"><joint joint="j1" coef="1"/><joint joint="j2" coef="2"/></fixed></tendon>'
+    s = read(tmp_path, fingers, head=tendon, limits=True)
+    motion = fb.simulate(s, 1, initial={"j1'": 1, "j2'": 1})
+    (event,) = [event for event in motion.events if "impact" in str(event)]
+    assert event.time == pytest.approx(1 / 3, abs=1e-9)
+    # masses m, m and the impulse P (1, 2): j1' + 2 j2' = 0 after it
+    assert [motion[name][-1] for name in ("j1'", "j2'")] == pytest.approx([1 - 3 / 5, 1 - 6 / 5], abs=1e-9)
 
 
 def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):

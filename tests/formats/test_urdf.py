@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 
 import freebody as fb
-from freebody.errors import FormatError, MassError, ModelError
+from freebody.errors import FormatError, MassError, ModelError, SimulationError
 
 ROD = """<inertial><origin xyz="0 0 {c}"/><mass value="{m}"/>
 <inertia ixx="{a}" iyy="{a}" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>"""
@@ -212,8 +213,56 @@ def test_limits_and_dry_friction_are_kept_or_said(tmp_path):
     s = read(tmp_path, '<link name="w"/>', bar("a"), joint("j", "w", "a", "revolute", inside))
     assert s.reading.limits == {"j": {"lower": -1, "upper": 2, "effort": 30, "velocity": 4}}
     text = str(s.reading)
+    assert "no stop holds it at its limits, which limits=True reads: joint 'j', line 5, -1 to 2" in text
+    assert "it moves without its dry friction, which friction=True reads: joint 'j', line 5, 0.7" in text
     assert (
-        "no stop holds the joint" in text and "-1 to 2" in text and "dry friction" in text and "0.7" in text
+        "nothing limits the drive: s.reading.limits has its limits: joint 'j', line 5, effort 30, velocity 4"
+        in text
+    )
+
+
+def test_limits_and_dry_friction_are_read_when_asked_for(tmp_path):
+    inside = '<axis xyz="0 1 0"/><limit lower="-0.25" upper="2"/><dynamics friction="0.7"/>'
+    parts = '<link name="w"/>', bar("a"), joint("j", "w", "a", "revolute", inside)
+    s = read(tmp_path, *parts, limits=True, friction=True)
+    assert s.reading.notes[1:] == [] and list(s.contacts) == ["j_stop", "j_friction"]
+    motion = fb.simulate(s, 5, initial={"j": 1.5})
+    assert motion.at(motion.events[0].time)["j"] == pytest.approx(-0.25, abs=1e-9)
+    assert float(np.abs(motion.energy.residual).max()) < 1e-8
+    assert fb.assemble(s).values()["f_j"] == 0.7
+
+
+def test_a_pose_beyond_the_limits_is_said_and_the_nearest_is_the_start(tmp_path):
+    inside = '<axis xyz="0 1 0"/><limit lower="-3" upper="-0.5"/>'
+    s = read(tmp_path, '<link name="w"/>', bar("a"), joint("j", "w", "a", "revolute", inside), limits=True)
+    assert s.reading.initial == {"j": -0.5} and "0 is not in -3 to -0.5" in str(s.reading)
+    assert fb.simulate(s, 0.1, initial=s.reading.initial)["j"][0] == -0.5
+    with pytest.raises(SimulationError, match="j_stop"):
+        fb.simulate(s, 0.1)
+
+
+@pytest.mark.parametrize("ends", ['lower="0" upper="0"', 'lower="1" upper="-1"'])
+def test_limits_without_a_range_stop_nothing(tmp_path, ends):
+    inside = f"<limit {ends}/>"
+    s = read(tmp_path, '<link name="w"/>', bar("a"), joint("j", "w", "a", "revolute", inside), limits=True)
+    assert not s.contacts and "limits without a range between them stop nothing: joint 'j'" in str(s.reading)
+
+
+def test_limits_and_friction_of_a_follower_are_those_of_the_joint_that_it_mimics(tmp_path):
+    def limited(low: float, high: float, friction: float, more: str = "") -> str:
+        return (
+            f'<axis xyz="1 0 0"/><limit lower="{low}" upper="{high}"/><dynamics friction="{friction}"/>{more}'
+        )
+
+    mimic = '<mimic joint="a" multiplier="-2" offset="1"/>'
+    s = read(tmp_path, '<link name="w"/>', bar("A"), bar("B"),
+             joint("a", "w", "A", "prismatic", limited(-1, 1, 0.5)),
+             joint("b", "w", "B", "prismatic", limited(0, 4, 0.25, mimic)), limits=True, friction=True)  # fmt: skip
+    stop, friction = s.contacts.values()
+    # 0 <= 1 - 2 a <= 4
+    assert (stop.low, stop.high) == (-1, sympy.Rational(1, 2)) and fb.assemble(s).values()["f_a"] == 1
+    assert "its limits are those of the joint that it follows: joint 'b', line 8, 'a' -1 to 0.5" in str(
+        s.reading
     )
 
 

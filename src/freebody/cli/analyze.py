@@ -7,13 +7,13 @@ from time import perf_counter
 
 import click
 
-from .model import Number, Setting, find, number_of, settings_of
+from .model import Number, Setting, find, model_argument, number_of, settings_of
 
 FILES = ("analysis.txt", "analysis.tex", "analysis.json")
 
 
 @click.command()
-@click.argument("model")
+@model_argument
 @click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
               help="Value of a parameter; may be repeated. Also with a unit: 75deg, 2rev/s.")  # fmt: skip
 @click.option("--about", "about", type=Setting(), multiple=True, metavar="NAME=VALUE",

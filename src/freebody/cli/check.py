@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import ModelError
-from .model import find
+from .model import find, model_argument
 from .table import Grid
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("model")
+@model_argument
 def check(model: str) -> None:
     """Assemble MODEL and list its bodies, joints, constraints, contacts, loads, degrees of freedom and parameters."""
     from ..formats.text import expression_text

@@ -7,11 +7,11 @@ from typing import Any
 
 import click
 
-from .model import Number, Setting, find, settings_of
+from .model import Number, Setting, find, model_argument, settings_of
 
 
 @click.command()
-@click.argument("model")
+@model_argument
 @click.option(
     "--body",
     metavar="NAME",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .model import find
+from .model import find, model_argument
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("model")
+@model_argument
 @click.option("--latex", is_flag=True, help="Print LaTeX instead of text.")
 @click.option(
     "--body", metavar="NAME", help="Print the free-body equations of this body, with its reactions."

@@ -7,11 +7,11 @@ from typing import Any
 
 import click
 
-from .model import find
+from .model import find, model_argument
 
 
 @click.command()
-@click.argument("model")
+@model_argument
 @click.option("--c", "languages", flag_value="c", multiple=True, help="C99: one source file and its header.")
 @click.option(
     "--casadi",

@@ -97,39 +97,6 @@ class FileEntry:
         return FileOutcome(self, case.system, equations(case.system, **start), trajectory, plots)
 
 
-def find(model: str) -> Any:
-    """Return the gallery entry or model file of this name.
-
-    Raises
-    ------
-    FormatError, ModelError
-        If there is neither; the message offers the nearest gallery name.
-    """
-    from ..gallery import entries
-
-    gallery = entries()
-    path = Path(model)
-    # also in the spelling of the chapter: Ex-6.2, prob_6_12
-    spelling = model.lower().replace(".", "-").replace("_", "-")
-    if spelling in gallery and not path.exists():
-        return gallery[spelling]
-    if path.suffix or len(path.parts) > 1:
-        from ..formats import read_case
-
-        return FileEntry(path.name, read_case(path))
-    if model not in gallery:
-        hint = (
-            f" For the folder of that name, give the .toml file in it: {model}/NAME.toml."
-            if path.exists()
-            else ""
-        )
-        raise FormatError(
-            f"Expected a gallery name or the path of a .toml, .urdf or .xml file, got '{model}'; "
-            f"{nearest(model, gallery.names, 'freebody gallery')}{hint}"
-        )
-    return gallery[model]
-
-
 class Number(click.ParamType):
     """A number, with a unit of the dimension of ``unit`` or without a unit: ``2``, ``1e-9``, ``2*pi``, ``75 deg``."""
 
@@ -163,6 +130,58 @@ class Setting(click.ParamType):
         if not sign or not name.strip() or not number.strip():
             self.fail(f"Expected name=value, such as m=2 or theta_0=75deg, got '{value}'.", param, ctx)
         return name.strip(), number.strip()
+
+
+READ = "freebody.read"
+"""Where a command keeps the options of ``--read``."""
+
+
+def model_argument(command: Any) -> Any:
+    """Give a command the argument MODEL, and the option with which a robot's file is read."""
+    option = click.option(
+        "--read", "options", type=Setting(), multiple=True, expose_value=False, metavar="NAME=VALUE",
+        callback=lambda context, _, pairs: context.meta.update({READ: dict(pairs)}),
+        help="For a robot's file, an option of fb.read: base=free, contacts=floor, limits=true; may be repeated.",
+    )  # fmt: skip
+    return click.argument("model")(option(command))
+
+
+def find(model: str) -> Any:
+    """Return the gallery entry or model file of this name.
+
+    Raises
+    ------
+    FormatError, ModelError
+        If there is neither; the message offers the nearest gallery name.
+    """
+    from ..gallery import entries
+
+    gallery = entries()
+    path = Path(model)
+    # also in the spelling of the chapter: Ex-6.2, prob_6_12
+    spelling = model.lower().replace(".", "-").replace("_", "-")
+    context = click.get_current_context(silent=True)
+    options: dict[str, str] = {} if context is None else context.meta.get(READ, {})
+    if spelling in gallery and not path.exists():
+        if options:
+            raise click.UsageError("--read is for robots' files, and the gallery has no options.")
+        return gallery[spelling]
+    if path.suffix or len(path.parts) > 1:
+        from ..formats import read_case
+
+        words = {"true": True, "false": False}
+        return FileEntry(path.name, read_case(path, **{k: words.get(v, v) for k, v in options.items()}))
+    if model not in gallery:
+        hint = (
+            f" For the folder of that name, give the .toml file in it: {model}/NAME.toml."
+            if path.exists()
+            else ""
+        )
+        raise FormatError(
+            f"Expected a gallery name or the path of a .toml, .urdf or .xml file, got '{model}'; "
+            f"{nearest(model, gallery.names, 'freebody gallery')}{hint}"
+        )
+    return gallery[model]
 
 
 def settings_of(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:

@@ -7,11 +7,11 @@ from time import perf_counter
 
 import click
 
-from .model import Number, Setting, find, settings_of
+from .model import Number, Setting, find, model_argument, settings_of
 
 
 @click.command()
-@click.argument("model")
+@model_argument
 @click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
               help="File for the page; NAME.html in this folder if not given.")  # fmt: skip
 @click.option(

@@ -12,7 +12,7 @@ import click
 
 from ..errors import SimulationError
 from ..scalar.digits import significant
-from .model import Number, Setting, find, settings_of
+from .model import Number, Setting, find, model_argument, settings_of
 from .table import Grid
 
 MOST = 24
@@ -26,7 +26,7 @@ WIDEST = 50
 
 
 @click.command()
-@click.argument("model")
+@model_argument
 @click.option(
     "--until", type=Number("s"), metavar="T", help="Length of the run [s]; that of the model if not given."
 )

@@ -7,11 +7,12 @@ from typing import Any
 
 import click
 
+from .model import model_argument
 from .study import run_lanes, runs_motions
 
 
 @click.command()
-@click.argument("model")
+@model_argument
 @runs_motions
 @click.option("-o", "--out", "store", type=click.Path(path_type=Path), default=None, metavar="FILE",
               help="x.nc or x.zarr for the results; a stopped sweep continues from it.")  # fmt: skip

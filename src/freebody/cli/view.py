@@ -21,7 +21,7 @@ from typing import Any
 import click
 
 from ..errors import FreebodyError
-from .model import Setting, find, settings_of
+from .model import Setting, find, model_argument, settings_of
 
 LARGEST_REQUEST = 1_000_000
 """Most bytes of a request."""
@@ -30,7 +30,7 @@ HOME = "127.0.0.1"
 
 
 @click.command()
-@click.argument("model")
+@model_argument
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=0, help="Port of the page; a free port if not given."
 )

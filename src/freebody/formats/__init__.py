@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import FormatError
+from ..errors import FormatError, nearest
 from .files import replacing
 
 if TYPE_CHECKING:
@@ -16,8 +17,13 @@ if TYPE_CHECKING:
 
 MAX_SIZE = {".toml": 4_000_000, ".urdf": 40_000_000, ".xml": 40_000_000, ".mjcf": 40_000_000}
 """Greatest size of a file, in bytes."""
-OPTIONS: dict[str, Any] = {"base": None, "symbols": "masses", "keep_fixed": False, "meshes": True}
+OPTIONS: dict[str, Any] = {
+    "base": None, "symbols": "masses", "keep_fixed": False, "meshes": True, "limits": False, "friction": False,
+    "contacts": None,
+}  # fmt: skip
 """Options of robots' files, with their defaults."""
+ROBOTS = {".urdf": "urdf", ".xml": "mjcf", ".mjcf": "mjcf"}
+"""Formats of robots' files."""
 WRITTEN = {".toml": ""}
 """Formats that are written."""
 READ = {
@@ -40,6 +46,9 @@ def read(
     symbols: str = "masses",
     keep_fixed: bool = False,
     meshes: bool = True,
+    limits: bool = False,
+    friction: bool = False,
+    contacts: str | Mapping[str, Any] | None = None,
 ) -> System:
     """Return the system that a file describes: a model file, or a robot in URDF or MJCF.
 
@@ -62,6 +71,15 @@ def read(
     meshes : bool
         Read the meshes that a robot is drawn with, as far as they are found (``package://`` beside the file and the
         folders above it) and made coarse.
+    limits : bool
+        Stop the joints of a robot at their limits (:meth:`System.stop`, without rebound). By default they are data,
+        ``s.reading.limits``, and the robot moves freely, also from a pose that its limits forbid.
+    friction : bool
+        Give the joints of a robot their dry friction (:meth:`System.friction`).
+    contacts : "floor" or mapping, optional
+        Let the solids of a robot touch (:meth:`System.contact`) the planes of the world in MJCF, and elsewhere the
+        plane z = 0; a mapping gives another floor by ``normal``, ``at`` and ``friction``: ``{"friction": 0.8}``. By
+        default nothing touches. The coefficients of friction are parameters ``mu``.
 
     Returns
     -------
@@ -96,7 +114,8 @@ def read(
     Equations of motion of 'pendulum'
     (m_rod*c_rod_z^2 + I_rod_yy)*pin'' - g*m_rod*c_rod_z*sin(pin) = 0
     """
-    return read_case(path, base=base, symbols=symbols, keep_fixed=keep_fixed, meshes=meshes).system
+    options = {"limits": limits, "friction": friction, "contacts": contacts}
+    return read_case(path, base=base, symbols=symbols, keep_fixed=keep_fixed, meshes=meshes, **options).system
 
 
 def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
@@ -106,6 +125,9 @@ def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
         content = "a folder" if file.is_dir() else "a special file" if file.exists() else "no file"
         raise FormatError(f"Expected a model file at '{file}', found {content}.")
     suffix = file.suffix.lower()
+    for name in options:
+        if name not in OPTIONS:
+            raise FormatError(f"Unknown option '{name}' of fb.read; {nearest(name, OPTIONS)}")
     try:
         with file.open("rb") as stream:
             data = stream.read(MAX_SIZE[suffix] + 1)
@@ -113,17 +135,16 @@ def read_case(path: str | os.PathLike[str], **options: Any) -> Case:
         raise FormatError(f"Cannot read '{file}': {error.strerror}.") from None
     if len(data) > MAX_SIZE[suffix]:
         raise FormatError(f"{file.name}: expected at most {MAX_SIZE[suffix]} bytes, got more.")
-    if suffix == ".urdf":
+    if suffix in ROBOTS:
+        from .builder import Options
         from .case import Case
-        from .urdf.read import system_of
+        from .reading import Reading
         from .xml_tree import tree
 
-        return Case(system_of(tree(data, file.name), file, **{**OPTIONS, **options}))
-    if suffix in (".xml", ".mjcf"):
-        from .mjcf.read import case_of
-        from .xml_tree import tree
-
-        return case_of(tree(data, file.name), file, **{**OPTIONS, **options})
+        reader = import_module(f".{ROBOTS[suffix]}.read", __package__)
+        wanted = Options(**{**OPTIONS, **options})
+        system = reader.system_of(tree(data, file.name), file, Reading(file.name), wanted)
+        return Case(system, dict(system.reading.initial))
     for name, value in options.items():
         if value != OPTIONS[name]:
             raise FormatError(

@@ -13,8 +13,10 @@ from typing import Any
 from ..describe.system import System
 from ..errors import MassError, ModelError, shown
 from ..scalar.algebra import IDENTITY, Matrix, Vector
+from ..scalar.expression import exact
 from ..space.mass import MassProperties
 from ..space.pose import Pose
+from .contacts import check_contacts
 from .reading import Reading
 from .xml_tree import Element, identifier
 
@@ -22,6 +24,8 @@ BASES = (None, "fixed", "free", "planar")
 """Values of ``base``: how the ground holds the first link; None is what the file says, or fixed."""
 SYMBOLS = ("none", "masses", "all")
 """Values of ``symbols``: what becomes a parameter."""
+UNITS = {"hinge": ("N m s", "N m"), "slide": ("N s/m", "N/m")}
+"""Units of the damping and the stiffness of joints."""
 COMPONENTS = ("x", "y", "z", "e0", "e1", "e2", "e3", "wx", "wy", "wz", "vx", "vy", "vz")
 """Endings of the coordinates and speeds of a free joint."""
 
@@ -50,23 +54,40 @@ class Cluster:
         return any(one.mass or any(map(any, one.inertia)) for one in links)
 
 
-def check_options(**options: Any) -> None:
-    """Raise ModelError for an option of robots' files that has a value that does not exist."""
-    known = {"base": BASES, "symbols": SYMBOLS}
-    for name, value in options.items():
-        values: Any = known.get(name, (False, True))
-        if value not in values or isinstance(value, int) != isinstance(values[-1], int):
-            listed = ", ".join(repr(x) for x in values if x is not None)
-            raise ModelError(f"Expected {name}= one of {listed}, got {shown(value)}.")
+@dataclass(frozen=True)
+class Options:
+    """Options of robots' files, arguments of :func:`freebody.read`; ModelError for a value that does not exist."""
+
+    base: str | None
+    symbols: str
+    keep_fixed: bool
+    meshes: bool
+    limits: bool
+    friction: bool
+    contacts: Any
+
+    def __post_init__(self) -> None:
+        check_contacts(self.contacts)
+        known = {"base": BASES, "symbols": SYMBOLS}
+        for name, value in vars(self).items():
+            if name == "contacts":
+                continue
+            values: Any = known.get(name, (False, True))
+            if value not in values or isinstance(value, int) != isinstance(values[-1], int):
+                listed = ", ".join(repr(x) for x in values if x is not None)
+                raise ModelError(f"Expected {name}= one of {listed}, got {shown(value)}.")
 
 
 class Builder:
     """The system, and the names that are taken in it."""
 
-    def __init__(self, name: str, reading: Reading, symbols: str) -> None:
-        self.s, self.reading, self.symbols = System(name), reading, symbols
+    def __init__(self, name: str, reading: Reading, options: Options) -> None:
+        self.s, self.reading, self.options = System(name), reading, options
+        self.symbols = options.symbols
+        self.coefficients: dict[float, Any] = {}
         self.s.reading = reading
         self.taken = {"t"}  # names of coordinates, their speeds and parameters
+        # constraints and contacts share the names of joints
         self.bodies, self.joints, self.loads = {"ground"}, set(), set()  # type: set[str], set[str], set[str]
 
     def renamed(self, name: str, taken: set[str]) -> str:
@@ -101,6 +122,52 @@ class Builder:
         if self.symbols != "all":
             return place
         return [self.parameter(f"r_{name}_{a}", x, "m") for a, x in zip("xyz", place, strict=True)]
+
+    def stop(
+        self, what: str, line: int, name: str, on: Any, limits: tuple[float, float], index: int = 0
+    ) -> None:
+        """Let a joint, or an expression of coordinates, stop at its limits; report what does not."""
+        low, high = limits
+        detail = f"{low:g} to {high:g}"
+        if not self.options.limits:
+            self.reading.left_out(
+                what, line, "no stop holds it at its limits, which limits=True reads", detail
+            )
+        elif not low < high:
+            self.reading.left_out(what, line, "limits without a range between them stop nothing", detail)
+        else:
+            text = self.renamed(f"{name}_stop", self.joints)
+            self.s.stop(text, on, low=exact(low), high=exact(high), coordinate=index)
+
+    def inside(self, what: str, line: int, text: str, limits: tuple[float, float]) -> None:
+        """Start the coordinate ``text`` at the nearest of its limits if the pose of the file is beyond it."""
+        low, high = limits
+        start = self.reading.initial.get(text, 0.0)
+        if self.options.limits and low < high and not low <= start <= high:
+            self.reading.initial[text] = min(max(start, low), high)
+            self.reading.changed(
+                what, line, "s.reading.initial has the nearest limit, since the pose of the file is beyond it",
+                f"{start:g} is not in {low:g} to {high:g}",
+            )  # fmt: skip
+
+    def dry_friction(self, what: str, line: int, name: str, made: Any, value: float, index: int = 0) -> None:
+        """Give a joint dry friction of a greatest force or torque; report if it has none."""
+        if not value:
+            return
+        if not self.options.friction:
+            self.reading.left_out(
+                what, line, "it moves without its dry friction, which friction=True reads", f"{value:g}"
+            )
+            return
+        word, unit = ("torque", "N m") if made.primitives[index].turns else ("force", "N")
+        given: Any = {word: self.parameter(f"f_{name}", value, unit)}
+        self.s.friction(self.renamed(f"{name}_friction", self.joints), made, coordinate=index, **given)
+
+    def coefficient(self, value: float) -> Any:
+        """Return a coefficient of friction of contacts: one parameter ``mu`` for each value."""
+        if value not in self.coefficients:
+            self.coefficients[value] = self.parameter("mu", value, "")
+        return self.coefficients[value]
 
     def body(self, cluster: Cluster, kind: str) -> Any:
         """Add the body of a cluster of links of a ``kind``, as the file calls them."""

@@ -64,16 +64,18 @@ def _tendons(reader: Any) -> dict[str, Weights]:
 
 def _tendon_forces(reader: Any, element: Element, name: str, weights: Weights) -> None:
     """Add the spring and damper of a tendon, and report what it has beside them."""
-    for attribute, what in (
-        ("range", "its length is not limited"),
+    what = f"<fixed> '{name}'"
+    for attribute, missing in (
         ("frictionloss", "it moves without dry friction"),
+        ("armature", "a tendon has no inertia"),
     ):
-        if any(element.several(attribute)) and element.attributes.get("limited") != "false":
-            reader.reading.left_out(f"<fixed> '{name}'", element.line, f"{attribute}: {what}")
-    if any(element.several("armature")):
-        reader.reading.left_out(f"<fixed> '{name}'", element.line, "armature: a tendon has no inertia")
+        if any(element.several(attribute)):
+            reader.reading.left_out(what, element.line, f"{attribute}: {missing}")
     k, d = element.number("stiffness", 0), element.number("damping", 0)
     length, rate = _length(reader, weights)
+    limits = element.several("range")
+    if any(limits) and element.attributes.get("limited") != "false":
+        reader.stop(what, element.line, name, length, element.numbers("range", 2))
     force: Any = 0
     if k:
         ends = element.several("springlength") or (-1.0,)
@@ -262,7 +264,7 @@ def _equality(reader: Any, element: Element, number: int, tendons: dict[str, Wei
     if problem:
         reader.reading.left_out(what, element.line, problem)
         return
-    added = {"joint": _joints, "tendon": _lengths, "connect": _connect, "weld": _weld}[element.tag]
+    added = {"joint": _joints, "tendon": _lengths, "connect": _loop, "weld": _loop}[element.tag]
     reason = added(reader, full, name, tendons)
     if reason:
         reader.reading.left_out(what, element.line, reason)
@@ -290,7 +292,7 @@ def _joints(reader: Any, element: Element, name: str, tendons: dict[str, Weights
         raise element.error(f"expected the attribute 'joint1' of equality '{name}'")
     x = ends[1] if len(ends) > 1 else sympy.Integer(0)
     with refused(element):
-        reader.s.constrain(_polynomial(element, ends[0], x), name=reader.renamed(name, reader.conditions))
+        reader.s.constrain(_polynomial(element, ends[0], x), name=reader.renamed(name, reader.joints))
     return ""
 
 
@@ -308,7 +310,7 @@ def _lengths(reader: Any, element: Element, name: str, tendons: dict[str, Weight
         raise element.error(f"expected the attribute 'tendon1' of equality '{name}'")
     x = ends[1] if len(ends) > 1 else sympy.Integer(0)
     with refused(element):
-        reader.s.constrain(_polynomial(element, ends[0], x), name=reader.renamed(name, reader.conditions))
+        reader.s.constrain(_polynomial(element, ends[0], x), name=reader.renamed(name, reader.joints))
     return ""
 
 
@@ -331,45 +333,39 @@ def _drags(reader: Any, *names: str) -> bool:
     return any(name in reader.bodies_of and reader.bodies_of[name].mocap for name in names)
 
 
-def _connect(reader: Any, element: Element, name: str, tendons: dict[str, Weights]) -> str:
-    """Close a loop at a point of both bodies; it is the same point in the pose of the file."""
+def _loop(reader: Any, element: Element, name: str, tendons: dict[str, Weights]) -> str:
+    """Close a loop between two bodies: at a point of both (connect), or in their pose (weld)."""
     del tendons
     (one, first, X), (two, second, Y) = _pair(reader, element, name)
     if _drags(reader, one, two):
         return "a mocap body drags nothing"
     if first is second:
         return "its bodies are one"
-    if "site1" in element.attributes:
-        at, to = X.position, Y.position
-    else:
-        anchor = tuple(map(whole, element.numbers("anchor", 3)))
-        in_ground = reader.places[one].point(anchor)
-        at, to = X.point(anchor), Y.point(reader.places[two].inverse.point(in_ground))
-    with refused(element):
-        reader.s.ball(reader.renamed(name, reader.joints), first, second, at=at, to=to)
-    return ""
-
-
-def _weld(reader: Any, element: Element, name: str, tendons: dict[str, Weights]) -> str:
-    """Close a loop by holding a body to another, in the pose of the file or in ``relpose``."""
-    del tendons
-    (one, first, X), (two, second, Y) = _pair(reader, element, name)
-    if _drags(reader, one, two):
-        return "a mocap body drags nothing"
-    if first is second:
-        return "its bodies are one"
-    if "site1" in element.attributes:
-        relative = Pose()
-    else:
-        numbers = element.numbers("relpose", 7, (0.0,) * 7)
-        if any(numbers[3:]):
-            at: Any = tuple(map(whole, numbers[:3]))
-            relative = Pose(Rotation.trusted(of_quaternion(element, numbers[3:])), at)
-        else:
-            relative = reader.places[one].inverse @ reader.places[two]
-    at_first = X @ relative  # where the second body's frame is, in the first carrier
-    axes = {"parent_axes": at_first.rotation.matrix, "child_axes": Y.rotation.matrix}
+    sites = "site1" in element.attributes
     with refused(element):
         text = reader.renamed(name, reader.joints)
-        reader.s.weld(text, first, second, at=at_first.position, to=Y.position, **axes)
+        if element.tag == "connect":
+            at, to = (Pose(), Pose()) if sites else _anchors(reader, element, one, two)
+            reader.s.ball(text, first, second, at=(X @ at).position, to=(Y @ to).position)
+        else:
+            held = X @ (Pose() if sites else _relative(reader, element, one, two))
+            axes = {"parent_axes": held.rotation.matrix, "child_axes": Y.rotation.matrix}
+            reader.s.weld(text, first, second, at=held.position, to=Y.position, **axes)
     return ""
+
+
+def _anchors(reader: Any, element: Element, one: str, two: str) -> tuple[Pose, Pose]:
+    """Return the anchor of a connect in both bodies; it is the same point in the pose of the file."""
+    anchor: Any = tuple(map(whole, element.numbers("anchor", 3)))
+    in_ground = reader.places[one].point(anchor)
+    return Pose(position=anchor), Pose(position=reader.places[two].inverse.point(in_ground))
+
+
+def _relative(reader: Any, element: Element, one: str, two: str) -> Pose:
+    """Return the pose of the second body of a weld in the first: ``relpose``, or that in the pose of the file."""
+    numbers = element.numbers("relpose", 7, (0.0,) * 7)
+    if not any(numbers[3:]):
+        pose: Pose = reader.places[one].inverse @ reader.places[two]
+        return pose
+    at: Any = tuple(map(whole, numbers[:3]))
+    return Pose(Rotation.trusted(of_quaternion(element, numbers[3:])), at)

@@ -174,17 +174,21 @@ class Geoms:
         """Return volume, mass centre and inertia of a mesh of density 1."""
         if name not in self.solids:
             way = asset.choice("inertia", ("legacy", "convex", "exact", "shell"), "legacy")
-            triangles: Any = None
-            if "file" in asset.attributes:
-                points, triangles = self.document.meshes.surface(self.document.meshes.path(self._file(asset)))
-            else:
-                points = np.array(asset.several("vertex")).reshape(-1, 3)
-                if "face" in asset.attributes:
-                    triangles = np.array(asset.several("face"), int).reshape(-1, 3)
-            refpos, refquat, scale = _reference(asset)
-            points = points.astype(np.float32).astype(float)  # the vertices of MuJoCo are of single precision
-            self.solids[name] = mesh_solid((points - refpos) @ refquat * scale, triangles, way)
+            self.solids[name] = mesh_solid(*self.surface(asset), way)
         return self.solids[name]
+
+    def surface(self, asset: Element) -> tuple[Any, Any]:
+        """Return vertices and triangles of a mesh; no triangles if the file gives none."""
+        triangles: Any = None
+        if "file" in asset.attributes:
+            points, triangles = self.document.meshes.surface(self.document.meshes.path(self._file(asset)))
+        else:
+            points = np.array(asset.several("vertex")).reshape(-1, 3)
+            if "face" in asset.attributes:
+                triangles = np.array(asset.several("face"), int).reshape(-1, 3)
+        refpos, refquat, scale = _reference(asset)
+        points = points.astype(np.float32).astype(float)  # the vertices of MuJoCo are of single precision
+        return (points - refpos) @ refquat * scale, triangles
 
 
 def _reference(asset: Element) -> tuple[Any, Any, Any]:

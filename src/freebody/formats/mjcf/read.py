@@ -12,53 +12,49 @@ from typing import Any
 from ...describe.joints.ball import Ball
 from ...describe.joints.hinge import Hinge
 from ...describe.joints.slider import Slider
+from ...describe.system import System
 from ...scalar.algebra import IDENTITY, ZERO
 from ...scalar.expression import exact
 from ...space.pose import Pose
 from ...space.quaternion import quaternion_from_matrix
-from ..builder import COMPONENTS, Builder, Cluster, check_options, refused
-from ..case import Case
+from ..builder import COMPONENTS, UNITS, Builder, Cluster, Options, refused
 from ..reading import Reading
 from ..xml_tree import Element, identifier
 from .bodies import SINGLE, Bodies, Body, Joint
+from .contacts import add_contacts
 from .document import Document, document
 from .forces import add_forces
+from .geoms import Geoms
 from .words import OPTIONS, SECTIONS
 
 GRAVITY = (0.0, 0.0, -9.81)
-UNITS = {"hinge": ("N m s", "N m"), "slide": ("N s/m", "N/m")}
 
 
-def case_of(
-    root: Element, file: Path, base: str | None, symbols: str, keep_fixed: bool, meshes: bool
-) -> Case:
-    """Return the system of an MJCF file, with ``reading``, and the pose that the file draws.
+def system_of(root: Element, file: Path, reading: Reading, options: Options) -> System:
+    """Return the system of an MJCF file, with ``reading``.
 
     Raises
     ------
     FormatError
         With the line, what was expected and what came.
-    ModelError
-        An option that does not exist.
     """
-    check_options(base=base, symbols=symbols, keep_fixed=keep_fixed, meshes=meshes)
-    reading = Reading(file.name)
     whole = document(root, file, reading)
-    bodies = Bodies(whole, reading, meshes)
+    bodies = Bodies(whole, reading, options.meshes)
     world = bodies.world()
-    reader = Reader(whole, reading, symbols, keep_fixed)
-    reader.grow(world, base)
+    reader = Reader(whole, bodies.geoms, reading, options)
+    reader.grow(world, options.base)
     add_forces(reader)
+    add_contacts(reader)
     reader.report()
-    return Case(reader.s, dict(reading.initial))
+    return reader.s
 
 
 class Reader(Builder):
     """The system that grows from a document."""
 
-    def __init__(self, document: Document, reading: Reading, symbols: str, keep_fixed: bool) -> None:
-        super().__init__(document.root.attributes.get("model") or "model", reading, symbols)
-        self.document, self.keep_fixed = document, keep_fixed
+    def __init__(self, document: Document, geoms: Geoms, reading: Reading, options: Options) -> None:
+        super().__init__(document.root.attributes.get("model") or "model", reading, options)
+        self.document, self.geoms, self.keep_fixed = document, geoms, options.keep_fixed
         self.coordinates = reading.coordinates
         self.displacements: dict[str, Any] = {}  # coordinate of each hinge and slide
         self.joint_of: dict[str, Joint] = {}
@@ -66,7 +62,6 @@ class Reader(Builder):
         self.places: dict[str, Pose] = {}  # of bodies and sites in the ground, as the file draws them
         self.bodies_of: dict[str, Body] = {}
         self.sites: dict[str, tuple[Any, Pose]] = {}
-        self.conditions: set[str] = set()  # names of constraints
 
     # -- the tree -----------------------------------------------------------------------------------
 
@@ -226,25 +221,27 @@ class Reader(Builder):
                 self.s.spring(
                     self.renamed(f"{name}_spring", self.loads), made, stiffness=k, rest=rest, coordinate=index
                 )
+            self.dry_friction(joint.what, joint.element.line, name, made, joint.friction, index)
         if joint.limits is not None:
-            low, high = joint.limits
-            self.reading.limits[joint.name] = {"lower": low, "upper": high}
-            self.reading.left_out(
-                joint.what,
-                joint.element.line,
-                "no stop holds the joint at its limits",
-                f"{low:g} to {high:g}",
-            )
-        if joint.friction:
-            self.reading.left_out(
-                joint.what,
-                joint.element.line,
-                "the joint moves without its dry friction",
-                f"{joint.friction:g}",
-            )
+            self.stops(joint, name, made, joint.limits, index)
+
+    def stops(self, joint: Joint, name: str, made: Any, limits: tuple[float, float], index: int) -> None:
+        """Add the stops of a joint, whose limits are values of the coordinate q and not of q - ref."""
+        low, high = limits
+        line = joint.element.line
+        self.reading.limits[joint.name] = {"lower": low, "upper": high}
+        if joint.kind not in SINGLE:
+            self.reading.left_out(joint.what, line, "the turn of a ball joint is not limited", f"{high:g}")
+            return
+        self.stop(joint.what, line, name, made, (low - joint.ref, high - joint.ref), index)
+        self.inside(joint.what, line, self.coordinates[joint.name][0], limits)
 
     def drag(self, joint: Joint, name: str, made: Any) -> None:
         """Add the damping of a ball or free joint: against each of its speeds."""
+        if joint.friction:
+            self.reading.left_out(
+                joint.what, joint.element.line, f"a {joint.kind} joint moves without dry friction"
+            )
         if joint.stiffness:
             self.reading.left_out(
                 joint.what, joint.element.line, f"the spring of a {joint.kind} joint is left out"

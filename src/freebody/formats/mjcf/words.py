@@ -9,7 +9,7 @@ POSE = dict.fromkeys(("pos", "quat", "axisangle", "euler", "xyaxes", "zaxis"), "
 NAMES = dict.fromkeys(("name", "class", "user", "group"), "")
 LOOKS = dict.fromkeys(("material", "rgba"), "")
 SOFT = "constraints are exact here, not soft"
-CONTACT = "contacts are rigid here; s.contact takes friction"
+RIGID = "contacts are rigid here, not soft"
 
 ATTRIBUTES: dict[str, dict[str, str]] = {
     "body": NAMES | POSE | dict.fromkeys(("childclass", "mocap", "gravcomp", "sleep"), ""),
@@ -22,8 +22,9 @@ ATTRIBUTES: dict[str, dict[str, str]] = {
         "actuatorgravcomp": "gravity compensation is left out",
     },
     "geom": NAMES | POSE | LOOKS | dict.fromkeys(
-        ("type", "size", "fromto", "mass", "density", "shellinertia", "mesh", "hfield", "contype", "conaffinity"), "",
-    ) | dict.fromkeys(("condim", "priority", "solmix", "solref", "solimp", "margin", "gap", "friction"), CONTACT) | {
+        ("type", "size", "fromto", "mass", "density", "shellinertia", "mesh", "hfield", "contype", "conaffinity",
+         "condim", "friction", "priority"), "",
+    ) | dict.fromkeys(("solmix", "solref", "solimp", "margin", "gap"), RIGID) | {
         "fitscale": "", "fluidshape": "no fluid acts", "fluidcoef": "",
     },
     "site": NAMES | POSE | LOOKS | dict.fromkeys(("type", "size", "fromto"), ""),

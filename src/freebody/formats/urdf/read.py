@@ -9,39 +9,37 @@ from ...describe.system import System
 from ...scalar.algebra import IDENTITY, multiply
 from ...scalar.expression import exact
 from ...space.pose import Pose
-from ..builder import Builder, Cluster, check_options, normal
+from ..builder import UNITS, Builder, Cluster, Options, normal
 from ..meshes import Meshes
 from ..reading import Reading
 from ..xml_tree import Element, identifier
+from .contacts import add_contacts
 from .robot import Joint, Link, Robot, robot
 
 GRAVITY = 9.81
 
 
-def system_of(
-    root: Element, file: Path, base: str | None, symbols: str, keep_fixed: bool, meshes: bool
-) -> System:
+def system_of(root: Element, file: Path, reading: Reading, options: Options) -> System:
     """Return the system of a URDF file, with ``reading``.
 
     Raises
     ------
     FormatError
         With the line, what was expected and what came.
-    ModelError
-        An option that does not exist.
     """
-    check_options(base=base, symbols=symbols, keep_fixed=keep_fixed, meshes=meshes)
-    reading = Reading(file.name)
-    found = Meshes(file) if meshes else None
-    return _Reader(robot(root, reading, found), reading, symbols, keep_fixed).system(base or "fixed")
+    meshes = Meshes(file)
+    reader = _Reader(robot(root, reading, meshes if options.meshes else None), reading, options)
+    system = reader.system(options.base or "fixed")
+    add_contacts(reader, meshes)
+    return system
 
 
 class _Reader(Builder):
     """The system that grows from a robot."""
 
-    def __init__(self, robot: Robot, reading: Reading, symbols: str, keep_fixed: bool) -> None:
-        super().__init__(robot.name, reading, symbols)
-        self.robot, self.keep_fixed = robot, keep_fixed
+    def __init__(self, robot: Robot, reading: Reading, options: Options) -> None:
+        super().__init__(robot.name, reading, options)
+        self.robot, self.keep_fixed = robot, options.keep_fixed
         self.coordinates: dict[str, Any] = {}
         self.clusters: dict[str, Cluster] = {}
 
@@ -52,6 +50,8 @@ class _Reader(Builder):
         driven = self._driven(first)
         g = s.parameters(g=GRAVITY) if self.symbols != "none" else GRAVITY
         self.taken.add("g")
+        if self.symbols != "none":
+            s.describe("g", unit="m/s²")
         s.gravity = (0, 0, -g)
         self.reading.changed(
             "<robot>", root.element.line, f"gravity is {GRAVITY} m/s² against z; the format says nothing"
@@ -180,11 +180,50 @@ class _Reader(Builder):
             case _:
                 s.ball(name, parent, child, coordinate=self.free(name), **where)
                 return
+        damping, stiffness = UNITS["slide" if joint.kind == "prismatic" else "hinge"]
         if joint.damping:
-            s.damper(f"{name}_damper", made, damping=self.parameter(f"d_{name}", joint.damping, ""))
+            s.damper(f"{name}_damper", made, damping=self.parameter(f"d_{name}", joint.damping, damping))
         if joint.stiffness:
-            stiffness = self.parameter(f"k_{name}", joint.stiffness, "")
+            stiffness = self.parameter(f"k_{name}", joint.stiffness, stiffness)
             s.spring(f"{name}_spring", made, stiffness=stiffness, rest=joint.rest)
+        if joint.mimic is None:
+            self._stops(joint, name, made)
+
+    def _stops(self, joint: Joint, name: str, made: Any) -> None:
+        """Add the stops and the dry friction of a joint, with those of the joints that mimic it.
+
+        A follower y = m q + b between two limits holds q between (limit - b)/m; its friction T acts as |m| T on q.
+        """
+        line, what, limits, friction = joint.element.line, joint.what, joint.limits, joint.friction
+        for one, m, b in self._followers(joint):
+            friction += abs(m) * one.friction
+            if one.limits is None or m == 0:
+                continue
+            low, high = sorted((limit - b) / m for limit in one.limits)
+            narrow = (low, high) if limits is None else (max(limits[0], low), min(limits[1], high))
+            if narrow != limits:
+                self.reading.changed(
+                    one.what, one.element.line, "its limits are those of the joint that it follows",
+                    f"'{joint.name}' {narrow[0]:g} to {narrow[1]:g}",
+                )  # fmt: skip
+            limits = narrow
+        if limits is not None:
+            self.stop(what, line, name, made, limits)
+            self.inside(what, line, self.coordinates[joint.name].func.__name__, limits)
+        self.dry_friction(what, line, name, made, friction)
+
+    def _followers(self, joint: Joint) -> list[tuple[Joint, float, float]]:
+        """Return the joints that mimic a joint, by way of others too, with m and b of y = m q + b."""
+        result: list[tuple[Joint, float, float]] = []
+        waiting = [(joint.name, 1.0, 0.0)]
+        while waiting:
+            name, m, b = waiting.pop()
+            for one in self.robot.joints.values():
+                if one.mimic is not None and one.mimic[0] == name:
+                    factor, offset = one.mimic[1] * m, one.mimic[1] * b + one.mimic[2]
+                    result.append((one, factor, offset))
+                    waiting.append((one.name, factor, offset))
+        return result
 
     def _displacement(self, joint: Joint) -> Any:
         """Return the coordinate of a joint, or the expression of the joint that it mimics."""

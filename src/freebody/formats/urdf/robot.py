@@ -27,6 +27,8 @@ DECIMALS = 10
 RIGHT = math.pi / 2
 SEVERAL = ("floating", "planar", "spherical")
 """Types of joints with several coordinates."""
+ENDS, DRIVE = ("lower", "upper"), ("effort", "velocity")
+"""Attributes of <limit>."""
 MOVING = ("revolute", "continuous", "prismatic", *SEVERAL)
 """Types of joints that move; the others are ``fixed``."""
 
@@ -39,6 +41,7 @@ class Link:
     element: Element
     properties: MassProperties
     color: str = ""
+    collisions: tuple[Element, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,13 @@ class Joint:
     stiffness: float = 0.0
     rest: float = 0.0
     mimic: tuple[str, float, float] | None = None
+    friction: float = 0.0
+    limits: tuple[float, float] | None = None
+
+    @property
+    def what(self) -> str:
+        """Kind and name, as the report writes them."""
+        return f"joint '{self.name}'"
 
 
 @dataclass
@@ -141,11 +151,8 @@ def link(element: Element, materials: dict[str, Element], reading: Reading, mesh
     shown = [shape for part in element.all("visual") for shape in _solids(part, what, reading, meshes)]
     if not shown:
         shown = [shape for part in element.all("collision") for shape in _solids(part, what, reading, meshes)]
+    collisions = tuple(element.all("collision"))
     colour = next((c for part in element.all("visual") if (c := _color(part, materials))), "")
-    if element.first("collision") is not None:
-        reading.left_out(
-            what, element.line, "nothing touches the solids of <collision>; contacts are added by s.contact"
-        )
     for child in element.children:
         if child.tag not in ("inertial", "visual", "collision"):
             reading.left_out(
@@ -154,7 +161,7 @@ def link(element: Element, materials: dict[str, Element], reading: Reading, mesh
     inertial = element.first("inertial")
     nothing = MassProperties.as_given(0, ZERO, ((0, 0, 0),) * 3)
     properties = nothing if inertial is None else _massive(inertial, what, reading)
-    return Link(name, element, replace(properties, shape=reduce(compound, shown, None)), colour)
+    return Link(name, element, replace(properties, shape=reduce(compound, shown, None)), colour, collisions)
 
 
 def _massive(inertial: Element, what: str, reading: Reading) -> MassProperties:
@@ -175,7 +182,7 @@ def _massive(inertial: Element, what: str, reading: Reading) -> MassProperties:
         reading.changed(what, inertial.line, "an inertia without mass is kept as it is")
     xx, xy, xz, yy, yz, zz = values
     own = MassProperties.as_given(m, ZERO, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), possible=False)
-    return placed(own, _pose(inertial, reading))
+    return placed(own, pose_of(inertial, reading))
 
 
 def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -> list[Shape]:
@@ -194,7 +201,7 @@ def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -
     elif solid.tag == "mesh" and meshes is not None:
         try:
             scale = solid.numbers("scale", 3, (1.0, 1.0, 1.0))
-            return [placed(meshes.shape(solid.get("filename"), scale), _pose(part))]
+            return [placed(meshes.shape(solid.get("filename"), scale), pose_of(part))]
         except FormatError as error:
             name = solid.attributes.get("filename", "").rpartition("/")[2]
             reading.left_out(
@@ -210,7 +217,7 @@ def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -
     if any(size <= 0 for _, size in shape.dimensions):
         reading.left_out(f"{what}, <{part.tag}>", solid.line, "a solid without size is not drawn")
         return []
-    return [placed(shape, _pose(part))]
+    return [placed(shape, pose_of(part))]
 
 
 def _color(part: Element, materials: dict[str, Element]) -> str:
@@ -240,27 +247,33 @@ def joint(element: Element, reading: Reading) -> Joint:
         if end is None:
             raise element.error(f"expected <{tag} link=...> in {what}")
         ends.append(end.get("link"))
-    result = Joint(name, kind, element, ends[0], ends[1], _pose(element, reading))
+    result = Joint(name, kind, element, ends[0], ends[1], pose_of(element, reading))
     if kind == "fixed":
         return result
     result = replace(result, axis=_axis(element, kind, what, reading), mimic=_mimic(element, what))
-    result = _with_forces(result, what, reading)
-    limit = element.first("limit")
-    if limit is not None:
-        bounds: dict[str, float] = {
-            key: limit.number(key)
-            for key in ("lower", "upper", "effort", "velocity")
-            if key in limit.attributes
-        }
-        reading.limits[name] = bounds
-        if kind in ("revolute", "prismatic"):
-            between = f"{bounds.get('lower', 0.0):g} to {bounds.get('upper', 0.0):g}"
-            reading.left_out(what, limit.line, "no stop holds the joint at its limits", between)
+    result = replace(_with_forces(result, what, reading), limits=_limits(element, result, reading))
     for tag in ("safety_controller", "calibration"):
         one = element.first(tag)
         if one is not None:
             reading.left_out(what, one.line, f"<{tag}> is a setting of a controller")
     return result
+
+
+def _limits(element: Element, joint: Joint, reading: Reading) -> tuple[float, float] | None:
+    """Return the limits of a joint that has some; ``reading`` keeps them, and those of its drive."""
+    limit = element.first("limit")
+    if limit is None:
+        return None
+    bounds = {key: limit.number(key) for key in (*ENDS, *DRIVE) if key in limit.attributes}
+    reading.limits[joint.name] = bounds
+    drive = ", ".join(f"{key} {bounds[key]:g}" for key in DRIVE if key in bounds)
+    if drive:
+        reading.left_out(
+            joint.what, limit.line, "nothing limits the drive: s.reading.limits has its limits", drive
+        )
+    if joint.kind not in ("revolute", "prismatic") or not any(key in bounds for key in ENDS):
+        return None
+    return (bounds.get("lower", 0.0), bounds.get("upper", 0.0))
 
 
 def _axis(element: Element, kind: str, what: str, reading: Reading) -> Vector:
@@ -303,25 +316,28 @@ def _with_forces(joint: Joint, what: str, reading: Reading) -> Joint:
         key: dynamics.number(key, 0.0)
         for key in ("damping", "friction", "spring_stiffness", "spring_reference")
     }
-    if values["friction"]:
-        reading.left_out(
-            what, dynamics.line, "the joint moves without its dry friction", f"{values['friction']:g}"
+    if values["friction"] < 0:
+        raise dynamics.error(
+            f"expected a friction of {what} that is not negative, got {values['friction']:g}"
         )
-    if joint.kind in SEVERAL and (values["damping"] or values["spring_stiffness"]):
-        reading.left_out(what, dynamics.line, f"a {joint.kind} joint has no damping and no spring")
+    if joint.kind in SEVERAL and (values["damping"] or values["spring_stiffness"] or values["friction"]):
+        reading.left_out(
+            what, dynamics.line, f"a {joint.kind} joint has no damping, no friction and no spring"
+        )
         return joint
     return replace(
         joint,
         damping=values["damping"],
         stiffness=values["spring_stiffness"],
         rest=values["spring_reference"],
+        friction=values["friction"],
     )
 
 
 # -- poses ----------------------------------------------------------------------------------------------
 
 
-def _pose(element: Element, reading: Reading | None = None) -> Pose:
+def pose_of(element: Element, reading: Reading | None = None) -> Pose:
     """Return the pose of the element's <origin>; ``reading`` counts the angles that are taken as others."""
     origin = element.first("origin")
     if origin is None:

@@ -36,6 +36,8 @@ WHOLE = 2
 """Largest number of contacts at rest in space for which all combinations with new slip directions are tried."""
 MOST = 1 << 8
 """Largest number of combinations of modes that are tried."""
+NEAR, LIMIT = 1e-6, 1e-3
+"""Residual of forces that are near a solution, and the part by which friction is below its limit near it."""
 SMALL = 1e-10
 """Relative size below which a force or rate is zero and a matrix singular: above the round-off of small systems."""
 
@@ -62,7 +64,7 @@ class Solution:
 
 
 def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = None) -> list[Solution]:
-    """Return all consistent sets of modes; beyond :data:`WHOLE` and :data:`MOST`, those of :func:`of_equal_compliance`.
+    """Return all consistent sets of modes; beyond :data:`WHOLE` and :data:`MOST`, some.
 
     Parameters
     ----------
@@ -79,7 +81,7 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = Non
     if among is None:
         many = count > MOST or sum(map(_may_begin, choices)) > WHOLE
         if many:
-            return of_equal_compliance(A, c, contacts)
+            return of_equal_compliance(A, c, contacts) or at_limits(A, c, contacts)
     return [
         one
         for modes in (itertools.product(*choices) if among is None else among)
@@ -132,6 +134,30 @@ def of_equal_compliance(A: Array, c: Array, contacts: Sequence[Touching]) -> lis
     if begun is not None and begun.residual <= SMALL:
         result.append(begun)
     return result
+
+
+def at_limits(A: Array, c: Array, contacts: Sequence[Touching]) -> list[Solution]:
+    """Return solutions near the forces of equal compliance where these are not found to round-off.
+
+    They are not where contacts are at the limit of friction and share forces: both cone and slip vanish there. Each of
+    these contacts may stick or begin to slip; the others have the modes of the forces.
+    """
+    found = ConeProblem(A, c, contacts).solve()
+    if not found.residual <= NEAR:
+        return []
+    choices: list[list[tuple[str, Any]]] = []
+    for contact, (mode, d) in zip(contacts, _modes_of(found.forces, found.rates, c, contacts), strict=True):
+        at, n = contact.row, contact.tangents
+        T = float(np.linalg.norm(found.forces[at + 1 : at + 1 + n]))
+        rests = mode != OPEN and n > 0 and contact.sliding is None and contact.friction > 0
+        if rests and contact.static * found.forces[at] - T <= LIMIT * T:
+            begins = [(SLIP, None)] if n > 1 else [(SLIP, np.array([s])) for s in (1.0, -1.0)]
+            choices.append([(STICK, None), *begins])
+        else:
+            choices.append([(mode, d)])
+    if math.prod(map(len, choices)) > MOST:
+        return []
+    return solutions(A, c, contacts, itertools.product(*choices))
 
 
 def _modes_of(forces: Array, rates: Array, c: Array, contacts: Sequence[Touching]) -> list[tuple[str, Any]]:

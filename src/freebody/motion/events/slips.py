@@ -127,6 +127,9 @@ def leap(it: EventRun, contacts: Contacts, length: float) -> None:
     look(it)
     set_up(it, contacts)
     project(it)
+    it.rates(it.t, it.y, it.phase, it.step)
+    for i in range(it.n_q + it.n, it.n_y):  # work and heat, of loads and of contacts that slip already
+        it.y[i] += length * it.step[i]
     look(it)
     log_leap(it, begun, length)
 
