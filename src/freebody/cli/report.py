@@ -13,7 +13,7 @@ from .model import Number, Setting, find, settings_of
 @click.command()
 @click.argument("model")
 @click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
-              help="File for the page; NAME.html in this folder if not given.")  # fmt: skip
+              help="File for the page, .html or .pdf; NAME.html in this folder if not given.")  # fmt: skip
 @click.option(
     "--until", type=Number("s"), metavar="T", help="Length of the run [s]; that of the model if not given."
 )
@@ -30,6 +30,9 @@ from .model import Number, Setting, find, settings_of
 @click.option(
     "--live", is_flag=True, help="Put sliders into the page, which computes the motion again as they move."
 )
+@click.option(
+    "--pdf", is_flag=True, help="Print the page to a PDF file, NAME.pdf if no FILE is given; this needs a Chromium."
+)
 def report(
     model: str,
     output: Path | None,
@@ -39,6 +42,7 @@ def report(
     figures: bool,
     equations: bool | None,
     live: bool,
+    pdf: bool,
 ) -> None:
     """Simulate MODEL and write one HTML page with its animation, plots, diagrams, equations and answers.
 
@@ -52,6 +56,8 @@ def report(
         raise click.BadParameter(
             f"Expected a number between 0 and 1, got {tolerance:g}.", param_hint="--tolerance"
         )
+    if pdf and output is not None and output.suffix.lower() != ".pdf":
+        raise click.UsageError(f"--pdf: expected a file name that ends in .pdf after -o, got '{output.name}'.")
     start = perf_counter()
     entry = find(model)
     outcome = entry.run(settings_of(entry.build(), settings), until, tolerance)
@@ -59,7 +65,7 @@ def report(
     target = write(
         outcome.system,
         outcome.trajectory,
-        Path(f"{outcome.system.name}.html") if output is None else output,
+        Path(f"{outcome.system.name}{'.pdf' if pdf else '.html'}") if output is None else output,
         title=entry.title or outcome.system.name,
         about="; ".join(entry.asks),
         answers=outcome.answers,

@@ -21,6 +21,7 @@ from ...model.closure import Closure
 from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import Vector
+from ..machine.supports import HELD
 from ..machine.shapes import ROD, Primitive, axes_along, ends_of, hidden, machine_size, rod, ropes_of, shapes
 from ..moving.forces import Arrow
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheels
@@ -80,7 +81,8 @@ def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
     """Return the data of :func:`animation` at given keyframes."""
     model = trajectory.kernels.model
     size = machine_size(model, trajectory.values)
-    up, toward = _view(model, float_state(model, values=trajectory.values), keys)
+    state = float_state(model, values=trajectory.values)
+    up, toward = _view(model, state, keys)
     acting = _acting(keys, size)
     scene = figure(model, trajectory.values, keys, size, up)
     for i, body in enumerate(scene["bodies"]):
@@ -99,6 +101,7 @@ def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
     return {
         "title": trajectory.name,
         "up": up.tolist(),
+        "gravity": any(float(state(c)) for c in model.gravity),
         "toward": toward.tolist(),
         "size": size,
         "t": base64_floats(keys.t),
@@ -287,10 +290,29 @@ def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
     }
 
 
+def _foot(at: Array, toward: Array, size: float) -> dict[str, Any]:
+    """A bracket with its base, on the side of a joint where the machine is not."""
+    turn = quaternions(axes_along(toward)[None])[0].tolist()
+    profile = [[0.0, 0.0], [0.035, 0.085], [0.07, 0.085], [0.07, 0.1], [0.0, 0.1]]
+    return {
+        "kind": "lathe",
+        "profile": [[r * size, z * size] for r, z in profile],
+        "at": at.tolist(),
+        "turn": turn,
+        "color": STEEL,
+    }
+
+
 def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> dict[str, Any]:
     """Supports of joints on the ground, guides of sliders, surfaces of contacts, and planes that wheels roll on."""
     parts: list[dict[str, Any]] = []
-    for joint in model.joints.values():
+    acting = _acting(keys, size)
+    carrying = {
+        arrow.name
+        for arrow in keys.arrows
+        if arrow.key in acting and arrow.group == "reaction" and arrow.kind == "force"
+    }
+    for name, joint in model.joints.items():
         if joint.parent != "ground" or joint.type in ("free", "planar"):
             continue
         at = np.array(_numbers(state, joint.at))
@@ -303,8 +325,12 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
             low, high = min(0.0, float(reach.min())) - 0.2 * size, max(0.0, float(reach.max())) + 0.2 * size
             guide = rod(at + low * axis, at + high * axis, 0.6 * ROD * size)
             parts.append({**part(guide, size), "color": STEEL})
-        else:
+        elif joint.type not in HELD or name in carrying:
             parts.append(_ball(at.tolist(), 0.022 * size, STEEL))
+            if joint.type in HELD and joint.child in model.bodies:
+                body = list(model.bodies).index(joint.child)
+                above = float((keys.position[:, body] - at).mean(axis=0) @ up) >= 0
+                parts.append(_foot(at, -up if above else up, size))
     planes: list[dict[str, Any]] = []
     for constraint in model.constraints.values():
         if isinstance(constraint, Closure):

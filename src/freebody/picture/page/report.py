@@ -29,6 +29,7 @@ from ..machine.draw import draw
 from ..moving.keyframes import TOLERANCE
 from .animation import frames_of, scene_of
 from .answers import answers_table
+from .browser import Browser
 from .longest_phases import lasting
 from .page import page, stage
 from .symbols import Symbols
@@ -67,7 +68,7 @@ def report(
     trajectory : Trajectory
         Motion of this system.
     path : path
-        The file; it is written completely or not at all.
+        The file, ``.html``, or ``.pdf``: the page as a Chromium prints it. It is written completely or not at all.
     title, about : str, optional
         Plain text at the top; by default the title is the name of the system.
     answers : mapping, optional
@@ -94,7 +95,9 @@ def report(
     ModelError
         If the trajectory belongs to another system.
     FormatError
-        If the path cannot be written, or does not end in ``.html``.
+        If the path cannot be written, does not end in ``.html`` or ``.pdf``, or a live page is to be a PDF.
+    FreebodyError
+        If there is no Chromium to print a PDF.
     SimulationError
         If a live page cannot compute such a motion: with contacts, signals or controllers that switch, blows, a stiff
         or a very large machine.
@@ -112,8 +115,11 @@ def report(
     True
     """
     target = path_of(path, "a report", FormatError)
-    if target.suffix.lower() not in (".html", ".htm"):
-        raise FormatError(f"Expected a file name that ends in .html for a report, got '{target.name}'.")
+    kind = target.suffix.lower()
+    if kind not in (".html", ".htm", ".pdf"):
+        raise FormatError(f"Expected a file name that ends in .html or .pdf for a report, got '{target.name}'.")
+    if kind == ".pdf" and live:
+        raise FormatError(f"Expected an .html file for a live page, got '{target.name}': paper does not compute.")
     text = document(
         s,
         trajectory,
@@ -126,8 +132,20 @@ def report(
         live=live,
     )
     with replacing(target) as new:
-        new.write_text(text, encoding="utf-8")
+        if kind == ".pdf":
+            new.write_bytes(_printed(text))
+        else:
+            new.write_text(text, encoding="utf-8")
     return target
+
+
+def _printed(text: str) -> bytes:
+    """A page as PDF."""
+    with tempfile.TemporaryDirectory() as folder, Browser() as browser:
+        file = Path(folder, "report.html")
+        file.write_text(text, encoding="utf-8")
+        browser.open(file)
+        return browser.pdf()
 
 
 def document(
