@@ -18,6 +18,7 @@ import freebody as fb
 from ..tools.answer import Answer, Answers, Plots, Solved, same
 from ..tools.case import Case, explain
 from ..tools.entry import Entry
+from ..tools.looks import placed, together, tube_between
 from ..tools.pictures import lines
 
 
@@ -61,7 +62,11 @@ def halves() -> tuple[fb.System, Any, Any]:
     J, K, _ = s.parameters(J=0.015, K=0.05, alpha="40deg")
     s.assume(J > 0, K > 0)
     half = fb.MassProperties(2, (0, 0, 0), ((K, 0, 0), (0, K, 0), (0, 0, J)))
-    return s, s.body("front", half), s.body("rear", half)
+    trunk = fb.cylinder(1, 0.07, 0.26)
+    head = placed(fb.sphere(1, 0.055), (0, 0, 0.31))
+    tail = tube_between((0, 0, -0.27), (0.03, 0, -0.5), 0.012)
+    front = s.body("front", half, shape=together(placed(trunk, (0, 0, 0.14)), head))
+    return s, front, s.body("rear", half, shape=together(placed(trunk, (0, 0, -0.14)), tail))
 
 
 def solve(case: Case) -> Solved:

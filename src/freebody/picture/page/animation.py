@@ -22,7 +22,7 @@ from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import Vector
 from ..machine.supports import HELD
-from ..machine.shapes import ROD, Primitive, axes_along, ends_of, hidden, machine_size, rod, ropes_of, shapes
+from ..machine.shapes import ROD, Primitive, axes_along, ends_of, hidden, machine_size, rod, ropes_of, scenery_of, shapes
 from ..moving.forces import Arrow
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheels
 from ..moving.quantities import base64_floats, channels, charts
@@ -251,6 +251,7 @@ def _circle(major: float, minor: float) -> list[tuple[float, float]]:
 
 INK = [0.22, 0.22, 0.24]
 STEEL = [0.62, 0.64, 0.67]
+SCENERY = [0.8, 0.79, 0.77]
 
 
 def _pins(model: Model, state: State, size: float) -> dict[str, list[dict[str, Any]]]:
@@ -305,7 +306,7 @@ def _foot(at: Array, toward: Array, size: float) -> dict[str, Any]:
 
 def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> dict[str, Any]:
     """Supports of joints on the ground, guides of sliders, surfaces of contacts, and planes that wheels roll on."""
-    parts: list[dict[str, Any]] = []
+    parts = [{**part(piece, size), "color": SCENERY} for piece in scenery_of(model, state, size)]
     acting = _acting(keys, size)
     carrying = {
         arrow.name

@@ -23,6 +23,7 @@ from ...model.model import Model
 from ...scalar.algebra import Vector
 from ...symbolic.equations import Equations
 from ...symbolic.equations import equations as equations_of
+from ...symbolic.free_body.planar import plane_in
 from ...version import VERSION
 from ..free_body.free_body_diagram import free_body_diagram
 from ..machine.draw import draw
@@ -288,12 +289,21 @@ def _equations(
     for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
         parts.append(_or_refusal(partial(_free_body, e, name, symbols)))
-    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: symbols.formula(e.latex()))]
+    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: _motion(e, symbols))]
     return "\n".join(parts)
 
 
 def _free_body(e: Equations, name: str, symbols: Symbols) -> str:
-    return symbols.formula(e.free_body(name).latex())
+    body = e.free_body(name)
+    if isinstance(plane_in(body), str):
+        found = [x for x in body.equations if x.lhs != 0 or x.rhs != 0]
+    else:
+        found = list(body.planar_equations)
+    return symbols.formula(body.latex(), [*[""] * len(e.heading), *map(str, found)])
+
+
+def _motion(e: Equations, symbols: Symbols) -> str:
+    return symbols.formula(e.latex(), [*[""] * len(e.heading), *map(str, e.motion)])
 
 
 def _or_refusal(part: Callable[[], str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
@@ -55,11 +55,11 @@ class Symbols:
                 end = match.end()
         return "".join(parts) + escape(text[end:])
 
-    def formula(self, tex: str) -> str:
-        """Return a formula as HTML that wraps, or the reason why it is not shown."""
+    def formula(self, tex: str, codes: Sequence[str] = ()) -> str:
+        """Return a formula as HTML that wraps, its equations with ``codes`` to copy, or the reason why it is not shown."""
         if len(tex) > LONGEST:
             return f"<p>Too long to show ({len(tex):,} characters of LaTeX).</p>"
-        return self.glyphs.block(tex)
+        return self.glyphs.block(tex, codes)
 
     def scene(self, scene: Mapping[str, Any]) -> dict[str, Any]:
         """Return the data of a page with the labels of its charts and sliders as HTML."""
