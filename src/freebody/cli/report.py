@@ -27,12 +27,10 @@ from .model import Number, Setting, find, settings_of
 )
 @click.option("--equations/--no-equations", "equations", default=None,
               help="Show free-body diagrams and equations; by default for machines of up to six speeds.")  # fmt: skip
-@click.option(
-    "--live", is_flag=True, help="Put sliders into the page, which computes the motion again as they move."
-)
-@click.option(
-    "--pdf", is_flag=True, help="Print the page to a PDF file, NAME.pdf if no FILE is given; this needs a Chromium."
-)
+@click.option("--live", "kind", flag_value="live",
+              help="Put sliders into the page, which computes the motion again as they move.")  # fmt: skip
+@click.option("--pdf", "kind", flag_value="pdf",
+              help="Print the page to a PDF file, NAME.pdf if no FILE is given; this needs a Chromium.")  # fmt: skip
 def report(
     model: str,
     output: Path | None,
@@ -41,8 +39,7 @@ def report(
     settings: tuple[tuple[str, str], ...],
     figures: bool,
     equations: bool | None,
-    live: bool,
-    pdf: bool,
+    kind: str | None,
 ) -> None:
     """Simulate MODEL and write one HTML page with its animation, plots, diagrams, equations and answers.
 
@@ -56,8 +53,10 @@ def report(
         raise click.BadParameter(
             f"Expected a number between 0 and 1, got {tolerance:g}.", param_hint="--tolerance"
         )
-    if pdf and output is not None and output.suffix.lower() != ".pdf":
-        raise click.UsageError(f"--pdf: expected a file name that ends in .pdf after -o, got '{output.name}'.")
+    if kind == "pdf" and output is not None and output.suffix.lower() != ".pdf":
+        raise click.UsageError(
+            f"--pdf: expected a file name that ends in .pdf after -o, got '{output.name}'."
+        )
     start = perf_counter()
     entry = find(model)
     outcome = entry.run(settings_of(entry.build(), settings), until, tolerance)
@@ -65,13 +64,13 @@ def report(
     target = write(
         outcome.system,
         outcome.trajectory,
-        Path(f"{outcome.system.name}{'.pdf' if pdf else '.html'}") if output is None else output,
+        Path(f"{outcome.system.name}{'.pdf' if kind == 'pdf' else '.html'}") if output is None else output,
         title=entry.title or outcome.system.name,
         about="; ".join(entry.asks),
         answers=outcome.answers,
         figures=captions if figures else None,
         equations=equations,
-        live=live,
+        live=kind == "live",
     )
     size = target.stat().st_size
     click.echo(f"wrote {target}, {size / 1e6:.2f} MB, in {perf_counter() - start:.1f} s")

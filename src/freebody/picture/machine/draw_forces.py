@@ -147,7 +147,9 @@ def loads(m: MachineDrawing) -> None:
                             at = mark_line(m, name, *moved[name]) if name in moved else m.page(mark.point)
                             # an action and its reaction share one label; at one point one arrow is enough
                             shared = anchors_of.setdefault((name, mark.label), [])
-                            if not any(float(np.linalg.norm(at - other)) < 1.0 for other in at_of[(name, mark.label)]):
+                            if not any(
+                                float(np.linalg.norm(at - other)) < 1.0 for other in at_of[(name, mark.label)]
+                            ):
                                 shared.append(_load(m, name, mark, at, style))
                                 at_of[(name, mark.label)].append(at)
     for (_, label), anchors in anchors_of.items():

@@ -188,7 +188,10 @@ def ropes(m: MachineDrawing) -> None:
         offsets = _strands(pages)
         total = len(pages) - 1
         # a sheave for each width of the strands that it joins
-        sheaves = [{max(4.0, abs(x)) for x in offsets[k - 1 : k + 1]} if 0 < k < total else set() for k in range(total + 1)]
+        sheaves = [
+            {max(4.0, abs(x)) for x in offsets[k - 1 : k + 1]} if 0 < k < total else set()
+            for k in range(total + 1)
+        ]
         for k, (point, q) in enumerate(zip(points, pages, strict=True)):
             if sheaves[k] and not point.body.is_ground:  # a block hangs on the edge of its body
                 toward = pages[k - 1] - q
@@ -231,7 +234,7 @@ def _across(a: Array, b: Array) -> Array:
 
 
 def _strands(pages: list[Array]) -> list[float]:
-    """Distances of the strands of a rope from the lines between its points: strands between the same two are side by side."""
+    """Distances of strands from the lines between their points: those between the same two are side by side."""
     ends = list(zip(pages, pages[1:], strict=False))
     result = []
     for k, (a, b) in enumerate(ends):

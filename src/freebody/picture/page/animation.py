@@ -21,8 +21,19 @@ from ...model.closure import Closure
 from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import Vector
+from ..machine.shapes import (
+    ROD,
+    Primitive,
+    axes_along,
+    ends_of,
+    hidden,
+    machine_size,
+    rod,
+    ropes_of,
+    scenery_of,
+    shapes,
+)
 from ..machine.supports import HELD
-from ..machine.shapes import ROD, Primitive, axes_along, ends_of, hidden, machine_size, rod, ropes_of, scenery_of, shapes
 from ..moving.forces import Arrow
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheels
 from ..moving.quantities import base64_floats, channels, charts
@@ -304,9 +315,9 @@ def _foot(at: Array, toward: Array, size: float) -> dict[str, Any]:
     }
 
 
-def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> dict[str, Any]:
-    """Supports of joints on the ground, guides of sliders, surfaces of contacts, and planes that wheels roll on."""
-    parts = [{**part(piece, size), "color": SCENERY} for piece in scenery_of(model, state, size)]
+def _supports(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> list[dict[str, Any]]:
+    """Brackets of joints on the ground that carry a force, and guides of sliders."""
+    parts: list[dict[str, Any]] = []
     acting = _acting(keys, size)
     carrying = {
         arrow.name
@@ -332,6 +343,13 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
                 body = list(model.bodies).index(joint.child)
                 above = float((keys.position[:, body] - at).mean(axis=0) @ up) >= 0
                 parts.append(_foot(at, -up if above else up, size))
+    return parts
+
+
+def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> dict[str, Any]:
+    """Scenery, supports, surfaces of contacts, and planes that wheels roll on."""
+    parts = [{**part(piece, size), "color": SCENERY} for piece in scenery_of(model, state, size)]
+    parts += _supports(model, state, keys, size, up)
     planes: list[dict[str, Any]] = []
     for constraint in model.constraints.values():
         if isinstance(constraint, Closure):

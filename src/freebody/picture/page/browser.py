@@ -1,5 +1,6 @@
-"""A headless Chromium, driven over a pipe, that opens pages of this library, takes pictures of them and prints them: films and
-reports as PDF need it.
+"""A headless Chromium, driven over a pipe, that opens pages of this library, takes pictures of them and prints them.
+
+Films need it, and reports as PDF.
 
 It speaks the DevTools protocol without a driver, a web socket, or a port that other programs could reach.
 """

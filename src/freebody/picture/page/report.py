@@ -118,9 +118,13 @@ def report(
     target = path_of(path, "a report", FormatError)
     kind = target.suffix.lower()
     if kind not in (".html", ".htm", ".pdf"):
-        raise FormatError(f"Expected a file name that ends in .html or .pdf for a report, got '{target.name}'.")
+        raise FormatError(
+            f"Expected a file name that ends in .html or .pdf for a report, got '{target.name}'."
+        )
     if kind == ".pdf" and live:
-        raise FormatError(f"Expected an .html file for a live page, got '{target.name}': paper does not compute.")
+        raise FormatError(
+            f"Expected an .html file for a live page, got '{target.name}': paper does not compute."
+        )
     text = document(
         s,
         trajectory,

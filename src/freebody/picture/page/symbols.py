@@ -56,7 +56,7 @@ class Symbols:
         return "".join(parts) + escape(text[end:])
 
     def formula(self, tex: str, codes: Sequence[str] = ()) -> str:
-        """Return a formula as HTML that wraps, its equations with ``codes`` to copy, or the reason why it is not shown."""
+        """Return a formula as HTML that wraps, or the reason why it is not shown; ``codes``: see `Glyphs.block`."""
         if len(tex) > LONGEST:
             return f"<p>Too long to show ({len(tex):,} characters of LaTeX).</p>"
         return self.glyphs.block(tex, codes)

@@ -1,0 +1,104 @@
+"""SymPy expressions in print: roots joined, fractions combined, frequencies in closed form.
+
+SymPy itself keeps √(3 g/(2 L)) as √6 √(g/L)/2, and that in every cosine of a response.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from ...errors import FreebodyError
+from ...scalar.polynomial import Ring
+from ..printing.closed.answers import closed
+from ..printing.latex import Latex
+from ..printing.lines import Result
+from ..printing.printer import Printer
+from ..printing.show import latex_of, text_of
+from ..printing.text import Text
+
+WAVES = (sympy.cos, sympy.sin, sympy.exp)
+
+
+@dataclass(frozen=True)
+class Closed(Result):
+    """A SymPy expression, or a number, that prints in closed form."""
+
+    expression: Any
+    ring: Ring | None
+
+    def text(self) -> str:
+        """The expression as plain text."""
+        return _written(Text, self.expression, self.ring)
+
+    def latex(self) -> str:
+        """The expression as LaTeX."""
+        return _written(Latex, self.expression, self.ring)
+
+
+class Expressions(list[Any], Result):
+    """A list of SymPy expressions that prints them as a book does.
+
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> L, g = s.parameters(L=2, g=9.81)
+    >>> s.gravity = (0, -g, 0)
+    >>> bar = s.body("bar", fb.slender_bar(1, L, axis="y"))
+    >>> pin = s.hinge("pin", s.ground, bar, to=(0, L/2, 0), axis="z", coordinate="theta")
+    >>> fb.linearize(s).natural_frequencies()
+    [sqrt(3*g/(2*L))]
+    """
+
+    def __init__(self, expressions: Iterable[Any] = (), ring: Ring | None = None) -> None:
+        super().__init__(expressions)
+        self.ring = ring
+
+    def text(self) -> str:
+        """The expressions as plain text."""
+        return "[" + ", ".join(Closed(x, self.ring).text() for x in self) + "]"
+
+    def latex(self) -> str:
+        """The expressions as LaTeX."""
+        return r",\quad ".join(Closed(x, self.ring).latex() for x in self)
+
+    __str__ = __repr__ = Result.__repr__
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Expressions, (list(self),)  # a copy in another process prints as SymPy does
+
+
+def _written(kind: type[Printer], x: Any, ring: Ring | None) -> str:
+    x, write = sympy.sympify(x), text_of if kind is Text else latex_of
+    waves = sorted(x.atoms(*WAVES), key=str)
+    if not waves:
+        return _closed(kind, x, ring) or write(x)
+    # letters in place of the waves e^(a t), cos(w t), sin(w t), which are written last
+    letters = [sympy.Symbol(f"wave_{k + 100}") for k in range(len(waves))]
+    inner = x.xreplace(dict(zip(waves, letters, strict=True)))
+    result = _closed(kind, inner, ring) or write(inner)
+    for wave, letter in zip(waves, letters, strict=True):
+        inside = _closed(kind, wave.args[0], ring)
+        shown = write(wave) if inside is None else _wave(kind, wave, inside)
+        result = result.replace(write(letter), shown)
+    return result
+
+
+def _wave(kind: type[Printer], wave: Any, inside: str) -> str:
+    """A wave with its argument as printed."""
+    name = type(wave).__name__
+    if kind is Text:
+        return f"{name}({inside})"
+    return f"e^{{{inside}}}" if name == "exp" else rf"\{name}\left({inside}\right)"
+
+
+def _closed(kind: type[Printer], x: Any, ring: Ring | None) -> str | None:
+    """An expression in closed form; None if it is complex or has none."""
+    if ring is None or x.has(sympy.I):
+        return None
+    try:
+        return str(closed(kind, ring.from_sympy(x), ring))
+    except FreebodyError:
+        return None
