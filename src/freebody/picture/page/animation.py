@@ -35,6 +35,7 @@ from ..machine.shapes import (
 )
 from ..machine.supports import HELD
 from ..moving.forces import Arrow
+from ..moving.joint_springs import joint_springs
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheels
 from ..moving.quantities import base64_floats, channels, charts
 from ..moving.touching import distinct, modes, surface_parts, touching
@@ -135,10 +136,13 @@ def figure(
     ``size`` is the length that symbols are relative to. The numbers depend on the values of the parameters.
     """
     state, names = float_state(model, values=values), list(model.bodies)
+    springs, walls = joint_springs(model, state, keys, size)
+    ground = _ground(model, state, keys, size, up)
+    ground["parts"] += [{**wall, "color": STEEL} for wall in walls]
     return {
         "bodies": _bodies(model, state, values, size),
-        "ground": _ground(model, state, keys, size, up),
-        "lines": _lines(model, state, names, size),
+        "ground": ground,
+        "lines": _lines(model, state, names, size) + springs,
         "arrows": [_arrow(arrow, state, names) for arrow in keys.arrows],
         "cones": [{"body": i, "apex": _apex(model, state, name)} for i, name in enumerate(names)],
     }

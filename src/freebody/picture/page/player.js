@@ -21,7 +21,7 @@ function player(root, scene, options = {}) {
   const canvases = options.canvases || staged(options.flat); // from another player if given: new ones take long to make
   const { stage, canvas, overlay, renderer } = canvases, hands = new AbortController(), { signal } = hands;
   root.append(stage);
-  canvas.setAttribute("aria-label", `Animation of ${scene.title}`);
+  canvas.setAttribute("aria-label", `Animation of ${scene.title}: space plays, arrows move the time, with shift the eye, plus and minus its distance`);
   const bar = element("div", { class: "bar" }, root);
   const button = element("button", { type: "button", class: "play", title: "Play or pause (space)" }, bar);
   const slider = element("input", { type: "range", class: "scrub", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time" }, bar);
@@ -401,9 +401,13 @@ function player(root, scene, options = {}) {
   });
   rate.addEventListener("change", () => pace(Number(rate.value)));
   canvas.addEventListener("keydown", (event) => {
-    const step = { ArrowLeft: -span / 100, ArrowRight: span / 100 }[event.key];
-    if (event.key === " ") playing ? pause() : play();
+    const { key, shiftKey } = event, step = { ArrowLeft: -span / 100, ArrowRight: span / 100 }[key];
+    const turn = shiftKey && { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[key];
+    if (key === " ") playing ? pause() : play();
+    else if (turn) orbit(...turn);
     else if (step) seek(motion.now + step);
+    else if ("+-".includes(key)) zoom(key === "+" ? 0.9 : 1 / 0.9);
+    else if (key === "0") look("fit");
     else return;
     event.preventDefault();
   }, { signal });

@@ -206,7 +206,7 @@ def document(
 def _sentence(trajectory: Trajectory) -> str:
     """Summary of a motion."""
     text = repr(trajectory).partition(": ")[2]
-    return text[:1].upper() + text[1:]
+    return f"Motion, {text}"
 
 
 def _warnings(trajectory: Trajectory) -> str:

@@ -200,6 +200,19 @@ def test_orbit_zoom_and_views(browser, pages):
     assert browser.value("freebody.state.distance") == pytest.approx(start["distance"])
 
 
+def test_the_eye_is_moved_by_keys(browser, pages):
+    browser.open(pages("gyroscope"))
+    start = browser.value("freebody.state")
+    press = "document.querySelector('.view').dispatchEvent(new KeyboardEvent('keydown', {{key: '{}', shiftKey: {}}}))"
+    browser.value(press.format("ArrowLeft", "true"))
+    browser.value(press.format("+", "false"))
+    turned = browser.value("freebody.state")
+    assert np.linalg.norm(np.subtract(turned["toward"], start["toward"])) > 0.05
+    assert turned["distance"] == pytest.approx(0.9 * start["distance"]) and turned["time"] == start["time"]
+    browser.value(press.format("0", "false"))
+    assert browser.value("freebody.state.toward") == pytest.approx(start["toward"])
+
+
 def test_the_picture_without_webgl_is_the_same_picture(browser, pages):
     path = pages("double-pendulum")
     pictures = []
