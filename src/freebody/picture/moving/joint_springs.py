@@ -1,4 +1,4 @@
-"""Springs and dampers on the sliders of the ground, in an animation: lines along the axis, and the wall that holds them."""
+"""Springs and dampers on sliders of the ground, in an animation: lines along the axis, and the wall that holds them."""
 
 from __future__ import annotations
 

@@ -92,15 +92,9 @@ def frames_of(trajectory: Trajectory, tolerance: float) -> Keyframes:
 def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
     """Return the data of :func:`animation` at given keyframes."""
     model = trajectory.kernels.model
-    size = machine_size(model, trajectory.values)
-    state = float_state(model, values=trajectory.values)
-    up, toward = _view(model, state, keys)
+    scene = posed(model, trajectory.values, keys, trajectory.name)
+    size = scene["size"]
     acting = _acting(keys, size)
-    scene = figure(model, trajectory.values, keys, size, up)
-    for i, body in enumerate(scene["bodies"]):
-        body["position"] = base64_floats(keys.position[:, i])
-        body["quaternion"] = base64_floats(keys.quaternion[:, i])
-        body["spin"] = base64_floats(keys.spin[:, i])
     places = touched_by_wheels(trajectory, keys)
     for arrow, place in zip(keys.arrows, scene["arrows"], strict=True):
         if arrow.contact is not None and keys.touched is not None:
@@ -108,10 +102,30 @@ def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
         elif arrow.name in places and arrow.wheel is not None:
             place["path"] = base64_floats(places[arrow.name])
     scene["arrows"] = [arrow for arrow in scene["arrows"] if arrow["channel"] in acting]
+    return {
+        **scene,
+        "channels": channels(trajectory, keys, acting),
+        "charts": charts(trajectory, keys, acting, size),
+        "events": [[event.time, getattr(event, "text", "") or event.name] for event in trajectory.events],
+        "modes": modes(trajectory),
+        "touching": touching(keys),
+    }
+
+
+def posed(model: Model, values: Mapping[str, float], keys: Keyframes, title: str) -> dict[str, Any]:
+    """Return the bodies of a machine with their poses over time, without quantities, events and contacts."""
+    size = machine_size(model, values)
+    state = float_state(model, values=values)
+    up, toward = _view(model, state, keys)
+    scene = figure(model, values, keys, size, up)
+    for i, body in enumerate(scene["bodies"]):
+        body["position"] = base64_floats(keys.position[:, i])
+        body["quaternion"] = base64_floats(keys.quaternion[:, i])
+        body["spin"] = base64_floats(keys.spin[:, i])
     drawn = {i for i in range(len(model.bodies)) if _draws_cone(keys.spin[:, i])}
     scene["cones"] = [cone for cone in scene["cones"] if cone["body"] in drawn]
     return {
-        "title": trajectory.name,
+        "title": title,
         "up": up.tolist(),
         "gravity": any(float(state(c)) for c in model.gravity),
         "toward": toward.tolist(),
@@ -119,12 +133,12 @@ def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
         "t": base64_floats(keys.t),
         "tolerance": keys.tolerance,
         **scene,
-        "channels": channels(trajectory, keys, acting),
-        "charts": charts(trajectory, keys, acting, size),
-        "events": [[event.time, getattr(event, "text", "") or event.name] for event in trajectory.events],
+        "channels": {},
+        "charts": [],
+        "events": [],
         "breaks": keys.breaks,
-        "modes": modes(trajectory),
-        "touching": touching(keys),
+        "modes": [],
+        "touching": [],
     }
 
 
@@ -341,7 +355,7 @@ def _supports(model: Model, state: State, keys: Keyframes, size: float, up: Arra
             low, high = min(0.0, float(reach.min())) - 0.2 * size, max(0.0, float(reach.max())) + 0.2 * size
             guide = rod(at + low * axis, at + high * axis, 0.6 * ROD * size)
             parts.append({**part(guide, size), "color": STEEL})
-        elif joint.type not in HELD or name in carrying:
+        elif joint.type not in HELD or name in carrying or not keys.arrows:
             parts.append(_ball(at.tolist(), 0.022 * size, STEEL))
             if joint.type in HELD and joint.child in model.bodies:
                 body = list(model.bodies).index(joint.child)
