@@ -32,7 +32,7 @@ def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
         if isinstance(value, str) and formula:
             shown, formula = symbols.formula(formula, code), ""
         else:
-            shown = escape(significant(value, 8))
+            shown = symbols.words(value) if isinstance(value, str) else escape(significant(value, 8))
         number = f'<td class="number"{mark}>{shown}</td>'
         middle = f"<td>{symbols.words(question)}</td>" if questions else ""
         rows.append(f"<tr><td>{symbols.name(str(name))}</td>{middle}{number}<td>{escape(unit)}</td></tr>")

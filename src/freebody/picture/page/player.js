@@ -105,7 +105,7 @@ function player(root, scene, options = {}) {
     cones = null; // made when they are first shown
     bounds = extent(motion, far, fixed);
     trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
-    floor = stageFloor(scene, bounds, size, renderer);
+    floor = stageFloor(scene, bounds, fixed, size, renderer);
     planes = floor ? [] : scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
     touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
     struck = impacts(motion, scene, touching);

@@ -10,13 +10,14 @@ function staged(plainly) {
   return { stage, canvas, overlay, renderer: (!plainly && webgl(canvas)) || flat(canvas) };
 }
 
-// The floor under everything that moves: the level plane that the machine stands on, or else a level a little below its lowest
-// point. Returns null without a vertical, or if the machine stands on a plane that is not level.
-function stageFloor({ up, gravity, ground }, { low, high, points }, size, renderer) {
+// The floor under everything: the level plane that the machine stands on, or else a level below the lowest point of its ``fixed``
+// parts, or a little below that of its bodies. Returns null without a vertical, or if the machine stands on a plane that is not level.
+function stageFloor({ up, gravity, ground }, { low, high, points }, fixed, size, renderer) {
   const level = ground.planes.find(({ normal }) => dot(unit(normal), up) > 0.999);
   if (!gravity || (ground.planes.length && !level)) return null;
-  const least = points.reduce((least, p) => Math.min(least, dot(up, p)), Infinity);
-  const height = level ? dot(up, level.at) : least - 0.12 * size, middle = scale(0.5, add(low, high));
+  const lowest = (list) => list.reduce((least, p) => Math.min(least, dot(up, p)), Infinity);
+  const support = lowest(fixed), stands = support <= lowest(points); // ``points`` has the fixed ones, too
+  const height = level ? dot(up, level.at) : stands ? support : lowest(points) - 0.12 * size, middle = scale(0.5, add(low, high));
   const at = add(middle, scale(height - dot(up, middle), up)), a = across(up), b = cross(up, a);
   const radius = 0.5 * length(subtract(high, low)) + 0.75 * size;
   // a chord of the disk for each line of the grid; squares of a round length

@@ -19,12 +19,12 @@ from ...errors import ExpressionError, ModelError
 from ...scalar.algebra import Scalar
 from ...scalar.element import element
 from ...scalar.polynomial import Polynomial, Ring
+from ..printing.closed.expressions import Expressions
 from ..printing.display import displayed, text
 from ..printing.lines import Result
 from ..printing.rational import Rationals, S
 from ..printing.show import latex_of
 from ..printing.show import text_of as text_expression
-from .closed_expressions import Expressions
 from .modes import Mode, Modes
 
 LARGEST = 8

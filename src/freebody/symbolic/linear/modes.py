@@ -19,10 +19,10 @@ import sympy
 from numpy.typing import NDArray
 
 from ...scalar.polynomial import Ring
+from ..printing.closed.expressions import Closed
 from ..printing.latex import latex_name, latex_number
 from ..printing.lines import Lines, Result, assignments
 from ..printing.show import latex_of
-from .closed_expressions import Closed
 
 Array = NDArray[Any]
 NULL = 10**-10

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError, nearest
 from ...scalar.algebra import Expression
+from ..printing.closed.expressions import Closed
 from ..printing.latex import latex_name
 from ..printing.lines import Result
 from ..printing.show import (
@@ -29,7 +30,6 @@ from ..printing.show import (
     latex_words,
     text_of,
 )
-from .closed_expressions import Closed
 from .forcing import Term, terms_of
 from .operating_point import value_of_name
 from .partial_fractions import inverse_transform

@@ -7,7 +7,7 @@ import pickle
 import sympy
 
 import freebody as fb
-from freebody.symbolic.linear.closed_expressions import Expressions
+from freebody.symbolic.printing.closed.expressions import Expressions
 
 
 def pendulum(damped: bool = False) -> fb.System:

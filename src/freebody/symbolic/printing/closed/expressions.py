@@ -11,14 +11,14 @@ from typing import Any
 
 import sympy
 
-from ...errors import FreebodyError
-from ...scalar.polynomial import Ring
-from ..printing.closed.answers import closed
-from ..printing.latex import Latex
-from ..printing.lines import Result
-from ..printing.printer import Printer
-from ..printing.show import latex_of, text_of
-from ..printing.text import Text
+from ....errors import FreebodyError
+from ....scalar.polynomial import Ring
+from ..latex import Latex
+from ..lines import Result
+from ..printer import Printer
+from ..show import latex_of, text_of
+from ..text import Text
+from .answers import closed
 
 WAVES = (sympy.cos, sympy.sin, sympy.exp)
 
