@@ -47,7 +47,7 @@ def build() -> fb.System:
         fb.MassProperties(m_R, (0, 0, 0), ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))),
         shape=fb.cylinder(1, 0.2, 0.12),
     )
-    s.scenery = tube_between((-1.2, 0, -0.03), (1.2, 0, -0.03), 0.03)
+    s.scenery = fb.cylinder(1, 0.03, 2.4, axis="x").moved((0, 0, -0.03))
     s.hinge("rail", s.ground, car, to=(0, 0, -h), axis="x", coordinate="phi")
     s.hinge("gimbal", car, gimbal, at=(0, 0, h_G - h), axis="y", coordinate="theta")
     s.hinge("axle", gimbal, rotor, at=(0, 0, a), axis="z", coordinate=Omega * s.t)

@@ -74,15 +74,13 @@ def _written(kind: type[Printer], x: Any, ring: Ring | None) -> str:
     x, write = sympy.sympify(x), text_of if kind is Text else latex_of
     waves = sorted(x.atoms(*WAVES), key=str)
     if not waves:
-        return _closed(kind, x, ring) or write(x)
+        return _shortest(kind, x, ring)
     # letters in place of the waves e^(a t), cos(w t), sin(w t), which are written last
     letters = [sympy.Symbol(f"wave_{k + 100}") for k in range(len(waves))]
     inner = x.xreplace(dict(zip(waves, letters, strict=True)))
-    result = _closed(kind, inner, ring) or write(inner)
+    result = _shortest(kind, inner, ring)
     for wave, letter in zip(waves, letters, strict=True):
-        inside = _closed(kind, wave.args[0], ring)
-        shown = write(wave) if inside is None else _wave(kind, wave, inside)
-        result = result.replace(write(letter), shown)
+        result = result.replace(write(letter), _wave(kind, wave, _shortest(kind, wave.args[0], ring)))
     return result
 
 
@@ -92,6 +90,14 @@ def _wave(kind: type[Printer], wave: Any, inside: str) -> str:
     if kind is Text:
         return f"{name}({inside})"
     return f"e^{{{inside}}}" if name == "exp" else rf"\{name}\left({inside}\right)"
+
+
+def _shortest(kind: type[Printer], x: Any, ring: Ring | None) -> str:
+    """An expression in closed form, or as it is if that is shorter: roots of what may be negative are not joined."""
+    found, plain = _closed(Text, x, ring), text_of(x)
+    if found is None or len(plain) < len(found):
+        return plain if kind is Text else latex_of(x)
+    return found if kind is Text else str(_closed(kind, x, ring))
 
 
 def _closed(kind: type[Printer], x: Any, ring: Ring | None) -> str | None:
