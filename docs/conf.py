@@ -48,7 +48,7 @@ html_theme_options = {"navigation_with_keys": True}
 
 
 def setup(app):
-    """Give the headings of the navigation their level, which readers of screens need, and keys the long lines of code."""
+    """Give headings of the navigation their level, for readers of screens, and long lines of code to the keys."""
     app.connect("html-page-context", _for_everybody, priority=900)
 
 
