@@ -48,10 +48,11 @@ html_theme_options = {"navigation_with_keys": True}
 
 
 def setup(app):
-    """Give the headings of the navigation their level, which readers of screens need."""
-    app.connect("html-page-context", _levels, priority=900)
+    """Give headings of the navigation their level, for readers of screens, and long lines of code to the keys."""
+    app.connect("html-page-context", _for_everybody, priority=900)
 
 
-def _levels(app, page, template, context, tree):
+def _for_everybody(app, page, template, context, tree):
+    context["body"] = context.get("body", "").replace("<pre>", '<pre tabindex="0">')
     name = "furo_navigation_tree"
     context[name] = context.get(name, "").replace('role="heading"', 'role="heading" aria-level="2"')

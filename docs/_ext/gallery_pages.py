@@ -318,7 +318,7 @@ class Page:
 # -- the code of a model --------------------------------------------------------------------------------------
 
 
-LOOKS = ("look", "with_shaft")
+LOOKS = ("look", "placed", "rim", "with_shaft")
 """Functions of the gallery that return the look of a body."""
 
 

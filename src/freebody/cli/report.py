@@ -13,7 +13,7 @@ from .model import Number, Setting, find, model_argument, settings_of
 @click.command()
 @model_argument
 @click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
-              help="File for the page; NAME.html in this folder if not given.")  # fmt: skip
+              help="File for the page, .html or .pdf; NAME.html in this folder if not given.")  # fmt: skip
 @click.option(
     "--until", type=Number("s"), metavar="T", help="Length of the run [s]; that of the model if not given."
 )
@@ -27,9 +27,10 @@ from .model import Number, Setting, find, model_argument, settings_of
 )
 @click.option("--equations/--no-equations", "equations", default=None,
               help="Show free-body diagrams and equations; by default for machines of up to six speeds.")  # fmt: skip
-@click.option(
-    "--live", is_flag=True, help="Put sliders into the page, which computes the motion again as they move."
-)
+@click.option("--live", "kind", flag_value="live",
+              help="Put sliders into the page, which computes the motion again as they move.")  # fmt: skip
+@click.option("--pdf", "kind", flag_value="pdf",
+              help="Print the page to a PDF file, NAME.pdf if no FILE is given; this needs a Chromium.")  # fmt: skip
 def report(
     model: str,
     output: Path | None,
@@ -38,7 +39,7 @@ def report(
     settings: tuple[tuple[str, str], ...],
     figures: bool,
     equations: bool | None,
-    live: bool,
+    kind: str | None,
 ) -> None:
     """Simulate MODEL and write one HTML page with its animation, plots, diagrams, equations and answers.
 
@@ -52,6 +53,10 @@ def report(
         raise click.BadParameter(
             f"Expected a number between 0 and 1, got {tolerance:g}.", param_hint="--tolerance"
         )
+    if kind == "pdf" and output is not None and output.suffix.lower() != ".pdf":
+        raise click.UsageError(
+            f"--pdf: expected a file name that ends in .pdf after -o, got '{output.name}'."
+        )
     start = perf_counter()
     entry = find(model)
     outcome = entry.run(settings_of(entry.build(), settings), until, tolerance)
@@ -59,13 +64,13 @@ def report(
     target = write(
         outcome.system,
         outcome.trajectory,
-        Path(f"{outcome.system.name}.html") if output is None else output,
+        Path(f"{outcome.system.name}{'.pdf' if kind == 'pdf' else '.html'}") if output is None else output,
         title=entry.title or outcome.system.name,
         about="; ".join(entry.asks),
         answers=outcome.answers,
         figures=captions if figures else None,
         equations=equations,
-        live=live,
+        live=kind == "live",
     )
     size = target.stat().st_size
     click.echo(f"wrote {target}, {size / 1e6:.2f} MB, in {perf_counter() - start:.1f} s")

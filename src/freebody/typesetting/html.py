@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from hashlib import blake2s
 from html import escape
 
@@ -54,12 +54,15 @@ class Glyphs:
         node = parse(tex)
         return self._span(tex, node, self._svgs([setting(node, Style(0, False))]))
 
-    def block(self, tex: str) -> str:
-        """Return the equations of a LaTeX formula or ``aligned`` block as HTML, a paragraph each, which wrap."""
+    def block(self, tex: str, codes: Sequence[str] = ()) -> str:
+        """Return the equations of a LaTeX formula or ``aligned`` block as HTML, a paragraph each, which wrap.
+
+        ``codes`` are the first equations in the language of a program, for the reader who copies them.
+        """
         parsed = [(row, parse(row)) for row in rows(tex)]
         return "\n".join(
-            f'<div class="equation">{self._span(row, node, *self._columns(node))}</div>'
-            for row, node in parsed
+            f'<div class="equation"{_code(code)}>{self._span(row, node, *self._columns(node))}</div>'
+            for (row, node), code in zip(parsed, [*codes, *[""] * len(parsed)], strict=False)
         )
 
     def _columns(self, node: Node) -> tuple[str, ...]:
@@ -119,6 +122,10 @@ class Glyphs:
         if key not in self._entries:
             self._entries[key] = entry(f'"{key}"')
         return key
+
+
+def _code(code: str) -> str:
+    return f' data-sympy="{escape(code)}"' if code else ""
 
 
 def _digest(text: str) -> str:

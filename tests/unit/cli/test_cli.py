@@ -230,7 +230,9 @@ REFUSALS = {
     "unknown equation": (("chapter", "six"), "got 'six'; `freebody chapter` lists the known names."),
     "two values": (("run", "MODEL", "--set", "L=2", "--set", "L=3"), "--set L: expected one value, got 2 and 3."),
     "too great": (("run", "MODEL", "--until", "1e400"), "Expected a finite number for a value, got 10000000000000000000…, 401 characters."),
-    "report of another kind": (("report", "MODEL", "-o", "page.pdf"), "Expected a file name that ends in .html for a report, got 'page.pdf'."),
+    "report of another kind": (("report", "MODEL", "-o", "page.doc"), "Expected a file name that ends in .html or .pdf for a report, got 'page.doc'."),
+    "live on paper": (("report", "MODEL", "--live", "-o", "page.pdf"), "Expected an .html file for a live page, got 'page.pdf': paper does not compute."),
+    "paper without its ending": (("report", "MODEL", "--pdf", "-o", "page.html"), "--pdf: expected a file name that ends in .pdf after -o, got 'page.html'."),
     "scale without time": (("draw", "MODEL", "--body", "bar", "--mode", "scale"), "--mode scale: arrows to scale need a time of the motion; add it as --at 0.5."),
     "no model": (("run",), "Missing argument 'MODEL'"),
 }  # fmt: skip

@@ -28,8 +28,16 @@ def build() -> fb.System:
     I_D, c = s.parameters(I_D=8.0, c=3.0)
     s.parameters(omega_0=1.0, w_1=0.02, t_1=100.0)
     s.assume(I_1 > 0, I_2 > 0, I_3 > 0, I_D > 0)
-    body = s.body("body", fb.MassProperties(1, (0, 0, 0), ((I_1, 0, 0), (0, I_2, 0), (0, 0, I_3))))
-    ball = s.body("ball", fb.MassProperties(1, (0, 0, 0), ((I_D, 0, 0), (0, I_D, 0), (0, 0, I_D))))
+    body = s.body(
+        "body",
+        fb.MassProperties(1, (0, 0, 0), ((I_1, 0, 0), (0, I_2, 0), (0, 0, I_3))),
+        shape=fb.cylinder(1, 5, 24),
+    )
+    ball = s.body(
+        "ball",
+        fb.MassProperties(1, (0, 0, 0), ((I_D, 0, 0), (0, I_D, 0), (0, 0, I_D))),
+        shape=fb.sphere(1, 3),
+    )
     s.ball("C", s.ground, body)
     s.ball("D", body, ball)
     drag = tuple(-c * s.expression(f"D_w{axis}") for axis in "xyz")

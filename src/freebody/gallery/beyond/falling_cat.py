@@ -15,9 +15,11 @@ import sympy
 
 import freebody as fb
 
+from ...space.shape import Shape
 from ..tools.answer import Answer, Answers, Plots, Solved, same
 from ..tools.case import Case, explain
 from ..tools.entry import Entry
+from ..tools.looks import placed, together, tube_between
 from ..tools.pictures import lines
 
 
@@ -61,7 +63,16 @@ def halves() -> tuple[fb.System, Any, Any]:
     J, K, _ = s.parameters(J=0.015, K=0.05, alpha="40deg")
     s.assume(J > 0, K > 0)
     half = fb.MassProperties(2, (0, 0, 0), ((K, 0, 0), (0, K, 0), (0, 0, J)))
-    return s, s.body("front", half), s.body("rear", half)
+    return s, s.body("front", half, shape=look(1)), s.body("rear", half, shape=look(-1))
+
+
+def look(side: int) -> Shape:
+    """Return a half of the cat as it is drawn: the front with its head, or the rear with its tail."""
+    head, tail = (
+        placed(fb.sphere(1, 0.055), (0, 0, 0.31)),
+        tube_between((0, 0, -0.27), (0.03, 0, -0.5), 0.012),
+    )
+    return together(placed(fb.cylinder(1, 0.07, 0.26), (0, 0, side * 0.14)), head if side > 0 else tail)
 
 
 def solve(case: Case) -> Solved:

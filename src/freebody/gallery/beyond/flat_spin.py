@@ -40,8 +40,16 @@ def build() -> fb.System:
     J, J_t, c = s.parameters(J=0.05, J_t=0.03, c=0.2)
     s.parameters(spin="2*pi", w_x=0.1, t_1=60.0)
     s.assume(I_x > 0, I_y > 0, I_z > 0)
-    hull = s.body("hull", fb.MassProperties(1, (0, 0, 0), ((I_x, 0, 0), (0, I_y, 0), (0, 0, I_z))))
-    wheel = s.body("wheel", fb.MassProperties(1, (0, 0, 0), ((J, 0, 0), (0, J_t, 0), (0, 0, J_t))))
+    hull = s.body(
+        "hull",
+        fb.MassProperties(1, (0, 0, 0), ((I_x, 0, 0), (0, I_y, 0), (0, 0, I_z))),
+        shape=fb.cylinder(1, 0.45, 2.2),
+    )
+    wheel = s.body(
+        "wheel",
+        fb.MassProperties(1, (0, 0, 0), ((J, 0, 0), (0, J_t, 0), (0, 0, J_t))),
+        shape=fb.cylinder(1, 0.3, 0.12, axis="x"),
+    )
     s.ball("C", s.ground, hull)
     axle = s.hinge("axle", hull, wheel, axis="x", coordinate="delta")
     s.damper("bearing", axle, damping=c)

@@ -13,11 +13,20 @@ import sympy
 
 import freebody as fb
 
+from ...space.shape import Shape
 from ..tools.answer import Answer, Answers, Plots, Printed, Solved, same
 from ..tools.case import Case, explain, states
 from ..tools.entry import Entry
+from ..tools.looks import placed, rim, together, tube_between
 
 START = {"phi": "phi_0"}
+
+
+def look(h: Any, h_G: Any) -> Shape:
+    """Return the car as it is drawn: on two wheels, with the bearings of its gimbal; its centre is the origin."""
+    wheels = (rim(0.15, 0.03, (x, 0, 0.15 - h), "y") for x in (-0.5, 0.5))
+    posts = (tube_between((0, y, 0.25 - h), (0, y, h_G - h), 0.02) for y in (-0.33, 0.33))
+    return together(placed(fb.box(1, (1.6, 0.7, 0.06)), (0, 0, 0.27 - h)), *wheels, *posts)
 
 
 def build() -> fb.System:
@@ -29,9 +38,16 @@ def build() -> fb.System:
     s.parameters(phi_0="2deg", t_1=2.0)
     s.assume(m_C > 0, h > 0, I_C > 0, m_R > 0, a > 0, I_S > 0, I_T > 0, h_G > 0, g > 0, Omega > 0)
     s.gravity = (0, 0, -g)
-    car = s.body("car", fb.MassProperties(m_C, (0, 0, 0), ((I_C, 0, 0), (0, I_C, 0), (0, 0, I_C))))
-    gimbal = s.body("gimbal", fb.particle(0))
-    rotor = s.body("rotor", fb.MassProperties(m_R, (0, 0, 0), ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))))
+    car = s.body(
+        "car", fb.MassProperties(m_C, (0, 0, 0), ((I_C, 0, 0), (0, I_C, 0), (0, 0, I_C))), shape=look(h, h_G)
+    )
+    gimbal = s.body("gimbal", fb.particle(0), shape=rim(0.3, 0.02, (0, 0, a), "z"))
+    rotor = s.body(
+        "rotor",
+        fb.MassProperties(m_R, (0, 0, 0), ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))),
+        shape=fb.cylinder(1, 0.2, 0.12),
+    )
+    s.scenery = fb.cylinder(1, 0.03, 2.4, axis="x").moved((0, 0, -0.03))
     s.hinge("rail", s.ground, car, to=(0, 0, -h), axis="x", coordinate="phi")
     s.hinge("gimbal", car, gimbal, at=(0, 0, h_G - h), axis="y", coordinate="theta")
     s.hinge("axle", gimbal, rotor, at=(0, 0, a), axis="z", coordinate=Omega * s.t)

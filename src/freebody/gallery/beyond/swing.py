@@ -16,6 +16,7 @@ import freebody as fb
 from ..tools.answer import Answer, Answers, Plots, Solved, same
 from ..tools.case import Case, explain, happened, states
 from ..tools.entry import Entry
+from ..tools.looks import placed
 
 START = {"theta": "theta_0"}
 
@@ -26,7 +27,7 @@ def build() -> fb.System:
     m, L, a, Omega, g = s.parameters(m=50.0, L=2.2, a=0.15, Omega="2*sqrt(9.81/2.2)", g=9.81)
     s.parameters(theta_0="10deg", theta_1="60deg", t_1="10*pi/sqrt(9.81/2.2)")
     s.gravity = (0, -g, 0)
-    rope = s.body("rope", fb.particle(0))
+    rope = s.body("rope", fb.particle(0), shape=placed(fb.slender_bar(1, L, axis="y"), (0, -L / 2, 0)))
     rider = s.body("rider", fb.particle(m))
     s.hinge("pivot", s.ground, rope, axis="z", coordinate="theta")
     s.slider("legs", rope, rider, axis=(0, -1, 0), coordinate=L + a * sympy.sin(Omega * s.t))

@@ -13,6 +13,7 @@ from ...model.model import Model
 from ...motion.trajectory.trajectory import Trajectory
 from ...symbolic.equations import Equations
 from ...symbolic.printing.latex import latex_name
+from ...symbolic.printing.names import GREEK
 from ..paper import symbols
 from ..paper.drawing import Drawing
 from ..paper.palette import GREY, INK, legible
@@ -106,6 +107,14 @@ def draw(
     view = view_of(e.model, e, now.values, axonometric)
     maker = Machine(e, now, view)
     return Drawing(maker.sheet(coordinates, dimensions, names, impulses or {}))
+
+
+def _joint_label(name: str) -> str:
+    """A name of several words as words, any other as a symbol."""
+    words = name.split("_")
+    if len(words) > 1 and all(len(word) > 2 and word.isalpha() and word not in GREEK for word in words):
+        return " ".join(words)
+    return f"${latex_name(name)}$"
 
 
 class Machine(MachineDrawing):
@@ -305,10 +314,10 @@ class Machine(MachineDrawing):
             else:
                 together.append(name)
         for at, names in points:
-            labels = [latex_name(name) for name in names]
+            labels = [_joint_label(name) for name in names]
             if len(names) > CROWD:
-                labels = [r",\,".join(labels)]
-            self.labels += [(f"${tex}$", [(at, None)], 9.5, GREY) for tex in labels]
+                labels = [", ".join(labels)]
+            self.labels += [(label, [(at, None)], 9.5, GREY) for label in labels]
 
     def _visible_point(self, name: str) -> Array:
         """Mass centre of a body on paper; if other bodies hide it, the nearest visible point of the body."""

@@ -164,7 +164,10 @@ def _far_axis(m: MachineDrawing, name: str, at: Array, box: Array) -> None:
 
 
 def _body_axes(m: MachineDrawing, body: str) -> None:
-    """Draw the axes of a body that turns freely, as 1, 2, 3."""
+    """Draw the axes of a body that turns freely, as 1, 2, 3, unless its inertia is the same about every axis."""
+    inertia = np.array([[float(m.now.state(x)) for x in row] for row in m.model.bodies[body].inertia])
+    if np.allclose(inertia, inertia[0, 0] * np.eye(3), rtol=1e-9, atol=0):
+        return
     R, p = m.now.posture(body)
     at = m.page(p)
     items = []

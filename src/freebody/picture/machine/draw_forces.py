@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -130,6 +131,7 @@ def loads(m: MachineDrawing) -> None:
     marks = Marks(m.e, m.now, m.view.planar)
     style = Style(VERMILLION, 1.8)
     anchors_of: dict[tuple[str, str], list[Any]] = {}
+    at_of: dict[tuple[str, str], list[Array]] = defaultdict(list)
     moved = moved_forces(m)
     combined = {couple for couple, _, _ in moved.values()}
     for name in applied:
@@ -144,10 +146,13 @@ def loads(m: MachineDrawing) -> None:
                     if any(not (isinstance(x, int) and x == 0) for x in exact):
                         for mark in marks.resolved(action.name, "load", couple, exact, action.at, free):
                             at = mark_line(m, name, *moved[name]) if name in moved else m.page(mark.point)
-                            # an action and its reaction share one label
-                            anchors_of.setdefault((name, mark.label), []).append(
-                                _load(m, name, mark, at, style)
-                            )
+                            # an action and its reaction share one label; at one point one arrow is enough
+                            shared = anchors_of.setdefault((name, mark.label), [])
+                            if not any(
+                                float(np.linalg.norm(at - other)) < 1.0 for other in at_of[(name, mark.label)]
+                            ):
+                                shared.append(_load(m, name, mark, at, style))
+                                at_of[(name, mark.label)].append(at)
     for (_, label), anchors in anchors_of.items():
         m.labels.append((f"${label}$", anchors, 11.0, VERMILLION))
 

@@ -185,29 +185,36 @@ def ropes(m: MachineDrawing) -> None:
     """Draw ropes, and the pulleys and the ceiling that they hang on."""
     for name, points in ropes_of(m.model).items():
         pages = [m.page(m.now.point(point)) for point in points]
-        visits: dict[tuple[float, float], list[int]] = {}
-        for k, q in enumerate(pages):
-            visits.setdefault((round(float(q[0]), 3), round(float(q[1]), 3)), []).append(k)
-        strands = max((len(v) for v in visits.values()), default=1)
-        items: list[Any] = []
+        offsets = _strands(pages)
         total = len(pages) - 1
-        for k, (a, b) in enumerate(zip(pages, pages[1:], strict=False)):
-            # strands between the same two points are drawn side by side
-            parallel = [
-                j
-                for j, (c, d) in enumerate(zip(pages, pages[1:], strict=False))
-                if (np.allclose(a, c) and np.allclose(b, d)) or (np.allclose(a, d) and np.allclose(b, c))
-            ]
-            along = b - a if (b - a)[1] > 0 or ((b - a)[1] == 0 and (b - a)[0] > 0) else a - b
-            length = float(np.linalg.norm(along))
-            n = np.array([along[1], -along[0]]) / length if length > 0 else np.zeros(2)
-            offset = 7.0 * (parallel.index(k) - (len(parallel) - 1) / 2)
-            items.append(Line(np.array([a, b]) + offset * n, Style(GREEN, 1.3)))
-        m.add(items, class_="rope", data_constraint=name)
-        wheels: list[Any] = []
+        # a sheave for each width of the strands that it joins
+        sheaves = [
+            {max(4.0, abs(x)) for x in offsets[k - 1 : k + 1]} if 0 < k < total else set()
+            for k in range(total + 1)
+        ]
         for k, (point, q) in enumerate(zip(points, pages, strict=True)):
-            if point.body.is_ground and 0 < k < total + 1:
-                wheels += symbols.pulley(q, 4.0 + 3.5 * (strands > 2))
+            if sheaves[k] and not point.body.is_ground:  # a block hangs on the edge of its body
+                toward = pages[k - 1] - q
+                along = toward / max(float(np.linalg.norm(toward)), 1e-9)
+                pages[k] = q + (m.reach(point.body.name, q, along) + max(sheaves[k]) + 4.0) * along
+        m.add(
+            [
+                Line(np.array([a, b]) + offset * _across(a, b), Style(GREEN, 1.3))
+                for a, b, offset in zip(pages, pages[1:], offsets, strict=False)
+            ],
+            class_="rope",
+            data_constraint=name,
+        )
+        wheels: list[Any] = []
+        blocks: dict[tuple[float, float], set[float]] = {}
+        for k, (point, q) in enumerate(zip(points, pages, strict=True)):
+            radii = sheaves[k] or ({4.0} if point.body.is_ground and k == total else set())
+            blocks.setdefault((float(q[0]), float(q[1])), set()).update(radii)
+            if sheaves[k] and not point.body.is_ground:
+                wheels.append(Line(np.array([m.page(m.now.point(point)), q]), symbols.FINE))
+        for place, radii in blocks.items():
+            for r in sorted(radii, reverse=True):
+                wheels += symbols.pulley(np.array(place), r)
         fixed = [q for point, q in zip(points, pages, strict=True) if point.body.is_ground]
         if fixed and m.view.planar:
             x0, x1 = min(q[0] for q in fixed) - 22.0, max(q[0] for q in fixed) + 22.0
@@ -217,3 +224,24 @@ def ropes(m: MachineDrawing) -> None:
         m.add(wheels, class_="pulleys", data_constraint=name)
         middle = (pages[-1] + pages[-2]) / 2
         m.labels.append((f"${latex_name(name)}$", [(middle, np.array([1.0, 0.0]))], 10.0, GREEN))
+
+
+def _across(a: Array, b: Array) -> Array:
+    """Direction to the right of a line that goes up."""
+    along = b - a if (b - a)[1] > 0 or ((b - a)[1] == 0 and (b - a)[0] > 0) else a - b
+    length = float(np.linalg.norm(along))
+    return np.array([along[1], -along[0]]) / length if length > 0 else np.zeros(2)
+
+
+def _strands(pages: list[Array]) -> list[float]:
+    """Distances of strands from the lines between their points: those between the same two are side by side."""
+    ends = list(zip(pages, pages[1:], strict=False))
+    result = []
+    for k, (a, b) in enumerate(ends):
+        same = [
+            j
+            for j, (c, d) in enumerate(ends)
+            if (np.allclose(a, c) and np.allclose(b, d)) or (np.allclose(a, d) and np.allclose(b, c))
+        ]
+        result.append(7.0 * (same.index(k) - (len(same) - 1) / 2))
+    return result

@@ -84,6 +84,11 @@ def angle_of(
     ends = [scale * view(now.place(body, model.bodies[body].center))]
     R, p = now.posture(body)
     ends += [scale * view(p + R @ q) for q in attachments(model, now.state, body).values()]
+    ends += [  # what slides along the body shows its direction, too
+        scale * view(now.place(other.child, other.to))
+        for other in model.joints.values()
+        if other.parent == body and other.type == "slider"
+    ]
     local = np.array([float(now.state(x)) for x in joint.to])
     if pieces and not any(holds(piece, local, 3.0 / scale) for piece in pieces):
         start = scale * view(now.place(body, model.bodies[body].center))

@@ -196,10 +196,25 @@ def fill_of(model: Model, body: str) -> str:
 
 
 def machine_size(model: Model, values: Mapping[Any, Any] | None = None) -> float:
-    """Typical length of the machine: the greatest distance of its joints or extent of its solids [m]."""
+    """Typical length of the machine: the greatest distance of its joints or extent of its solids [m].
+
+    Bodies that are not drawn count only if the others are points: the arm of a curve is no part of the motorcycle.
+    """
     state = float_state(model, values=values)
+    unseen = hidden(model)
+    seen = _longest(model, state, [name for name in model.bodies if name not in unseen])
+    longest = seen if seen > 0 else _longest(model, state, list(model.bodies))
+    for joint in model.joints.values():
+        if joint.parent == "ground":
+            longest = max(longest, float(np.linalg.norm([float(x) for x in state.vector(joint.at)])))
+    return longest if longest > 0 else 1.0
+
+
+def _longest(model: Model, state: State, names: list[str]) -> float:
+    """Greatest extent of these bodies with their joints [m]."""
     longest = 0.0
-    for name, place in model.bodies.items():
+    for name in names:
+        place = model.bodies[name]
         points = list(attachments(model, state, name).values())
         shape = place.properties.shape if place.properties is not None else None
         if shape is not None and shape.kind != "particle":
@@ -208,10 +223,7 @@ def machine_size(model: Model, values: Mapping[Any, Any] | None = None) -> float
         if points:
             span = np.ptp(np.array([*points, np.zeros(3)]), axis=0)
             longest = max(longest, float(np.linalg.norm(span)))
-    for joint in model.joints.values():
-        if joint.parent == "ground":
-            longest = max(longest, float(np.linalg.norm([float(x) for x in state.vector(joint.at)])))
-    return longest if longest > 0 else 1.0
+    return longest
 
 
 def attachments(model: Model, state: State, body: str) -> dict[str, Array]:

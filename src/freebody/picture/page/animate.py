@@ -1,4 +1,4 @@
-"""The animation of a motion by itself: in a notebook, as a page, or as a film."""
+"""The animation of a motion or of a mode by itself: in a notebook, as a page, or as a film."""
 
 from __future__ import annotations
 
@@ -6,20 +6,23 @@ import os
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.files import replacing
 from ..moving.keyframes import TOLERANCE
-from .animation import animation
+from ..moving.mode_motion import mode_motion
+from .animation import animation, posed
 from .browser import Browser, chromium
 from .page import page
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
+    from ...symbolic.linear.linear_model import LinearModel
 
 SWITCHES = ("trails", "frames", "names", "forces", "reactions", "cones", "follow", "repeat")
 """Names of what an animation can show from its beginning."""
@@ -64,14 +67,34 @@ def animate(
     >>> fb.simulate(s, until=2, initial={"theta": 1}).animate(forces=True)
     Animation of 'pendulum', 0 to 2 s
     """
+    span = trajectory.path.start, trajectory.path.end
+    return Animation(
+        trajectory.name, span, lambda: animation(trajectory, tolerance), height, _switches(shown)
+    )
+
+
+def animate_mode(
+    linear: LinearModel, mode: int = 0, *, amplitude: float | None = None, height: int = 520, **shown: bool
+) -> Animation:
+    """Return the motion of a machine in one of its modes as an animation; see `LinearModel.animate`."""
+    keys = mode_motion(linear, mode, amplitude)
+    title = f"{linear.model.name}, mode {mode}"
+
+    def scene() -> dict[str, Any]:
+        return posed(linear.model, linear.values, keys, title)
+
+    return Animation(title, (0.0, float(keys.t[-1])), scene, height, _switches(shown))
+
+
+def _switches(shown: Mapping[str, bool]) -> dict[str, bool]:
     for name in shown:
         if name not in SWITCHES:
             raise SimulationError(f"Expected one of {', '.join(SWITCHES)} to show, got '{name}'.")
-    return Animation(trajectory, tolerance, height, {name: bool(value) for name, value in shown.items()})
+    return {name: bool(value) for name, value in shown.items()}
 
 
 class Animation:
-    """An animation, made by :func:`animate` and :meth:`freebody.Trajectory.animate`.
+    """An animation, made by :meth:`freebody.Trajectory.animate` and by `animate` of linear equations.
 
     Attributes
     ----------
@@ -79,18 +102,25 @@ class Animation:
         The page: one HTML document that makes no request.
     """
 
-    def __init__(self, trajectory: Trajectory, tolerance: float, height: int, shown: dict[str, bool]) -> None:
-        self.trajectory = trajectory
-        self.tolerance = tolerance
+    def __init__(
+        self,
+        title: str,
+        span: tuple[float, float],
+        scene: Callable[[], dict[str, Any]],
+        height: int,
+        shown: dict[str, bool],
+    ) -> None:
+        self.title, self.span = title, span
+        self._scene = scene
         self.height = height
         self.shown = shown
 
     @cached_property
     def html(self) -> str:
         """The page: one HTML document that makes no request."""
-        scene = animation(self.trajectory, self.tolerance)
+        scene = self._scene()
         scene["shown"] = self.shown
-        return page(self.trajectory.name, scene, '<div id="player"></div>', bare=True)
+        return page(self.title, scene, '<div id="player"></div>', bare=True)
 
     def _repr_html_(self) -> str:
         # in a frame of its own, its script and style do not meet those of the notebook
@@ -100,8 +130,7 @@ class Animation:
         )
 
     def __repr__(self) -> str:
-        path = self.trajectory.path
-        return f"Animation of '{self.trajectory.name}', {path.start:g} to {path.end:g} s"
+        return f"Animation of '{self.title}', {self.span[0]:g} to {self.span[1]:g} s"
 
     def save(
         self,
@@ -141,7 +170,7 @@ class Animation:
                 new.write_text(self.html, encoding="utf-8")
             return target
         _check_tools(kind)
-        start, end = sorted((self.trajectory.path.start, self.trajectory.path.end))
+        start, end = sorted(self.span)
         if not (fps > 0 and speed > 0):
             raise SimulationError(f"Expected fps and speed above 0, got fps = {fps:g} and speed = {speed:g}.")
         count = max(2, round((end - start) / speed * fps) + 1)

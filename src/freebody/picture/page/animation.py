@@ -21,8 +21,21 @@ from ...model.closure import Closure
 from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
 from ...scalar.algebra import Vector
-from ..machine.shapes import ROD, Primitive, axes_along, ends_of, hidden, machine_size, rod, ropes_of, shapes
+from ..machine.shapes import (
+    ROD,
+    Primitive,
+    axes_along,
+    ends_of,
+    hidden,
+    machine_size,
+    rod,
+    ropes_of,
+    scenery_of,
+    shapes,
+)
+from ..machine.supports import HELD
 from ..moving.forces import Arrow
+from ..moving.joint_springs import joint_springs
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheels
 from ..moving.quantities import base64_floats, channels, charts
 from ..moving.touching import distinct, modes, surface_parts, touching
@@ -79,14 +92,9 @@ def frames_of(trajectory: Trajectory, tolerance: float) -> Keyframes:
 def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
     """Return the data of :func:`animation` at given keyframes."""
     model = trajectory.kernels.model
-    size = machine_size(model, trajectory.values)
-    up, toward = _view(model, float_state(model, values=trajectory.values), keys)
+    scene = posed(model, trajectory.values, keys, trajectory.name)
+    size = scene["size"]
     acting = _acting(keys, size)
-    scene = figure(model, trajectory.values, keys, size, up)
-    for i, body in enumerate(scene["bodies"]):
-        body["position"] = base64_floats(keys.position[:, i])
-        body["quaternion"] = base64_floats(keys.quaternion[:, i])
-        body["spin"] = base64_floats(keys.spin[:, i])
     places = touched_by_wheels(trajectory, keys)
     for arrow, place in zip(keys.arrows, scene["arrows"], strict=True):
         if arrow.contact is not None and keys.touched is not None:
@@ -94,22 +102,43 @@ def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
         elif arrow.name in places and arrow.wheel is not None:
             place["path"] = base64_floats(places[arrow.name])
     scene["arrows"] = [arrow for arrow in scene["arrows"] if arrow["channel"] in acting]
+    return {
+        **scene,
+        "channels": channels(trajectory, keys, acting),
+        "charts": charts(trajectory, keys, acting, size),
+        "events": [[event.time, getattr(event, "text", "") or event.name] for event in trajectory.events],
+        "modes": modes(trajectory),
+        "touching": touching(keys),
+    }
+
+
+def posed(model: Model, values: Mapping[str, float], keys: Keyframes, title: str) -> dict[str, Any]:
+    """Return the bodies of a machine with their poses over time, without quantities, events and contacts."""
+    size = machine_size(model, values)
+    state = float_state(model, values=values)
+    up, toward = _view(model, state, keys)
+    scene = figure(model, values, keys, size, up)
+    for i, body in enumerate(scene["bodies"]):
+        body["position"] = base64_floats(keys.position[:, i])
+        body["quaternion"] = base64_floats(keys.quaternion[:, i])
+        body["spin"] = base64_floats(keys.spin[:, i])
     drawn = {i for i in range(len(model.bodies)) if _draws_cone(keys.spin[:, i])}
     scene["cones"] = [cone for cone in scene["cones"] if cone["body"] in drawn]
     return {
-        "title": trajectory.name,
+        "title": title,
         "up": up.tolist(),
+        "gravity": any(float(state(c)) for c in model.gravity),
         "toward": toward.tolist(),
         "size": size,
         "t": base64_floats(keys.t),
         "tolerance": keys.tolerance,
         **scene,
-        "channels": channels(trajectory, keys, acting),
-        "charts": charts(trajectory, keys, acting, size),
-        "events": [[event.time, getattr(event, "text", "") or event.name] for event in trajectory.events],
+        "channels": {},
+        "charts": [],
+        "events": [],
         "breaks": keys.breaks,
-        "modes": modes(trajectory),
-        "touching": touching(keys),
+        "modes": [],
+        "touching": [],
     }
 
 
@@ -121,10 +150,13 @@ def figure(
     ``size`` is the length that symbols are relative to. The numbers depend on the values of the parameters.
     """
     state, names = float_state(model, values=values), list(model.bodies)
+    springs, walls = joint_springs(model, state, keys, size)
+    ground = _ground(model, state, keys, size, up)
+    ground["parts"] += [{**wall, "color": STEEL} for wall in walls]
     return {
         "bodies": _bodies(model, state, values, size),
-        "ground": _ground(model, state, keys, size, up),
-        "lines": _lines(model, state, names, size),
+        "ground": ground,
+        "lines": _lines(model, state, names, size) + springs,
         "arrows": [_arrow(arrow, state, names) for arrow in keys.arrows],
         "cones": [{"body": i, "apex": _apex(model, state, name)} for i, name in enumerate(names)],
     }
@@ -248,6 +280,7 @@ def _circle(major: float, minor: float) -> list[tuple[float, float]]:
 
 INK = [0.22, 0.22, 0.24]
 STEEL = [0.62, 0.64, 0.67]
+SCENERY = [0.8, 0.79, 0.77]
 
 
 def _pins(model: Model, state: State, size: float) -> dict[str, list[dict[str, Any]]]:
@@ -287,10 +320,29 @@ def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
     }
 
 
-def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> dict[str, Any]:
-    """Supports of joints on the ground, guides of sliders, surfaces of contacts, and planes that wheels roll on."""
+def _foot(at: Array, toward: Array, size: float) -> dict[str, Any]:
+    """A bracket with its base, on the side of a joint where the machine is not."""
+    turn = quaternions(axes_along(toward)[None])[0].tolist()
+    profile = [[0.0, 0.0], [0.035, 0.085], [0.07, 0.085], [0.07, 0.1], [0.0, 0.1]]
+    return {
+        "kind": "lathe",
+        "profile": [[r * size, z * size] for r, z in profile],
+        "at": at.tolist(),
+        "turn": turn,
+        "color": STEEL,
+    }
+
+
+def _supports(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> list[dict[str, Any]]:
+    """Brackets of joints on the ground that carry a force, and guides of sliders."""
     parts: list[dict[str, Any]] = []
-    for joint in model.joints.values():
+    acting = _acting(keys, size)
+    carrying = {
+        arrow.name
+        for arrow in keys.arrows
+        if arrow.key in acting and arrow.group == "reaction" and arrow.kind == "force"
+    }
+    for name, joint in model.joints.items():
         if joint.parent != "ground" or not joint.pair.holds:
             continue
         at = np.array(_numbers(state, joint.at))
@@ -303,8 +355,19 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
             low, high = min(0.0, float(reach.min())) - 0.2 * size, max(0.0, float(reach.max())) + 0.2 * size
             guide = rod(at + low * axis, at + high * axis, 0.6 * ROD * size)
             parts.append({**part(guide, size), "color": STEEL})
-        else:
+        elif joint.type not in HELD or name in carrying or not keys.arrows:
             parts.append(_ball(at.tolist(), 0.022 * size, STEEL))
+            if joint.type in HELD and joint.child in model.bodies:
+                body = list(model.bodies).index(joint.child)
+                above = float((keys.position[:, body] - at).mean(axis=0) @ up) >= 0
+                parts.append(_foot(at, -up if above else up, size))
+    return parts
+
+
+def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> dict[str, Any]:
+    """Scenery, supports, surfaces of contacts, and planes that wheels roll on."""
+    parts = [{**part(piece, size), "color": SCENERY} for piece in scenery_of(model, state, size)]
+    parts += _supports(model, state, keys, size, up)
     planes: list[dict[str, Any]] = []
     for constraint in model.constraints.values():
         if isinstance(constraint, Closure):

@@ -26,18 +26,19 @@ def answers_table(answers: Mapping[str, Any], symbols: Symbols) -> str:
     rows = []
     for name, answer in answers.items():
         question, value, unit, formula = _parts(answer)
+        code = [str(answer.formula)] if formula else []
         # a live page writes other numbers here; words hold whatever the numbers are
         mark = "" if isinstance(value, str) else f' data-answer="{escape(str(name))}"'
         if isinstance(value, str) and formula:
-            shown, formula = symbols.formula(formula), ""
+            shown, formula = symbols.formula(formula, code), ""
         else:
-            shown = escape(significant(value, 8))
+            shown = symbols.words(value) if isinstance(value, str) else escape(significant(value, 8))
         number = f'<td class="number"{mark}>{shown}</td>'
         middle = f"<td>{symbols.words(question)}</td>" if questions else ""
         rows.append(f"<tr><td>{symbols.name(str(name))}</td>{middle}{number}<td>{escape(unit)}</td></tr>")
         if formula:
             rows.append(
-                f'<tr class="set"><td></td><td colspan="{len(head) - 1}">{symbols.formula(formula)}</td></tr>'
+                f'<tr class="set"><td></td><td colspan="{len(head) - 1}">{symbols.formula(formula, code)}</td></tr>'
             )
     top = "".join(f"<th>{name}</th>" for name in head)
     body = "".join(rows)

@@ -1,4 +1,6 @@
-"""A headless Chromium, driven over a pipe, that opens pages of this library and takes pictures of them: films need it.
+"""A headless Chromium, driven over a pipe, that opens pages of this library, takes pictures of them and prints them.
+
+Films need it, and reports as PDF.
 
 It speaks the DevTools protocol without a driver, a web socket, or a port that other programs could reach.
 """
@@ -177,4 +179,9 @@ class Browser:
     def picture(self, **options: Any) -> bytes:
         """Return the page as PNG; ``options`` as for ``Page.captureScreenshot``."""
         answer = self.ask("Page.captureScreenshot", format="png", captureBeyondViewport=True, **options)
+        return base64.b64decode(answer["data"])
+
+    def pdf(self) -> bytes:
+        """Return the page as it is printed, as PDF."""
+        answer = self.ask("Page.printToPDF", printBackground=True, preferCSSPageSize=True)
         return base64.b64decode(answer["data"])

@@ -3,11 +3,15 @@
 
 const COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8a6d00", "#3b8ea5"];
 const DASHES = ["", "7 3", "2 3", "9 3 2 3", "12 4", "4 2"];
-const WIDTH = 720, HEIGHT = 230, LEFT = 62, RIGHT = 14, TOP = 26, BOTTOM = 34;
+const WRITTEN = ["#0072B2", "#b34f00", "#00735a", "#a0447a", "#7a6000", "#2a6f84"]; // the same, dark enough to be read
+const HEIGHT = 230, LEFT = 62, TOP = 26, BOTTOM = 34;
 
 // Draws a chart; returns a function that moves its cursor to the time of the motion.
 function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek) {
-  const svg = drawing("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "chart", role: "img" }, root);
+  // on a narrow screen a chart is narrower, not smaller, and its curves have their names below it only
+  const narrow = root.clientWidth && root.clientWidth < 540, WIDTH = narrow ? 400 : 720, RIGHT = narrow ? 14 : 100;
+  const area = element("div", { class: "plot" }, root);
+  const svg = drawing("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "chart", role: "img" }, area);
   drawing("title", {}, svg, spec.title);
   const curves = spec.curves.map(([key, component, label]) => ({ ...motion.channels[key], component, label, unit: units[key] }));
   let low = Infinity, high = -Infinity;
@@ -36,7 +40,10 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
   drawing("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: HEIGHT - BOTTOM, y2: HEIGHT - BOTTOM, class: "axis" }, svg);
   drawing("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, svg, "time [s]");
   if (events.length) { // ticks above the time axis; the timeline tells them apart
-    const mark = drawing("path", { d: events.map(([t]) => `M${Math.round(10 * x(t)) / 10},${HEIGHT - BOTTOM}v-6`).join(""), class: "event" }, svg);
+    const places = [];
+    for (const [t] of events) // thinned: not closer than three pixels
+      if (!(x(t) - places[places.length - 1] < 3)) places.push(Math.round(10 * x(t)) / 10);
+    const mark = drawing("path", { d: places.map((at) => `M${at},${HEIGHT - BOTTOM}v-6`).join(""), class: "event" }, svg);
     drawing("title", {}, mark, [...new Set(events.map(([, name]) => name))].slice(0, 8).join("; "));
   }
   const unit = curves.every((curve) => curve.unit === curves[0].unit) && curves[0].unit;
@@ -51,6 +58,15 @@ function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek
     }
     return curve.label;
   });
+  // each curve has its name at its end; names that would meet are moved apart
+  const ends = curves.map(({ values, width, component }, i) => [i, y(values[values.length - width + component])]).sort((a, b) => a[1] - b[1]);
+  const apart = 15, least = TOP, most = HEIGHT - BOTTOM;
+  for (let k = 0; k < ends.length; k++) ends[k][1] = Math.max(ends[k][1], k ? ends[k - 1][1] + apart : least);
+  for (let k = ends.length - 1; k >= 0; k--) ends[k][1] = Math.min(ends[k][1], k + 1 < ends.length ? ends[k + 1][1] - apart : most);
+  for (const [i, height] of narrow || curves.length < 2 ? [] : ends) {
+    const place = `left:${(100 * (WIDTH - RIGHT + 5)) / WIDTH}%;top:${(100 * height) / HEIGHT}%;color:${WRITTEN[i]};font-size:${1200 / WIDTH}cqw`;
+    symbol(element("span", { class: "end", style: place, "aria-hidden": "true" }, area), symbols, labels[i]);
+  }
   const cursor = drawing("line", { y1: TOP, y2: HEIGHT - BOTTOM, class: "cursor" }, svg);
   const dots = curves.map((_, i) => drawing("circle", { r: 3.2, fill: COLORS[i] }, svg));
   const legend = element("div", { class: "legend" }, root);

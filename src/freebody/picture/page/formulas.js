@@ -14,7 +14,8 @@ function copyable(root) {
     if (!formula || equation.querySelector("button")) continue;
     const box = document.createElement("span");
     box.className = "copy";
-    for (const [title, text] of [["LaTeX", formula.dataset.tex], ["text", formula.getAttribute("aria-label")]]) {
+    for (const [title, text] of [["LaTeX", formula.dataset.tex], ["SymPy", equation.dataset.sympy], ["text", formula.getAttribute("aria-label")]]) {
+      if (!text) continue;
       const button = document.createElement("button");
       button.type = "button";
       button.textContent = title;

@@ -26,6 +26,7 @@ SCRIPTS = (
     "ornaments.js",
     "charts.js",
     "timeline.js",
+    "stage.js",
     "player.js",
     "page.js",
 )

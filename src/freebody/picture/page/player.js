@@ -21,7 +21,7 @@ function player(root, scene, options = {}) {
   const canvases = options.canvases || staged(options.flat); // from another player if given: new ones take long to make
   const { stage, canvas, overlay, renderer } = canvases, hands = new AbortController(), { signal } = hands;
   root.append(stage);
-  canvas.setAttribute("aria-label", `Animation of ${scene.title}`);
+  canvas.setAttribute("aria-label", `Animation of ${scene.title}: space plays, arrows move the time, with shift the eye, plus and minus its distance`);
   const bar = element("div", { class: "bar" }, root);
   const button = element("button", { type: "button", class: "play", title: "Play or pause (space)" }, bar);
   const slider = element("input", { type: "range", class: "scrub", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time" }, bar);
@@ -78,12 +78,18 @@ function player(root, scene, options = {}) {
       return { color: JSON.parse(key), corners: all, surface: renderer.surface(all) };
     });
   };
-  const shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
-  const head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
-  const ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
-  const loose = {}; // polylines that change with time, by name
+  let shaft, head, ball, loose; // loose: polylines that change with time, by name
   const dynamic = (name, points) => (loose[name] = renderer.path(new Float32Array(points.flat()), loose[name]));
-  let bodies = [], ground = [], far, fixed, bounds, trails = [], cones = null, planes = [], touching, struck, paths, greatest, span, places;
+  let bodies, ground, far, fixed, bounds, trails, cones, planes, floor, touching, struck, paths, greatest, tips, span, places;
+  // Makes everything that is drawn.
+  function build() {
+    shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
+    head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
+    ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
+    [loose, bodies, ground, trails, planes, cones, floor] = [{}, [], [], [], [], null, null];
+    shape();
+    trace();
+  }
   // Makes the surfaces of the bodies and of the ground.
   function shape() {
     for (const { surface } of [...bodies.flat(), ...ground]) renderer.forget(surface);
@@ -94,12 +100,13 @@ function player(root, scene, options = {}) {
   }
   // Makes what depends on the motion as a whole.
   function trace() {
-    for (const item of [...trails.map(({ path }) => path), ...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes])
+    for (const item of [...trails.map(({ path }) => path), ...(cones || []).flatMap(({ space, inBody }) => [space, inBody]), ...planes, ...(floor ? [floor.disk, ...floor.grid] : [])])
       if (item) renderer.forget(item);
     cones = null; // made when they are first shown
     bounds = extent(motion, far, fixed);
     trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
-    planes = scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
+    floor = stageFloor(scene, bounds, fixed, size, renderer);
+    planes = floor ? [] : scene.ground.planes.map((plane) => renderer.path(grid(plane, bounds, size).points));
     touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
     struck = impacts(motion, scene, touching);
     paths = scene.arrows.map((arrow) => arrow.path && floats(arrow.path));
@@ -108,14 +115,24 @@ function player(root, scene, options = {}) {
       const v = motion.channels[channel].values;
       for (let i = 0; i < v.length; i += 3) greatest[kind] = Math.max(greatest[kind], Math.hypot(v[i], v[i + 1], v[i + 2]));
     }
+    tips = scene.arrows.map((arrow, i) => arrowTips(arrow, paths[i]));
     span = motion.last - motion.first;
     places = Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(span || 1))));
     rail.replaceChildren();
     strip = timeline(rail, measured, scene, motion, (time) => (pause(), seek(time)));
   }
-  shape();
-  trace();
+  // Tips of an arrow at many times.
+  function arrowTips({ channel, kind, body, at }, path) {
+    const v = motion.channels[channel].values, step = Math.max(1, Math.floor(motion.t.length / 60)), result = [];
+    for (let n = 0; n < motion.t.length; n += step) {
+      const tail = path ? [0, 1, 2].map((k) => path[3 * n + k]) : body < 0 ? at : point(motion.poseAt(body, n), at);
+      result.push(add(tail, [0, 1, 2].map((k) => (0.55 * size * v[3 * n + k]) / (greatest[kind] || 1))));
+    }
+    return result;
+  }
+  build();
   on.trails = bodies.length <= 12; // more trails would hide the machine
+  on.forces = on.reactions = scene.arrows.length <= 6; // more arrows would, too
 
   // -- the eye
   const eye = { target: [0, 0, 0], toward: unit(scene.toward), up, distance: 1, chosen: false }; // by the user
@@ -123,9 +140,10 @@ function player(root, scene, options = {}) {
   // Distance from which everything that is visible at any time is in the picture around a target, and its middle.
   function framing(target) {
     const { right, top } = view(eye.toward, [0, 0, 0], eye.up, ANGLE, 1, 1, 2), room = 1.3 / Math.tan(ANGLE / 2);
+    const points = [bounds.points, ...tips.filter((_, i) => on[scene.arrows[i].group === "force" ? "forces" : "reactions"])].flat();
     const span = (n) => {
       let low = Infinity, high = -Infinity;
-      for (const p of bounds.points) {
+      for (const p of points) {
         const h = dot(n, p);
         low = Math.min(low, h);
         high = Math.max(high, h);
@@ -200,9 +218,10 @@ function player(root, scene, options = {}) {
     camera.light = unit(add(camera.back, add(scale(0.7, camera.top), scale(-0.45, camera.right))));
     const texts = [];
     renderer.begin(camera);
+    const poses = bodies.map((_, i) => motion.pose(i)), still = placed([1, 0, 0, 0], [0, 0, 0]);
+    if (floor) drawFloor(renderer, floor, [[ground, still], ...bodies.map((groups, i) => [groups, poses[i]])]);
     for (const path of planes) renderer.line(path, PALE, 1);
-    for (const { color, surface } of ground) renderer.solid(surface, placed([1, 0, 0, 0], [0, 0, 0]), color);
-    const poses = bodies.map((_, i) => motion.pose(i));
+    for (const { color, surface } of ground) renderer.solid(surface, still, color);
     bodies.forEach((groups, i) => groups.forEach(({ color, surface }) => renderer.solid(surface, poses[i], color)));
     const at = ([body, p]) => (body < 0 ? p : point(poses[body], p));
     for (const { name, kind, ends } of scene.lines) {
@@ -217,6 +236,7 @@ function player(root, scene, options = {}) {
     if (on.contacts) drawContacts();
     renderer.end();
     write(texts, camera, ratio);
+    drawCorner(overlay.getContext("2d"), camera, scene, ratio);
     drawn++;
   }
   function drawTrails(poses) {
@@ -381,9 +401,13 @@ function player(root, scene, options = {}) {
   });
   rate.addEventListener("change", () => pace(Number(rate.value)));
   canvas.addEventListener("keydown", (event) => {
-    const step = { ArrowLeft: -span / 100, ArrowRight: span / 100 }[event.key];
-    if (event.key === " ") playing ? pause() : play();
+    const { key, shiftKey } = event, step = { ArrowLeft: -span / 100, ArrowRight: span / 100 }[key];
+    const turn = shiftKey && { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[key];
+    if (key === " ") playing ? pause() : play();
+    else if (turn) orbit(...turn);
     else if (step) seek(motion.now + step);
+    else if ("+-".includes(key)) zoom(key === "+" ? 0.9 : 1 / 0.9);
+    else if (key === "0") look("fit");
     else return;
     event.preventDefault();
   }, { signal });
@@ -412,7 +436,10 @@ function player(root, scene, options = {}) {
     zoom(Math.exp(0.0012 * event.deltaY));
   }, { passive: false, signal });
   canvas.addEventListener("dblclick", () => look("fit"), { signal });
-  canvas.addEventListener("webglcontextrestored", () => location.reload(), { signal });
+  canvas.addEventListener("webglcontextrestored", () => (renderer.revive(), build(), draw()), { signal });
+  let copy = null;
+  window.addEventListener("beforeprint", () => (draw(), (copy = printed(canvases))), { signal });
+  window.addEventListener("afterprint", () => copy && copy.remove(), { signal });
   const watch = new ResizeObserver(() => (measure(), strip(), draw()));
   watch.observe(stage);
 
@@ -467,11 +494,4 @@ function player(root, scene, options = {}) {
       return { time: motion.now, playing, speed, drawn, kind: renderer.kind, on: { ...on }, toward: [...eye.toward], target: [...eye.target], up: [...eye.up], distance: eye.distance };
     },
   };
-}
-
-// A stage with the canvas for the machine, the canvas above it for texts, and the renderer.
-function staged(plainly) {
-  const stage = element("div", { class: "stage" }), canvas = element("canvas", { class: "view", tabindex: 0 }, stage);
-  const overlay = element("canvas", { class: "labels" }, stage);
-  return { stage, canvas, overlay, renderer: (!plainly && webgl(canvas)) || flat(canvas) };
 }

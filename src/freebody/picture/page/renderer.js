@@ -5,10 +5,12 @@
 //   path(points)                       returns a polyline, from numbers x, y, z, ...
 //   begin(camera)                      begins a new picture
 //   solid(surface, matrix, color, opacity, through)     draws a surface; with ``through``, pale where hidden (WebGL only)
-//   line(path, color, width, first, last, opacity)      draws segments of a polyline
+//   floor(surface, matrix, color)      draws a surface that everything else covers, in one plain colour
+//   line(path, color, width, first, last, opacity, under)      draws segments of a polyline; ``under`` all bodies, like a floor
 //   end()                              ends the picture
 //   forget(item)                       frees a surface or a path
 //   release()                          frees all surfaces and paths
+//   revive()                           begins anew after a loss of the graphics card's memory: surfaces and paths are gone
 
 const PAPER = [1, 1, 1];
 
@@ -18,8 +20,9 @@ uniform mat4 model, eye; varying vec3 n, p; varying float k;
 void main() { vec4 q = model * vec4(position, 1.0); p = q.xyz; n = mat3(model) * normal; k = tone; gl_Position = eye * q; }`;
 const SOLID_FRAGMENT = `
 precision mediump float;
-uniform vec3 color, light, camera; uniform float opacity; varying vec3 n, p; varying float k;
+uniform vec3 color, light, camera; uniform float opacity, lit; varying vec3 n, p; varying float k;
 void main() {
+  if (lit < 0.5) { gl_FragColor = vec4(color, 1.0); return; }
   vec3 e = normalize(camera - p), m = normalize(n);
   if (dot(m, e) < 0.0) m = -m;
   float d = max(dot(m, light), 0.0), s = pow(max(dot(m, normalize(light + e)), 0.0), 40.0);
@@ -64,10 +67,16 @@ function webgl(canvas) {
     }
     return names;
   };
-  const solids = program(SOLID_VERTEX, SOLID_FRAGMENT), lines = program(LINE_VERTEX, LINE_FRAGMENT);
-  gl.enable(gl.DEPTH_TEST);
-  gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+  let solids, lines;
   const buffers = new Set();
+  const revive = () => {
+    buffers.clear();
+    [solids, lines] = [program(SOLID_VERTEX, SOLID_FRAGMENT), program(LINE_VERTEX, LINE_FRAGMENT)];
+    gl.enable(gl.DEPTH_TEST);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+  };
+  revive();
+  canvas.addEventListener("webglcontextlost", (event) => event.preventDefault()); // so that it can be restored
   const newBuffer = () => {
     const buffer = gl.createBuffer();
     buffers.add(buffer);
@@ -86,13 +95,14 @@ function webgl(canvas) {
     }
     gl.uniformMatrix4fv(names.uniforms.eye, false, camera.matrix);
   };
-  const drawSolid = (surface, matrix, color, opacity) => {
+  const drawSolid = (surface, matrix, color, opacity, lit = 1) => {
     use(solids, surface.buffer, [["position", 3, 0], ["normal", 3, 3], ["tone", 1, 6]], STRIDE);
     gl.uniformMatrix4fv(solids.uniforms.model, false, matrix);
     gl.uniform3fv(solids.uniforms.color, color);
     gl.uniform3fv(solids.uniforms.light, camera.light);
     gl.uniform3fv(solids.uniforms.camera, camera.eye);
     gl.uniform1f(solids.uniforms.opacity, opacity);
+    gl.uniform1f(solids.uniforms.lit, lit);
     gl.drawArrays(gl.TRIANGLES, 0, surface.count);
   };
   return {
@@ -130,8 +140,14 @@ function webgl(canvas) {
       else drawSolid(surface, matrix, color, opacity);
       if (through) behind.push([surface, matrix, color, 0.3]);
     },
-    line(path, color, width, first = 0, last = path.segments, opacity = 1) {
+    floor(surface, matrix, color) {
+      gl.disable(gl.DEPTH_TEST);
+      drawSolid(surface, matrix, color, 1, 0);
+      gl.enable(gl.DEPTH_TEST);
+    },
+    line(path, color, width, first = 0, last = path.segments, opacity = 1, under = false) {
       if (last <= first) return;
+      if (under) gl.disable(gl.DEPTH_TEST);
       use(lines, path.buffer, [["a", 3, 0], ["b", 3, 3], ["corner", 2, 6]], 8);
       gl.uniform2f(lines.uniforms.pixels, canvas.width / 2, canvas.height / 2);
       gl.uniform1f(lines.uniforms.width, (width * camera.ratio) / 2);
@@ -140,6 +156,7 @@ function webgl(canvas) {
       if (opacity < 1) gl.enable(gl.BLEND);
       gl.drawArrays(gl.TRIANGLES, 6 * first, 6 * (last - first));
       gl.disable(gl.BLEND);
+      gl.enable(gl.DEPTH_TEST);
     },
     end() {
       gl.enable(gl.BLEND);
@@ -159,6 +176,7 @@ function webgl(canvas) {
       for (const buffer of buffers) gl.deleteBuffer(buffer);
       buffers.clear();
     },
+    revive,
   };
 }
 
@@ -196,15 +214,22 @@ function flat(canvas) {
         list.push([(points[0][2] + points[1][2] + points[2][2]) / 3, points, css(color, light, opacity), 0]);
       }
     },
-    line({ points }, color, width, first = 0, last = points.length / 3 - 1, opacity = 1) {
+    floor({ corners }, matrix, color) {
+      const all = product(camera.matrix, matrix);
+      for (let i = 0; i < corners.length; i += 3 * STRIDE) {
+        const points = [0, 1, 2].map((k) => projected(all, corners.subarray(i + k * STRIDE, i + (k + 1) * STRIDE)));
+        if (!points.includes(null)) list.push([Infinity, points, css(color, 1, 1), 0]);
+      }
+    },
+    line({ points }, color, width, first = 0, last = points.length / 3 - 1, opacity = 1, under = false) {
       for (let i = first; i < last; i++) {
         const a = projected(camera.matrix, points.slice(3 * i, 3 * i + 3));
         const b = projected(camera.matrix, points.slice(3 * i + 3, 3 * i + 6));
-        if (a && b) list.push([(a[2] + b[2]) / 2, [a, b], css(color, 1, opacity), width * camera.ratio]);
+        if (a && b) list.push([under ? Infinity : (a[2] + b[2]) / 2, [a, b], css(color, 1, opacity), width * camera.ratio]);
       }
     },
     end() {
-      list.sort((a, b) => b[0] - a[0]);
+      list.sort((a, b) => (a[0] === b[0] ? 0 : b[0] - a[0]));
       pen.lineCap = "round";
       for (const [, points, color, width] of list) {
         pen.beginPath();
@@ -220,5 +245,6 @@ function flat(canvas) {
     },
     forget() {},
     release() {},
+    revive() {},
   };
 }

@@ -23,12 +23,14 @@ from ...model.model import Model
 from ...scalar.algebra import Vector
 from ...symbolic.equations import Equations
 from ...symbolic.equations import equations as equations_of
+from ...symbolic.free_body.planar import plane_in
 from ...version import VERSION
 from ..free_body.free_body_diagram import free_body_diagram
 from ..machine.draw import draw
 from ..moving.keyframes import TOLERANCE
 from .animation import frames_of, scene_of
 from .answers import answers_table
+from .browser import Browser
 from .longest_phases import lasting
 from .page import page, stage
 from .symbols import Symbols
@@ -67,7 +69,7 @@ def report(
     trajectory : Trajectory
         Motion of this system.
     path : path
-        The file; it is written completely or not at all.
+        The file, ``.html``, or ``.pdf``: the page as a Chromium prints it. It is written completely or not at all.
     title, about : str, optional
         Plain text at the top; by default the title is the name of the system.
     answers : mapping, optional
@@ -94,7 +96,9 @@ def report(
     ModelError
         If the trajectory belongs to another system.
     FormatError
-        If the path cannot be written, or does not end in ``.html``.
+        If the path cannot be written, does not end in ``.html`` or ``.pdf``, or a live page is to be a PDF.
+    FreebodyError
+        If there is no Chromium to print a PDF.
     SimulationError
         If a live page cannot compute such a motion: with contacts, signals or controllers that switch, blows, a stiff
         or a very large machine.
@@ -112,8 +116,15 @@ def report(
     True
     """
     target = path_of(path, "a report", FormatError)
-    if target.suffix.lower() not in (".html", ".htm"):
-        raise FormatError(f"Expected a file name that ends in .html for a report, got '{target.name}'.")
+    kind = target.suffix.lower()
+    if kind not in (".html", ".htm", ".pdf"):
+        raise FormatError(
+            f"Expected a file name that ends in .html or .pdf for a report, got '{target.name}'."
+        )
+    if kind == ".pdf" and live:
+        raise FormatError(
+            f"Expected an .html file for a live page, got '{target.name}': paper does not compute."
+        )
     text = document(
         s,
         trajectory,
@@ -126,8 +137,20 @@ def report(
         live=live,
     )
     with replacing(target) as new:
-        new.write_text(text, encoding="utf-8")
+        if kind == ".pdf":
+            new.write_bytes(_printed(text))
+        else:
+            new.write_text(text, encoding="utf-8")
     return target
+
+
+def _printed(text: str) -> bytes:
+    """A page as PDF."""
+    with tempfile.TemporaryDirectory() as folder, Browser() as browser:
+        file = Path(folder, "report.html")
+        file.write_text(text, encoding="utf-8")
+        browser.open(file)
+        return browser.pdf()
 
 
 def document(
@@ -183,7 +206,7 @@ def document(
 def _sentence(trajectory: Trajectory) -> str:
     """Summary of a motion."""
     text = repr(trajectory).partition(": ")[2]
-    return text[:1].upper() + text[1:]
+    return f"Motion, {text}"
 
 
 def _warnings(trajectory: Trajectory) -> str:
@@ -270,12 +293,21 @@ def _equations(
     for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
         parts.append(_or_refusal(partial(_free_body, e, name, symbols)))
-    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: symbols.formula(e.latex()))]
+    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: _motion(e, symbols))]
     return "\n".join(parts)
 
 
 def _free_body(e: Equations, name: str, symbols: Symbols) -> str:
-    return symbols.formula(e.free_body(name).latex())
+    body = e.free_body(name)
+    if isinstance(plane_in(body), str):
+        found = [x for x in body.equations if x.lhs != 0 or x.rhs != 0]
+    else:
+        found = list(body.planar_equations)
+    return symbols.formula(body.latex(), [*[""] * len(e.heading), *map(str, found)])
+
+
+def _motion(e: Equations, symbols: Symbols) -> str:
+    return symbols.formula(e.latex(), [*[""] * len(e.heading), *map(str, e.motion)])
 
 
 def _or_refusal(part: Callable[[], str]) -> str:

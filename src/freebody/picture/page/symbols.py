@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
+from ...model.closure import Closure
 from ...model.model import Model
 from ...symbolic.printing.latex import label_latex
 from ...symbolic.printing.names import GREEK
@@ -16,6 +17,9 @@ from ...typesetting.plain import plain
 
 LONGEST = 30_000
 """Most characters of a formula in LaTeX; a longer one is not shown."""
+
+COMPONENTS = ("x", "y", "z", "Mx", "My", "Mz")
+"""Components of the reaction of a joint, after its name."""
 
 _TOKEN = re.compile(r"[A-Za-z]\w*'*(?:_\w+)?'*")
 
@@ -37,8 +41,16 @@ class Symbols:
         """Return the symbols of a machine's page."""
         states = (*model.coordinate_names, *model.speed_names)
         parameters = (parameter.name for parameter in model.parameters)
+        joints = (*model.joints, *(name for name, x in model.constraints.items() if isinstance(x, Closure)))
+        reactions = (f"{name}_{component}" for name in joints for component in COMPONENTS)
         return cls(
-            (*states, *parameters, *(f"{name}{dots}" for name in states for dots in ("'", "''")), *more)
+            (
+                *states,
+                *parameters,
+                *reactions,
+                *(f"{name}{dots}" for name in states for dots in ("'", "''")),
+                *more,
+            )
         )
 
     def name(self, name: str) -> str:
@@ -55,11 +67,11 @@ class Symbols:
                 end = match.end()
         return "".join(parts) + escape(text[end:])
 
-    def formula(self, tex: str) -> str:
-        """Return a formula as HTML that wraps, or the reason why it is not shown."""
+    def formula(self, tex: str, codes: Sequence[str] = ()) -> str:
+        """Return a formula as HTML that wraps, or the reason why it is not shown; ``codes``: see `Glyphs.block`."""
         if len(tex) > LONGEST:
             return f"<p>Too long to show ({len(tex):,} characters of LaTeX).</p>"
-        return self.glyphs.block(tex)
+        return self.glyphs.block(tex, codes)
 
     def scene(self, scene: Mapping[str, Any]) -> dict[str, Any]:
         """Return the data of a page with the labels of its charts and sliders as HTML."""

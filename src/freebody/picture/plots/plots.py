@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SimulationError, nearest
-from .labels import SETTING, label, text_of, unit, with_unit
+from .labels import SETTING, label, symbol, text_of, unit, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -158,7 +158,7 @@ def reaction(trajectory: Trajectory, joint: str, ax: Axes | None = None, *, axes
     ax = figure(8, 4).subplots() if ax is None else ax
     for axis, color in zip(axes, COLORS, strict=False):
         values = joint_reaction.force[:, "xyz".index(axis)]
-        _curve(ax, trajectory, values, color, f"{joint}_{axis}")
+        _curve(ax, trajectory, values, color, symbol(f"{joint}_{axis}"))
     on = joint_reaction.on
     _over_time(ax, f"force on {on}", {"N"}, f"Reaction of joint {joint}, on {on}", legend=len(axes) > 1)
     return ax

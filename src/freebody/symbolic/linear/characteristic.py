@@ -19,6 +19,7 @@ from ...errors import ExpressionError, ModelError
 from ...scalar.algebra import Scalar
 from ...scalar.element import element
 from ...scalar.polynomial import Polynomial, Ring
+from ..printing.closed.expressions import Expressions
 from ..printing.display import displayed, text
 from ..printing.lines import Result
 from ..printing.rational import Rationals, S
@@ -95,13 +96,17 @@ class Characteristic(Result):
         """All roots, with repetitions."""
         return [s for f in self.factors for s in roots(self.ring, f) for _ in range(f.times)]
 
-    def frequencies(self) -> list[Any]:
+    def frequencies(self) -> Expressions:
         """|s| of each pair of roots: the square root of the product of the pair."""
-        return [w for f in self.factors for w, _ in oscillations(self.ring, f) for _ in range(f.times)]
+        return self._of_pairs(0)
 
-    def damping_ratios(self) -> list[Any]:
+    def damping_ratios(self) -> Expressions:
         """-Re s / |s| of each pair of roots."""
-        return [z for f in self.factors for _, z in oscillations(self.ring, f) for _ in range(f.times)]
+        return self._of_pairs(1)
+
+    def _of_pairs(self, k: int) -> Expressions:
+        pairs = (pair for f in self.factors for pair in oscillations(self.ring, f) for _ in range(f.times))
+        return Expressions((pair[k] for pair in pairs), self.ring)
 
 
 def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Scalar]]]:
@@ -288,7 +293,7 @@ def modes_of(linear: Any) -> Modes:
             shapes = _shapes(linear, f, s)
             kind = "oscillation" if f.degree > 1 else "real root"
             repeats = f.times if len(shapes) == 1 else 1
-            result += [Mode(kind, s, w, ratio, shape) for shape in shapes for _ in range(repeats)]
+            result += [Mode(kind, s, w, ratio, shape, ring) for shape in shapes for _ in range(repeats)]
     return Modes(result, character.roots())
 
 

@@ -25,6 +25,7 @@ from ...dynamics.linear import Factorization
 from ...errors import ModelError
 from ...model.model import Model
 from ...model.values import check_assumptions
+from ...rooms_above import module_for
 from ...scalar.algebra import Expression
 from ...scalar.polynomial import Ring
 from ..printing.display import displayed, equation_latex, equation_text
@@ -349,6 +350,42 @@ class LinearModel(Typeset):
     @cached_property
     def _modes(self) -> Modes:
         return characteristic.modes_of(self) if self.ring is not None else modes.modes_of(self)
+
+    def animate(self, mode: int = 0, *, amplitude: float | None = None, **shown: Any) -> Any:
+        """Return the motion of the machine in one of its modes as an animation.
+
+            q(t) = q_0 + u_0 t + a Re(X e^(i ω t))
+
+        Parameters
+        ----------
+        mode : int
+            Number of the mode in :meth:`modes`, from 0.
+        amplitude : float, optional
+            a, for the shape X as :meth:`modes` gives it; by default as large as the eye needs.
+        **shown : bool
+            Switches, and ``height``, as for :meth:`freebody.Trajectory.animate`.
+
+        Returns
+        -------
+        Animation
+            Notebooks show it; ``.save(path)`` writes ``.html``, ``.gif`` or ``.mp4``.
+
+        Raises
+        ------
+        ModelError
+            Linear equations in symbols, a mode that does not move, coordinates that are components of a quaternion.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("pendulum")
+        >>> s.gravity = (0, "-9.81", 0)
+        >>> bar = s.body("bar", fb.slender_bar(1, 2, axis="y"))
+        >>> pin = s.hinge("pin", s.ground, bar, to=(0, 1, 0), coordinate="theta")
+        >>> fb.linearize(s, values={}).animate(0)
+        Animation of 'pendulum, mode 0', 0 to 6.94887 s
+        """
+        return module_for("animate").animate_mode(self, mode, amplitude=amplitude, **shown)
 
     # -- response ---------------------------------------------------------------------------------
 

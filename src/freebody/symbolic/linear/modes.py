@@ -11,13 +11,15 @@ Source: Golub & Van Loan, Matrix Computations (4th ed.), §7.6.5 (staircase of n
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from ...scalar.polynomial import Ring
+from ..printing.closed.expressions import Closed
 from ..printing.latex import latex_name, latex_number
 from ..printing.lines import Lines, Result, assignments
 from ..printing.show import latex_of
@@ -51,10 +53,20 @@ class Mode(Lines):
     frequency: Any
     damping_ratio: Any
     shape: dict[str, Any]
+    ring: Ring | None = field(default=None, repr=False)
+
+    def shown(self, x: Any) -> Any:
+        """Return a number, or an expression that prints in closed form."""
+        return Closed(x, self.ring) if self.ring is not None else x
 
     def _lines(self) -> list[list[Any]]:
-        head = [f"{self.kind}: frequency ", self.frequency, ", damping ratio ", self.damping_ratio, "; "]
-        return [[*head, *assignments(self.shape.items())]]
+        head = [
+            f"{self.kind}: frequency ",
+            self.shown(self.frequency),
+            ", damping ratio ",
+            self.shown(self.damping_ratio),
+        ]
+        return [[*head, "; ", *assignments((name, self.shown(x)) for name, x in self.shape.items())]]
 
 
 class Modes(Result, Sequence[Mode]):
@@ -78,7 +90,7 @@ class Modes(Result, Sequence[Mode]):
         names = list(self._modes[0].shape) if self._modes else []
         head = ["mode", "kind", "frequency", "damping ratio", *names]
         return head, [
-            [k + 1, m.kind, m.frequency, m.damping_ratio, *m.shape.values()]
+            [k + 1, m.kind, *map(m.shown, (m.frequency, m.damping_ratio, *m.shape.values()))]
             for k, m in enumerate(self._modes)
         ]
 
@@ -116,6 +128,8 @@ def _rounded(x: Any) -> Any:
 def _text(x: Any) -> str:
     if isinstance(x, str):
         return x
+    if isinstance(x, Closed):
+        return x.text()
     x = _rounded(x)
     if isinstance(x, complex):
         return f"{x.real:g}{x.imag:+g}i"
@@ -125,6 +139,8 @@ def _text(x: Any) -> str:
 def _latex(x: Any) -> str:
     if isinstance(x, str):
         return rf"\text{{{x}}}"
+    if isinstance(x, Closed):
+        return x.latex()
     return latex_of(x) if isinstance(x, sympy.Basic) else latex_number(x)
 
 

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError, nearest
 from ...scalar.algebra import Expression
+from ..printing.closed.expressions import Closed
 from ..printing.latex import latex_name
 from ..printing.lines import Result
 from ..printing.show import (
@@ -43,8 +44,9 @@ NOTHING = 10**-12
 class ExactResponse(Result, Mapping[str, Any]):
     """Deviations as SymPy expressions of ``t``, by the name of a coordinate or of its rate."""
 
-    def __init__(self, expressions: dict[str, Any]) -> None:
+    def __init__(self, expressions: dict[str, Any], ring: Any) -> None:
         self._expressions = expressions
+        self._ring = ring
 
     def __getitem__(self, name: str) -> Any:
         if name in self._expressions:
@@ -61,11 +63,11 @@ class ExactResponse(Result, Mapping[str, Any]):
 
     def text(self) -> str:
         """A line for each coordinate."""
-        return "\n".join(f"{name}(t) = {expression}" for name, expression in self.items())
+        return "\n".join(f"{name}(t) = {Closed(x, self._ring).text()}" for name, x in self.items())
 
     def latex(self) -> str:
         """A LaTeX ``aligned`` block."""
-        rows = [f"{sympy.latex(sympy.Symbol(n))}(t) &= {sympy.latex(x)}" for n, x in self.items()]
+        rows = [f"{latex_name(n)}(t) &= {Closed(x, self._ring).latex()}" for n, x in self.items()]
         return aligned(rows)
 
 
@@ -242,7 +244,7 @@ def _exact(linear: Any, start: Start, inputs: list[tuple[int, Term]]) -> ExactRe
             ]
             total += inverse_transform(character, rows, term)
         result[name] = total
-    return ExactResponse(result)
+    return ExactResponse(result, character.ring)
 
 
 # -- numbers --------------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ class Sign:
 EQUALS = Sign("=")
 COMMA = Sign(",")
 Piece = Any
-"""Words (str), a Name, a Sign, a number, a SymPy expression or column."""
+"""Words (str), a Name, a Sign, a number, a SymPy expression or column, a Result."""
 
 
 class Result(Typeset):
@@ -116,6 +116,8 @@ def _is_complex(x: Any) -> bool:
 def _text(x: Piece) -> str:
     if isinstance(x, str):
         return x
+    if isinstance(x, Result):
+        return x.text()
     if isinstance(x, Name):
         return x.text
     if isinstance(x, Sign):
@@ -128,6 +130,8 @@ def _text(x: Piece) -> str:
 def _latex(x: Piece) -> str:
     if isinstance(x, str):
         return latex_words(x)
+    if isinstance(x, Result):
+        return x.latex()
     if isinstance(x, Name):
         return latex_name(*split(x.text))
     if isinstance(x, Sign):

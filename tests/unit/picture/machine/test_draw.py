@@ -13,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 import freebody as fb
+from drawn import groups
 from freebody.cli import command
 from freebody.dynamics.state import float_state
 from freebody.errors import ModelError
@@ -76,10 +77,36 @@ def test_no_label_lies_on_another_or_off_the_sheet(drawn: Any) -> None:
 
 def test_joints_at_one_point_share_a_label() -> None:
     """Three and more; two have their own."""
-    svg = draw(entries()["prob-6-19"].build()).svg
-    (tex,) = re.findall(r'data-tex="([^"]*yaw[^"]*)"', svg)
-    assert tex.count(r"\,") == 2 and "propeller" in tex and "engine" in tex
+    svg = draw(entries()["control-moment-gyro"].build()).svg
+    (tex,) = re.findall(r'data-tex="([^"]*pivot[^"]*)"', svg)
+    assert tex.count(", ") == 2 and "gimbal" in tex and "axle" in tex
     assert 'data-tex="$\\mathrm{pin}$"' in draw(entries()["ex-6-5"].build()).svg
+
+
+def test_a_name_of_several_words_is_written_in_words() -> None:
+    svg = draw(entries()["slider-crank"].build()).svg
+    assert 'data-tex="wrist pin"' in svg and 'data-tex="crank pin"' in svg
+    assert r"$\mathrm{cord}_{1}$" in draw(entries()["yo-yo"].build()).svg  # a number is an index
+
+
+def test_a_block_of_a_tackle_has_a_sheave_for_each_pair_of_strands() -> None:
+    drawing = draw(entries()["block-and-tackle"].build(), near={"x": 3, "y": 1})
+    (pulleys,) = groups(drawing, "pulleys")
+    radii = sorted(
+        round(item.radius, 3) for item in pulleys.items if hasattr(item, "radius") and item.radius > 2
+    )
+    # two blocks of two sheaves, for strands at 3.5 and 10.5 pt from the middle, and the pulley of the counterweight
+    assert radii.count(10.5) == 2 and len(radii) >= 5
+
+
+def test_the_axes_of_a_body_without_any_of_its_own_are_not_drawn() -> None:
+    assert len(groups(draw(entries()["turntable"].build()), "body-axes")) == 0
+    assert len(groups(draw(entries()["energy-sink"].build()), "body-axes")) == 1
+
+
+def test_the_angle_of_a_rope_is_shown_by_what_slides_on_it() -> None:
+    (angle,) = groups(draw(entries()["pumped-swing"].build()), "angle")
+    assert angle.attributes["data-symbol"] == r"\theta"
 
 
 def test_the_ellipsoid_that_lies_on_a_table_lies() -> None:

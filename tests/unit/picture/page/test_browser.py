@@ -149,12 +149,13 @@ def test_scrub_moves_the_machine_and_the_cursors(browser, pages):
         "(b => [b.x, b.y, b.width, b.height])(document.querySelector('.chart').getBoundingClientRect())"
     )
     browser.press(box[0] + 0.75 * box[2], box[1] + 0.5 * box[3])
-    assert 6.5 < browser.value("freebody.state.time") < 8.5
+    assert 7.5 < browser.value("freebody.state.time") < 9.5
 
 
 def test_arrows_are_switched(browser, pages):
     browser.open(pages("double-pendulum"))
-    browser.value("freebody.seek(1)")
+    assert browser.value("freebody.state.on.forces && freebody.state.on.reactions")  # four arrows are few
+    browser.value("freebody.seek(1); freebody.show('forces', false); freebody.show('reactions', false)")
     plain = shown(browser)
     browser.value("document.querySelector('input[name=forces]').click()")
     forces = shown(browser)
@@ -199,6 +200,19 @@ def test_orbit_zoom_and_views(browser, pages):
     assert browser.value("freebody.state.distance") == pytest.approx(start["distance"])
 
 
+def test_the_eye_is_moved_by_keys(browser, pages):
+    browser.open(pages("gyroscope"))
+    start = browser.value("freebody.state")
+    press = "document.querySelector('.view').dispatchEvent(new KeyboardEvent('keydown', {{key: '{}', shiftKey: {}}}))"
+    browser.value(press.format("ArrowLeft", "true"))
+    browser.value(press.format("+", "false"))
+    turned = browser.value("freebody.state")
+    assert np.linalg.norm(np.subtract(turned["toward"], start["toward"])) > 0.05
+    assert turned["distance"] == pytest.approx(0.9 * start["distance"]) and turned["time"] == start["time"]
+    browser.value(press.format("0", "false"))
+    assert browser.value("freebody.state.toward") == pytest.approx(start["toward"])
+
+
 def test_the_picture_without_webgl_is_the_same_picture(browser, pages):
     path = pages("double-pendulum")
     pictures = []
@@ -209,6 +223,69 @@ def test_the_picture_without_webgl_is_the_same_picture(browser, pages):
         pictures.append(np.any(shown(browser) < 200, axis=2))
     both, either = np.sum(pictures[0] & pictures[1]), np.sum(pictures[0] | pictures[1])
     assert both / either > 0.8
+
+
+FLOOR = (238, 248), (240, 249), (242, 251)
+SHADOW = (212, 218), (215, 221), (219, 225)
+
+
+def test_the_stage_has_a_floor_and_shadows_where_there_is_a_vertical(browser, pages, tmp_path):
+    browser.open(pages("gyroscope"))
+    stage = shown(browser)
+    assert part(stage, *FLOOR) > 0.1 * stage[..., 0].size and part(stage, *SHADOW) > 500
+    s = fb.System("stone")
+    s.free("flight", s.ground, s.body("stone", fb.box(6, (3, 2, 1))))
+    motion = fb.simulate(s, until=1, initial={"flight_wx": 1, "flight_wy": 2})
+    browser.open(fb.report(s, motion, tmp_path / "stone.html"))
+    floating = shown(browser)
+    assert part(floating, *FLOOR) < 0.01 * stage[..., 0].size
+    assert browser.errors == []
+
+
+def test_a_lost_graphics_context_is_restored(browser, pages):
+    browser.open(f"{pages('double-pendulum').as_uri()}#t=1.2")
+    before = shown(browser)
+    browser.value(
+        "window.lost = document.querySelector('.view').getContext('webgl').getExtension('WEBGL_lose_context');"
+        "lost.loseContext()"
+    )
+    browser.value("new Promise(r => setTimeout(() => (lost.restoreContext(), setTimeout(r, 200)), 100))")
+    assert browser.value("freebody.state.time") == pytest.approx(1.2)  # nothing is loaded again
+    assert np.array_equal(shown(browser), before)
+    browser.value("freebody.seek(2.5)")
+    assert np.any(shown(browser) != before) and browser.errors == []
+
+
+def test_a_page_is_printed_with_its_picture(browser, pages):
+    browser.open(f"{pages('double-pendulum').as_uri()}#t=1.2")
+    stage = shown(browser)
+    browser.value("window.dispatchEvent(new Event('beforeprint'))")
+    browser.value("document.querySelector('.printed').style.display = 'block'")
+    assert np.mean(np.abs(shown(browser) - stage)) < 0.5
+    browser.value("window.dispatchEvent(new Event('afterprint'))")
+    assert browser.value("document.querySelector('.printed') === null")
+    assert browser.pdf().startswith(b"%PDF-")
+
+
+def test_curves_have_their_names_at_their_ends(browser, pages):
+    browser.open(pages("double-pendulum"))
+    ends = "[...p.querySelectorAll('.end')].map(e => e.getBoundingClientRect().y)"
+    read = f"[...document.querySelectorAll('.plot')].map(p => {ends})"
+    places = browser.value(read)
+    assert len(places[0]) == 2
+    assert all(b - a > 10 for ends in places for a, b in zip(sorted(ends), sorted(ends)[1:], strict=False))
+
+
+def test_equations_are_copied_as_sympy(browser, pages):
+    import sympy
+
+    browser.open(pages("double-pendulum"))
+    codes = browser.value("[...document.querySelectorAll('[data-sympy]')].map(e => e.dataset.sympy)")
+    e = fb.equations(entries()["double-pendulum"].build())
+    assert [str(x) for x in e.motion] == codes[-2:]
+    assert all(isinstance(sympy.sympify(code, evaluate=False), sympy.Basic) for code in codes)
+    buttons = "document.querySelector('[data-sympy]').querySelectorAll('button')"
+    assert browser.value(f"[...{buttons}].map(b => b.textContent)") == ["LaTeX", "SymPy", "text"]
 
 
 def test_speed_and_end(browser, pages):
@@ -271,7 +348,7 @@ def test_the_time_bar_has_modes_and_events(browser, bouncing):
 
 
 def test_contact_points_and_forces_are_switched(browser, bouncing):
-    browser.open(f"{bouncing.as_uri()}#t=1.5&contacts=0")
+    browser.open(f"{bouncing.as_uri()}#t=1.5&contacts=0&reactions=0")
     plain = shown(browser)
     browser.value("freebody.show('contacts', true)")
     points = shown(browser)

@@ -447,7 +447,7 @@ def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
     for key, answer in answers.items():
         assert f"<td>{symbols.name(key)}</td><td>{answer.question}</td>" in shown
     assert (
-        shown.count('<div class="equation">')
+        shown.count('<div class="equation"')
         == sum(answer.formula is not None for answer in answers.values())
         > 0
     )

@@ -63,6 +63,7 @@ def test_what_is_not_linear_is_tabulated():
     """A bar whose point of suspension moves on a circle with the angle beta."""
     s = fb.System("mount")
     beta, L = s.parameters(beta=0.3, L=1.0)
+    s.gravity = (0, -9.81, 0)
     bar = s.body("bar", fb.slender_bar(1, L, axis="x"))
     s.hinge("pin", s.ground, bar, at=("2*cos(beta)", "2*sin(beta)", 0), axis="z", coordinate="theta")
     motion = fb.simulate(s, 1, initial={"theta'": 1})

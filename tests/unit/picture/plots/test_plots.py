@@ -92,7 +92,7 @@ def test_energy_shows_work_where_loads_do_work(oscillator):
 
 def test_reaction_and_residual(swing):
     ax = fb.plot.reaction(swing, "pin", axes="xy")
-    assert [line.get_label() for line in ax.lines] == ["pin_x", "pin_y"]
+    assert [line.get_label() for line in ax.lines] == [r"$\mathrm{pin}_{x}$", r"$\mathrm{pin}_{y}$"]
     assert np.array_equal(ax.lines[1].get_ydata(), swing.reactions["pin"].force[:, 1])
     assert fb.plot.energy_residual(swing).lines[1].get_ydata() == pytest.approx(0, abs=1e-8)
 

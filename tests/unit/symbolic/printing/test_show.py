@@ -117,8 +117,8 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
     "numbers": (lambda: fb.linearize(pendulum(), values={}), "4.905*theta_1 = 0", "4.905", "4.905"),
     "modes": (
         lambda: fb.linearize(pendulum(), inputs="F").modes(),
-        "oscillation  sqrt(6)*sqrt(g/L)/2",
-        r"\sqrt{\frac{g}{L}}",
+        "oscillation  sqrt(3*g/(2*L))",
+        r"\sqrt{\frac{3 g}{2 L}}",
         "damping ratio",
     ),
     "modes in numbers": (
@@ -190,7 +190,7 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
     ),
     "mode": (
         lambda: fb.linearize(pendulum(), inputs="F").modes()[0],
-        "oscillation: frequency sqrt(6)*sqrt(g/L)/2, damping ratio 0; theta_1 = 1",
+        "oscillation: frequency sqrt(3*g/(2*L)), damping ratio 0; theta_1 = 1",
         r"\theta_{1} = 1",
         "θ",
     ),

@@ -23,7 +23,7 @@ def build() -> fb.System:
     """Return the system: the pulley carries link 2, link 2 carries link 1, and the hinge O closes the loop."""
     s = parts()
     theta, theta_2, x_B = s.coordinates("theta theta_2 x_B")
-    pulley = s.body("pulley", fb.particle(0))
+    pulley = s.body("pulley", fb.particle(0), shape=fb.disk(1, 0.06))
     s.slider("line", s.ground, pulley, at=("2*L", 0, 0), axis="x", coordinate=x_B)
     link_1, link_2 = s.bodies["link_1"], s.bodies["link_2"]
     s.hinge("B", pulley, link_2, to=("L/2", 0, 0), axis="z", coordinate=theta_2)

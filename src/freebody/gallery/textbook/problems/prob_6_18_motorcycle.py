@@ -58,6 +58,7 @@ def build() -> fb.System:
     # two thin hoops: the moment of inertia about a diameter is half
     inertia = ((2 * spin, 0, 0), (0, spin, 0), (0, 0, spin))
     wheels = s.body("wheels", fb.MassProperties(m, (0, 0, 0), inertia), shape="nothing")
+    s.scenery = fb.box(1, (9 * h / 5, 22 * h / 5, h / 20)).moved((R, 0, -41 * h / 40))
     s.hinge("turn", s.ground, carriage, axis="z", coordinate="psi")
     s.hinge("lean", carriage, frame, at=(R, 0, 0), axis=(0, -1, 0), coordinate="theta")
     s.hinge("axle", frame, wheels, axis="x", coordinate="p")
@@ -198,5 +199,6 @@ MOTORCYCLE = Entry(
     solve,
     until=0.2,
     positive=("m",),
+    drawn={"psi": 0, "theta": "8deg"},
     start={"psi'": "v/R", "p'": "-v/r"},
 )

@@ -43,16 +43,16 @@ def build() -> fb.System:
         shape=look(),
     )
     shown = {
-        "propeller": fb.box(1, (0.1, 0.25, 2.6)).moved((3.1, 0, 0)),
-        "engine": fb.cylinder(1, 0.45, 0.5, axis="x").moved((2.4, 0, 0)),
+        "propeller": (fb.box(1, (0.1, 0.25, 2.6)), 3.1),
+        "engine": (fb.cylinder(1, 0.45, 0.5, axis="x"), 2.4),
     }
     s.hinge("yaw", s.ground, airframe, axis="z", coordinate="psi")
     for shaft, rotor, inertia, angle in zip(
         SHAFTS, ("propeller", "engine"), (I_p, I_e), ("p", "n"), strict=True
     ):
         thin = ((inertia, 0, 0), (0, inertia / 2, 0), (0, 0, inertia / 2))
-        body = s.body(rotor, fb.MassProperties(1, (0, 0, 0), thin), shape=shown[rotor])
-        s.hinge(shaft, airframe, body, axis="x", coordinate=angle)
+        body = s.body(rotor, fb.MassProperties(1, (0, 0, 0), thin), shape=shown[rotor][0])
+        s.hinge(shaft, airframe, body, at=(shown[rotor][1], 0, 0), axis="x", coordinate=angle)
     explain(
         s,
         I_p="kg m²: moment of inertia of the propeller about its axis",
