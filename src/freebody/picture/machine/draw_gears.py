@@ -56,8 +56,12 @@ class Wheel:
 
 def meshes(m: MachineDrawing) -> Iterator[tuple[str, list[Wheel]]]:
     """Yield the name and both sides of every mesh whose pitch point is known."""
-    played = {contact.owner: contact.law for contact in m.model.contacts if isinstance(contact.law, Backlash)}
-    geared = {name: x for name, x in m.model.constraints.items() if isinstance(x, Gear)}
+    played: dict[str, Gear | Backlash] = {
+        contact.owner: contact.law for contact in m.model.contacts if isinstance(contact.law, Backlash)
+    }
+    geared: dict[str, Gear | Backlash] = {
+        name: x for name, x in m.model.constraints.items() if isinstance(x, Gear)
+    }
     for name, gear in {**geared, **played}.items():
         if isinstance(gear.mesh, Mesh):
             yield name, _sides(m, gear, gear.mesh)

@@ -36,7 +36,7 @@ def joint_springs(
                 continue
             joint = model.joints[action.joint.name]
             link = model.links[joint_link(model, action)]
-            if joint.parent != "ground" or joint.child not in names or joint.type != "slider":
+            if joint.parent != "ground" or joint.child not in names or not joint.pair.guided:
                 continue
             child = names.index(joint.child)
             at = np.array([float(state(x)) for x in joint.at])

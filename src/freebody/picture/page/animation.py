@@ -33,7 +33,6 @@ from ..machine.shapes import (
     scenery_of,
     shapes,
 )
-from ..machine.supports import HELD
 from ..moving.forces import Arrow
 from ..moving.joint_springs import joint_springs
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheels
@@ -345,6 +344,7 @@ def _supports(model: Model, state: State, keys: Keyframes, size: float, up: Arra
     for name, joint in model.joints.items():
         if joint.parent != "ground" or not joint.pair.holds:
             continue
+        held = joint.pair.spherical or joint.pair.revolute
         at = np.array(_numbers(state, joint.at))
         link = model.links[joint.links[0]]
         if joint.pair.guided:
@@ -355,9 +355,9 @@ def _supports(model: Model, state: State, keys: Keyframes, size: float, up: Arra
             low, high = min(0.0, float(reach.min())) - 0.2 * size, max(0.0, float(reach.max())) + 0.2 * size
             guide = rod(at + low * axis, at + high * axis, 0.6 * ROD * size)
             parts.append({**part(guide, size), "color": STEEL})
-        elif joint.type not in HELD or name in carrying or not keys.arrows:
+        elif not held or name in carrying or not keys.arrows:
             parts.append(_ball(at.tolist(), 0.022 * size, STEEL))
-            if joint.type in HELD and joint.child in model.bodies:
+            if held and joint.child in model.bodies:
                 body = list(model.bodies).index(joint.child)
                 above = float((keys.position[:, body] - at).mean(axis=0) @ up) >= 0
                 parts.append(_foot(at, -up if above else up, size))
