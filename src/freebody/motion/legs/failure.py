@@ -11,7 +11,7 @@ import numpy as np
 from ...describe.loads.action import Action, Couple, PointForce
 from ...dynamics.conditions.constraints import rows
 from ...dynamics.conditions.mobility import massless_motion
-from ...dynamics.loading import actions
+from ...dynamics.loads.actions import actions
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ..ending import End

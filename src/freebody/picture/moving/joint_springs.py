@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.loads.action import JointForce
-from ...dynamics.loading import joint_link, places
+from ...dynamics.loads.actions import places
+from ...dynamics.loads.power import joint_link
 from ...dynamics.state import State
 from ...model.model import Model
 from ...motion.trajectory.quantities import quaternions
