@@ -146,7 +146,7 @@ thigh = "thigh"
 [joints.wire]
 type = "cycloid"
 child = "bead"
-at = [1, 1, 0]
+at = [1, 1, 0.1]
 radius = 0.3
 [contacts.dish]
 kind = "bowl"
