@@ -1,8 +1,10 @@
-"""A package of a user, installed beside freebody, makes its kind of load known to files and the command line."""
+"""A package of a user, installed beside freebody: its kinds pass the batteries, and files and commands know them."""
 
 from __future__ import annotations
 
+import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -120,6 +122,113 @@ def test_a_shape_of_the_package_touches(installed):
         "print(round(float(motion.contacts['pile[b,ground]'].normal[-1]), 6))\n",
     )  # fmt: skip
     assert result.stdout.split() == ["9.81", "True", "9.81"], result.stderr
+
+
+WALKER = """
+gravity = [0, -9.81, 0]
+[parameters]
+thigh = 0.4
+k = 0.1
+[bodies.foot]
+solid = "box"
+mass = 1
+sizes = [0.1, 0.3, 0.1]
+[bodies.bead]
+solid = "sphere"
+mass = 0.2
+radius = 0.02
+[joints.left]
+type = "leg"
+child = "foot"
+at = [0, 1, 0]
+to = [0, 0.15, 0]
+thigh = "thigh"
+[joints.wire]
+type = "cycloid"
+child = "bead"
+at = [1, 1, 0.1]
+radius = 0.3
+[contacts.dish]
+kind = "bowl"
+point = "bead"
+curvature = 0.01
+friction = 0.1
+[loads.air]
+kind = "gust"
+point = "foot"
+factor = "k"
+wind = [1, 0, 0]
+[initial]
+left_hip = 0.3
+wire_phi = 0.5
+[run]
+until = 0.2
+"""
+
+
+def test_joints_of_the_package_in_every_command(installed, tmp_path):
+    path = installed / "walker.toml"
+    path.write_text(WALKER)
+    for arguments, words in {
+        ("check",): ("leg", "cycloid", "left_hip", "wire_phi"),
+        ("equations",): ("left_knee''", "wire_phi''"),
+        ("draw", "-o", str(tmp_path / "walker.svg")): (),
+        ("run", "--until", "0.1"): (),
+    }.items():
+        command, *more = arguments
+        result = called(installed, "-m", "freebody", command, str(path), *more)
+        assert result.returncode == 0, result.stdout + result.stderr
+        for word in words:
+            assert word in result.stdout, (word, result.stdout)
+    pictures = "".join(file.read_text(encoding="utf-8") for file in tmp_path.rglob("*.svg"))
+    for part in ('data-joint="left"', 'data-joint="wire"', 'data-load="air"'):
+        assert part in pictures, part
+    result = called(
+        installed, "-c",
+        "import freebody as fb\n"
+        f"s = fb.read({str(path)!r})\n"
+        "from freebody.formats.toml.write import toml_text\n"
+        f"fb.write(s, {str(tmp_path / 'again.toml')!r})\n"
+        f"print(fb.equations(fb.read({str(tmp_path / 'again.toml')!r})).text() == fb.equations(s).text())\n"
+        "motion = fb.simulate(s, 0.3, initial={'left_hip': 0.3, 'wire_phi': 0.5})\n"
+        "print(abs(motion.energy.residual).max() < 1e-7)\n"
+        f"fb.report(s, motion, {str(tmp_path / 'report.html')!r})\n"
+        "p = fb.compile(s)\n"
+        "print(len(p.to_c('mass_matrix').source) > 1000)\n"
+        "print('left' in fb.equations(s).reactions, 'wire' in fb.equations(s).reactions)\n"
+        "print('left' in fb.free_body_diagram(s, 'foot').svg)\n",
+    )  # fmt: skip
+    assert result.stdout.split() == ["True"] * 6, result.stdout + result.stderr
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "leg" in page and "cycloid" in page
+
+
+def test_joints_and_the_method_of_the_package_pass_the_batteries(installed):
+    result = called(
+        installed, "-c",
+        "import freebody as fb\n"
+        "s = fb.System('ball')\n"
+        "s.gravity = (0, -9.81, 0)\n"
+        "s.slider('guide', s.ground, s.body('ball', fb.particle(1)), axis='y', coordinate='y')\n"
+        "print(round(float(fb.simulate(s, 1, method='bogacki')['y'][-1]), 6))\n"  # by its entry point
+        "import freebody_gusts as g\n"
+        "fb.testing.check_joint(g.Leg)\n"
+        "fb.testing.check_joint(g.Cycloid)\n"
+        "fb.testing.check_method(g.bogacki)\n",
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.split() == ["-4.905"]
+
+
+def test_kinds_are_short_and_touch_nothing_internal():
+    text = (PACKAGE / "freebody_gusts.py").read_text(encoding="utf-8")
+    tree = ast.parse(text)
+    imported = [x for x in ast.walk(tree) if isinstance(x, ast.Import | ast.ImportFrom)]
+    assert {alias.name for x in imported for alias in x.names} == {"sympy", "freebody"}
+    assert not re.search(r"fb\._|fb\.[a-z]\w*\.[a-z]", text)
+    kinds = [x for x in tree.body if isinstance(x, ast.ClassDef)]
+    assert {getattr(kind.bases[0], "attr", "") for kind in kinds} == {"Load", "Gap", "ContactShape", "Joint"}
+    assert all(kind.end_lineno - kind.lineno < 30 for kind in kinds)
 
 
 @pytest.mark.parametrize(

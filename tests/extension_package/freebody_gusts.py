@@ -1,4 +1,6 @@
-"""A gust, drag in a wind that swells and dies down, a bowl, and a puck that touches: kinds of a package of its own."""
+"""Kinds of a package of its own: a load, two joints, a contact, a shape and a method of integration."""
+
+import sympy
 
 import freebody as fb
 
@@ -29,31 +31,27 @@ class Bowl(fb.Gap, kind="bowl"):
 
     directions = 2
 
-    def _slopes(self, at):
-        x, y, z = at.position(self.point)
-        c = at(self.curvature)
-        return c * x, c * y, z - c * (x * x + y * y) / 2
+    def _shape(self, at):
+        """The place, and the normal with the third component 1."""
+        p, c = at.position(self.point), at(self.curvature)
+        return p, at.vector((0, 0, 1)) - c * p.x * at.vector((1, 0, 0)) - c * p.y * at.vector((0, 1, 0))
 
     def gap(self, at):
-        a, b, height = self._slopes(at)
-        return height / at.sqrt(1 + a * a + b * b)
+        p, n = self._shape(at)
+        return (p.z - at(self.curvature) * (p.x * p.x + p.y * p.y) / 2) / n.norm()
 
-    def _pair(self, at, direction):
+    def _pair(self, at, v):
         ground = self.point.body.system.ground
-        yield fb.PointForce(self.point, direction)
-        yield fb.PointForce(at.spot(ground, at.position(self.point)), -direction)
+        yield fb.PointForce(self.point, v / v.norm())
+        yield fb.PointForce(at.spot(ground, at.position(self.point)), -v / v.norm())
 
     def normal(self, at):
-        a, b, _ = self._slopes(at)
-        n = at.vector((0, 0, 1)) - a * at.vector((1, 0, 0)) - b * at.vector((0, 1, 0))
-        yield from self._pair(at, n / n.norm())
+        yield from self._pair(at, self._shape(at)[1])
 
     def tangents(self, at):
-        a, b, _ = self._slopes(at)
-        first = at.vector((1, 0, 0)) + a * at.vector((0, 0, 1))
-        n = at.vector((0, 0, 1)) - a * at.vector((1, 0, 0)) - b * at.vector((0, 1, 0))
-        second = n.cross(first)
-        return self._pair(at, first / first.norm()), self._pair(at, second / second.norm())
+        _, n = self._shape(at)
+        first = n.cross((0, 1, 0))
+        return self._pair(at, first), self._pair(at, n.cross(first))
 
 
 class Puck(fb.ContactShape, kind="puck"):
@@ -66,3 +64,36 @@ class Puck(fb.ContactShape, kind="puck"):
         x, y, z = at.place(self.body, (0, 0, self.height))
         r = at(self.radius)
         return x + r * direction[0], y + r * direction[1], z + r * direction[2]
+
+
+class Leg(fb.Joint, kind="leg"):
+    """A hip and a knee in one joint, with a thigh without mass between them."""
+
+    thigh: fb.Expression  # length [m]
+
+    endings = ("hip", "knee")
+
+    def motions(self):
+        yield fb.Hinge("z")
+        yield fb.Hinge("z", at=(0, -self.thigh, 0))
+
+
+class Cycloid(fb.Joint, kind="cycloid"):
+    """A bead on the cycloid x = a (φ + sin φ), y = -a cos φ, which turns with its tangent by φ/2."""
+
+    radius: fb.Expression  # a [m]
+
+    endings = ("phi",)
+
+    def pose(self, phi):
+        a = self.radius
+        return (a * (phi + sympy.sin(phi)), -a * sympy.cos(phi), 0), [("z", phi / 2)]
+
+
+bogacki = fb.RungeKutta(  # of Bogacki and Shampine, order 3(2)
+    "bogacki",
+    order=3,
+    stages=[[1 / 2], [0, 3 / 4]],
+    weights=[2 / 9, 1 / 3, 4 / 9],
+    embedded=[7 / 24, 1 / 4, 1 / 3, 1 / 8],
+)

@@ -9,7 +9,7 @@ import numpy as np
 from ..describe.contacts.gap import Gap
 from ..describe.loads.action import PointForce
 from ..errors import ModelError
-from .comparison import machine_with, same
+from .comparison import machine_with, same, same_after_a_file
 from .states import polynomial_value, random_state, state_values
 
 
@@ -41,8 +41,6 @@ def check_contact(kind: type[Gap], /, seed: int = 0, **data: Any) -> None:
     from ..dynamics.conditions.contact import contact_rows, touches, unit_forces
     from ..dynamics.kinematics import coordinate_rates, point_position, state_along
     from ..dynamics.state import float_state, polynomial_state
-    from ..formats.toml.read import case_from_text
-    from ..formats.toml.write import toml_text
     from ..model.assemble import assemble
     from ..scalar.polynomial import Ring
     from ..scalar.series import derivative_at_start
@@ -100,6 +98,6 @@ def check_contact(kind: type[Gap], /, seed: int = 0, **data: Any) -> None:
         rates,
     )
     if kind.kind:
-        again = assemble(case_from_text(toml_text(s)).system)
-        read = [float(x) for x in contact_rows(again, float_state(again, q, u)).rate]
-        same(kind, "rates before and after a file", rates, read, rates)
+        same_after_a_file(
+            kind, s, lambda again: [float(x) for x in contact_rows(again, float_state(again, q, u)).rate]
+        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any
@@ -157,8 +158,7 @@ def _drawn(kind: type[Load], s: System, model: Model, state: State, found: Seque
             (np.array(v, float) for v, sort in zip(arrows, kinds, strict=True) if sort == "force"),
             np.zeros(3),
         )
-        forces = e.free_body(body).forces
-        equation = [
-            float(x.subs(values)) if hasattr(x, "subs") else float(x) for x in forces.get("x", [0, 0, 0])
-        ]
+        # several actions of a load have numbers
+        forces = [f for name, f in e.free_body(body).forces.items() if re.fullmatch(r"x(_\d+)?", name)]
+        equation = np.sum([np.zeros(3), *([float(c.subs(values)) for c in f] for f in forces)], axis=0)
         same(kind, f"its arrows on '{body}' and its force in the equations", drawn, equation, drawn)

@@ -84,17 +84,15 @@ def transmissible(model: Model, state: State, joint: JointPlace, wrench: Spatial
     if joint.pair.anchored:
         return carried(free_motions(model, state, joint), wrench)
     own = next((model.links[i] for i in joint.links if model.links[i].own), None)
-    return carried_part(
-        own, [a for a in joint_axes(model, state, joint) if a.free] if own is None else [], wrench
-    )
+    return carried_part(own, [a for a in joint_axes(model, state, joint) if a.free], wrench)
 
 
 def carried_part(own: Moving | None, free: list[Axis], wrench: Spatial) -> Spatial:
     """Return the part of a wrench that a joint with these free axes carries, or one with speeds of its ``own``."""
     n, f = wrench
-    if own is not None:
-        return (ZERO, ZERO) if own.flies else (ZERO, f)
     slides = [axis.direction for axis in free if axis.slides_only]
+    if own is not None:
+        return (ZERO, ZERO) if own.flies else (ZERO, _across(f, slides))
     turns = [axis.direction for axis in free if axis.turns_only]
     for axis in free:
         if axis.advances:

@@ -18,12 +18,13 @@ from freebody.motion.ending import End
 from freebody.motion.kernels import method_kernels
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.kernels.methods import methods
-from freebody.motion.ode import integration
+from freebody.motion.ode import dop54, integration
 from freebody.motion.ode.dense_output import observe
 from freebody.motion.ode.gauss import integrals, tables
 from freebody.motion.ode.layout import EXPLICIT, SINGLE_STEPS
 from freebody.motion.ode.layout import ORDERS as LISTED
 from freebody.motion.ode.loops import place
+from freebody.motion.ode.tableau import OWN
 from freebody.native.loop import module_named
 from freebody.scalar.derivative import jacobian
 from freebody.scalar.trace import Tape
@@ -136,21 +137,36 @@ def test_a_method_is_a_value_of_its_file_with_the_order_of_the_list(name):
     assert method.single_step == (name in SINGLE_STEPS)
 
 
-def test_the_page_on_extending_shows_the_method_as_it_is_and_runs(capsys):
-    page = (Path(__file__).parents[4] / "docs" / "extending.md").read_text(encoding="utf-8")
-    page = page[page.index("## A method of integration") :]
-    folder = Path(integration.__file__).parent
-    sources = [(folder / name).read_text(encoding="utf-8") for name in ("tsit5.py", "layout.py")]
-    shown = re.findall(r"```text\n(.*?)```", page, re.DOTALL)
-    assert len(shown) == 4
-    for text in shown:
-        assert any(text in source for source in sources), text
-    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
-        exec(compile(code, "docs/extending.md", "exec"), {})
-    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
-    assert [name for name, *_ in lines] == ["tsit5", "dop54", "dop853"]
-    assert len({time for *_, time in lines}) == 1  # all find the same event
-    assert int(lines[0][1]) <= int(lines[1][1])
+@pytest.mark.parametrize("method", ["dop54", "dop853", "tsit5"])
+def test_every_explicit_method_passes_the_battery(method):
+    fb.testing.check_method(method)
+
+
+def test_a_method_by_its_coefficients_is_the_same_method():
+    """The tableau of Dormand and Prince, compiled from data: the steps and states of dop54."""
+    E = np.append(dop54.B, 0) - dop54.E
+    fb.RungeKutta("dormand", order=5, stages=dop54.A[1:], weights=dop54.B, embedded=E)
+    s, start, until = heavy_top(), *MACHINES["heavy top"][1:]
+    own, given = (fb.simulate(s, until, method=m, tolerance=1e-7, **start) for m in ("dormand", "dop54"))
+    assert own.steps == given.steps
+    assert own.states == pytest.approx(given.states, abs=1e-13)
+
+
+def test_wrong_methods_are_caught():
+    """Coefficients that satisfy all order conditions, with an error that is too small, and a wrong order by force."""
+    careless = fb.RungeKutta(
+        "careless", order=2, stages=[[1]], weights=[1 / 2, 1 / 2], embedded=[1 / 2 + 1e-9, 1 / 2 - 1e-9]
+    )
+    with pytest.raises(
+        AssertionError, match="careless: expected an error of at most .* for the tolerance 0.0001, got"
+    ):
+        fb.testing.check_method(careless)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(LISTED, "careless", 3)
+        with pytest.raises(
+            AssertionError, match="careless: expected errors that fall with the power 3 of the step"
+        ):
+            fb.testing.check_method(careless)
 
 
 @pytest.fixture(scope="module", params=list(MACHINES))
@@ -811,7 +827,7 @@ def test_a_step_too_long_to_converge_is_refused():
 
 
 def test_every_method_is_described():
-    for method in methods():
+    for method in set(methods()) - set(OWN):
         assert f'"{method}"' in fb.simulate.__doc__
 
 
@@ -820,7 +836,7 @@ def test_the_page_prints_what_it_says(capsys):
     ((code, printed),) = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```\n", page, re.DOTALL)
     exec(compile(code, "docs/integrators.md", "exec"), {})
     assert capsys.readouterr().out == printed
-    assert all(f'"{method}"' in page for method in methods())
+    assert all(f'"{method}"' in page for method in set(methods()) - set(OWN))
 
 
 def test_model_is_compiled_for_what_is_asked_only():
