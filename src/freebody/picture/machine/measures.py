@@ -87,7 +87,7 @@ def angle_of(
     ends += [  # what slides along the body shows its direction, too
         scale * view(now.place(other.child, other.to))
         for other in model.joints.values()
-        if other.parent == body and other.type == "slider"
+        if other.parent == body and other.pair.guided
     ]
     local = np.array([float(now.state(x)) for x in joint.to])
     if pieces and not any(holds(piece, local, 3.0 / scale) for piece in pieces):
