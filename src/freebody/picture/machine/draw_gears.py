@@ -58,7 +58,8 @@ def meshes(m: MachineDrawing) -> Iterator[tuple[str, list[Wheel]]]:
     """Yield the name and both sides of every mesh whose pitch point is known."""
     played = {contact.owner: contact.law for contact in m.model.contacts if isinstance(contact.law, Backlash)}
     geared = {name: x for name, x in m.model.constraints.items() if isinstance(x, Gear)}
-    for name, gear in {**geared, **played}.items():
+    every: dict[str, Gear | Backlash] = {**geared, **played}
+    for name, gear in every.items():
         if isinstance(gear.mesh, Mesh):
             yield name, _sides(m, gear, gear.mesh)
 
