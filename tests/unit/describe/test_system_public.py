@@ -15,7 +15,7 @@ SYSTEM = """
     controller controllers coordinates cylindrical damper describe drag expression families force free friction gear
     belt chain path_joint
     generalized_force gimbal gravitation gravity ground hinge joints loads motor name parameters planar
-    reading rolling rope scenery screw slider spring stop t torque torsion_spring universal weld
+    reading rolling rope scenery screw slider spring stop t torque torsion_spring tyre universal weld
 """
 BODY = """
     box capsule center circle corners cylinder ellipsoid heightline hull is_ground mass_properties name origin plane

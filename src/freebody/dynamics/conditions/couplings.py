@@ -43,8 +43,8 @@ def _couplings(model: Model, state: State) -> Iterator[Coupling]:
         elif isinstance(owner, Condition) and _fixes_ratio(owner):
             joints = _coupled(model, state, i)
             if len(joints) > 1:
-                words = f"what keeps constraint '{owner.name}'"
-                yield Coupling(_between(model, joints), words, "s.constrain says of no point where it acts")
+                words = f"the coupling by constraint '{owner.name}'"
+                yield Coupling(_between(model, joints), words, "no point where it acts was described")
 
 
 def _fixes_ratio(condition: Condition) -> bool:

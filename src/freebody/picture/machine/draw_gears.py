@@ -56,13 +56,10 @@ class Wheel:
 
 def meshes(m: MachineDrawing) -> Iterator[tuple[str, list[Wheel]]]:
     """Yield the name and both sides of every mesh whose pitch point is known."""
-    played: dict[str, Gear | Backlash] = {
-        contact.owner: contact.law for contact in m.model.contacts if isinstance(contact.law, Backlash)
-    }
-    geared: dict[str, Gear | Backlash] = {
-        name: x for name, x in m.model.constraints.items() if isinstance(x, Gear)
-    }
-    for name, gear in {**geared, **played}.items():
+    played = {contact.owner: contact.law for contact in m.model.contacts if isinstance(contact.law, Backlash)}
+    geared = {name: x for name, x in m.model.constraints.items() if isinstance(x, Gear)}
+    every: dict[str, Gear | Backlash] = {**geared, **played}
+    for name, gear in every.items():
         if isinstance(gear.mesh, Mesh):
             yield name, _sides(m, gear, gear.mesh)
 

@@ -109,8 +109,8 @@ def test_a_copy_and_a_study_have_it():
     "kind",
     [Drag, Gravitation, Everything]
     + [
-        k for k in KINDS.values() if "freebody" in k.__module__ and k.__name__ != "Belt"
-    ],  # two hinges: test_belt
+        k for k in KINDS.values() if "freebody" in k.__module__ and k.__name__ not in ("Belt", "Tyre")
+    ],  # with data of their own: test_belt, exact/test_tyres
 )
 def test_every_kind_passes_the_battery(kind):
     fb.testing.check_load(kind, balanced=False if kind is Everything else None)

@@ -224,6 +224,37 @@ def test_a_ratio_alone_leaves_bearings_and_teeth_together(why):
     assert "mesh" in e.solve("mesh")
 
 
+def coupled(condition, **second):
+    s = fb.System("coupled")
+    one, two = s.body("one", fb.disk(1, R1)), s.body("two", fb.disk(1, R2))
+    s.hinge("first", s.ground, one, coordinate="p")
+    s.hinge("second", s.ground, two, at=(R1 + R2, 0, 0), coordinate="q")
+    s.constrain(condition, name="chain")
+    return s
+
+
+def test_a_constraint_that_fixes_a_ratio_says_what_it_leaves_open():
+    e = fb.equations(coupled("p = 2*q"))
+    words = (
+        "undetermined: how much of first the joint bears and how much the coupling by constraint 'chain', of which "
+        "only the ratio is known: no point where it acts was described"
+    )
+    assert words in e.free_body("one").text()
+    assert words in e.reactions["first"].text()
+    assert words.replace("first", "second") in e.free_body("two").text()
+    assert "no point where" in fb.free_body_diagram(coupled("p = 2*q"), "one").svg
+    assert "first_x" in e.indeterminate()
+    with pytest.raises(ModelError, match="The sum of both is in fb.equations"):
+        e.solve("first_x")
+
+
+@pytest.mark.parametrize("condition", ["p = 1/3", "sin(p) = q"])
+def test_other_conditions_are_no_ratios(condition):
+    """A lock acts in its own joint; a law that is not linear is a guide or a cam."""
+    e = fb.equations(coupled(condition))
+    assert "undetermined" not in e.free_body("one").text()
+
+
 def test_sliders_share_no_pitch_point():
     s = fb.System("levers")
     one, two = s.body("one", fb.particle(1)), s.body("two", fb.particle(1))
