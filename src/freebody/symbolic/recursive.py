@@ -28,7 +28,7 @@ import sympy
 
 from ..dynamics.conditions.constrained import constrained_loading
 from ..dynamics.conditions.constraints import residuals, rows
-from ..dynamics.kinematics import Posture, velocities
+from ..dynamics.kinematics import Posture, accelerations, velocities
 from ..dynamics.loads.loading import Loading, loading
 from ..dynamics.newton_euler import inverse_dynamics
 from ..dynamics.state import State, polynomial_state
@@ -301,15 +301,22 @@ class Recursive:
         self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
         self._base = base
         self.working = _Working(base, self.names, self.udot)
-        self._place()
-        self.balances = inverse_dynamics(model, self.working, self.udot, self._loads())
-        self.residuals = [x for x in residuals(model, base) if x != 0] if model.constraints else []
 
-    def _place(self) -> None:
-        """Form the postures and velocities of the links, with names, for the loads."""
+    @cached_property
+    def balances(self) -> tuple[Scalar, ...]:
+        """M u' + h - Q in named quantities, a row for each speed."""
+        if self.model.loads or self.model.constraints:
+            self.place()
+        return inverse_dynamics(self.model, self.working, self.udot, self._loads())
+
+    @cached_property
+    def residuals(self) -> list[Scalar]:
+        """Residuals of the constraints that do not hold identically."""
+        return [x for x in residuals(self.model, self._base) if x != 0] if self.model.constraints else []
+
+    def place(self) -> State:
+        """Form the postures and velocities of the links, with names, and return the state that holds them."""
         model, base, working, names = self.model, self._base, self.working, self.names
-        if not model.loads and not model.constraints:
-            return
         postures: list[Posture] = []
         for i, link in enumerate(model.links):
             label = working.label(i)
@@ -331,6 +338,15 @@ class Recursive:
             R = working.axes(i)
             link_velocities.append((apply_transpose(R, w), apply_transpose(R, v)))
         base.cache["velocities"] = link_velocities
+        return base
+
+    def accelerations(self) -> list[Spatial]:
+        """Return the accelerations of the links in their own axes, with names for those in working axes."""
+        result = []
+        for i, (alpha, a) in enumerate(accelerations(self.model, self.working, self.udot)):
+            R = self.working.axes(i)
+            result.append((apply_transpose(R, alpha), apply_transpose(R, a)))
+        return result
 
     def _loads(self) -> Loading:
         """The loads and the forces of constraints, in working axes."""
@@ -368,6 +384,14 @@ class Recursive:
     @cached_property
     def formulas(self) -> list[tuple[str, list[tuple[Any, Any]]]]:
         """(heading, [(left, right), ...]) of the definitions in the order of their use, then of the equations."""
+        equations = [(x, 0) for x in (*self.balances, *self.residuals)]
+        return [
+            *self.meanings(self.definitions, " less that of gravity"),
+            ("Equations of motion:", equations),
+        ]
+
+    def meanings(self, definitions: Sequence[Definition], less: str = "") -> list[tuple[str, list[Any]]]:
+        """Return (heading, [(symbol, value), ...]) of definitions; accelerations are ``less`` something."""
         in_own_axes = [
             link.body for i, link in enumerate(self.model.links) if link.body and not self.working.fixed(i)
         ]
@@ -380,21 +404,22 @@ class Recursive:
                 axes = f"along the own axes of {names}"
         headings = {
             POSITIONS: "Angles and positions, outward from the ground; an angle's rates are its derivatives:",
-            MOTION: f"Motion at the joints, outward; accelerations less that of gravity; components {axes}:",
+            MOTION: f"Motion at the joints, outward; accelerations{less}; components {axes}:",
             FORCES: "Forces and moments that the joints pass on, springs and motors along them included, inward:",
         }
         result = []
         for part, heading in headings.items():
-            lines = [(d.symbol, d.value) for d in self.definitions if d.part == part and d.angle is None]
+            lines = [(d.symbol, d.value) for d in definitions if d.part == part and d.angle is None]
             if lines:
                 result.append((heading, lines))
-        equations = [(x, 0) for x in (*self.balances, *self.residuals)]
-        return [*result, ("Equations of motion:", equations)]
+        return result
 
-    def written(self, kind: type[Printer], sign: str) -> Iterator[tuple[str, list[str]]]:
-        """Yield (heading, lines) as written by one kind of printer."""
+    def written(
+        self, kind: type[Printer], sign: str, formulas: Sequence[tuple[str, list[Any]]] | None = None
+    ) -> Iterator[tuple[str, list[str]]]:
+        """Yield (heading, lines) of formulas, by default of all, as written by one kind of printer."""
         printer = kind(self.ring)
-        for heading, pairs in self.formulas:
+        for heading, pairs in self.formulas if formulas is None else formulas:
             lines = []
             for left, right in pairs:
                 name = printer.generator(left, 1) if isinstance(left, sympy.Basic) else printer.show(left)

@@ -16,19 +16,28 @@ from typing import Any
 
 import sympy
 
-from ...errors import ModelError, nearest
+from ...errors import ModelError, TooManyTermsError, nearest
 from ...scalar.algebra import ZERO, Expression, Vector, add, cross, subtract
+from ...scalar.budget import WORK
+from ...scalar.polynomial import Polynomial
 from ...scalar.substitute import Substitution
 from ..derivation.bodies import own_body
 from ..derivation.derivation import Derivation
 from ..derivation.questions import named
 from ..printing.display import equation_latex, equation_text, text
+from ..printing.latex import Latex
+from ..printing.printer import Printer
 from ..printing.show import latex_words
+from ..printing.text import Text
 from ..printing.typeset import Typeset
 from .action import TITLES, Action
 from .balance import BodyBalance
 from .moment_form import MomentForm
+from .named_quantities import NamedDerivation
 from .planar import planar_equations, planar_latex, planar_text, plane_in
+
+MOST = 1000
+"""Most terms of the equations of one body that are still written out, about two pages."""
 
 
 @named("the free body")
@@ -114,11 +123,42 @@ class FreeBody(BodyBalance, Typeset):
         """Symbols of the reaction components that act on this body."""
         return tuple(sympy.Symbol(a.name, real=True) for a in self.actions if a.kind == "reaction")
 
+    @cached_property
+    def in_names(self) -> FreeBody | None:
+        """The same free body in named quantities if it is too long to be written out, else None."""
+        e = self._e
+        form = getattr(e, "_requested_form", "explicit")
+        if form == "explicit" or self.frame != "ground" or self._about != self._centre:
+            return None
+        if form == "auto":
+            try:
+                # intermediate elements may be longer than the final ones
+                with e.ring.budget.question("the free body", terms=4 * MOST, work=WORK // 32):
+                    sides = [x for pair in self.balances for x in pair]
+                if sum(len(x) for x in sides if type(x) is Polynomial) <= MOST:
+                    return None
+            except TooManyTermsError:
+                pass
+        return FreeBody(NamedDerivation(e.model, e.chosen), self.body)
+
+    def _meanings(self, kind: type[Printer], sign: str) -> list[tuple[str, list[str]]]:
+        """Return (heading, lines) of the names in the equations; [] without such names."""
+        if not isinstance(self._e, NamedDerivation):
+            return []
+        loads = [x for a in self.actions for x in (*self._in_axes(a.force), *self._in_axes(a.moment))]
+        return self._e.meanings([*loads, *(x for pair in self.balances for x in pair)], kind, sign)
+
     @named("the free body")
     def text(self) -> str:
-        """The forces by name and the equations as plain text; for a planar model, the equations in the plane."""
-        if not isinstance(plane_in(self), str):
-            return planar_text(self)
+        """The forces by name and the equations as plain text; for a planar model, the equations in the plane.
+
+        Names stand for the motion of bodies if the equations would fill pages; their meanings come last.
+        """
+        if not isinstance(self._e, NamedDerivation):
+            if not isinstance(plane_in(self), str):
+                return planar_text(self)
+            if self.in_names is not None:
+                return self.in_names.text()
         ring = self._e.ring
         lines = [
             *self._e.heading,
@@ -136,13 +176,19 @@ class FreeBody(BodyBalance, Typeset):
         for title, (left, right) in zip(TITLES, self.balances, strict=True):
             if not (left == 0 and right == 0):
                 lines.append(f"  {title}:  {equation_text(left, right, ring)}")
-        return "\n".join([*lines, *self.remarks()])
+        meanings = [
+            x for head, rows in self._meanings(Text, " = ") for x in (head, *(f"  {row}" for row in rows))
+        ]
+        return "\n".join([*lines, *self.remarks(), *meanings])
 
     @named("the free body")
     def latex(self) -> str:
-        """The equations as a LaTeX ``aligned`` block; for a planar model, the equations in the plane."""
-        if not isinstance(plane_in(self), str):
-            return planar_latex(self)
+        """The equations as a LaTeX ``aligned`` block, with names as in `text`; for a planar model, in the plane."""
+        if not isinstance(self._e, NamedDerivation):
+            if not isinstance(plane_in(self), str):
+                return planar_latex(self)
+            if self.in_names is not None:
+                return self.in_names.latex()
         ring = self._e.ring
         rows = [
             equation_latex(left, right, ring).replace(" = ", " &= ", 1)
@@ -150,6 +196,8 @@ class FreeBody(BodyBalance, Typeset):
             if not (left == 0 and right == 0)
         ]
         above = [f"&{latex_words(line)}" for line in self._e.heading]
+        for head, lines in self._meanings(Latex, " &= "):
+            rows += [f"&{latex_words(head)}", *lines]
         return "\\begin{aligned}\n" + " \\\\\n".join([*above, *rows]) + "\n\\end{aligned}"
 
     def __repr__(self) -> str:
@@ -166,6 +214,7 @@ class FreeBodyAt(FreeBody):
     def __init__(self, whole: FreeBody, values: Mapping[str, Expression]) -> None:
         e = whole._e
         super().__init__(e, whole.body)
+        self.in_names = None
         self._about, self.about, self.frame, self._axes = whole._about, whole.about, whole.frame, whole._axes
         atoms = {str(name): atom for name, atom in e.model.names.atoms.items()}
         for speed in e.model.speeds:
