@@ -66,7 +66,7 @@ def test_many_events_are_thinned_ticks_on_the_time_axis():
     assert 100 < len(times) <= 301 and np.diff(times).min() >= 1 / 300
     assert {event.time for event in motion.events} >= set(times)
     assert ticks.get_transform() == ax.get_xaxis_transform()
-    assert len(motion.plot("x", events=False).lines) == 1
+    assert len(fb.plot.history(motion, "x", events=False).lines) == 1
 
 
 def test_phase_is_the_path_with_its_ends_and_events(swing):
