@@ -28,7 +28,13 @@ Array = NDArray[np.float64]
 COLORS = ("#1f5fa8", "#c8452d", "#3a8f5c", "#7b4ca0", "#b58a1b", "#3b8ea5")
 INK, PALE = "0.25", "0.75"
 MOST_MARKS = 80
-"""Most events that a plot of a quantity over time has room for."""
+"""Most events that a phase plane has room for."""
+
+FEW = 12
+"""Most events that are marked on the curves of a plot over time; more are ticks on the time axis."""
+
+APART = 1 / 300
+"""Least distance between two ticks, relative to the length of the motion."""
 
 
 def figure(width: float, height: float) -> Any:
@@ -95,7 +101,7 @@ def history(
         new = figure(8, 1.4 + 2.6 * len(groups))
         panels = list(new.subplots(len(groups), 1, sharex=True, squeeze=False)[:, 0])
     color = iter(COLORS * (1 + len(listed) // len(COLORS)))
-    kinds = _event_kinds(trajectory) if events and len(trajectory.events) <= MOST_MARKS else {}
+    kinds = _event_kinds(trajectory) if events and len(trajectory.events) <= FEW else {}
     for panel, group in zip(panels, groups.values(), strict=True):
         handles = []
         for name in group:
@@ -107,7 +113,8 @@ def history(
         units = {unit(trajectory, name) for name in group}
         _finish(panel, label(trajectory, group[0]) if len(group) == 1 else "", units)
         handles = handles if len(group) > 1 else []
-        _legend(panel, handles + (_event_handles(kinds, trajectory) if panel is panels[0] else []))
+        marks = _event_handles(kinds, trajectory) if kinds or not events else _ticks(panel, trajectory)
+        _legend(panel, handles + (marks if panel is panels[0] else []))
     panels[-1].set_xlabel("time [s]")
     if title:
         _title(panels[0], title)
@@ -377,6 +384,25 @@ def _mark(ax: Any, trajectory: Trajectory, name: Any, kinds: dict[str, str], col
             linestyle="none", marker=marker, markersize=5, markerfacecolor="white",
             markeredgecolor=color, markeredgewidth=1.2, clip_on=False, zorder=3,
         )  # fmt: skip
+
+
+def _ticks(ax: Any, trajectory: Trajectory) -> list[Any]:
+    """Draw a tick on the time axis at each event, thinned; return the legend entry."""
+    times = sorted(float(event.time) for event in trajectory.events)
+    least = APART * abs(float(trajectory.t[-1] - trajectory.t[0]))
+    kept: list[float] = []
+    for time in times:
+        if not kept or time - kept[-1] >= least:
+            kept.append(time)
+    if not kept:
+        return []
+    names = ", ".join(dict.fromkeys(event.name for event in trajectory.events))
+    return list(
+        ax.plot(
+            kept, [0.0] * len(kept), linestyle="none", marker=2, markersize=6, color=INK, clip_on=False,
+            transform=ax.get_xaxis_transform(), label=names if len(names) <= 60 else "events", zorder=3,
+        )
+    )  # fmt: skip
 
 
 def _event_handles(kinds: dict[str, str], trajectory: Trajectory) -> list[Any]:

@@ -54,6 +54,21 @@ def own() -> object:
 # --- of a trajectory -----------------------------------------------------------------------------------------------
 
 
+def test_many_events_are_thinned_ticks_on_the_time_axis():
+    s = fb.System("oscillator")
+    guide = s.slider("guide", s.ground, s.body("block", fb.particle(1)), coordinate="x")
+    s.spring("k", guide, stiffness=10**6)
+    motion = fb.simulate(s, until=2, initial={"x": 1}, events=[fb.event("x", name="mark")])
+    assert len(motion.events) > 600
+    ax = motion.plot("x")
+    (ticks,) = [line for line in ax.lines if line.get_label() == "mark"]
+    times = ticks.get_xdata()
+    assert 100 < len(times) <= 301 and np.diff(times).min() >= 1 / 300
+    assert {event.time for event in motion.events} >= set(times)
+    assert ticks.get_transform() == ax.get_xaxis_transform()
+    assert len(fb.plot.history(motion, "x", events=False).lines) == 1
+
+
 def test_phase_is_the_path_with_its_ends_and_events(swing):
     ax = own()
     assert fb.plot.phase(swing, "theta", ax=ax) is ax
