@@ -70,16 +70,20 @@ def face_normal(core: Core, face: Integers, n: Reals) -> None:
 
 @compiled
 def by_faces(of: Families, core: Core, other: Core, which: int, patch: Patch) -> None:
-    """Try the face normals of a core, which point from it to the other one."""
+    """Try the face normals of a core, which point from it to the other one.
+
+    One of the second core is taken only where it is better by more than round-off, so that a patch of two equal faces
+    has the same points in every step.
+    """
     mesh = of.members.mesh[core.mesh :]
-    n = patch.trial
+    n, bar = patch.trial, ALONG * patch.extent if which == FACE_OF_B else 0.0
     for f in range(mesh[1]):
         face = mesh[mesh[HEAD + f] :]
         face_normal(core, face, n)
         p = core.corners[3 * face[0] :]
         apart = least(other, n) - (n[0] * p[0] + n[1] * p[1] + n[2] * p[2])
-        if apart > patch.apart:
-            patch.apart, patch.kind, patch.face = apart, which, f
+        if apart > patch.apart + bar:
+            patch.apart, patch.kind, patch.face, bar = apart, which, f, 0.0
             for j in range(3):
                 patch.normal[j] = n[j]
 
