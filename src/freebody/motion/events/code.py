@@ -16,6 +16,7 @@ _CALLED = (
     "find_closed",
     "choose_all",
     "decide",
+    "begin_to_leave",
     "find_dead",
     "unique",
     "depth",
