@@ -111,7 +111,7 @@ def spell(it: Contacts, number: int) -> None:
 
 @compiled
 def gives_way(it: Contacts, number: int) -> int:
-    """Return 1 if static friction, greater than kinetic, holds what begins to slip with the others unchanged, else 0."""
+    """Return 1 if static friction, greater than kinetic, holds what begins to slip beside the others, else 0."""
     changed, result = 0, 0
     for i in range(it.contacts):
         if it.tried[i] > PRESSED and it.static[i] > it.friction[i]:

@@ -172,24 +172,30 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"of {h:.3g} s, and was passed over: it is {-it.gap[it.blame]:.3g} m deep. Give a max_step shorter than "
             f"that contact lasts, or take method='timestepping' with step=."
         )
-    if why == event_run.OPEN_IMPULSES:
-        return SimulationError(
-            f"{impact}the impulses of contacts {names} are statically indeterminate, and each distribution moves the "
-            f"machine differently through its friction. Change the friction or the shapes, or take "
-            f"indeterminate='compliance', which decides for the limit of equal compliance at all contacts."
-        )
-    if why == event_run.OPEN_FORCES:
-        names = ", ".join(f"'{work.names[k]}'" for k, mode in enumerate(it.mode) if mode != OPEN)
-        return SimulationError(
-            f"The normal forces of contacts {names} of '{model}' at t = {t:.9g} s are statically indeterminate, and "
-            f"each distribution moves the machine differently through its friction. Give them equal friction, or rest the body on fewer contacts (three in space, two "
-            f"in a plane), or take indeterminate='compliance', which decides for the limit of equal compliance at all "
-            f"contacts."
-        )
     if why in (event_run.NO_MOTION, event_run.SEVERAL):
         return paradox(work, why)
+    return open_shares(work, why)
+
+
+def open_shares(work: ContactRun, why: int) -> SimulationError:
+    """Return the error for indeterminate forces that are refused."""
+    it, model, t = work.it, work.model.name, work.it.t
+    chosen = ", ".join(f"'{work.names[k]}'" for k in work.chosen())
+    closed = ", ".join(f"'{work.names[k]}'" for k, mode in enumerate(it.mode) if mode != OPEN)
+    cure = "take indeterminate='compliance', which decides for the limit of equal compliance at all contacts."
+    if why == event_run.OPEN_IMPULSES:
+        return SimulationError(
+            f"Impact at t = {t:.9g} s of '{model}': the impulses of contacts {chosen} are statically indeterminate, "
+            f"and each distribution moves the machine differently through its friction. Change the friction or the "
+            f"shapes, or {cure}"
+        )
+    if why == event_run.OPEN_FORCES:
+        return SimulationError(
+            f"The normal forces of contacts {closed} of '{model}' at t = {t:.9g} s are statically indeterminate, and "
+            f"each distribution moves the machine differently through its friction. Give them equal friction, or rest "
+            f"the body on fewer contacts (three in space, two in a plane), or {cure}"
+        )
     assert why == event_run.UNDECIDED
-    closed = ", ".join(f"'{work.names[k]}'" for k in chosen if it.mode[k] != OPEN)
     return SimulationError(
         f"Contacts {closed} at t = {t:.9g} s are statically indeterminate: friction, shared in proportion to N, "
         f"has reached μ_s N, and the motion does not determine the shares beyond that. Rest the "

@@ -19,6 +19,8 @@ _CALLED = (
     "begin_to_leave",
     "find_dead",
     "unique",
+    "motions",
+    "take_first",
     "depth",
 )
 

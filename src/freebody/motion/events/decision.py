@@ -206,7 +206,9 @@ def mode_of(contacts: Contacts, i: int) -> int:
     """Return the mode of a contact in the solution: open, stick or slip."""
     at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
     slow = ALIKE * greater(greatest(contacts.given, m), greatest(contacts.after, m))
-    if is_held(contacts, i) == 0 and greatest(contacts.forces[at:], 1 + n) <= ALIKE * greatest(contacts.forces, m):
+    if is_held(contacts, i) == 0 and greatest(contacts.forces[at:], 1 + n) <= ALIKE * greatest(
+        contacts.forces, m
+    ):
         return places.OPEN
     if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
         return places.SLIDE

@@ -19,7 +19,7 @@ LOW = 1e-15
 NUDGE = 4 * STOPPED
 """Initial speed of a slip in space that begins without acceleration, above the speed at which slips end [m/s]."""
 MOMENT = 1e-5
-"""Time after which a motion shows whether laws that hold with equality go on, for speeds below 1 m/s and 1 rad/s [s]."""
+"""Time after which a motion shows whether laws that hold with equality go on, at speeds below 1 m/s or 1 rad/s [s]."""
 CROWD = 1e-7
 """Time between two events below which they count as simultaneous [s]."""
 PHASES = 100_000
