@@ -16,6 +16,11 @@ EXACT = 1e-10
 """Relative residual above which a result is not a solution."""
 
 
+AWAY, PRESSED, FORWARDS, BACKWARDS = range(4)
+"""Modes of a combination (`combinations`): open; closed, which is at rest or on a ray that is known; slip that begins,
+along the tangent or against it."""
+
+
 @dataclass(frozen=True)
 class Touching:
     """One closed contact of the problem.
@@ -43,6 +48,7 @@ class Contacts(Record):
     ``friction``, ``static``   its kinetic and static coefficients
     ``slides``, ``way``        1 if it slides, and along which direction (two numbers)
     ``least``                  its normal force that acts in any case
+    ``tried``                  modes of two combinations (`combinations`)
     ``given``                  c; speeds just before an impact
     ``forces``, ``after``      λ and r
     ``problem``                the problem of the unknowns; ``place`` is the row of each in A, ``owner`` its contact
@@ -70,6 +76,7 @@ class Contacts(Record):
     least: Annotated[Row, "k"]
     restitution: Annotated[Row, "k"]
     way: Annotated[Row, "k2"]
+    tried: Annotated[Wholes, "k2"]
     equal: Annotated[Wholes, "most"]
     A: Annotated[Row, "square"]
     given: Annotated[Row, "most"]

@@ -14,7 +14,6 @@ from ...dynamics.conditions.constraints import linearized
 from ...dynamics.conditions.contact import contact_rows
 from ...dynamics.conditions.unilateral import MotionWarning, limits, passed_by_impulse
 from ...dynamics.state import float_state
-from ..cones.contacts import Touching
 from ..ending import ENDS, End
 from ..events import event_run
 from ..ode.dense_output import Array, Crossing, Path
@@ -37,10 +36,6 @@ WHY = {
     event_run.BOUNCES_END: "end of the bounces, the limit of a geometric series",
 }
 """Reasons why a mode began."""
-
-
-SAME = 1e-8
-"""Relative difference up to which two outcomes count as the same."""
 
 
 class Entry(NamedTuple):
@@ -192,11 +187,9 @@ class History:
         self, marks: list[int], numbers: Array, happenings: list[Happening], changes: list[Any], current: Any
     ) -> None:
         work, E, n_y = self.work, len(self.work.names), self.work.it.n_y
-        hit, spare = marks[:2]
+        hit, compliance = marks[:2]
         t, y = float(numbers[0]), numbers[1 : 1 + n_y]
-        modes = self.modes(marks[2 : 2 + E], numbers[1 + n_y :])
         measures = numbers[1 + n_y + 2 * sum(mode == places.LIMIT for mode in marks[2 : 2 + E]) :]
-        compliance = bool(spare) and work.shared and work.decides(modes, t, y)
         for i in range(0, len(marks) - 2 - E, 4):
             k, before, after, code = marks[2 + E + i : 6 + E + i]
             name, unit, why = work.names[k], work.model.contacts[k].units["tangential"], ""
@@ -305,12 +298,7 @@ def impact_of(work: ContactRun, marks: list[int], numbers: Array) -> ImpactEntry
         speeds_after.append(float(numbers[at + 1]))
         impulses[scene.first[k] : scene.first[k] + size] = numbers[at + 2 : at + 2 + size]
         at += 2 + size
-    loose = False
-    if marks[0]:
-        seen = work.look(t, before)
-        A, rows, responses, contacts = work.part(seen, chosen, before)
-        loose = undetermined(A, contacts, impulses[rows], A @ impulses[rows] + seen.rate[rows], responses)
-    return ImpactEntry(t, part, still, before, after, chosen, speeds, speeds_after, impulses, loose)
+    return ImpactEntry(t, part, still, before, after, chosen, speeds, speeds_after, impulses, bool(marks[0]))
 
 
 def passed(work: ContactRun, hit: ImpactEntry) -> tuple[MotionWarning, ...]:
@@ -372,33 +360,3 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
         if np.abs(left[i, rank:]).max(initial=0) > 1e-7:
             mask[group] = True
     return mask
-
-
-def undetermined(
-    A: Array, contacts: Sequence[Touching], impulses: Array, after: Array, responses: Array
-) -> bool:
-    """Return True if impulses of the same modes distributed otherwise would change the motion."""
-    rows: list[int] = []
-    columns: list[Array] = []
-    unit = np.eye(len(A))
-    small = SAME * float(np.abs(impulses).max(initial=0))
-    for one in contacts:
-        at, n = one.row, one.tangents
-        if impulses[at] <= small:
-            continue
-        T, column = impulses[at + 1 : at + 1 + n], unit[at].copy()
-        rows.append(at)
-        v = after[at + 1 : at + 1 + n]
-        if one.friction > 0 and np.linalg.norm(v) > SAME * float(np.abs(after).max(initial=0)):
-            column[at + 1 : at + 1 + n] = T / impulses[at]
-            columns.append(column)
-        else:
-            rows += range(at + 1, at + 1 + (n if one.friction > 0 else 0))
-            columns += [column, *unit[at + 1 : at + 1 + (n if one.friction > 0 else 0)]]
-    if not rows:
-        return False
-    B = np.array(columns)
-    _, sizes, right = np.linalg.svd(A[rows] @ B.T)
-    loose = right[int((sizes > event_run.SMALL * sizes[0]).sum()) :]
-    moved = B @ responses
-    return bool(np.abs(loose @ moved).max(initial=0) > SAME * np.abs(moved).max())

@@ -5,37 +5,30 @@
     at an event      impulses if contacts approach (`impulses`), then modes from the contact problem of the
                      accelerations (`decision`)
 
-All this is one compiled loop (`event_loop`), which returns to be asked again: with a longer log, for progress, for a
-blow, and where a law holds with equality or several motions may be consistent, so that all sets of modes are compared
-(`modes`).
+All this is one compiled loop (`event_loop`), which returns to be asked again: with a longer log, for progress, and for
+a blow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from threading import Lock
 from time import perf_counter
 
 import numpy as np
 
 from ...errors import SimulationError
+from ..cones.contacts import AWAY, FORWARDS, PRESSED, Contacts
 from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
 from ..legs.blow import Blow, strike
 from ..ode.dense_output import Array
 from ..phase.places import CLOSED, OPEN
-from ..phase.scene import KINDS, NUMBERS, Snapshot
-from .history import History, impact_of
-from .modes import modes_at
+from ..phase.scene import KINDS, Snapshot
 from .state import ContactRun
 
-_DECIDING = Lock()
-"""Held while modes are compared: the kernel of the derivatives is compiled at its first use."""
 PIECE, FIRST = 0.05, 1 << 10
 """Seconds between two looks at the keyboard, and the number of steps up to the first."""
-LOOKS = 32
-"""Steps at which indeterminate forces are checked: the first ones of a phase, and as many spread along it."""
 
 
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
@@ -67,7 +60,8 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
                     steps, clock = max(16, min(4 * steps, int(PIECE * pace))), perf_counter()
                     it.budget = steps
                     between(it.t)
-                answer = answered(work, answer) or loop(it, work.steps, work.problem)
+                answered(work, answer)
+                answer = loop(it, work.steps, work.problem)
             if answer != End.FINISHED or not (work.blows and work.blows[0][0] <= it.t):
                 return ENDS[answer]
             while work.blows and work.blows[0][0] <= it.t:
@@ -83,48 +77,17 @@ def interrupted(work: ContactRun) -> End:
     return End.INTERRUPTED
 
 
-def answered(work: ContactRun, question: int) -> int:
-    """Do what the loop asks for; return the end of the run, or 0 if the loop goes on."""
+def answered(work: ContactRun, question: int) -> None:
+    """Do what the loop asks for."""
     it = work.it
     if question == event_run.GROW:
         work.make_room(4 * it.needed + 6)
     elif question == event_run.LONGER:
         work.longer_log()
-    elif question == event_run.ASK_MODES:
-        ask_modes(work)
-    elif question == event_run.ASK_SIDES:
-        leaving = work.begins_to_leave(np.array(it.free) + it.force @ np.array(it.X).reshape(it.rows, -1))
-        it.left[leaving] = 1
-        if leaving:  # from rest at the end of its side: from now on the corner touches
-            it.stage, it.stale = event_run.DECIDE, 1
     elif question == event_run.STRUCK:
         blows(work)
-    elif question == event_run.ASK_SHARES:
-        check_shared(work)
-        return int(it.then)
-    elif question == event_run.ASK_IMPACT:
-        check_impact(work)
     elif question != event_run.PAUSE:
         raise refusal(work, question)
-    return 0
-
-
-def ask_modes(work: ContactRun) -> None:
-    """Write the modes that the comparison of all sets gives, and their forces."""
-    it, chosen = work.it, work.chosen()
-    with _DECIDING:
-        modes, one = modes_at(work)
-    it.mode[:] = [NUMBERS[mode] for mode in modes]
-    it.way[:], it.force[:] = 0.0, 0.0
-    if one is not None:
-        at = 0
-        for k, (_, d) in zip(chosen, one.modes, strict=True):
-            if d is not None:
-                it.way[k, : len(d)] = d
-            size = 1 + work.scene.tangents[k]
-            it.force[work.scene.first[k] :][:size] = one.forces[at : at + size]
-            at += size
-    it.stage = it.then
 
 
 # -- blows -----------------------------------------------------------------------------------------------
@@ -160,37 +123,6 @@ def blows(work: ContactRun) -> None:
 
 
 # -- refusals --------------------------------------------------------------------------------------------
-
-
-def check_impact(work: ContactRun) -> None:
-    """Raise if other distributions of the impulses of the last impact would change the motion."""
-    *_, last = (entry for entry in History(work, End.RUNNING).entries() if entry.kind == event_run.IMPACT)
-    hit = impact_of(work, last.marks, last.numbers)
-    if hit.open:
-        names = ", ".join(f"'{work.names[k]}'" for k in hit.chosen)
-        raise SimulationError(
-            f"Impact at t = {hit.t:.9g} s of '{work.model.name}': the impulses of contacts {names} are statically "
-            f"indeterminate, and each distribution moves the machine differently through its friction. Change the "
-            f"friction or the shapes, or take indeterminate='compliance', which decides for the limit of equal "
-            f"compliance at all contacts."
-        )
-
-
-def check_shared(work: ContactRun) -> None:
-    """Raise if the friction of indeterminate forces would decide the motion of the last phase."""
-    it = work.it
-    modes = tuple(KINDS[mode] for mode in it.mode)
-    first, last = it.first_row, it.logged - 1
-    count = last - first + 1
-    for i in np.unique([*range(min(count, LOOKS)), *np.linspace(0, count - 1, LOOKS).astype(int)]):
-        t, y = float(it.times[first + i]), np.array(it.states[(first + i) * it.n_y :][: it.n_y])
-        if work.decides(modes, t, y):
-            names = ", ".join(f"'{work.names[k]}'" for k, mode in enumerate(it.mode) if mode != OPEN)
-            raise SimulationError(
-                f"The normal forces of contacts {names} at t = {t:.9g} s are statically indeterminate, and with "
-                "different friction, or a turn as they slide, each distribution moves the machine differently. Give "
-                "them equal friction, or fewer contacts, or take indeterminate='compliance'."
-            )
 
 
 def refusal(work: ContactRun, why: int) -> SimulationError:
@@ -243,10 +175,70 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
             f"of {h:.3g} s, and was passed over: it is {-it.gap[it.blame]:.3g} m deep. Give a max_step shorter than "
             f"that contact lasts, or take method='timestepping' with step=."
         )
+    if why in (event_run.NO_MOTION, event_run.SEVERAL):
+        return paradox(work, why)
+    return open_shares(work, why)
+
+
+def open_shares(work: ContactRun, why: int) -> SimulationError:
+    """Return the error for indeterminate forces that are refused."""
+    it, model, t = work.it, work.model.name, work.it.t
+    chosen = ", ".join(f"'{work.names[k]}'" for k in work.chosen())
+    closed = ", ".join(f"'{work.names[k]}'" for k, mode in enumerate(it.mode) if mode != OPEN)
+    cure = "take indeterminate='compliance', which decides for the limit of equal compliance at all contacts."
+    if why == event_run.OPEN_IMPULSES:
+        return SimulationError(
+            f"Impact at t = {t:.9g} s of '{model}': the impulses of contacts {chosen} are statically indeterminate, "
+            f"and each distribution moves the machine differently through its friction. Change the friction or the "
+            f"shapes, or {cure}"
+        )
+    if why == event_run.OPEN_FORCES:
+        return SimulationError(
+            f"The normal forces of contacts {closed} of '{model}' at t = {t:.9g} s are statically indeterminate, and "
+            f"each distribution moves the machine differently through its friction. Give them equal friction, or rest "
+            f"the body on fewer contacts (three in space, two in a plane), or {cure}"
+        )
     assert why == event_run.UNDECIDED
-    closed = ", ".join(f"'{work.names[k]}'" for k in chosen if it.mode[k] != OPEN)
     return SimulationError(
         f"Contacts {closed} at t = {t:.9g} s are statically indeterminate: friction, shared in proportion to N, "
         f"has reached μ_s N, and the motion does not determine the shares beyond that. Rest the "
         f"body on fewer contacts, describe it in its plane of motion, or use method='timestepping'."
     )
+
+
+def paradox(work: ContactRun, why: int) -> SimulationError:
+    """Return the error for a state in which no motion, or several, satisfy the laws of rigid contact."""
+    it, problem, seen, chosen = work.it, work.problem, work.seen(), work.chosen()
+    state = zip(
+        (*work.model.coordinate_names, *work.model.speed_names), np.array(it.y).tolist(), strict=False
+    )
+    where = ", ".join(f"{name} = {x:.6g}" for name, x in state)
+    criteria = []
+    for i, k in enumerate(chosen):
+        at, n = work.scene.first[k], work.scene.tangents[k]
+        row = seen.between(range(at, at + 1 + n))[0]
+        way = np.array(problem.way[2 * i : 2 * i + n])
+        along = float(way @ row[1:]) if problem.slides[i] else float(np.linalg.norm(row[1:]))
+        criteria.append(f"{work.names[k]}: A_NN - mu d.A_NT = {row[0] - seen.friction[k] * along:.6g} 1/kg")
+    what = "no set of modes is consistent"
+    if why == event_run.SEVERAL:
+        tried, count = np.array(problem.tried), len(chosen)
+        sets = (
+            ", ".join(f"{work.names[k]}: {mode_tried(problem, i, modes[i])}" for i, k in enumerate(chosen))
+            for modes in (tried[count : 2 * count], tried[:count])
+        )
+        what = f"different motions are consistent, {' or '.join(f'({one})' for one in sets)}"
+    return SimulationError(
+        f"Contacts of '{work.model.name}' at t = {it.t:.9g} s: {what}. Rigid bodies with Coulomb friction do not "
+        f"decide what happens there (Painlevé); the criterion is the normal acceleration per unit of normal force, "
+        f"which must be positive: {', '.join(criteria)}. Configuration: {where}. Less friction, or another direction "
+        f"of slip, has one motion."
+    )
+
+
+def mode_tried(problem: Contacts, i: int, mode: int) -> str:
+    """Return the name of a mode of a combination."""
+    if mode != PRESSED:
+        return {AWAY: "open", FORWARDS: "slip+"}.get(mode, "slip-")
+    rests = problem.slides[i] == 0 and problem.static[i] > 0 and problem.tangents[i] > 0
+    return "stick" if rests else "slip"

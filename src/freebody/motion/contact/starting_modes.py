@@ -1,7 +1,7 @@
 """Modes in which a motion with contacts starts, without the motion. Code is compiled only to decide between ties.
 
 This is the first moment of a run: contacts that approach collide, then the complementarity problem of the
-accelerations gives the modes (`modes`).
+accelerations gives the modes (`decision`).
 """
 
 from __future__ import annotations
@@ -14,18 +14,17 @@ import numpy as np
 from ...describe.system import System
 from ...errors import SimulationError
 from ...model.model import Model
+from ..events import event_run
 from ..events.code import code
 from ..kernels.kernels import Kernels, kernels_of
 from ..ode.dense_output import Array
-from ..phase.scene import NUMBERS, SMOOTH, Modes, Scene
+from ..phase.scene import KINDS, SMOOTH, Modes, Scene
 from ..start.initial import initial_state
 from ..start.loop_closure import closed_start
 from ..start.signals import at_time
-from .complementarity import SLIP, STICK
-from .modes import modes_at
 from .motion import check_coefficients
 from .run import check_apart, refusal
-from .state import ContactRun, found_closed
+from .state import ContactRun
 
 
 def starting_modes(
@@ -62,7 +61,7 @@ def starting_modes(
     result = {}
     for contact, mode, held in zip(work.model.contacts, modes, dead, strict=True):
         rests = held and mode in ("slip+", "slip-")
-        result[contact.name] = contact.shown(STICK if rests else SLIP if mode == SMOOTH else mode)
+        result[contact.name] = contact.shown("stick" if rests else "slip" if mode == SMOOTH else mode)
     return result
 
 
@@ -71,23 +70,28 @@ def _modes(work: ContactRun, y: Array) -> tuple[Modes, list[int]]:
     it = work.it
     see(work, y)
     check_apart(work, y, work.seen())
-    reason = code("strike")(it, work.problem)
+    said(work, code("strike")(it, work.problem))
+    y[work.n : work.n + work.n_u] += it.whole @ work.seen().responses
+    it.hit, leaving = 0, 1
+    while leaving != 0:
+        see(work, y)
+        why = code("decide")(it, work.problem)
+        if why == event_run.ASK_KERNELS:
+            work.equip()
+            leaving = 1
+            continue
+        said(work, why)
+        leaving = code("begin_to_leave")(it)
+        if leaving < 0:
+            work.equip()
+    code("find_dead")(it, work.problem)
+    return tuple(KINDS[mode] for mode in it.mode), it.dead.tolist()
+
+
+def said(work: ContactRun, reason: int) -> None:
+    """Raise the error of a reason, if there is one."""
     if reason:
         raise refusal(work, reason)
-    y[work.n : work.n + work.n_u] += it.whole @ work.seen().responses
-    while True:
-        see(work, y)
-        modes, one = modes_at(work)
-        rows = [work.scene.first[k] + j for k in work.chosen() for j in range(1 + work.scene.tangents[k])]
-        seen = work.seen()
-        forces = np.zeros(0) if one is None else one.forces
-        leaving = work.begins_to_leave(seen.free + forces @ seen.responses[rows])
-        if not leaving:
-            break
-        it.left[leaving] = 1
-    it.mode[:] = [NUMBERS[mode] for mode in modes]
-    code("find_dead")(it, work.problem)
-    return modes, it.dead.tolist()
 
 
 def see(work: ContactRun, y: Array) -> None:
@@ -95,4 +99,5 @@ def see(work: ContactRun, y: Array) -> None:
     it = work.it
     it.y[:] = y
     it.seen[:] = work.scene.outputs(0, y, work.values)
-    found_closed(work)
+    code("find_closed")(it)
+    code("choose_all")(it)

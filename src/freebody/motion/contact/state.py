@@ -8,28 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from ...dynamics.conditions.contact import reaches_along
-from ...dynamics.state import float_state
 from ...native.records import address
 from ..cones.collision import compiled_code
-from ..cones.contacts import Touching, contacts_room
-from ..events.code import code
-from ..events.event_run import PIECE, STILL, EventRun, event_run
+from ..cones.contacts import contacts_room
+from ..events.event_run import PIECE, EventRun, event_run
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of
 from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.run import equip, memory, most_events
-from ..phase.scene import Scene, Snapshot, functions, scene_of
+from ..phase.scene import Phase, Scene, Snapshot, functions, scene_of
 from ..request import Problem
 from ..trajectory.event import expressions_of
-from .complementarity import SLIP, SMALL, STICK, unknowns
 
 CHOICES = ("compliance", "refuse")
 """Values of ``indeterminate``: treatment of a motion that depends on the distribution of indeterminate forces."""
 KERNELS = {
     "looked": "looked", "rates_at": "rate", "rates": "rates", "projection": "projection",
-    "accelerations": "acceleration", "forces": "force",
+    "accelerations": "acceleration", "forces": "force", "watched": "watched",
 }  # fmt: skip
 """Functions of `closed_contacts` that the loop calls."""
 AT_ONCE = 300
@@ -82,14 +78,10 @@ class ContactRun:
         self.counts = [math.inf if one.times is None else one.times for one in called]
         self.relative, self.absolute = relative, absolute
         self.method = "dop853" if request.method == "auto" else request.method
-        phase = scene.holding(("open",) * len(self.names), self.kernels.active)
-        self.looking = scene.constants(self.parameters)
         watched = (*problem.expressions, *expressions_of(self.model, calls))
-        self.program = phase.whole(watched)
-        self.phase, self.table = self.program.constants(self.parameters), self.program.table.copy()
-        self.phase.view(np.int64)[0] = address(self.table)  # the loop writes into it
+        phase = self.equip(watched)
         rates = phase.rates_of(self.program, self.phase)
-        m, energy = len(self.specs) + len(scene.endings), self.kernels.motion()
+        m = len(self.specs) + len(scene.endings)
         self.steps, own = memory(self.method, it.n_y, m)
         run, search = self.steps, self.steps.search
         equip(run, own, rates)
@@ -104,21 +96,11 @@ class ContactRun:
         run.states = buffer[2 * PIECE + 2 :].reshape(PIECE + 1, it.n_y)
         search.log_times, search.log_states = np.empty(logged), np.empty((logged, it.n_y))
         search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
-        self.energy_constants = energy.constants(self.parameters)
-        compiled = functions()
-        for name, kernel in KERNELS.items():
-            setattr(it, name, compiled[kernel].address)
-        it.energy, it.energy_c = energy.address("energy"), self.energy_constants
         it.moving, it.refuse = scene.candidates.moving, not self.shared
         it.sequential = request.impacts == "sequential"
-        it.events, it.asked, it.crossed = len(self.specs), self.asked, logged if self.asked else 0
+        it.asked, it.crossed = self.asked, logged if self.asked else 0
         self.constants_kept = rates
         it.piece = loops.functions(self.method).functions["piece"].address
-        it.looking, it.phase = self.looking, self.phase
-        indices = np.array(self.model.quaternions or [0], dtype=np.int64)
-        it.turned, it.quaternions = len(self.model.quaternions), indices
-        it.ending = np.array([end.contact for end in scene.endings], dtype=np.int64)
-        it.place = np.array([end.place for end in scene.endings], dtype=np.int64)
         it.final = np.array([*(spec.terminal for spec in self.specs), 0], dtype=np.int64)
         it.longest = request.longest_step
         it.steps_left = problem.most_steps
@@ -126,6 +108,27 @@ class ContactRun:
         it.last = it.met_at = -math.inf
         self.told: list[Any] = []
         self._log_rows(LOG, LOG, LOG)
+
+    def equip(self, watched: Sequence[Any] = ()) -> Phase:
+        """Give the memory its kernels, compiled if they are not yet, with these functions of the user."""
+        it, scene = self.it, self.scene
+        phase = scene.holding(("open",) * len(self.names), self.kernels.active)
+        self.looking, self.program = scene.constants(self.parameters), phase.whole(watched)
+        self.phase, self.table = self.program.constants(self.parameters), self.program.table.copy()
+        self.phase.view(np.int64)[0] = address(self.table)  # the loop writes into it
+        compiled, energy = functions(), self.kernels.motion()
+        for name, kernel in KERNELS.items():
+            setattr(it, name, compiled[kernel].address)
+        self.energy_constants = energy.constants(self.parameters)
+        it.energy, it.energy_c = energy.address("energy"), self.energy_constants
+        it.looking, it.phase = self.looking, self.phase
+        it.watch, it.watch_later = np.empty((2, self.program.outputs("watched")))
+        indices = np.array(self.model.quaternions or [0], dtype=np.int64)
+        it.turned, it.quaternions = len(self.model.quaternions), indices
+        it.ending = np.array([end.contact for end in scene.endings], dtype=np.int64)
+        it.place = np.array([end.place for end in scene.endings], dtype=np.int64)
+        it.events, it.ready = self.program.outputs("watched") - len(scene.endings), 1
+        return phase
 
     def longer_log(self) -> None:
         """Double what is full of the log."""
@@ -179,90 +182,6 @@ class ContactRun:
         """Return the slip speed of a contact [m/s]."""
         return math.hypot(*self.slip(seen, k).tolist())
 
-    def begins_to_leave(self, udot: Array) -> list[int]:
-        """Return the contacts at rest at the end of their side that these accelerations move off it."""
-        it, found = self.it, []
-        y = np.array(it.y)
-        for k in self.chosen():
-            if it.reach[k] > it.near:
-                continue
-            state = float_state(
-                self.model, y[: self.n].tolist(), y[self.n :][: self.n_u].tolist(), it.t, self.values
-            )
-            for value, rate, growth in reaches_along(
-                self.model, state, self.model.contacts[k], udot.tolist()
-            ):
-                rests = abs(rate) <= it.still and growth < -SMALL
-                if abs(value) <= it.near and (rate < -it.still or rests):
-                    found.append(k)
-        return found
-
     def smooth(self, seen: Snapshot, k: int) -> bool:
         """Return True if the coefficients of friction are zero in this run."""
         return bool(seen.friction[k] == seen.static[k] == 0)
-
-    def touching(self, seen: Snapshot, k: int, still: float, row: int | None = None) -> Touching:
-        """Return a contact as data of the complementarity problem, at its own row or at another."""
-        speed = self.speed(seen, k)
-        return Touching(
-            self.names[k], self.scene.first[k] if row is None else row, self.scene.tangents[k],
-            float(seen.friction[k]), float(seen.static[k]),
-            self.slip(seen, k) / speed if speed > still else None, bool(self.scene.held[k]),
-        )  # fmt: skip
-
-    def alike(self, contacts: Sequence[Touching], seen: Snapshot, chosen: Sequence[int], y: Array) -> float:
-        """Return the relative difference of two motions that round-off in the slip directions can cause."""
-        slips = [
-            self.speed(seen, k)
-            for k, c in zip(chosen, contacts, strict=True)
-            if c.sliding is not None and c.tangents == 2
-        ]
-        noise = 1e-14 * (1 + float(np.abs(y[self.n : self.n + self.n_u]).max(initial=0)))
-        return max(1e-8, *(noise / v for v in slips)) if slips else 1e-8
-
-    def still(self, y: Array) -> float:
-        """Return the speed below which a contact counts as at rest [m/s]."""
-        return STILL * (1 + float(np.abs(y[self.n : self.n + self.n_u]).max(initial=0)))
-
-    def part(self, seen: Snapshot, chosen: Sequence[int], y: Array) -> tuple[Any, ...]:
-        """Return the problem of the chosen contacts: A, their rows, responses, and contacts with renumbered rows."""
-        rows: list[int] = []
-        contacts, still = [], self.still(y)
-        for k in chosen:
-            contacts.append(self.touching(seen, k, still, len(rows)))
-            rows += range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
-        return seen.between(rows), rows, seen.responses[rows], contacts
-
-    def spread(self, modes: Sequence[str], seen: Snapshot, y: Array) -> float:
-        """Ratio of the accelerations by indeterminate forces to the accelerations by general forces of that size.
-
-        It is above 0 if the motion depends on the distribution of indeterminate forces, which friction causes.
-        """
-        chosen = [k for k, mode in enumerate(modes) if mode != "open"]
-        A, _, responses, contacts = self.part(seen, chosen, y)
-        known = []
-        for k, contact in zip(chosen, contacts, strict=True):
-            rough = contact.tangents and not self.smooth(seen, k)
-            if modes[k] != STICK and rough and contact.sliding is None:
-                return 0.0  # no direction yet
-            d = contact.sliding if rough else np.zeros(contact.tangents)
-            known.append((STICK, None) if modes[k] == STICK else (SLIP, d))
-        columns, rows = unknowns(len(A), contacts, known)
-        B = np.array(columns)
-        _, sizes, right = np.linalg.svd(A[rows] @ B.T)
-        loose = right[int((sizes > SMALL * sizes[0]).sum()) :]
-        moved = B @ responses
-        return float(np.abs(loose @ moved).max(initial=0) / np.abs(moved).max())
-
-    def decides(self, modes: Sequence[str], t: float, y: Array) -> bool:
-        """Return True if the shares of indeterminate forces decide the motion with these modes."""
-        seen = self.look(t, y)
-        closed = [k for k, mode in enumerate(modes) if mode != "open"]
-        contacts = [self.touching(seen, k, self.still(y)) for k in closed]
-        return self.spread(modes, seen, y) > 10 * self.alike(contacts, seen, closed, y)
-
-
-def found_closed(work: ContactRun) -> None:
-    """Find the closed contacts of the present moment, and choose those that do not leave."""
-    code("find_closed")(work.it)
-    code("choose_all")(work.it)

@@ -16,8 +16,11 @@ _CALLED = (
     "find_closed",
     "choose_all",
     "decide",
+    "begin_to_leave",
     "find_dead",
     "unique",
+    "motions",
+    "take_first",
     "depth",
 )
 

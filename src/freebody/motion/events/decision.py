@@ -1,42 +1,33 @@
-"""The modes of closed contacts from the contact problem of their accelerations, in compiled code, where it decides.
+"""The modes of closed contacts from the contact problem of their accelerations, in compiled code.
 
-It decides if the motion is the only one (`unique`), or if the limit of equal compliance is taken: the motion leaves the
-shares of the normal forces open (`depend`), or the contacts are many. Every law has to hold with a margin, or its end
-is the event: a force that has fallen to zero opens, friction that has reached its limit slips against it. Otherwise
-Python compares all sets of modes (`contact.modes`).
+Where the motion is proven to be the only one (`unique`, `alone`), the problem is solved; elsewhere few contacts whose
+directions are known are tried in all combinations of modes (`combinations`), and none or several motions are refused
+(Painlevé). Where the motion leaves the shares of the normal forces open (`depend`), or the contacts are many, the limit
+of equal compliance is taken.
+
+A law may hold with equality, such as |T| = μ_s N. Then its end is the event, or the motion decides: a `MOMENT` later,
+on a straight line, the law is violated, and its end is taken; or it holds, and goes on.
 """
 
 from __future__ import annotations
 
+import math
+
 from ...native.instructions import Reals, compiled, greater, lesser, root, run_by
+from ..cones.combinations import combinations, motions, take_first, typical_force, typical_rate
 from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
 from ..cones.uniqueness import held, is_held, unique
 from ..phase import places
+from ..phase.mode_table import evaluated, table
 from . import event_run
 from .event_run import EventRun
 from .impulses import gather
-from .moment import product_of
-from .setting import depends, listed
+from .moment import choose, copy, largest, look, product_of
+from .setting import depends, listed, set_up
 
-WHOLE, MOST = 2, 1 << 8
-"""Largest number of contacts at rest in space, and of combinations of modes, for which all of them are compared."""
 ALIKE = 1e-9
 """Force or speed, relative to the greatest, that is zero in a solution."""
-
-
-@compiled
-def are_many(contacts: Contacts) -> int:
-    """Return 1 if too many combinations of modes are possible to compare them, else 0."""
-    count, may_begin = 1, 0
-    for i in range(contacts.contacts):
-        smooth = contacts.tangents[i] == 0 or contacts.static[i] == 0.0
-        choices = 2
-        if not smooth and contacts.slides[i] == 0:
-            choices = 4 if contacts.tangents[i] == 1 else 3
-            may_begin += 1 if contacts.tangents[i] == 2 else 0
-        count = count * choices if count <= MOST else count
-    return 1 if count > MOST or may_begin > WHOLE else 0
 
 
 @compiled
@@ -105,31 +96,75 @@ def minor(contacts: Contacts, S: Reals, k: int, chosen: int) -> int:
 
 @compiled
 def decide(it: EventRun, contacts: Contacts) -> int:
-    """Set modes, directions and forces of the chosen contacts; return 0 if Python has to compare the sets, else 1."""
+    """Set modes, directions and forces of the chosen contacts. Return why there are none, or 0."""
+    for k in range(it.contacts):
+        ends = it.reason[k] == event_run.NORMAL_ZERO
+        if it.reason[k] == event_run.CONE_REACHED:  # else the friction may be constant, up to round-off
+            ends = it.coefficients[3 * k + 1] > it.coefficients[3 * k]
+        it.ends[k] = it.reason[k] if ends and it.hit == 0 else event_run.NO_REASON
+    why = solved_modes(it, contacts)
+    turn = 0
+    while why == 0 and it.ties > 0 and turn < 2 * it.contacts:
+        if it.ready == 0:
+            return event_run.ASK_KERNELS
+        if end_at_once(it, contacts) == 0:
+            return 0
+        why, turn = solved_modes(it, contacts), turn + 1
+    return why
+
+
+@compiled
+def solved_modes(it: EventRun, contacts: Contacts) -> int:
+    """Set modes, directions and forces with the laws that ``ends`` says to end. Return why there are none, or 0."""
     for k in range(it.contacts):
         it.mode[k], it.way[k, 0], it.way[k, 1] = places.OPEN, 0.0, 0.0
     for r in range(it.rows):
         it.force[r] = 0.0
+    it.ties = 0
     if it.count == 0:
-        return 1
-    gather(it, contacts, 0)
-    if it.refuse != 0:
         return 0
+    gather(it, contacts, 0)
     for i in range(it.count):
-        if it.hit == 0 and it.reason[it.chosen[i]] == event_run.CONE_REACHED:
+        if it.ends[it.chosen[i]] == event_run.CONE_REACHED:
             contacts.static[i] = contacts.friction[i]
     rank = factor(contacts.A, contacts.rows, contacts.factors, event_run.SMALL, contacts.left, contacts.order)
-    sole = 1 if alone(contacts) != 0 or unique(contacts, rank) != 0 else 0
-    if sole == 0 and are_many(contacts) == 0 and depend(contacts) == 0:
-        return 0
-    run_by(it.finding, contacts)
-    if not contacts.residual <= EXACT:
-        return 0
-    while released(contacts) != 0:
+    few = 0
+    if alone(contacts) == 0 and unique(contacts, rank) == 0 and depend(contacts) == 0:
+        few = combinations(contacts)
+        if few > 0 and motions(contacts) > 1:
+            return event_run.SEVERAL
+    again = 1
+    while again != 0:
         run_by(it.finding, contacts)
         if not contacts.residual <= EXACT:
-            return 0
-    return named(it, contacts, sole)
+            if few == 0 or motions(contacts) != 1:
+                return event_run.NO_MOTION
+            take_first(contacts)
+        again = released(contacts)
+    name(it, contacts)
+    if it.ready != 0 and share(it, contacts) != 0:
+        name(it, contacts)
+    return 0
+
+
+@compiled
+def share(it: EventRun, contacts: Contacts) -> int:
+    """Take the shares of indeterminate forces that the equations of the modes have; return 1 if there are any, else 0.
+
+    Contacts at rest share friction in proportion to N there, and reach their limits by it.
+    """
+    set_up(it, contacts)
+    if it.spare_count == 0:
+        return 0
+    it.forces(it.t, it.y, it.phase, it.speeds)
+    for i in range(contacts.contacts):
+        for j in range(1 + contacts.tangents[i]):
+            if not math.isfinite(it.speeds[it.first[it.chosen[i]] + j]):
+                return 0  # no direction yet
+    for i in range(contacts.contacts):
+        for j in range(1 + contacts.tangents[i]):
+            contacts.forces[contacts.at[i] + j] = it.speeds[it.first[it.chosen[i]] + j]
+    return 1
 
 
 @compiled
@@ -171,7 +206,9 @@ def mode_of(contacts: Contacts, i: int) -> int:
     """Return the mode of a contact in the solution: open, stick or slip."""
     at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
     slow = ALIKE * greater(greatest(contacts.given, m), greatest(contacts.after, m))
-    if is_held(contacts, i) == 0 and contacts.forces[at] <= ALIKE * greatest(contacts.forces, m):
+    if is_held(contacts, i) == 0 and greatest(contacts.forces[at:], 1 + n) <= ALIKE * greatest(
+        contacts.forces, m
+    ):
         return places.OPEN
     if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
         return places.SLIDE
@@ -182,56 +219,133 @@ def mode_of(contacts: Contacts, i: int) -> int:
 
 
 @compiled
-def named(it: EventRun, contacts: Contacts, sole: int) -> int:
-    """Set the modes of the solution; return 0 if a law holds with equality and that is not the event, else 1.
-
-    ``sole`` is 1 if the motion is the only one.
-    """
-    m, A = contacts.rows, contacts.A
-    most_force, most_rate = greatest(contacts.forces, m), greatest(contacts.given, m)
-    for a in range(m):
-        size = 0.0
-        for b in range(m):
-            size += abs(A[a * m + b] * contacts.forces[b])
-        most_rate = greater(most_rate, size)
-        if abs(A[a * m + a]) > 0.0:
-            most_force = greater(most_force, abs(contacts.given[a] / A[a * m + a]))
-    f, r = 1.0 / most_force if most_force > 0.0 else 1.0, 1.0 / most_rate if most_rate > 0.0 else 1.0
-    idle = 0
+def name(it: EventRun, contacts: Contacts) -> None:
+    """Set the modes of the solution, and count the laws that hold with equality, ``ties``."""
+    force, rate = typical_force(contacts), typical_rate(contacts)
+    f, r = 1.0 / force if force > 0.0 else 1.0, 1.0 / rate if rate > 0.0 else 1.0
+    slipping, it.ties = 0, 0
+    for i in range(contacts.contacts):
+        slipping += 1 if it.ends[it.chosen[i]] == event_run.CONE_REACHED else 0
     for i in range(contacts.contacts):
         at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
-        it.mode[k] = mode_of(contacts, i)
+        it.mode[k], it.tied[k] = mode_of(contacts, i), 0
         for j in range(1 + n):
             it.force[it.first[k] + j] = contacts.forces[at + j]
         if not margin(contacts, i, it.mode[k], f, r) > event_run.SMALL:
-            ends = it.hit == 0 and sole != 0
-            if it.mode[k] == places.OPEN and ends and it.reason[k] == event_run.NORMAL_ZERO:
-                pass
-            elif it.mode[k] == places.OPEN and sole == 0:
-                idle += 1
-            elif it.mode[k] == places.STICK and ends and it.reason[k] == event_run.CONE_REACHED:
-                it.mode[k] = places.SLIDE
+            if it.mode[k] == places.OPEN:
+                it.tied[k] = 1 if it.ends[k] != event_run.NORMAL_ZERO else 0
+            elif it.mode[k] == places.STICK:
+                # those at their limits of friction slip together
+                limit = size_of(contacts.forces[at + 1 :], n) * f > event_run.SMALL
+                if slipping > 0 and limit and cone_margin(contacts, i) * f <= event_run.SMALL:
+                    it.mode[k] = places.SLIDE
+                else:
+                    it.tied[k] = 1
             else:
-                return 0
-        if it.mode[k] == places.SLIDE and it.rough[k] != 0:
-            if n == 0 or contacts.static[i] == 0.0:
-                it.mode[k] = places.SMOOTH
-            else:
-                set_way(it, contacts, i)
-    return 1 if idle == 0 or all_idle(it, contacts) != 0 else 0
+                it.tied[k] = 1
+        name_slip(it, contacts, i)
+    for i in range(contacts.contacts):
+        k = it.chosen[i]
+        if it.tied[k] != 0 and it.mode[k] == places.OPEN:
+            close(it, contacts, i, r)
+    for i in range(contacts.contacts):
+        it.ties += it.tied[it.chosen[i]]
 
 
 @compiled
-def all_idle(it: EventRun, contacts: Contacts) -> int:
-    """Return 1 if the others hold all open contacts of the problem in place whose rates are zero, else 0."""
-    slow = ALIKE * greater(greatest(contacts.given, contacts.rows), greatest(contacts.after, contacts.rows))
-    count = listed(it)
+def name_slip(it: EventRun, contacts: Contacts, i: int) -> None:
+    """Set the direction of the slip of a contact, or that it has no friction."""
+    k = it.chosen[i]
+    if it.mode[k] == places.SLIDE and it.rough[k] != 0:
+        if contacts.tangents[i] == 0 or contacts.static[i] == 0.0:
+            it.mode[k] = places.SMOOTH
+        else:
+            set_way(it, contacts, i)
+
+
+@compiled
+def close(it: EventRun, contacts: Contacts, i: int, r: float) -> None:
+    """Let a contact without force and acceleration be closed, unless the others hold it in place."""
+    at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
+    if depends(it, contacts, it.first[k], listed(it)) != 0:
+        it.tied[k] = 0
+        return
+    rests = contacts.slides[i] == 0 and r * size_of(contacts.after[at + 1 :], n) <= ALIKE
+    it.mode[k] = places.STICK if rests and n > 0 and contacts.static[i] > 0.0 else places.SLIDE
+    name_slip(it, contacts, i)
+
+
+# -- a moment later --------------------------------------------------------------------------------------
+
+
+@compiled
+def go_straight(it: EventRun) -> float:
+    """Set ``trial`` to the state a moment later, with the accelerations of the decision; return how much later."""
+    T, state, length = table(it.looking), it.trial, event_run.MOMENT / (1.0 + largest(it.y[it.n_q :], it.n))
+    evaluated(it.t, it.y, it.looking, T)
+    copy(it.y, state, it.n_y)
+    for i in range(it.n_q):
+        state[i] += length * it.looking[T[places.MACHINE_AT] + i]
+    for i in range(it.n):
+        change = it.free[i]
+        for r in range(it.rows):
+            change += it.force[r] * it.X[r * it.n + i]
+        state[it.n_q + i] += length * change
+    return length
+
+
+@compiled
+def end_at_once(it: EventRun, contacts: Contacts) -> int:
+    """Set which laws that hold with equality end: return their number.
+
+    A moment later such a law is violated, or, if its function fell through zero and so is negative, more than now.
+    """
+    set_up(it, contacts)
+    length = go_straight(it)
+    T, found, now, later = table(it.phase), 0, it.watch, it.watch_later
+    it.watched(it.t, it.y, it.phase, now)
+    it.watched(it.t + length, it.trial, it.phase, later)
+    for i in range(T[places.ENDINGS]):
+        k, law, e = it.ending[i], T[T[places.ENDING] + places.ENDING_SIZE * i + places.LAW], it.events + i
+        if it.tied[k] != 0 and it.ends[k] == event_run.NO_REASON:
+            fell = 0.0
+            if it.hit == 0 and it.reason[k] == event_run.CONE_REACHED:
+                limit = it.coefficients[3 * k + 1] * it.force[it.first[k]]
+                fell = now[e] - places.ROUNDED * (limit * limit if law == places.CONE else limit)
+            if later[e] < lesser(fell, 0.0):
+                if law == places.NORMAL:
+                    it.ends[k], found = event_run.NORMAL_ZERO, found + 1
+                elif law == places.CONE or law == places.LINE_CONE:
+                    it.ends[k], found = event_run.CONE_REACHED, found + 1
+    return found
+
+
+@compiled
+def begin_to_leave(it: EventRun) -> int:
+    """Set ``left`` of contacts at rest at the end of their side that they leave; return their number.
+
+    The speed along the side is seen a moment later.
+    """
+    choose(it)
+    at_end, found = 0, 0
+    for i in range(it.count):
+        at_end += 1 if it.reach[it.chosen[i]] <= it.near else 0
+    if at_end == 0:
+        return 0
+    if it.ready == 0:
+        return -1
+    copy(it.y, it.kept, it.n_y)
+    copy(it.reach, it.flight, it.contacts)
+    go_straight(it)
+    copy(it.trial, it.y, it.n_y)
+    look(it)
     for i in range(it.count):
         k = it.chosen[i]
-        still = it.mode[k] == places.OPEN and abs(contacts.after[contacts.at[i]]) <= slow
-        if still and depends(it, contacts, it.first[k], count) == 0:
-            return 0
-    return 1
+        if it.flight[k] <= it.near and it.away[k] < -it.still:
+            it.left[k], found = 1, found + 1
+    copy(it.kept, it.y, it.n_y)
+    look(it)
+    return found
 
 
 @compiled
@@ -249,12 +363,17 @@ def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
         return contacts.after[at] * r
     least = contacts.forces[at] * f if is_held(contacts, i) == 0 else 1.0
     if mode == places.STICK:
-        least = lesser(
-            least, f * (contacts.static[i] * contacts.forces[at] - size_of(contacts.forces[at + 1 :], n))
-        )
+        least = lesser(least, f * cone_margin(contacts, i))
     elif rests:
         least = lesser(least, r * size_of(contacts.after[at + 1 :], n))
     return least
+
+
+@compiled
+def cone_margin(contacts: Contacts, i: int) -> float:
+    """Return μ_s N - |T|."""
+    at, n = contacts.at[i], contacts.tangents[i]
+    return contacts.static[i] * contacts.forces[at] - size_of(contacts.forces[at + 1 :], n)
 
 
 @compiled

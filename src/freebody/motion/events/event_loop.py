@@ -19,12 +19,13 @@ from ..phase import places
 from ..phase.mode_table import table
 from . import event_run
 from .bounces import limited
-from .decision import decide
+from .decision import begin_to_leave, decide
 from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, log_rest, quiet, take_approach, take_away
 from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .setting import find_flights, project, set_up, shortest_flight
+from .shares import forces_decide
 from .slips import begin_slip, begins_slip, fading, greatest_pull, halt, nudge, scale_of
 
 
@@ -47,14 +48,12 @@ def go_on(it: EventRun, run: Run, contacts: Contacts) -> int:
             correct(it, contacts)
         elif it.stage == event_run.DECIDE:
             code = decision(it, contacts)
-        elif it.stage == event_run.LEAVE:
-            code = leave(it)
         elif it.stage == event_run.SET_UP:
             code = setting(it, contacts)
         elif it.stage == event_run.LAUNCH:
             launch(it, run, contacts)
         elif it.stage == event_run.FOLLOW:
-            code = follow(it, run)
+            code = follow(it, run, contacts)
         else:
             code = stop_slips(it, run, contacts)
     return code
@@ -109,11 +108,7 @@ def collision(it: EventRun, contacts: Contacts) -> int:
     if it.crowd == event_run.ENDLESS // 4 or it.crowd == event_run.ENDLESS // 2:
         quiet(it, contacts)
         end_slow_slips(it, contacts)
-    return (
-        event_run.ASK_IMPACT
-        if it.hit != 0 and it.refuse != 0 and contacts.directions < contacts.rows
-        else RUNNING
-    )
+    return event_run.OPEN_IMPULSES if it.hit != 0 and it.refuse != 0 and it.open != 0 else RUNNING
 
 
 @compiled
@@ -152,24 +147,15 @@ def clear_reasons(it: EventRun, reason: int) -> None:
 
 @compiled
 def decision(it: EventRun, contacts: Contacts) -> int:
-    """Find the modes."""
+    """Find the modes, again where contacts at rest at the end of their side begin to leave it."""
     choose_all(it)
-    it.then = event_run.LEAVE
     copy_wholes(it.mode, it.before, it.contacts)
-    if decide(it, contacts) == 0:
-        return event_run.ASK_MODES
-    it.stage = event_run.LEAVE
-    return RUNNING
-
-
-@compiled
-def leave(it: EventRun) -> int:
-    """Ask whether contacts at the end of their side begin to leave it."""
-    choose(it)
     it.stage = event_run.SET_UP
-    for i in range(it.count):
-        if it.reach[it.chosen[i]] <= it.near:
-            return event_run.ASK_SIDES
+    why = decide(it, contacts)
+    if why != 0:
+        return why
+    if begin_to_leave(it) != 0:  # from now on the corner touches
+        it.stage, it.stale = event_run.DECIDE, 1
     return RUNNING
 
 
@@ -179,6 +165,9 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     if hold(it, contacts) != 0 and it.refuse != 0:
         return event_run.UNDECIDED
     set_up(it, contacts)
+    decides = forces_decide(it, contacts) if it.spare_count > 0 else 0
+    if decides != 0 and it.refuse != 0:
+        return event_run.OPEN_FORCES
     unseen = find_flights(it)
     if it.resting == 0 and unseen > 0:  # a flight lower than the round-off of its gap is no flight
         take_away(it, contacts)
@@ -191,9 +180,9 @@ def setting(it: EventRun, contacts: Contacts) -> int:
         for k in range(it.contacts):
             if it.resters[k] != 0:
                 it.reason[k] = event_run.BOUNCES_BELOW
-        log_modes(it, 1)
+        log_modes(it, 1, decides)
     else:
-        log_modes(it, it.hit)
+        log_modes(it, it.hit, decides)
         if it.t >= it.target:
             it.first_row = it.logged
             log_state(it, it.t, it.y, 0.0)
@@ -268,7 +257,7 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
 
 
 @compiled
-def follow(it: EventRun, run: Run) -> int:
+def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Take the steps of a phase, up to its end or to the next pause."""
     if it.logged + event_run.PIECE + 4 > it.path_room or room_for_event(it) == 0:
         return event_run.LONGER
@@ -291,11 +280,11 @@ def follow(it: EventRun, run: Run) -> int:
             return event_run.PAUSE if it.budget <= 0 else RUNNING
         status = event_run.TOO_MANY_STEPS
     it.blame = run.blame
-    return end_phase(it, run, status)
+    return end_phase(it, run, contacts, status)
 
 
 @compiled
-def end_phase(it: EventRun, run: Run, status: int) -> int:
+def end_phase(it: EventRun, run: Run, contacts: Contacts, status: int) -> int:
     """Log a phase, and say why it ends."""
     log_state(it, it.t, it.y, 0.0)
     log_phase(it, status, run.rejected, run.evaluated, run.stiffness, 0)
@@ -309,10 +298,26 @@ def end_phase(it: EventRun, run: Run, status: int) -> int:
         code = RUNNING
     elif status == TERMINAL:
         code = reasons(it, run)
-    if it.refuse != 0 and it.spare_count > 0:
-        it.then = code
-        return event_run.ASK_SHARES
+    if it.refuse != 0 and it.spare_count > 0 and forces_decided(it, contacts) != 0:
+        return event_run.OPEN_FORCES
     return code
+
+
+@compiled
+def forces_decided(it: EventRun, contacts: Contacts) -> int:
+    """Return 1, at that moment, if the shares of indeterminate forces decided the last phase at a step, else 0."""
+    end = it.t
+    copy(it.y, it.kept, it.n_y)
+    for i in range(it.first_row, it.logged):
+        it.t = it.times[i]
+        copy(it.states[i * it.n_y :], it.y, it.n_y)
+        look(it)
+        if forces_decide(it, contacts) != 0:
+            return 1
+    it.t = end
+    copy(it.kept, it.y, it.n_y)
+    look(it)
+    return 0
 
 
 @compiled
@@ -432,8 +437,8 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
                 it.begun = k
                 copy_wholes(it.mode, it.before, it.contacts)
                 choose(it)
-                it.stage = it.then = event_run.HALTED
-                return RUNNING if decide(it, contacts) != 0 else event_run.ASK_MODES
+                it.stage = event_run.HALTED
+                return decide(it, contacts)
             if it.halting != 0 and changed == 0:
                 begin_steps(it, run, it.target)
                 return RUNNING

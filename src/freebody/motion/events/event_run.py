@@ -18,6 +18,8 @@ LOW = 1e-15
 """Height of a flight, relative to 1 m or the greatest coordinate, that is lost in round-off."""
 NUDGE = 4 * STOPPED
 """Initial speed of a slip in space that begins without acceleration, above the speed at which slips end [m/s]."""
+MOMENT = 1e-5
+"""Time after which a motion shows whether laws that hold with equality go on, at speeds below 1 m/s or 1 rad/s [s]."""
 CROWD = 1e-7
 """Time between two events below which they count as simultaneous [s]."""
 PHASES = 100_000
@@ -37,18 +39,19 @@ PIECE = 256
 """Number of steps between two looks at the memory."""
 
 # Where the loop goes on.
-ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, LEAVE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(11)
+ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(10)
 
 # Why the loop returns to Python. Numbers below are those of `End`.
 (
     GROW,  # more contacts are closed than the contact problem has room for
     LONGER,  # the log is full
     PAUSE,  # progress may be shown
-    ASK_IMPACT,  # indeterminate impulses are refused if friction makes the motion depend on them
-    ASK_MODES,  # the modes follow from derivatives or from the comparison of all sets
-    ASK_SIDES,  # a contact at rest at the end of its side may begin to leave it
-    UNDECIDED,  # the shares beyond the limit of friction are indeterminate, which is refused
-    ASK_SHARES,  # indeterminate forces are refused if friction makes the motion depend on them
+    ASK_KERNELS,  # a law holds with equality, and there are no kernels yet to see what follows (`starting_modes`)
+    NO_MOTION,  # no set of modes is consistent
+    SEVERAL,  # several motions are consistent
+    OPEN_IMPULSES,  # indeterminate impulses are refused if friction makes the motion depend on them
+    OPEN_FORCES,  # so are indeterminate forces
+    UNDECIDED,  # and their shares beyond the limit of friction
     STRUCK,  # an event that may call a blow
     TOO_MANY,  # changes of modes at one moment, or in the run
     MIXED,  # contacts of both laws collide at once
@@ -56,7 +59,7 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, LEAVE, SET_UP, LAUNCH, FOLLOW, HALT, H
     SEQUENCE,  # sequential impacts do not end
     PASSED_OVER,  # a closing was passed over in a step
     TURNED,  # a change of the sense of slip was passed over
-) = range(100, 115)
+) = range(100, 116)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
 
@@ -83,9 +86,11 @@ class EventRun(Record):
     ``contacts``, ``rows``        numbers of contacts and of their rows
     ``moving``, ``energy``        1 if something moves with all speeds at zero, and the kernel of the energy
     ``looked``, ``rates_at``      kernels of all contacts: what decides events, and the rates
-    ``rates``, ``projection``, ``accelerations``, ``forces``    kernels of the present phase
+    ``rates``, ``projection``, ``accelerations``, ``forces``, ``watched``    kernels of the present phase
+    ``ready``                     1 if there are such kernels
     ``sequential``, ``refuse``    1 if contacts collide one after another; if indeterminate forces are refused
     ``events``                    functions of the user; the first ``shown`` are asked for, others call blows
+    ``watch``, ``watch_later``    outputs of ``watched``, now and a moment later
     ``final``                     1 for each function of the user that ends the run
     ``piece``, ``finding``, ``colliding``    addresses of `step_control.piece`, `contacts.find`, `collision.collided`
     ``looking``, ``phase``        constants of the functions of all contacts, and of the present phase
@@ -95,7 +100,7 @@ class EventRun(Record):
     ``held``                      1 for a contact that a normal force of 1 holds: friction of a joint
     ``ending``, ``place``         contact of each ending, and the end of a side or -1
 
-    ``stage``, ``then``           where the loop goes on, now and after the modes are decided
+    ``stage``                     where the loop goes on
     ``stale``                     1 if the contacts are to be looked at anew
     ``t``, ``y``, ``target``      the moment, and where the run stops
     ``until``, ``resting``        end of the remaining bounces, and 1 while they last
@@ -110,9 +115,12 @@ class EventRun(Record):
     ``left``                      1 for each contact that begins to leave the end of its side at this moment
     ``met``, ``met_at``           contacts closed at a moment so far
     ``mode``, ``shown``           modes, and modes as they are shown; ``past``: those before
+    ``tied``, ``ties``            contacts of which a law holds with equality, and their number
+    ``ends``                      which of these laws ends: a reason
     ``way``                       direction of a slip that begins
     ``force``                     contact forces of the decision
     ``active``, ``actives``       independent conditions of contacts
+    ``hit``, ``open``             1 if contacts collided, and if other shares of the impulses would move otherwise
     ``taking``                    contacts whose speed is taken away
     ``reason``, ``measure``       why a mode ended, and the friction there
     ``bounce_*``                  the last impacts
@@ -138,6 +146,7 @@ class EventRun(Record):
     projection: Kernel
     accelerations: Kernel
     forces: Kernel
+    watched: Kernel
     energy: Kernel
     energy_c: Row
     looking: Row
@@ -153,9 +162,10 @@ class EventRun(Record):
     ending: Wholes
     place: Wholes
     final: Wholes
+    watch: Row
+    watch_later: Row
     stage: Whole
     stale: Whole
-    then: Whole
     t: Real
     target: Real
     until: Real
@@ -171,6 +181,7 @@ class EventRun(Record):
     blame: Whole
     named: Whole
     hit: Whole
+    open: Whole
     spare_count: Whole
     begun: Whole
     first_row: Whole
@@ -207,6 +218,10 @@ class EventRun(Record):
     past: Annotated[Wholes, "contacts"]
     dead: Annotated[Wholes, "contacts"]
     taking: Annotated[Wholes, "contacts"]
+    ends: Annotated[Wholes, "contacts"]
+    tied: Annotated[Wholes, "contacts"]
+    ties: Whole
+    ready: Whole
     reason: Annotated[Wholes, "contacts"]
     stopped: Annotated[Wholes, "contacts"]
     stopping: Annotated[Wholes, "contacts"]

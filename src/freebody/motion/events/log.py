@@ -105,8 +105,11 @@ def log_crossing(it: EventRun, t: float, number: int, sign: int, y: Reals) -> No
 
 
 @compiled
-def log_modes(it: EventRun, hit: int) -> None:
-    """Log a change of the modes that are shown, with the reasons; the new modes become the past ones."""
+def log_modes(it: EventRun, hit: int, shares: int) -> None:
+    """Log a change of the modes that are shown, with the reasons; the new modes become the past ones.
+
+    ``shares`` is 1 if the shares of indeterminate forces decide the motion.
+    """
     changed = 0
     for k in range(it.contacts):
         changed += 1 if it.past[k] != it.shown[k] else 0
@@ -114,7 +117,7 @@ def log_modes(it: EventRun, hit: int) -> None:
         return
     at = begin(it, event_run.NOTE)
     mark(it, hit)
-    mark(it, it.spare_count)
+    mark(it, shares)
     note(it, it.t)
     note_all(it, it.y, it.n_y)
     for k in range(it.contacts):

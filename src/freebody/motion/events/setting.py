@@ -8,7 +8,7 @@ from ..cones.newton import factor
 from ..phase import places
 from ..phase.mode_table import conditions_of, set_modes, table
 from .event_run import LOW, SMALL, EventRun
-from .impulses import add_row, impelled
+from .impulse_system import add_row, impelled
 from .moment import largest, product_of, row_of, slip_speed
 
 

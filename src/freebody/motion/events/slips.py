@@ -11,7 +11,8 @@ from ..phase import places
 from ..phase.mode_table import evaluated, table
 from . import event_run
 from .event_run import EventRun
-from .impulses import add_row, impelled, move_speeds
+from .impulse_system import add_row, impelled
+from .impulses import move_speeds
 from .log import log_phase, log_state
 from .moment import copy, is_smooth, look, product_of, row_of, slip_speed
 from .setting import begins_slip, project, set_up

@@ -6,9 +6,13 @@ from ...native.instructions import Integers, Reals, bits, call, compiled, inline
 from . import places
 
 
-@inlined
+@compiled
 def table(c: Reals) -> Integers:
-    """Return the table of integers of a phase."""
+    """Return the table of integers of a phase.
+
+    It is not inlined: LLVM's fast selection of instructions takes the register of such a pointer for free after its
+    first use in the same block.
+    """
     return integers_at(bits(c[0]))
 
 

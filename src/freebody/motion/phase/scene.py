@@ -15,19 +15,17 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...dynamics import State, coordinate_rates
+from ...dynamics import State
 from ...dynamics.conditions.constraints import rows
 from ...dynamics.conditions.contact import contact_layout, contact_rows, reaches_along, touches
-from ...dynamics.contact_motion import contact_accelerations, contact_problem
+from ...dynamics.contact_motion import contact_problem
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model import Model
 from ...native import loop
-from ...scalar.derivative import forward
-from ...scalar.trace import Tape
 from ..cones.dense_problem import code
 from ..kernels.kernels import Kernels, Program
-from ..ode.dense_output import Array, Rates, observe, outputs_at
+from ..ode.dense_output import Array, Rates, outputs_at
 from . import places
 from .candidates import Candidates
 
@@ -197,22 +195,6 @@ class Scene:
     def constants(self, parameters: Array) -> Array:
         """Return the constants of the kernel for these parameters."""
         return self.program.constants(parameters)
-
-    def slopes(self, t: float, y: Array, parameters: Array, udot: Array, forces: Array) -> Array:
-        """Return d(A λ + c)/dt along the motion with the accelerations ``udot``, for constant λ."""
-
-        def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
-            along, lam = given[: self.model.n_u], given[self.model.n_u :]
-            rates = contact_accelerations(self.model, state, lam, self.kernels.active)
-            seeds = [1, *coordinate_rates(self.model, state), *along]
-            place = [state.t, *state.q, *state.u]
-            return {"slopes": forward(cast(Tape, state.field), rates, place, seeds)}
-
-        program = self.kernels.program("slopes", functions, self.model.n_u + self.rows)
-        given = np.concatenate([y[: self.model.n_q + self.model.n_u], udot, forces])
-        return observe(
-            program.address("slopes"), self.rows, np.array([t]), given[None], program.constants(parameters)
-        )[0]
 
     def at(self, t: float, y: Array, constants: Array) -> Snapshot:
         """Return the contacts at a state."""

@@ -1,15 +1,14 @@
 """The contact problem: its laws hold to round-off, whatever the contacts, and its motion is that of enumeration."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from enumeration import distinct, solutions
 from freebody.motion.cones.collision import compiled_code
 from freebody.motion.cones.cone_problem import ConeProblem
 from freebody.motion.cones.contacts import EXACT, Touching, contacts_of
-from freebody.motion.contact.complementarity import _choices, distinct, solutions
 from freebody.motion.events.code import code
 from impacts import impact
 
@@ -100,7 +99,7 @@ def test_the_motion_is_that_of_enumeration():
     for k in range(60):
         sort = SORTS[k % len(SORTS)]
         A, before, contacts, responses = random_problem(rng, sort, int(rng.integers(1, 3)))
-        every = solutions(A, before, contacts, itertools.product(*map(_choices, contacts)))
+        every = solutions(A, before, contacts)
         groups = distinct(every, responses)
         motion = ConeProblem(A, before, contacts).solve().forces @ responses
         size = max(np.abs(before).max(), np.abs(motion).max())
@@ -219,7 +218,7 @@ def test_where_the_motion_is_unique_enumeration_finds_one(sort):
         if not code("unique")(it, it.directions):
             continue
         proven += 1
-        every = solutions(A, c, contacts, itertools.product(*map(_choices, contacts)))
+        every = solutions(A, c, contacts)
         assert len(distinct(every, responses)) == 1
         motion = ConeProblem(A, c, contacts).solve().forces @ responses
         assert np.abs(every[0].forces @ responses - motion).max() <= 1e-7 * np.abs(motion).max()

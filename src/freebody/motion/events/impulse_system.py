@@ -1,0 +1,97 @@
+"""Systems of impulses on rows of contacts, in compiled code: the least motion that changes speeds by given amounts."""
+
+from __future__ import annotations
+
+from ...native.instructions import compiled, greater
+from ..cones.contacts import Contacts
+from ..cones.elimination import solved
+from ..cones.newton import factor
+from . import event_run
+from .event_run import EventRun
+from .moment import product_of, row_of
+
+
+@compiled
+def add_row(it: EventRun, count: int, r: int, goal: float) -> int:
+    """Append a row whose rate is to change by ``goal``; return the number of rows."""
+    it.list[count], it.goal[count], it.ray[count, 0], it.ray[count, 1] = r, goal, 0.0, 0.0
+    return count + 1
+
+
+@compiled
+def ray_product(it: EventRun, a: int, b: int) -> float:
+    """Return the change of the rate of row a of the list per unit of unknown b."""
+    r, s = it.list[a], it.list[b]
+    total = product_of(row_of(it, it.W, r), row_of(it, it.X, s), it.n)
+    for j in range(2):
+        if it.ray[b, j] != 0.0:
+            total += it.ray[b, j] * product_of(row_of(it, it.W, r), row_of(it, it.X, s + 1 + j), it.n)
+    return total
+
+
+@compiled
+def impelled(it: EventRun, contacts: Contacts, count: int) -> float:
+    """Find impulses on the rows of the list that change their rates by the goals: S x = g.
+
+    Dependent ones are those of contacts of equal compliance: x = Q ν with S Q ν = g over independent rows, where Q are
+    the columns of A of these. Set ``whole``; return the greatest |S x - g|.
+    """
+    A, S, order = contacts.A, contacts.chosen, contacts.order
+    for a in range(count):
+        for b in range(count):
+            A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
+            S[a * count + b] = ray_product(it, a, b)
+    kept = factor(A, count, contacts.factors, event_run.SMALL, contacts.left, order)
+    for a in range(count):
+        it.x[a] = 0.0
+    turn, good = 0, 1
+    while turn < 2 and good != 0:  # what is left of g is solved for once more
+        good = improved(it, contacts, count, kept)
+        turn += 1
+    return applied(it, contacts, count)
+
+
+@compiled
+def improved(it: EventRun, contacts: Contacts, count: int, kept: int) -> int:
+    """Add the solution for what is left of g to x; return 0 if there is none, else 1."""
+    A, S, order, square, nu, i = contacts.A, contacts.chosen, contacts.order, contacts.slope, it.nu, 0
+    for a in range(count):
+        if order[a] != 0:
+            nu[i], j = it.goal[a] - product_of(S[a * count :], it.x, count), 0
+            for b in range(count):
+                if order[b] != 0:
+                    square[i * kept + j] = S[a * count + b]
+                    if kept < count:  # A is symmetric
+                        square[i * kept + j] = product_of(S[a * count :], A[b * count :], count)
+                    j += 1
+            i += 1
+    if solved(square, kept, nu) == 0:
+        return 0
+    j = 0
+    for b in range(count):
+        if order[b] != 0:
+            if kept == count:
+                it.x[b] += nu[j]
+            else:
+                for a in range(count):
+                    it.x[a] += A[b * count + a] * nu[j]
+            j += 1
+    return 1
+
+
+@compiled
+def applied(it: EventRun, contacts: Contacts, count: int) -> float:
+    """Set ``whole`` to the impulses x along the rays; return the greatest |S x - g|."""
+    worst = 0.0
+    for r in range(it.rows):
+        it.whole[r] = 0.0
+    for a in range(count):
+        left = -it.goal[a]
+        for b in range(count):
+            left += contacts.chosen[a * count + b] * it.x[b]
+        worst = greater(worst, abs(left))
+        it.whole[it.list[a]] += it.x[a]
+        for j in range(2):
+            if it.ray[a, j] != 0.0:
+                it.whole[it.list[a] + 1 + j] += it.ray[a, j] * it.x[a]
+    return worst

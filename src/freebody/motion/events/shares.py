@@ -1,0 +1,130 @@
+"""Whether indeterminate forces decide the motion, in compiled code.
+
+Forces along rays, λ = B x, whose combinations x of S x = 0 leave all rates of the closed contacts unchanged are
+indeterminate, S = W_rows M⁻¹ Wᵀ B. Without friction, or if all slip in one direction with one coefficient, they move
+nothing: M⁻¹ Wᵀ B x = 0. Otherwise each distribution moves the machine differently.
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import Reals, compiled, greater
+from ..cones.contacts import Contacts
+from ..phase import places
+from . import event_run
+from .event_run import EventRun
+from .impulse_system import add_row, ray_product
+from .moment import is_smooth, largest, slip_speed
+
+SAME, NOISE = 1e-8, 1e-14
+"""Relative size of a motion that is none; round-off of a slip velocity, relative to 1 m/s or the greatest speed."""
+
+
+@compiled
+def forces_decide(it: EventRun, contacts: Contacts) -> int:
+    """Return 1 if the shares of indeterminate forces decide the motion in the present modes, else 0."""
+    count, unsure = 0, SAME
+    for k in range(it.contacts):
+        n, mode, at = it.tangents[k], it.mode[k], it.first[k]
+        rough, speed = n > 0 and not is_smooth(it, k), slip_speed(it, k)
+        if mode == places.OPEN:
+            continue
+        if mode != places.STICK and rough and speed <= it.still:
+            return 0  # no direction yet
+        if it.held[k] == 0:
+            count = add_row(it, count, at, 0.0)
+        if mode == places.STICK:
+            for j in range(n):
+                count = add_row(it, count, at + 1 + j, 0.0)
+        elif rough and it.held[k] == 0:
+            for j in range(n):
+                it.ray[count - 1, j] = -it.coefficients[3 * k] * it.rate[at + 1 + j] / speed
+            if n == 2:
+                unsure = greater(unsure, NOISE * (1.0 + largest(it.y[it.n_q :], it.n)) / speed)
+    return 1 if moved_by_shares(it, contacts, count) > 10.0 * unsure else 0
+
+
+@compiled
+def impulses_decide(it: EventRun, contacts: Contacts) -> int:
+    """Return 1 if impulses of the last impact that are distributed otherwise would change the motion, else 0."""
+    count, most, fastest = 0, largest(contacts.forces, contacts.rows), largest(contacts.after, contacts.rows)
+    for i in range(contacts.contacts):
+        at, n, r = contacts.at[i], contacts.tangents[i], it.first[it.chosen[i]]
+        if contacts.forces[at] <= SAME * most or contacts.friction[i] == 0.0:
+            n = 0
+        if contacts.forces[at] > SAME * most:
+            count = add_row(it, count, r, 0.0)
+            if n > 0 and largest(contacts.after[at + 1 :], n) > SAME * fastest:
+                for j in range(n):
+                    it.ray[count - 1, j] = contacts.forces[at + 1 + j] / contacts.forces[at]
+            else:
+                for j in range(n):
+                    count = add_row(it, count, r + 1 + j, 0.0)
+    return 1 if moved_by_shares(it, contacts, count) > SAME else 0
+
+
+@compiled
+def moved_by_shares(it: EventRun, contacts: Contacts, count: int) -> float:
+    """Return the greatest motion by indeterminate forces of size 1, relative to the greatest by any force of size 1."""
+    S, z, worst, unit = contacts.chosen, contacts.left, 0.0, 0.0
+    for a in range(count):
+        for b in range(count):
+            S[a * count + b] = ray_product(it, a, b)
+    rank = eliminated(contacts, count)
+    for b in range(count):
+        z[b] = 0.0
+    for b in range(count):
+        z[b] = 1.0
+        unit = greater(unit, motion_of(it, z, count))
+        z[b] = 0.0
+    for free in range(rank, count):
+        for b in range(count):
+            z[b] = 0.0
+        z[contacts.order[free]], size = 1.0, 1.0
+        for p in range(rank - 1, -1, -1):
+            x = -S[p * count + contacts.order[free]]
+            for q in range(p + 1, rank):
+                x -= S[p * count + contacts.order[q]] * z[contacts.order[q]]
+            z[contacts.order[p]] = x / S[p * count + contacts.order[p]]
+            size = greater(size, abs(z[contacts.order[p]]))
+        worst = greater(worst, motion_of(it, z, count) / size)
+    return worst / unit if unit > 0.0 else 0.0
+
+
+@compiled
+def eliminated(contacts: Contacts, count: int) -> int:
+    """Eliminate in S with the largest pivots; ``order`` becomes the columns in their order. Return the rank."""
+    S, order, most = contacts.chosen, contacts.order, largest(contacts.chosen, count * count)
+    for a in range(count):
+        order[a] = a
+    for p in range(count):
+        row, column = p, p
+        for a in range(p, count):
+            for b in range(p, count):
+                if abs(S[a * count + order[b]]) > abs(S[row * count + order[column]]):
+                    row, column = a, b
+        order[p], order[column] = order[column], order[p]
+        if not abs(S[row * count + order[p]]) > event_run.SMALL * most:
+            return p
+        for b in range(count):
+            S[p * count + b], S[row * count + b] = S[row * count + b], S[p * count + b]
+        for a in range(p + 1, count):
+            part = S[a * count + order[p]] / S[p * count + order[p]]
+            for b in range(p, count):
+                S[a * count + order[b]] -= part * S[p * count + order[b]]
+    return count
+
+
+@compiled
+def motion_of(it: EventRun, z: Reals, count: int) -> float:
+    """Return the greatest acceleration, or change of a speed, by the forces z along the rays."""
+    result = 0.0
+    for i in range(it.n):
+        x = 0.0
+        for b in range(count):
+            r = it.list[b]
+            x += z[b] * it.X[r * it.n + i]
+            for j in range(2):
+                if it.ray[b, j] != 0.0:
+                    x += z[b] * it.ray[b, j] * it.X[(r + 1 + j) * it.n + i]
+        result = greater(result, abs(x))
+    return result
