@@ -73,6 +73,11 @@ class Backlash(Gap, kind="backlash"):
         return self.first.child, self.second.child
 
     @property
+    def turns(self) -> bool:
+        """True if the first joint turns: the backlash is an angle, and the force on a flank a moment."""
+        return self.first.primitives[0].turns
+
+    @property
     def parts(self) -> tuple[str, str]:
         """What touches what, in words."""
         first, second = (body.name for body in self.bodies)
