@@ -252,3 +252,14 @@ def test_a_kind_that_cannot_be_found_is_refused(installed, kind, message):
     assert result.returncode != 0
     said = " ".join((result.stdout + result.stderr).split())
     assert message in said and "kind" in said
+
+
+def test_the_page_on_extending_runs_and_prints_what_it_says(installed):
+    """In a process of its own, since its kinds have names in files."""
+    page = (PACKAGE.parents[1] / "docs" / "extending.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", page, re.DOTALL)
+    assert len(blocks) == 7
+    result = called(installed, "-c", "\n".join(code for code, _ in blocks))
+    assert result.returncode == 0, result.stderr
+    printed = [text for _, text in blocks if text]
+    assert len(printed) == 2 and all(text in result.stdout for text in printed)

@@ -160,5 +160,7 @@ def _drawn(kind: type[Load], s: System, model: Model, state: State, found: Seque
         )
         # several actions of a load have numbers
         forces = [f for name, f in e.free_body(body).forces.items() if re.fullmatch(r"x(_\d+)?", name)]
-        equation = sum((np.array([float(c.subs(values)) for c in f]) for f in forces), np.zeros(3))
+        equation: Any = np.sum(
+            [np.zeros(3), *(np.array([float(c.subs(values)) for c in f]) for f in forces)], axis=0
+        )
         same(kind, f"its arrows on '{body}' and its force in the equations", drawn, equation, drawn)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -15,7 +15,7 @@ from ...scalar.algebra import ZERO, Scalar, scale, three
 from ...scalar.trace import Tape
 from ..state import State, traced_state
 from .instant import Instant, own_link, own_place
-from .own_kinds import check_kind
+from .own_kinds import Act, Ask, check_kind
 from .power import speed_of
 
 YIELD = "Yield what acts, such as fb.PointForce(self.point, force) with the three components of the force."
@@ -42,7 +42,11 @@ def asked_actions(
 ) -> tuple[Action, ...]:
     """Return the actions that a part answers at a state, checked."""
     if is_own(part):
-        _once(model, part, question, lambda state: values_of(_asked_actions(model, state, part, question)))
+
+        def act(state: State) -> tuple[Action, ...]:
+            return _asked_actions(model, state, part, question)
+
+        _once(model, part, question, lambda state: values_of(act(state)), act)
     return _asked_actions(model, state, part, question)
 
 
@@ -82,14 +86,14 @@ def asked(model: Model, state: State, part: Part, question: Callable[[Instant], 
 
 
 def _once(
-    model: Model, part: Part, question: Callable[[Instant], Any], ask: Callable[[State], Sequence[Scalar]]
+    model: Model, part: Part, question: Callable[[Instant], Any], ask: Ask, act: Act | None = None
 ) -> None:
     """Check a user's kind the first time that a model asks it."""
     checked = model.memo.setdefault("checked kinds", set())
     key = (part.table, part.name, getattr(question, "__qualname__", ""))
     if key not in checked:
         checked.add(key)
-        check_kind(model, part, question, ask)
+        check_kind(model, part, question, ask, act)
 
 
 def values_of(acting: Iterable[Action]) -> list[Scalar]:

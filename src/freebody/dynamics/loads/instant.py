@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from numbers import Real
 from typing import Any, NoReturn
 
 from ...describe.frame import Frame, Point
@@ -38,8 +39,11 @@ class Instant:
         """Conditions of :meth:`where` so far."""
 
     def __call__(self, expression: Expression) -> Scalar:
-        """Return the value of an expression of the system's names."""
-        return self._state(expression)
+        """Return the value of an expression of the system's names, or of a text with them; a value is itself."""
+        if isinstance(expression, str):
+            expression = self._model.names.expression(expression, self._load.title)
+        is_value = not isinstance(expression, Real) and not hasattr(expression, "free_symbols")
+        return expression if is_value else self._state(expression)
 
     def of(self, expression: Expression, values: Mapping[Any, Scalar]) -> Scalar:
         """Return the value of an expression with symbols of its own, which have these values."""
@@ -76,9 +80,13 @@ class Instant:
     def vector(self, components: Any, frame: Any = None) -> FieldVector:
         """Return three components in the axes of a body (by default the ground) as a vector in ground axes.
 
-        The components are expressions, or a vector of values.
+        The components are expressions or values, or they are a vector of values.
         """
-        v = components.components if isinstance(components, FieldVector) else self._state.vector(components)
+        v = (
+            components.components
+            if isinstance(components, FieldVector)
+            else three(tuple(map(self, components)))
+        )
         return self._of(v if self._is_ground(frame) else apply(self.rotation(frame), v))
 
     def rotation(self, body: Any) -> Matrix:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ...describe.loads.action import Action
 from ...describe.loads.load import Load
 from ...describe.part import Part, line_of
 from ...errors import FreebodyError, ModelError, shown
@@ -29,9 +30,12 @@ TRIALS = 4
 """Random states at which a kind is asked."""
 
 Ask = Callable[[State], Sequence[Scalar]]
+Act = Callable[[State], Sequence[Action]]
 
 
-def check_kind(model: Model, part: Part, question: Callable[..., Any], ask: Ask) -> None:
+def check_kind(
+    model: Model, part: Part, question: Callable[..., Any], ask: Ask, act: Act | None = None
+) -> None:
     """Refuse answers that are no function of the state, that branch on values, or a potential of another force.
 
     Parameters
@@ -39,6 +43,8 @@ def check_kind(model: Model, part: Part, question: Callable[..., Any], ask: Ask)
     question : method of the part
     ask : function of a state
         It returns the values that the method answers.
+    act : function of a state, optional
+        It returns the actions that the method answers.
     """
     tape = Tape()
     first, second = (ask(traced_state(model, tape)) for _ in range(2))
@@ -67,17 +73,15 @@ def check_kind(model: Model, part: Part, question: Callable[..., Any], ask: Ask)
                 f"{_shown(numbers)} {_line(part, question)}: it branches on a value. A formula has no if, no == and no "
                 f"`and`; at.where(x, a, b), at.sign, at.min and at.max serve instead."
             )
-    if isinstance(part, Load) and part.is_conservative:
-        _check_potential(model, part)
+    if isinstance(part, Load) and part.is_conservative and act is not None:
+        _check_potential(model, part, act)
 
 
-def _check_potential(model: Model, load: Load) -> None:
+def _check_potential(model: Model, load: Load, act: Act) -> None:
     """Refuse a potential whose gradient is not the force."""
-    from .actions import actions  # which asks for this check
-
     for state in _states(model):
         try:
-            force, gradient = virtual_powers(model, state, load, state.u, actions(model, state, load.name))
+            force, gradient = virtual_powers(model, state, load, state.u, act(state))
         except (ArithmeticError, ValueError):
             continue
         if math.isfinite(force) and math.isfinite(gradient) and not _equal([force], [gradient]):
