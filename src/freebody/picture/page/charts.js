@@ -4,12 +4,13 @@
 const COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8a6d00", "#3b8ea5"];
 const DASHES = ["", "7 3", "2 3", "9 3 2 3", "12 4", "4 2"];
 const WRITTEN = ["#0072B2", "#b34f00", "#00735a", "#a0447a", "#7a6000", "#2a6f84"]; // the same, dark enough to be read
+const TELEPHONE = matchMedia("(max-width: 580px)"); // to ask for the width of an element would lay out the page
 const HEIGHT = 230, LEFT = 62, TOP = 26, BOTTOM = 34;
 
 // Draws a chart; returns a function that moves its cursor to the time of the motion.
 function chart(root, motion, spec, units, { events, symbols, breaks = [] }, seek) {
   // on a narrow screen a chart is narrower, not smaller, and its curves have their names below it only
-  const narrow = root.clientWidth && root.clientWidth < 540, WIDTH = narrow ? 400 : 720, RIGHT = narrow ? 14 : 100;
+  const narrow = TELEPHONE.matches, WIDTH = narrow ? 400 : 720, RIGHT = narrow ? 14 : 100;
   const area = element("div", { class: "plot" }, root);
   const svg = drawing("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "chart", role: "img" }, area);
   drawing("title", {}, svg, spec.title);

@@ -20,13 +20,16 @@ function stageFloor({ up, gravity, ground }, { low, high, points }, fixed, size,
   const height = level ? dot(up, level.at) : stands ? support : lowest(points) - 0.12 * size, middle = scale(0.5, add(low, high));
   const at = add(middle, scale(height - dot(up, middle), up)), a = across(up), b = cross(up, a);
   const radius = 0.5 * length(subtract(high, low)) + 0.75 * size;
-  // a chord of the disk for each line of the grid; squares of a round length
-  const step = round(radius / 5), segments = [];
-  for (let i = -Math.floor(radius / step); i * step <= radius; i++) {
-    const half = Math.sqrt(Math.max(0, radius * radius - i * i * step * step));
-    for (const [along, over] of [[a, b], [b, a]])
-      segments.push([-1, 1].flatMap((sign) => add(at, add(scale(i * step, along), scale(sign * half, over)))));
-  }
+  // chords of the disk, back and forth, as one path each way; squares of a round length
+  const step = round(radius / 5), n = Math.floor(radius / step);
+  const chords = (along, over) => {
+    const result = [];
+    for (let i = -n; i <= n; i++) {
+      const half = Math.sqrt(Math.max(0, radius * radius - i * i * step * step)) * (i % 2 ? 1 : -1);
+      for (const sign of [-1, 1]) result.push(...add(at, add(scale(i * step, along), scale(sign * half, over))));
+    }
+    return renderer.path(new Float32Array(result));
+  };
   const disk = lathe({ profile: [[0, 0], [1, 0]], around: 96 }).map(plain);
   // shadows fall along the direction d: p - d (n·(p - at))/(n·d)
   const d = unit(add(scale(-1, up), add(scale(0.3, a), scale(0.18, b)))), k = 1 / dot(up, d);
@@ -34,7 +37,7 @@ function stageFloor({ up, gravity, ground }, { low, high, points }, fixed, size,
   return {
     disk: renderer.surface(disk),
     pose: along(up, at, radius, 1),
-    grid: segments.map((ends) => renderer.path(new Float32Array(ends))),
+    grid: [chords(a, b), chords(b, a)],
     shadow: columns(column(0), column(1), column(2), scale(k * dot(up, at), d)),
   };
 }
@@ -49,7 +52,7 @@ function drawFloor(renderer, { disk, pose, grid, shadow }, groups) {
   renderer.floor(disk, pose, FLOOR);
   for (const [surfaces, matrix] of groups)
     for (const { surface } of surfaces) renderer.floor(surface, product(shadow, matrix), SHADOW);
-  for (const path of grid) renderer.line(path, GRID, 1, 0, 1, 1, true);
+  for (const path of grid) renderer.line(path, GRID, 1, 0, undefined, 1, true);
 }
 
 // Draws the axes of the ground, and the sense of gravity, in the lower left corner of the picture.

@@ -396,7 +396,7 @@ def _ticks(ax: Any, trajectory: Trajectory) -> list[Any]:
             kept.append(time)
     if not kept:
         return []
-    names = ", ".join(dict.fromkeys(event.name for event in trajectory.events))
+    names = ", ".join(_event_label(trajectory, kind) for kind in _event_kinds(trajectory))
     return list(
         ax.plot(
             kept, [0.0] * len(kept), linestyle="none", marker=2, markersize=6, color=INK, clip_on=False,
@@ -415,11 +415,16 @@ def _event_handles(kinds: dict[str, str], trajectory: Trajectory) -> list[Any]:
         "markerfacecolor": "white",
         "markeredgecolor": INK,
     }
-    contacts = {contact.name for contact in trajectory.kernels.model.contacts}
     return [
-        Line2D([], [], marker=marker, label=f"change at {kind}" if kind in contacts else kind, **style)
+        Line2D([], [], marker=marker, label=_event_label(trajectory, kind), **style)
         for kind, marker in kinds.items()
     ]
+
+
+def _event_label(trajectory: Trajectory, kind: str) -> str:
+    """Name of an event, or of what changes at it."""
+    contacts = {contact.name for contact in trajectory.kernels.model.contacts}
+    return f"change at {kind}" if kind in contacts else kind
 
 
 def body_rotation(trajectory: Trajectory, body: str) -> Array:

@@ -234,7 +234,7 @@ def test_no_curve_runs_through_a_jump(bouncing):
     # a coordinate has no jump
     whole = [line for line in motion.plot("y").lines if line.get_linestyle() == "-"]
     assert len(whole) == 1 and len(whole[0].get_xdata()) == len(motion.t)
-    assert "change at floor" in [text.get_text() for text in ax.get_legend().get_texts()]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["impact, change at floor, rest"]
 
 
 def test_friction_margin_is_the_rest_of_the_cone():
