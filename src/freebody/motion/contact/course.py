@@ -205,9 +205,7 @@ class Touching:
             modes = np.array([segments[p].modes[k] for p in places])
             loose = np.array([segments[p].loose[at : at + 1 + n] for p in places]).reshape(-1, 1 + n)
             shown = np.where(loose, np.nan, lambdas)
-            mu = number(
-                motion.kernels.model, motion.values, contact.static_friction, "a coefficient of friction"
-            )
+            mu = _static_friction(motion, contact)[places]
             T, slip = shown[:, 1:], rates[:, at + 1 : at + 1 + n]
             margin = np.where(modes == "open", np.nan, mu * shown[:, 0] - np.linalg.norm(T, axis=1))
             result[contact.name] = ContactMotion(
@@ -222,17 +220,31 @@ class Touching:
         return ByName("contact", result)
 
 
+def _static_friction(motion: ComputedMotion, contact: Any) -> Array:
+    """Return the static friction of a contact in each phase."""
+    model, known, result = motion.kernels.model, dict[int, float](), []
+    for segment in phases_of(motion).segments:
+        key = id(segment.parameters)
+        if key not in known:
+            parameters = segment.values(motion._parameters).tolist()
+            values = {p.name: x for p, x in zip(model.parameters, parameters, strict=True)}
+            known[key] = number(model, values, contact.static_friction, "a coefficient of friction")
+        result.append(known[key])
+    return np.array(result)
+
+
 def _by_phase(motion: ComputedMotion, name: str, functions: Sequence[str]) -> list[Array]:
     """Return outputs of functions at the output times, each from the program of its phase of this name."""
     parts: list[tuple[Any, list[Array]]] = []
-    programs: dict[int, Any] = {}
+    programs: dict[tuple[int, int], Any] = {}
     path = phases_of(motion)
     for k, chosen in path.split(motion.t):
         segment = path.segments[k]
-        if id(segment.kernels) not in programs:
+        key = id(segment.kernels), id(segment.parameters)
+        if key not in programs:
             program = getattr(segment.kernels, name)()
-            programs[id(segment.kernels)] = (program, program.constants(motion._parameters))
-        program, constants = programs[id(segment.kernels)]
+            programs[key] = (program, program.constants(segment.values(motion._parameters)))
+        program, constants = programs[key]
         times, states = motion.t[chosen], motion.states[chosen]
         if isinstance(segment.path, Leap):  # the start of a leap has no direction of slip yet
             states, times = (

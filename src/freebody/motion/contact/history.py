@@ -26,6 +26,7 @@ from .state import ContactRun
 
 WHY = {
     event_run.BLOW: "a blow",
+    event_run.CHANGED: "a change of a signal or controller",
     event_run.GAP_CLOSED: "the gap closed",
     event_run.NORMAL_ZERO: "N reached 0",
     event_run.END_OF_SIDE: "the end of the side",
@@ -104,9 +105,8 @@ class History:
 
     def segment(self, k: int) -> Segment:
         """Return a phase of the run."""
-        return self._segment(*self.phases[k], len(self.work.names))
-
-    def _segment(self, marks: list[int], numbers: Array, crossings: Any, E: int) -> Segment:
+        marks, numbers, crossings = self.phases[k]
+        E, other = len(self.work.names), self.work.parameters_of(k)
         first, rows, status, rejected, evaluations, stiff, blame, straight, spare = marks[:9]
         modes = self.modes(marks[9 : 9 + E], numbers[1:])
         scene, work = self.work.scene, self.work
@@ -115,7 +115,7 @@ class History:
         last = first + rows
         path = object.__new__(Leap if straight else Path)
         path.__dict__.update(
-            _recipe=(phase.rates, work.parameters), times=self.times[first:last],
+            _recipe=(phase.rates, work.parameters if other is None else other), times=self.times[first:last],
             lengths=self.lengths[first : last - 1], states=self.states[first:last], crossings=crossings,
             status=ENDS[status], blame=blame, rejected=rejected, evaluations=evaluations,
             method="dop853" if straight else work.method,
@@ -126,12 +126,14 @@ class History:
         dead = [mode >= event_run.DEAD for mode in shown_modes]
         loose = np.zeros(scene.rows, dtype=bool)
         if spare or any(dead):
-            loose = loose_forces(work, phase, dead, work.look(float(self.times[first]), self.states[first]))
+            loose = loose_forces(
+                work, phase, dead, work.look(float(self.times[first]), self.states[first], other)
+            )
         names = tuple(
             contact.shown(KINDS[mode % event_run.DEAD])
             for contact, mode in zip(work.model.contacts, shown_modes, strict=True)
         )
-        return Segment(path, phase, float(numbers[0]), names, loose)
+        return Segment(path, phase, float(numbers[0]), names, loose, other)
 
     @cached_property
     def indeterminate(self) -> tuple[str, ...]:

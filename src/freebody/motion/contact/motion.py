@@ -12,12 +12,12 @@ from ...errors import SimulationError, nearest
 from ..ending import FAILED, End
 from ..events.event_run import ORDERS
 from ..legs.blow import blows_of, scheduled
+from ..legs.driven import Drives
 from ..legs.failure import failure
 from ..ode.dense_output import observe
 from ..request import Problem, Request, problem_of
 from ..start.arguments import check_forwards
 from ..start.initial import number
-from ..start.signals import refuse_switched
 from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import Touching
@@ -42,7 +42,6 @@ def touching_motion(request: Request) -> Trajectory:
 
 def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
     p, request, kernels, model = problem, problem.request, problem.kernels, problem.model
-    refuse_switched(model, "a machine with contacts")
     if request.impacts not in ORDERS:
         raise SimulationError(
             f"Unknown order of impacts {request.impacts!r}; {nearest(str(request.impacts), ORDERS)}"
@@ -60,6 +59,9 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
     absolute = relative.copy()
     work = ContactRun(kernels, p.numbers)
     work.prepare(p, relative, absolute, timed, called)
+    if model.switched:
+        work.drives = Drives(kernels, p.numbers, p.begin, p.end, p.most_steps)
+        work.changes.append((0, work.parameters))
     y = np.concatenate([p.state[:n], [0.0, 0.0]])
     program = kernels.motion()
     energies = observe(

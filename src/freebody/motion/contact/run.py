@@ -22,7 +22,7 @@ from ..ending import ENDS, End
 from ..events import event_run
 from ..events.code import code
 from ..legs.blow import Blow, strike
-from ..ode.dense_output import Array
+from ..ode.dense_output import Array, outputs_at
 from ..phase.places import CLOSED, OPEN
 from ..phase.scene import KINDS, Snapshot
 from .state import ContactRun
@@ -52,7 +52,9 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
     it.budget = steps
     try:
         while True:
-            it.target = work.blows[0][0] if work.blows else end
+            if changed(work):
+                return ENDS[End.TERMINAL]
+            it.target = min(work.next_stop(), end)
             answer = loop(it, work.steps, work.problem)
             while answer >= event_run.GROW:
                 if answer == event_run.PAUSE:
@@ -62,11 +64,12 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
                     between(it.t)
                 answered(work, answer)
                 answer = loop(it, work.steps, work.problem)
-            if answer != End.FINISHED or not (work.blows and work.blows[0][0] <= it.t):
+            if answer != End.FINISHED or (it.t >= end and not (work.blows and work.blows[0][0] <= it.t)):
                 return ENDS[answer]
             while work.blows and work.blows[0][0] <= it.t:
                 struck(work, work.blows.pop(0)[1])
-            it.reason[:], it.stage = event_run.BLOW, event_run.ARRIVE
+                it.reason[:] = event_run.BLOW
+            it.stage = event_run.ARRIVE
     except KeyboardInterrupt:
         return interrupted(work)
 
@@ -120,6 +123,57 @@ def blows(work: ContactRun) -> None:
         if 0 <= which < len(work.called) and time == work.it.t and work.counts[which] > 0:
             work.counts[which] -= 1
             struck(work, work.called[which])
+
+
+# -- signals and controllers -----------------------------------------------------------------------------
+
+
+def changed(work: ContactRun) -> bool:
+    """Change the values that signals and controllers give now; return True if an event of the user ends the run.
+
+    A change of a potential is work. Events whose functions jump through zero happen.
+    """
+    it, drives = work.it, work.drives
+    y = np.array(it.y)
+    if drives is None or not drives.change(it.t, y):
+        return False
+    before, energy = np.sign(watched(work, y)), energy_of(work, y)
+    work.set_values(dict(drives.numbers))
+    it.most_phases += 1
+    it.stale = 1
+    if it.phases == 0:
+        return False
+    it.reason[:] = event_run.CHANGED
+    if drives.potential:
+        it.impulses += energy_of(work, y) - energy
+    after, ends = np.sign(watched(work, y)), False
+    for k in np.flatnonzero(before * after < 0):
+        spec, sign = work.specs[k], int(after[k])
+        if spec.direction not in (0, sign):
+            continue
+        if k < work.asked:
+            work.longer_log()
+            code("log_crossing")(it, it.t, k, sign, y)
+            ends |= spec.terminal
+        elif work.counts[k - work.asked] > 0:
+            work.counts[k - work.asked] -= 1
+            struck(work, work.called[k - work.asked])
+    if ends:
+        code("break_off")(it, End.TERMINAL)
+    return ends
+
+
+def watched(work: ContactRun, y: Array) -> Array:
+    """Return the functions of the user's events, and of those that call blows."""
+    program = work.program
+    outputs = outputs_at(program.address("watched"), program.outputs("watched"), work.it.t, y, work.phase)
+    return outputs[: len(work.specs)]
+
+
+def energy_of(work: ContactRun, y: Array) -> float:
+    """Return the energy of the machine."""
+    address = work.kernels.motion().address("energy")
+    return float(outputs_at(address, 2, work.it.t, y, work.energy_constants).sum())
 
 
 # -- refusals --------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,6 +15,7 @@ from ..cones.contacts import contacts_room
 from ..events.event_run import PIECE, EventRun, event_run
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of
+from ..legs.driven import Drives
 from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.run import equip, memory, most_events
@@ -40,6 +42,8 @@ class ContactRun:
     ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
     ``told``       happenings that Python adds to the log
     ``shared``     True if indeterminate forces are those of equal compliance
+    ``drives``     signals and controllers, or None
+    ``changes``    number of a phase, and the parameters that hold from there
     """
 
     def __init__(self, kernels: Kernels, values: Mapping[str, float], scene: Scene | None = None) -> None:
@@ -49,6 +53,8 @@ class ContactRun:
         self.names = [c.name for c in self.model.contacts]
         self.n, self.n_u = self.model.n_q, self.model.n_u
         self.shared = True
+        self.drives: Drives | None = None
+        self.changes: list[tuple[int, Array]] = []
         self.it: EventRun = event_run(self.scene, self.n + self.n_u + 2)
         solvers = compiled_code()
         self.it.finding, self.it.colliding = solvers["find"].address, solvers["collided"].address
@@ -130,6 +136,25 @@ class ContactRun:
         it.events, it.ready = self.program.outputs("watched") - len(scene.endings), 1
         return phase
 
+    def set_values(self, values: Mapping[str, float]) -> None:
+        """Go on with other values of the parameters."""
+        self.values, self.parameters = values, self.kernels.parameters(values)
+        scene, energy = self.scene, self.kernels.motion()
+        self.looking[:] = scene.constants(self.parameters)
+        self.energy_constants[:] = energy.constants(self.parameters)
+        self.phase[1:] = self.program.constants(self.parameters)[1:]  # the first is the address of the table
+        self.changes.append((self.it.phases, self.parameters))
+
+    def parameters_of(self, phase: int) -> Array | None:
+        """Return the parameters of a phase by its number, if they change during the run."""
+        k = bisect_right(self.changes, phase, key=lambda change: change[0])
+        return self.changes[k - 1][1] if k else None
+
+    def next_stop(self) -> float:
+        """Return the time of the next blow or change of values."""
+        change = math.inf if self.drives is None else self.drives.until()
+        return min(change, self.blows[0][0]) if self.blows else change
+
     def longer_log(self) -> None:
         """Double what is full of the log."""
         it = self.it
@@ -161,9 +186,10 @@ class ContactRun:
 
     # -- the moment --------------------------------------------------------------------------------
 
-    def look(self, t: float, y: Array) -> Snapshot:
-        """Return the contacts at a moment."""
-        return self.scene.at(t, y, self.looking)
+    def look(self, t: float, y: Array, parameters: Array | None = None) -> Snapshot:
+        """Return the contacts at a moment, with the present values of the parameters or with others."""
+        constants = self.looking if parameters is None else self.scene.constants(parameters)
+        return self.scene.at(t, y, constants)
 
     def seen(self) -> Snapshot:
         """Return the contacts at the present moment."""

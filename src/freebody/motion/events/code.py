@@ -12,6 +12,7 @@ _MODULES = tuple(
 _CALLED = (
     "go_on",
     "break_off",
+    "log_crossing",
     "strike",
     "find_closed",
     "choose_all",

@@ -55,7 +55,7 @@ class InLegs:
                 own_program = segment.kernels.reactions()
             elif function == "rates":
                 own_program = segment.kernels.motion()
-            parameters = motion._parameters if segment.parameters is None else segment.parameters
+            parameters = segment.values(motion._parameters)
             result[chosen] = observe(
                 own_program.address(function), result.shape[1], times[chosen], states[chosen],
                 own_program.constants(parameters),
@@ -86,8 +86,7 @@ class InLegs:
         """Yield the legs with the margins to the limits of one-sided constraints."""
         for segment in segments_of(motion.path, motion.kernels):
             program = segment.kernels.limits()
-            parameters = motion._parameters if segment.parameters is None else segment.parameters
-            yield piece_of(segment.path, program, program.constants(parameters))
+            yield piece_of(segment.path, program, program.constants(segment.values(motion._parameters)))
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
         """Return the warnings of blows and impacts, one for each limit that they pass."""

@@ -39,6 +39,10 @@ class Segment:
     loose: Any = None
     parameters: Any = None
 
+    def values(self, common: Array) -> Array:
+        """Return the values of the parameters; ``common`` are those of the whole run."""
+        return common if self.parameters is None else cast(Array, self.parameters)
+
 
 @dataclass(frozen=True, eq=False)
 class Phases:

@@ -1,0 +1,137 @@
+"""Contacts under signals and sampled controllers: closed forms of blocks and disks, between the events of contacts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import freebody as fb
+
+G, M, MU = 9.81, 2.0, 0.3
+
+
+def block(force, mu=MU, static=None):
+    """A block on a floor, pushed along it."""
+    s = fb.System("block")
+    s.gravity = (0, -G, 0)
+    body = s.body("block", fb.particle(M))
+    s.chain("plane", s.ground, body, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    s.contact("floor", body.origin, s.ground.plane(), friction=mu, static_friction=static)
+    if isinstance(force, tuple):
+        function, period = force
+        (push,) = (s.parameters(push=0.0),)
+        s.controller(function, period, "push", name="law")
+        force = push
+    s.force("F", body.origin, (force, 0, 0))
+    return s
+
+
+def test_a_ramp_makes_a_block_slip_at_the_limit_of_friction():
+    """F = 4 t to t = 2, then 8 N: slip from F = μ m g, v = ∫ (F/m - μ g) dt."""
+    s = block(fb.signal([0, 2, 5], [0, 8, 8]))
+    motion = fb.simulate(s, 4, samples=401)
+    begin = MU * M * G / 4
+    (first, second) = motion.modes
+    assert (first.mode, second.mode) == ("stick", "slip+")
+    assert second.start == pytest.approx(begin, abs=1e-9)
+
+    def speed(t):
+        early = np.clip(t, begin, 2)
+        return (
+            (2 * (early**2 - begin**2) / M)
+            - MU * G * (early - begin)
+            + np.clip(t - 2, 0, None) * (8 / M - MU * G)
+        )
+
+    np.testing.assert_allclose(motion["x'"], speed(motion.t), atol=1e-9)
+    T = motion.contacts["floor"].tangential
+    before = motion.t < begin
+    np.testing.assert_allclose(T[before], -4 * motion.t[before], atol=1e-9)
+    assert motion.energy.relative_residual < 1e-9
+
+
+def test_a_step_of_a_signal_changes_the_modes_at_once():
+    s = block(fb.signal([0, 1, 2], [0, 10, 0], "previous"))
+    motion = fb.simulate(s, 3, samples=301)
+    assert [(m.mode, m.why) for m in motion.modes][:2] == [
+        ("stick", "the start"), ("slip+", "a change of a signal or controller")
+    ]  # fmt: skip
+    top = 10 / M - MU * G
+    stop = 2 + top / (MU * G)
+    assert motion.modes[1].start == 1
+    assert motion.modes[2].mode == "stick" and motion.modes[2].start == pytest.approx(stop, abs=1e-9)
+    assert motion["x"][-1] == pytest.approx(top / 2 + top**2 / (2 * MU * G), rel=1e-9)
+
+
+def test_a_sampled_brake():
+    """F = -c v, held between samples: v_{k+1} = v_k - (μ g + c v_k/m) h, until the block stops."""
+    c, h, v = 1.5, 0.1, 3.0
+    read = []
+
+    def law(t, now):
+        read.append((t, now["x'"]))
+        return -c * now["x'"]
+
+    s = block((law, h))
+    motion = fb.simulate(s, 2, initial={"x'": v}, samples=201)
+    t, speeds = 0.0, [v]
+    while True:
+        a = MU * G + c * v / M
+        if v - a * h < 0:
+            stop = t + v / a
+            break
+        v, t = v - a * h, t + h
+        speeds.append(v)
+    np.testing.assert_allclose([x for _, x in read[: len(speeds)]], speeds, atol=1e-9)
+    assert motion.modes[-1].mode == "stick" and motion.modes[-1].start == pytest.approx(stop, abs=1e-9)
+    assert len(read) == 20 and motion["x'"][-1] == pytest.approx(0, abs=1e-12)
+    # held in the rest of its interval, it sticks with the last force of the brake
+    still = (motion.t > stop) & (motion.t < math.ceil(stop / h) * h - 1e-9)
+    np.testing.assert_allclose(motion.contacts["floor"].tangential[still], c * speeds[-1], atol=1e-9)
+    assert motion.energy.relative_residual < 1e-9
+
+
+def test_gravity_that_jumps_is_work():
+    """A ball falls with g, then with 2 g: the jump of its potential is in the ledger."""
+    s = fb.System("ball")
+    (g,) = (s.parameters(g=G),)
+    s.gravity = (0, -g, 0)
+    s.controller(lambda t, _: G if t < 0.19 else 2 * G, 0.2, "g", name="field")
+    ball = s.body("ball", fb.disk(1, 0.1))
+    s.planar("plane", s.ground, ball, coordinate="x y turn")
+    s.contact("floor", ball.circle(0.1), s.ground.plane(), restitution=0.5)
+    motion = fb.simulate(s, 1, initial={"y": 1.1}, samples=101)
+    v, y = G * 0.2, 1 - G * 0.02
+    hit = 0.2 + (math.sqrt(v * v + 4 * G * y) - v) / (2 * G)
+    assert motion.happenings[0].time == pytest.approx(hit, rel=1e-10)
+    assert motion.energy.relative_residual < 1e-9
+
+
+def test_events_and_blows_that_a_change_calls():
+    """The function of an event jumps through zero where a controller changes its input; so may that of a blow."""
+    s = block((lambda t, _: 0.0 if t < 0.95 else 10.0, 0.5))
+    kick = fb.blow("push - 5 + t - 1", at=s.bodies["block"], impulse=(4, 0, 0), name="kick")
+    motion = fb.simulate(s, 2, events=[fb.event("push - 2 + t - 1", name="on")], impulses=[kick])
+    assert [event.time for event in motion.events if event.name in ("on", "kick")] == [1.0, 1.0]
+    assert motion["x'"][-1] == pytest.approx(4 / M + 10 / M - MU * G, rel=1e-9)
+    ended = fb.simulate(s, 2, events=[fb.event("push - 2 + t - 1", name="on", terminal=True)])
+    assert ended.status == "terminal event" and ended.t[-1] == 1
+
+
+def test_a_saved_motion_has_the_values_of_each_phase(tmp_path):
+    s = block(fb.signal([0, 1, 2], [0, 10, 0], "previous"))
+    motion = fb.simulate(s, 3, samples=31)
+    motion.save(tmp_path / "motion.nc")
+    again = fb.Trajectory.load(tmp_path / "motion.nc")
+    np.testing.assert_array_equal(again["x"], motion["x"])
+    np.testing.assert_array_equal(again.contacts["floor"].tangential, motion.contacts["floor"].tangential)
+    assert str(again.modes) == str(motion.modes)
+
+
+def test_motions_of_a_batch_with_a_signal():
+    s = block(fb.signal([0, 2, 5], [0, 8, 8]))
+    one = fb.simulate(s, 3, samples=4)
+    data = fb.simulate(s, 3, initial={"x": [0.0, 1.0]}, samples=4)
+    np.testing.assert_allclose(data["x"].values, [one["x"], one["x"] + 1], atol=1e-12)
