@@ -411,7 +411,7 @@ class Equations(Derivation, Typeset):
     def lines(self, names: Mapping[str, Expression] | None = None) -> list[str]:
         """The lines of :meth:`text` below the modes of the contacts."""
         if self.form == "recursive":
-            parts = self.recursive.written(Text, " = ")
+            parts = self.recursive.written(Text, " = ", self.recursive.formulas)
             return [line for head, lines in parts for line in (head, *(f"  {x}" for x in lines))]
         lines, meanings = self._shown(Text, " = ", names)
         return [*lines, *(["where"] if meanings else []), *(f"  {line}" for line in meanings)]
@@ -422,7 +422,7 @@ class Equations(Derivation, Typeset):
         if solved:
             return self._solved.latex()
         if self.form == "recursive":
-            parts = self.recursive.written(Latex, " &= ")
+            parts = self.recursive.written(Latex, " &= ", self.recursive.formulas)
             rows = [line for head, lines in parts for line in (f"&{latex_words(head)}", *lines)]
             return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
         lines, meanings = self._shown(Latex, " &= ", names)

@@ -288,8 +288,8 @@ class _Working(State):
         return turning, names.vector(f"{'v' if kind == 'speed' else 'a'}_{label}", moving, kind, MOTION)
 
 
-class Recursive:
-    """Equations of motion of a model in named quantities."""
+class NamedMotion:
+    """Motion of a model in named quantities."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -301,18 +301,6 @@ class Recursive:
         self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
         self._base = base
         self.working = _Working(base, self.names, self.udot)
-
-    @cached_property
-    def balances(self) -> tuple[Scalar, ...]:
-        """M u' + h - Q in named quantities, a row for each speed."""
-        if self.model.loads or self.model.constraints:
-            self.place()
-        return inverse_dynamics(self.model, self.working, self.udot, self._loads())
-
-    @cached_property
-    def residuals(self) -> list[Scalar]:
-        """Residuals of the constraints that do not hold identically."""
-        return [x for x in residuals(self.model, self._base) if x != 0] if self.model.constraints else []
 
     def place(self) -> State:
         """Form the postures and velocities of the links, with names, and return the state that holds them."""
@@ -347,6 +335,53 @@ class Recursive:
             R = self.working.axes(i)
             result.append((apply_transpose(R, alpha), apply_transpose(R, a)))
         return result
+
+    def meanings(self, definitions: Sequence[Definition], less: str = "") -> list[tuple[str, list[Any]]]:
+        """Return (heading, [(symbol, value), ...]) of definitions; accelerations are ``less`` something."""
+        in_own_axes = [
+            link.body for i, link in enumerate(self.model.links) if link.body and not self.working.fixed(i)
+        ]
+        axes = "along ground axes"
+        if in_own_axes:
+            names = _listed(in_own_axes)
+            if len(in_own_axes) < len(self.model.bodies):
+                axes = f"along ground axes, those of {names} along their own axes"
+            else:
+                axes = f"along the own axes of {names}"
+        headings = {
+            POSITIONS: "Angles and positions, outward from the ground; an angle's rates are its derivatives:",
+            MOTION: f"Motion at the joints, outward; accelerations{less}; components {axes}:",
+            FORCES: "Forces and moments that the joints pass on, springs and motors along them included, inward:",
+        }
+        result = []
+        for part, heading in headings.items():
+            lines = [(d.symbol, d.value) for d in definitions if d.part == part and d.angle is None]
+            if lines:
+                result.append((heading, lines))
+        return result
+
+    def written(
+        self, kind: type[Printer], sign: str, formulas: Sequence[tuple[str, list[Any]]]
+    ) -> Iterator[tuple[str, list[str]]]:
+        """Yield (heading, lines) of formulas as written by one kind of printer."""
+        printer = kind(self.ring)
+        for heading, pairs in formulas:
+            lines = []
+            for left, right in pairs:
+                name = printer.generator(left, 1) if isinstance(left, sympy.Basic) else printer.show(left)
+                lines.append(f"{name}{sign}{printer.show(right)}")
+            yield heading, lines
+
+
+class Recursive(NamedMotion):
+    """Equations of motion of a model in named quantities."""
+
+    def __init__(self, model: Model) -> None:
+        super().__init__(model)
+        if model.loads or model.constraints:
+            self.place()
+        self.balances = inverse_dynamics(model, self.working, self.udot, self._loads())
+        self.residuals = [x for x in residuals(model, self._base) if x != 0] if model.constraints else []
 
     def _loads(self) -> Loading:
         """The loads and the forces of constraints, in working axes."""
@@ -389,42 +424,6 @@ class Recursive:
             *self.meanings(self.definitions, " less that of gravity"),
             ("Equations of motion:", equations),
         ]
-
-    def meanings(self, definitions: Sequence[Definition], less: str = "") -> list[tuple[str, list[Any]]]:
-        """Return (heading, [(symbol, value), ...]) of definitions; accelerations are ``less`` something."""
-        in_own_axes = [
-            link.body for i, link in enumerate(self.model.links) if link.body and not self.working.fixed(i)
-        ]
-        axes = "along ground axes"
-        if in_own_axes:
-            names = _listed(in_own_axes)
-            if len(in_own_axes) < len(self.model.bodies):
-                axes = f"along ground axes, those of {names} along their own axes"
-            else:
-                axes = f"along the own axes of {names}"
-        headings = {
-            POSITIONS: "Angles and positions, outward from the ground; an angle's rates are its derivatives:",
-            MOTION: f"Motion at the joints, outward; accelerations{less}; components {axes}:",
-            FORCES: "Forces and moments that the joints pass on, springs and motors along them included, inward:",
-        }
-        result = []
-        for part, heading in headings.items():
-            lines = [(d.symbol, d.value) for d in definitions if d.part == part and d.angle is None]
-            if lines:
-                result.append((heading, lines))
-        return result
-
-    def written(
-        self, kind: type[Printer], sign: str, formulas: Sequence[tuple[str, list[Any]]] | None = None
-    ) -> Iterator[tuple[str, list[str]]]:
-        """Yield (heading, lines) of formulas, by default of all, as written by one kind of printer."""
-        printer = kind(self.ring)
-        for heading, pairs in self.formulas if formulas is None else formulas:
-            lines = []
-            for left, right in pairs:
-                name = printer.generator(left, 1) if isinstance(left, sympy.Basic) else printer.show(left)
-                lines.append(f"{name}{sign}{printer.show(right)}")
-            yield heading, lines
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ from ...model.model import Model
 from ...space.spatial import Spatial
 from ..derivation.derivation import Derivation
 from ..printing.printer import Printer
-from ..recursive import Recursive
+from ..recursive import NamedMotion
 
 
 class NamedDerivation(Derivation):
@@ -20,7 +20,7 @@ class NamedDerivation(Derivation):
 
     def __init__(self, model: Model, chosen: str = "") -> None:
         self.model, self.chosen = model, chosen
-        self._names = Recursive(model)
+        self._names = NamedMotion(model)
         self.ring, self.udot = self._names.ring, self._names.udot
         self.state = self._names.place()
 

@@ -13,8 +13,13 @@ from freebody.testing import random_system
 
 def values_of(expressions, start):
     """Numbers of expressions, from those of their symbols."""
-    numbers = sorted(start.items(), key=lambda item: -item[0].count_ops())  # second derivatives first
-    return [float(x.subs(numbers).evalf()) for x in expressions]
+    # second derivatives first, the time last
+    numbers = sorted(
+        start.items(), key=lambda item: (item[0].is_Symbol, -getattr(item[0], "derivative_count", 0))
+    )
+    found = [x.subs(numbers).evalf() for x in expressions]
+    assert not set().union(*(x.free_symbols for x in found)), found
+    return [float(x) for x in found]
 
 
 @pytest.mark.parametrize("seed", range(3))
