@@ -232,8 +232,11 @@ def test_the_home_page_shows_what_it_prints(
     assert arrows((tmp_path / "bar.svg").read_text(encoding="utf-8")) == arrows(shown) != []
 
 
-def test_constraints_page(capsys: pytest.CaptureFixture[str]) -> None:
+def test_constraints_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Every block that begins with an import runs, and prints the block of text below it."""
+    monkeypatch.chdir(tmp_path)
     page = (ROOT / "docs" / "constraints.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(import .*?)```\n\n```text\n(.*?)```\n", page, re.DOTALL)
     assert len(blocks) == page.count("```python\nimport") == page.count("```text") > 0
