@@ -5,8 +5,8 @@ method (`newton.balance`), with the impulses of the sweeps as multipliers: round
 
     y ← λ(v),  F(v) = v - Cᵀ λ(v) = 0,   λ = P(y - r(v)/ε)
 
-each to a small part of the residual left by the one before it. The fixed point is the exact law, whatever ε is. An island with more rows or speeds than there is room for stays as it
-is.
+each to a small part of the residual left by the one before it. The fixed point is the exact law, whatever ε is. An
+island with more rows or speeds than there is room for stays as it is.
 """
 
 from __future__ import annotations
@@ -61,9 +61,9 @@ def settle(problem: ContactProblem, islands: Islands, goal: float) -> float:
             b = root_of(islands, blocks.pieces[blocks.first[problem.rows[a]]])
             islands.worst[b] = greater(islands.worst[b], abs(problem.e[a]))
     for b in range(blocks.count):
-        if islands.parent[b] == b and islands.worst[b] > goal * problem.reference:
-            if lay_out(problem, islands, b) == 1:
-                improve(problem, islands, b, goal)
+        unsolved = islands.parent[b] == b and islands.worst[b] > goal * problem.reference
+        if unsolved and lay_out(problem, islands, b) == 1:
+            improve(problem, islands, b, goal)
     add_all(problem)
     problem.residual = residual(problem)
     return problem.residual
@@ -104,7 +104,10 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int) -> int:
             n += blocks.starts[b + 1] - blocks.starts[b]
     for a in range(problem.count):
         r = problem.rows[a]
-        if blocks.first[r + 1] > blocks.first[r] and root_of(islands, blocks.pieces[blocks.first[r]]) == island:
+        if (
+            blocks.first[r + 1] > blocks.first[r]
+            and root_of(islands, blocks.pieces[blocks.first[r]]) == island
+        ):
             if m < islands.rows:
                 islands.own[m] = a
             m += 1
@@ -115,7 +118,12 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int) -> int:
     for i in range(m):
         a = islands.own[i]
         r = problem.rows[a]
-        part.rows[i], part.kinds[i], part.mu[i], part.low[i] = i, problem.kinds[a], problem.mu[a], problem.low[a]
+        part.rows[i], part.kinds[i], part.mu[i], part.low[i] = (
+            i,
+            problem.kinds[a],
+            problem.mu[a],
+            problem.low[a],
+        )
         part.scale[i], part.b[i], part.x[i] = problem.scale[a], problem.b[a], problem.x[a]
         part.blocks.pieces[i], part.blocks.first[i], part.blocks.at[i] = 0, i, i * n
         for k in range(i * n, i * n + n):
@@ -155,13 +163,15 @@ def improve(problem: ContactProblem, islands: Islands, island: int, goal: float)
             for i in range(part.count):
                 problem.x[islands.own[i]] = x[i]
         if left > SLOW * last:
-            soft = greater(soft / 10.0, HARDEST * unit) if left > FINE else lesser(10.0 * soft, SOFTEST * unit)
+            soft = (
+                greater(soft / 10.0, HARDEST * unit) if left > FINE else lesser(10.0 * soft, SOFTEST * unit)
+            )
         last = left
 
 
 @compiled
 def follow(part: ContactProblem, newton: Newton) -> None:
-    """Set the multipliers to the impulses, or where these drift on a line, to the place where a contact leaves its cone.
+    """Set the multipliers to the impulses; where these drift on a line, to the place where a contact leaves its cone.
 
     A speed too small to be seen moves them so, and would take ever so many rounds.
     """

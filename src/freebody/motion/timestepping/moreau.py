@@ -11,9 +11,9 @@ Without contact this is of second order. For a free body with f = -ω̄ × J ω�
 momentum: J (ω⁺ - ω) · ω̄ = 0, and R⁺ J ω⁺ = R J ω is (1 + h/2 ω̄×) J ω⁺ = (1 - h/2 ω̄×) J ω. The quaternion of
 Cayley's turn is q + h q'(q, ω̄), normalized.
 
-The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`cones.sweeps`, `cones.islands`). Constraints
-are eliminated (`elimination`): a step along X keeps G u. Speeds are in block order here: entry i is speed ``order[i]``
-of the model.
+The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`cones.sweeps`,
+`cones.islands`). Constraints are eliminated (`elimination`): a step along X keeps G u. Speeds are in block order here:
+entry i is speed ``order[i]`` of the model.
 
 Loads that depend on ū are found by iteration (`loads`).
 
