@@ -21,7 +21,7 @@ from .family_record import POSE, Core, Families, Patch
 
 PARALLEL = 1e-12
 """Square of the sine of the angle up to which two edges count as parallel."""
-ALONG = 1e-9
+ALONG = 1e-11
 """Overlap of sides, relative to the size of a face, that is round-off: a corner so far outside carries."""
 FAR = 1e300
 FACE_OF_A, FACE_OF_B, EDGES = 1, 2, 3

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..cones.islands import Islands
 from ..families.memory import fill
 from ..families.meshes import most_points
 from ..kernels.kernels import Kernels, Program
@@ -14,11 +15,14 @@ from ..start.initial import number
 from .stepped_kernels import Shape
 from .stepping_record import Run
 
+ISLAND_ROWS, ISLAND_SPEEDS = 900, 600
+"""Limits on an island that Newton's method gets, whose matrices are dense."""
+
 
 def memory_of(
     kernels: Kernels, values: Mapping[str, float], program: Program, shape: Shape, tangents: Sequence[int],
     pairs: int = 0,
-) -> tuple[Run, Any]:  # fmt: skip
+) -> tuple[Run, Islands, Any]:  # fmt: skip
     """Return the memory of the loop for a machine, with room for some pairs of families, and what must live with it."""
     model = kernels.model
     n, n_q, held, E = model.n_u, model.n_q, len(shape.held), len(tangents)
@@ -75,4 +79,16 @@ def memory_of(
         setattr(run.now, name, parts[name])
         setattr(run.end, name, ends[k])
     problem.W, problem.X = run.W, np.zeros(len(run.W))
-    return run, owned
+    return run, _islands(int(blocks.count), max(m + 3 * pairs, 1), n), owned
+
+
+def _islands(blocks: int, most: int, n: int) -> Islands:
+    """Return the memory for islands of a problem of at most ``most`` rows and n speeds."""
+    rows, speeds = min(most, ISLAND_ROWS), min(n, ISLAND_SPEEDS)
+    result = Islands.made(blocks=blocks, most=rows, n=speeds)
+    result.rows, result.speeds, result.own = rows, speeds, np.zeros(most, dtype=np.int64)
+    part = result.part
+    part.W, part.X = np.zeros(rows * speeds), np.zeros(rows * speeds)
+    part.blocks.count, part.blocks.starts = 1, np.zeros(2, dtype=np.int64)
+    part.blocks.pieces, part.blocks.first, part.blocks.at = np.zeros((3, rows + 1), dtype=np.int64)
+    return result

@@ -11,9 +11,9 @@ Without contact this is of second order. For a free body with f = -ω̄ × J ω�
 momentum: J (ω⁺ - ω) · ω̄ = 0, and R⁺ J ω⁺ = R J ω is (1 + h/2 ω̄×) J ω⁺ = (1 - h/2 ω̄×) J ω. The quaternion of
 Cayley's turn is q + h q'(q, ω̄), normalized.
 
-The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`cones.sweeps`). Constraints
-are eliminated (`elimination`): a step along X keeps G u. Speeds are in block order here: entry i is speed ``order[i]``
-of the model.
+The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself, not a polygon (`cones.sweeps`,
+`cones.islands`). Constraints are eliminated (`elimination`): a step along X keeps G u. Speeds are in block order here:
+entry i is speed ``order[i]`` of the model.
 
 Loads that depend on ū are found by iteration (`loads`).
 
@@ -31,6 +31,7 @@ import math
 from ...native.instructions import compiled, greater, lesser
 from ..cones.block_rows import along, dot, magnitude
 from ..cones.contact_problem import NORMAL
+from ..cones.islands import Islands, settle
 from ..cones.sweeps import solve
 from .configuration import CLOSED_GAP, answers, close, evaluate, loads_at, normalize, put_speeds
 from .correction import correct
@@ -52,18 +53,20 @@ it has not halved ``IDLE`` times in a row."""
 IDLE = 8
 MEANS = 2000
 """Limit on the evaluations of the loads in a step."""
+TURNS, ANEW = 8, 4
+"""Turns of sweeps and Newton's method, and the one that forgets the impulses of the last step."""
 TINY = 1e-300
 
 
 @compiled
-def march(run: Run) -> int:
+def march(run: Run, islands: Islands) -> int:
     """Do ``run.steps`` steps from y; return the number done. If a step fails, ``run.failure`` says why."""
     run.done, run.failure, run.logged = 0, NONE, 0
     while run.done < run.steps and run.failure == NONE and room_left(run) == 1:
         t = run.t + run.done * run.h
         run.failure = midpoint(run, t)  # 1: q_M = q + h/2 q'(q, u)
         if run.failure == NONE:
-            run.failure = velocities(run, t)  # 2 and 3: M (u⁺ - u) = h f(ū) + J + Gᵀ λ + Wᵀ Λ
+            run.failure = velocities(run, islands, t)  # 2 and 3: M (u⁺ - u) = h f(ū) + J + Gᵀ λ + Wᵀ Λ
         if run.failure == NONE:
             account(run)
             advance(run, t)  # 4: q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺)), quaternions by Cayley's rotation
@@ -104,7 +107,7 @@ def midpoint(run: Run, t: float) -> int:
 
 
 @compiled
-def velocities(run: Run, t: float) -> int:
+def velocities(run: Run, islands: Islands, t: float) -> int:
     """Find u⁺ and the impulses in which loads, constraints and contacts agree; return a failure or NONE."""
     machine, loads, problem = run.machine, run.loads, run.problem
     for i in range(machine.n):
@@ -115,10 +118,8 @@ def velocities(run: Run, t: float) -> int:
     while True:
         free_velocity(run)  # 2
         contact_rates(run, trials)  # 3
-        sweeps = solve(problem, run.sweeping, goal, run.most_sweeps)
-        if sweeps < 0:
+        if impulses(run, islands, goal) == 0:
             return CONTACTS
-        run.sweeps += sweeps
         if machine.turning == 0:
             break
         for i in range(machine.n):
@@ -150,6 +151,23 @@ def velocities(run: Run, t: float) -> int:
         if not math.isfinite(run.u_new[i]):
             return NOT_FINITE
     return NONE
+
+
+@compiled
+def impulses(run: Run, islands: Islands, goal: float) -> int:
+    """Solve the contact problem by sweeps, and where these are slow by Newton's method in turn; return 1 on success."""
+    problem = run.problem
+    for turn in range(TURNS):
+        if turn == ANEW:
+            for a in range(problem.count):
+                problem.x[a] = 0.0
+        sweeps = solve(problem, run.sweeping, goal, run.most_sweeps)
+        run.sweeps += sweeps if sweeps >= 0 else run.most_sweeps
+        if sweeps >= 0 or (math.isfinite(problem.residual) and settle(problem, islands, goal) <= goal):
+            return 1
+        if not math.isfinite(problem.residual):
+            return 0
+    return 0
 
 
 @compiled

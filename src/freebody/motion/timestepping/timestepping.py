@@ -18,8 +18,6 @@ from ...dynamics.impulse import blows_on, generalized_impulse
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
-from ..cones.contact_problem import NORMAL
-from ..cones.dense_problem import DenseProblem
 from ..contact.motion import check_coefficients
 from ..ending import End
 from ..families.family_record import ENTRY
@@ -45,10 +43,8 @@ from .stepping_record import CONTACTS, FULL, NONE
 
 RESIDUAL = 1e-12
 """Speed by which a contact may violate its laws, relative to the greatest speed in the problem of a step."""
-SWEEPS = 3_000
-"""Sweeps of one problem before Newton's method takes over (`DenseProblem`); ten times as many if that fails."""
-DENSE = 900
-"""Limit on the rows of a problem that Newton's method gets, whose matrix is dense."""
+SWEEPS = 100
+"""Sweeps of one problem before Newton's method takes over (`islands`); ten times as many if that fails."""
 PAIRS = 64
 """Least room for closed pairs of families; it doubles where it does not suffice."""
 BLOCK = 1000
@@ -152,7 +148,7 @@ class _Run:
 
     def _make_room(self) -> None:
         """Make the memory, with room for ``pairs`` closed pairs of families."""
-        self.memory, self.owned = memory_of(
+        self.memory, self.islands, self.owned = memory_of(
             self.kernels, self.values, self.program, self.shape, self.tangents, self.pairs
         )
         self.memory.h, self.memory.machine.c = self.h, self.constants
@@ -307,11 +303,10 @@ class _Run:
                 )
                 self.memory.blow[:], run = run.blow, self.memory
                 continue
-            close = sweeps > SWEEPS and run.problem.residual <= ACCEPTED
+            close = run.problem.residual <= ACCEPTED
             if run.failure == CONTACTS and (sweeps <= MOST_SWEEPS or (close and bound < ACCEPTED)):
-                if not self._by_newton() or not done:
-                    bound = ACCEPTED if close else RESIDUAL
-                    sweeps *= 10
+                bound = ACCEPTED if close else RESIDUAL
+                sweeps *= 10
                 continue
             self._keep([part[:got] for part in found])
             raise SimulationError(failure(run, self.model, self.values, t + got * self.h, y))
@@ -323,37 +318,12 @@ class _Run:
         run.t, run.tolerance, run.most_sweeps, run.steps = t, tolerance, most_sweeps, len(results[0])
         run.y, (run.states, run.impulses, run.works, run.modes, logs) = y, results
         run.log_end = np.zeros(max(run.steps, 1), dtype=np.int64)
-        done = int(self.march(run))
+        done = int(self.march(run, self.islands))
         if self.pairs:
             ends = [0, *run.log_end[:done].tolist()]
             for k in range(done):
                 logs[k] = run.log[ends[k] : ends[k + 1]].copy()
         return done
-
-    def _by_newton(self) -> bool:
-        """Solve by Newton's method the problem on which the sweeps failed; return True if this succeeds.
-
-        The guess of the next attempt is the solution, or else the impulses that the sweeps reached.
-        """
-        problem, contacts, pairs = self.memory.problem, self.memory.contacts, self.memory.families.pairs
-        x = problem.x[: problem.count].copy()
-        if len(x) > DENSE:
-            return False
-        dense = DenseProblem.of(problem)
-        goal = RESIDUAL * problem.reference / 3
-        found = dense.polished(x, goal)
-        if found is None:
-            found = dense.solved(goal)
-        guess = x if found is None else dense.projected(found)
-        contacts.guess[:] = 0.0
-        contacts.guess[problem.rows[: contacts.closed]] = guess[: contacts.closed]
-        pairs.known = pairs.count if self.pairs else 0
-        pairs.past[: pairs.known], pairs.impulses[: pairs.known] = pairs.ids[: pairs.known], 0.0
-        k = 0
-        for a in range(contacts.closed, len(x)):
-            k = 0 if problem.kinds[a] == NORMAL else k + 1
-            pairs.impulses[contacts.owner[a], k] = guess[a]
-        return found is not None
 
     def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
         n, E, held, h = len(self.start), len(self.first), len(self.shape.held), self.h
