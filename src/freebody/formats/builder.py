@@ -124,9 +124,16 @@ class Builder:
         return [self.parameter(f"r_{name}_{a}", x, "m") for a, x in zip("xyz", place, strict=True)]
 
     def stop(
-        self, what: str, line: int, name: str, on: Any, limits: tuple[float, float], index: int = 0
+        self,
+        what: str,
+        line: int,
+        name: str,
+        on: Any,
+        limits: tuple[float, float],
+        index: int = 0,
+        ref: float = 0,
     ) -> None:
-        """Let a joint, or an expression of coordinates, stop at its limits; report what does not."""
+        """Let a joint of displacement q - ref, or an expression, stop at its limits; report what does not."""
         low, high = limits
         detail = f"{low:g} to {high:g}"
         if not self.options.limits:
@@ -137,7 +144,8 @@ class Builder:
             self.reading.left_out(what, line, "limits without a range between them stop nothing", detail)
         else:
             text = self.renamed(f"{name}_stop", self.joints)
-            self.s.stop(text, on, low=exact(low), high=exact(high), coordinate=index)
+            ends = {"low": exact(low) - exact(ref), "high": exact(high) - exact(ref)}
+            self.s.stop(text, on, coordinate=index, **ends)
 
     def inside(self, what: str, line: int, text: str, limits: tuple[float, float]) -> None:
         """Start the coordinate ``text`` at the nearest of its limits if the pose of the file is beyond it."""

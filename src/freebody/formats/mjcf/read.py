@@ -233,7 +233,7 @@ class Reader(Builder):
         if joint.kind not in SINGLE:
             self.reading.left_out(joint.what, line, "the turn of a ball joint is not limited", f"{high:g}")
             return
-        self.stop(joint.what, line, name, made, (low - joint.ref, high - joint.ref), index)
+        self.stop(joint.what, line, name, made, limits, index, joint.ref)
         self.inside(joint.what, line, self.coordinates[joint.name][0], limits)
 
     def drag(self, joint: Joint, name: str, made: Any) -> None:
