@@ -273,7 +273,7 @@ def struck_wall(until):
 
 
 def test_contacts_of_a_struck_wall_make_no_energy_and_the_ledger_has_what_the_correction_makes():
-    # without restitution Λ·v⁺ = -μ|Λ_N||v_T⁺|, and v⁻ is at most the fall of a step: the contacts take energy; bodies
+    # without restitution Λ·v⁺ = -μ Λ_N |v_T⁺| <= 0, and in this scene Λ·v⁻ <= 0 too: the contacts take energy. Bodies
     # that overlap at the end of a step are moved apart, against gravity too, and this work is the residual
     motion, change, work, residual = struck_wall(0.2)
     size = float(np.abs(change).sum())
