@@ -28,6 +28,11 @@ from .setting import depends, listed, set_up
 
 ALIKE = 1e-9
 """Force or speed, relative to the greatest, that is zero in a solution."""
+NEAR, AMPLIFIED = 1e-6, 100.0
+"""Residual of forces that show modes, and by how much more than it they may be wrong.
+
+Contacts at the limit of friction that share forces are not solved for to round-off, since cone and slip both vanish.
+"""
 
 
 @compiled
@@ -137,9 +142,11 @@ def solved_modes(it: EventRun, contacts: Contacts) -> int:
     while again != 0:
         run_by(it.finding, contacts)
         if not contacts.residual <= EXACT:
-            if few == 0 or motions(contacts) != 1:
+            if few > 0 and motions(contacts) == 1:
+                take_first(contacts)
+                contacts.residual = 0.0
+            elif few > 0 or not contacts.residual <= NEAR:
                 return event_run.NO_MOTION
-            take_first(contacts)
         again = released(contacts)
     name(it, contacts)
     if it.ready != 0 and share(it, contacts) != 0:
@@ -202,11 +209,18 @@ def released(contacts: Contacts) -> int:
 
 
 @compiled
+def rounded(contacts: Contacts, small: float) -> float:
+    """Return the relative error of the forces and rates, ``small`` if they are a solution to round-off."""
+    return small if contacts.residual <= EXACT else AMPLIFIED * contacts.residual
+
+
+@compiled
 def mode_of(contacts: Contacts, i: int) -> int:
     """Return the mode of a contact in the solution: open, stick or slip."""
     at, n, m = contacts.at[i], contacts.tangents[i], contacts.rows
-    slow = ALIKE * greater(greatest(contacts.given, m), greatest(contacts.after, m))
-    if is_held(contacts, i) == 0 and greatest(contacts.forces[at:], 1 + n) <= ALIKE * greatest(
+    alike = rounded(contacts, ALIKE)
+    slow = alike * greater(greatest(contacts.given, m), greatest(contacts.after, m))
+    if is_held(contacts, i) == 0 and greatest(contacts.forces[at:], 1 + n) <= alike * greatest(
         contacts.forces, m
     ):
         return places.OPEN
@@ -231,7 +245,7 @@ def name(it: EventRun, contacts: Contacts) -> None:
         it.mode[k], it.tied[k] = mode_of(contacts, i), 0
         for j in range(1 + n):
             it.force[it.first[k] + j] = contacts.forces[at + j]
-        if not margin(contacts, i, it.mode[k], f, r) > event_run.SMALL:
+        if not margin(contacts, i, it.mode[k], f, r) > rounded(contacts, event_run.SMALL):
             if it.mode[k] == places.OPEN:
                 it.tied[k] = 1 if it.ends[k] != event_run.NORMAL_ZERO else 0
             elif it.mode[k] == places.STICK:
