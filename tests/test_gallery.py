@@ -385,10 +385,9 @@ def test_history_of_one_unit_marks_events() -> None:
     panel = history(motion, ["theta'", "psi'"], title="Rates")
     assert panel.get_title(loc="left") == "Rates" and panel.get_ylabel() == "[rad/s]"
     labels = [text.get_text() for text in panel.get_legend().get_texts()]
-    assert labels == [r"$\dot{\theta}$", r"$\dot{\psi}$", "smallest theta", "largest theta"]
-    highest = [event for event in motion.events if event.name == "largest theta"]
-    marks = next(line for line in panel.lines if len(line.get_xdata()) == len(highest))
-    np.testing.assert_array_equal(marks.get_xdata(), [event.time for event in highest])
+    assert labels == [r"$\dot{\theta}$", r"$\dot{\psi}$", "smallest theta, largest theta"]
+    marks = next(line for line in panel.lines if len(line.get_xdata()) == len(motion.events))
+    np.testing.assert_array_equal(marks.get_xdata(), [event.time for event in motion.events])
     assert len(history(motion, "theta", events=False).lines) == 1
     # a long run has too many to be told apart
     long = GALLERY["gyroscope"].run(until=8).trajectory

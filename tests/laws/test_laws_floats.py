@@ -6,6 +6,7 @@ DIFFERENCE for central differences of fourth order, whose best step h = eps^(1/5
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 
 import numpy as np
@@ -320,6 +321,14 @@ def test_reactions_of_the_natural_motion_are_those_of_any_motion(machine):
         close(long[name], short[name], EXACT * condition, size)
 
 
+def changed(joint, **fields):
+    """Return a copy of a joint of a system, with other places."""
+    result = copy.copy(joint)
+    for name, value in fields.items():
+        object.__setattr__(result, name, value)
+    return result
+
+
 def moved(seed, rotation, shift):
     """The random machine with its ground end carried to another place: everything fixed in the ground moves along."""
     s = random_system(seed, 4)
@@ -337,7 +346,7 @@ def moved(seed, rotation, shift):
     for name, joint in s.joints.items():
         if joint.parent.is_ground:
             axes = tuple(tuple(map(float, row)) for row in R @ np.array(joint.parent_axes, float))
-            s.joints[name] = dataclasses.replace(joint, at=place(joint.at), parent_axes=axes)
+            s.joints[name] = changed(joint, at=place(joint.at), parent_axes=axes)
     for name, load in s.loads.items():
         if hasattr(load, "joint"):
             s.loads[name] = dataclasses.replace(load, joint=s.joints[load.joint.name])

@@ -12,6 +12,7 @@ import sympy
 
 import freebody as fb
 
+from ...scalar.expression import exact
 from ...space.shape import Shape
 
 Corner = Sequence[Any]
@@ -31,8 +32,9 @@ def together(*shapes: Shape) -> Shape:
 
 def tube_between(start: Corner, end: Corner, radius: Any) -> Shape:
     """Return a round tube from one point to another."""
-    way = [sympy.sympify(b) - sympy.sympify(a) for a, b in zip(start, end, strict=True)]
-    middle = [(sympy.sympify(a) + sympy.sympify(b)) / 2 for a, b in zip(start, end, strict=True)]
+    first, last = ([sympy.sympify(exact(x)) for x in point] for point in (start, end))
+    way = [b - a for a, b in zip(first, last, strict=True)]
+    middle = [(a + b) / 2 for a, b in zip(first, last, strict=True)]
     return placed(fb.cylinder(1, radius, sympy.sqrt(sum(x**2 for x in way)), axis=tuple(way)), middle)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...describe.constraints.constraint import Rolling
 from ...describe.loads.action import Action, Couple, JointForce, PointForce
-from ...dynamics.kinematics import poses, rotation
+from ...dynamics.kinematics import Spot, poses, rotation
 from ...dynamics.loads.actions import actions, places
 from ...dynamics.loads.loading import weight
 from ...dynamics.loads.power import joint_link
@@ -43,8 +43,8 @@ class Arrow:
         Point at which it is drawn, in body axes from the body's origin [m], numbers or expressions.
     number : int
         0 and 1 for the two ends of a spring, damper or torque between bodies.
-    wheel : Rolling, optional
-        The rolling contact whose force it is, drawn where the wheel touches.
+    moves : bool
+        True if it acts at a point that moves over the body (:func:`moving_points`), as where a wheel touches.
     contact : int, optional
         Number of the contact whose normal force or friction it is, drawn where the bodies touch.
     """
@@ -56,7 +56,7 @@ class Arrow:
     at: Vector
     role: str
     number: int = 0
-    wheel: Rolling | None = None
+    moves: bool = False
     contact: int | None = None
 
     @property
@@ -73,7 +73,7 @@ def arrows(kernels: Kernels) -> tuple[Arrow, ...]:
         constraint = model.constraints.get(name)
         if isinstance(constraint, Rolling):
             center = constraint.center.components
-            result.append(Arrow(name, "reaction", "force", body, center, "contact", 0, constraint))
+            result.append(Arrow(name, "reaction", "force", body, center, "contact", moves=True))
             continue
         at = constraint.to if isinstance(constraint, Closure) else model.joints[name].to
         if not isinstance(constraint, Closure) and model.joints[name].pair.free:
@@ -117,7 +117,9 @@ def _arrows(
     for k, action in enumerate(shown):
         match action:
             case PointForce(point, force) if not point.body.is_ground:
-                arrow = Arrow(name, "force", "force", point.body.name, point.components, role, k)
+                moves = isinstance(point, Spot)
+                at = model.bodies[point.body.name].center if moves else point.components
+                arrow = Arrow(name, "force", "force", point.body.name, at, role, k, moves)
                 result.append((arrow, state and force))
             case Couple(body, moment) if not body.is_ground:
                 center = model.bodies[body.name].center
@@ -135,12 +137,18 @@ def _arrows(
     return result
 
 
-def wheel_points(model: Model, state: State) -> dict[str, Vector]:
-    """Point at which each rolling wheel touches its plane, in ground axes [m].
+def moving_points(model: Model, state: State) -> dict[str, Vector]:
+    """Points of the arrows that move over bodies, in ground axes [m], by the keys of the arrows.
 
-    c - r (n - (n·a) a) / |n - (n·a) a|, with centre c, radius r and axis a of the wheel, and the normal n of the plane
+    A rolling wheel touches its plane at c - r (n - (n·a) a) / |n - (n·a) a|, with centre c, radius r and axis a of the
+    wheel, and the normal n of the plane.
     """
     postures, result = poses(model, state), {}
+    for name in model.loads:
+        for k, action in enumerate(actions(model, state, name)):
+            match action:
+                case PointForce(Spot(body, position)) if not body.is_ground:
+                    result[f"force force {name} {k}"] = position
     for name, wheel in model.constraints.items():
         if not isinstance(wheel, Rolling):
             continue
@@ -152,5 +160,5 @@ def wheel_points(model: Model, state: State) -> dict[str, Vector]:
             down = add(n, scale(-dot(a, n), a))
         length = state.field.sqrt(dot(down, down))
         center = add(posture.position, apply(posture.rotation, state.vector(wheel.center.components)))
-        result[name] = add(center, scale(-divide(state(wheel.radius), length), down))
+        result[f"reaction force {name} 0"] = add(center, scale(-divide(state(wheel.radius), length), down))
     return result

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...describe.constraints.constraint import Rolling
 from ...dynamics import State, poses
 from ...dynamics.kinematics import angular_velocity
 from ...dynamics.motion import transmitting
@@ -25,7 +24,7 @@ from ...motion.ode.dense_output import observe
 from ...motion.trajectory.quantities import quaternions
 from ...space.quaternion import Quaternion, quaternion_conjugate, quaternion_product
 from .contacts import Contacts, Touched
-from .forces import Arrow, applied, arrows, wheel_points
+from .forces import Arrow, applied, arrows, moving_points
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -410,17 +409,17 @@ class Named:
     is_ground: bool = False
 
 
-def touched_by_wheels(trajectory: Trajectory, keys: Keyframes) -> dict[str, Array]:
-    """Return the point at which each rolling wheel touches its plane, by name of the constraint, shape (n, 3) [m]."""
+def paths_of_arrows(trajectory: Trajectory, keys: Keyframes) -> dict[str, Array]:
+    """Return the points of the arrows that move over their bodies, by the keys of the arrows, shape (n, 3) [m]."""
     kernels = trajectory.kernels
-    names = [name for name, kind in kernels.model.constraints.items() if isinstance(kind, Rolling)]
+    names = [arrow.key for arrow in keys.arrows if arrow.moves]
     if not names:
         return {}
 
     def points(state: State) -> dict[str, Any]:
-        return {"points": [x for point in wheel_points(kernels.model, state).values() for x in point]}
+        return {"points": [x for point in moving_points(kernels.model, state).values() for x in point]}
 
-    program = kernels.program("wheels", points)
+    program = kernels.program("points of arrows", points)
     constants = program.constants(kernels.parameters(trajectory.values))
     all_points = observe(program.address("points"), 3 * len(names), keys.t, keys.states, constants)
     return {name: all_points[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}

@@ -9,7 +9,7 @@ from ...dynamics.kinematics import angular_velocity
 from ...dynamics.motion import Motion, all_reactions, transmitting
 from ...motion.kernels.kernels import Kernels
 from ...scalar.algebra import Scalar
-from .forces import applied, arrows, wheel_points
+from .forces import applied, arrows, moving_points
 from .keyframes import Named
 
 
@@ -23,8 +23,8 @@ class Outputs:
         all in ground axes.
     channels : dict
         Key of a channel of the page -> [``"outputs"`` or ``"states"``, place, number of components].
-    wheels : dict
-        Name of a rolling contact -> place of the point at which the wheel touches (3).
+    points : dict
+        Key of an arrow that moves over its body -> place of its point (3).
     """
 
     def __init__(self, kernels: Kernels) -> None:
@@ -43,9 +43,9 @@ class Outputs:
         for name in ("kinetic", "potential", "total"):
             self.channels[f"energy {name}"] = ["outputs", place, 1]
             place += 1
-        self.wheels: dict[str, int] = {}
-        for arrow in (arrow for arrow in acting if arrow.wheel is not None):
-            self.wheels[arrow.name] = place
+        self.points: dict[str, int] = {}
+        for arrow in (arrow for arrow in acting if arrow.moves):
+            self.points[arrow.key] = place
             place += 3
         for i, name in enumerate((*model.coordinate_names, *model.speed_names)):
             self.channels[f"state {name}"] = ["states", i, 1]
@@ -66,6 +66,6 @@ class Outputs:
         ]
         kinetic, potential = kinetic_energy(model, state), potential_energy(model, state)
         result += [kinetic, potential, kinetic + potential]
-        result += [x for point in wheel_points(model, state).values() for x in point]
+        result += [x for point in moving_points(model, state).values() for x in point]
         assert len(result) == self.count
         return result

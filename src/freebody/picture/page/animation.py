@@ -35,7 +35,7 @@ from ..machine.shapes import (
 )
 from ..moving.forces import Arrow
 from ..moving.joint_springs import joint_springs
-from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, touched_by_wheels
+from ..moving.keyframes import TOLERANCE, Keyframes, keyframes, paths_of_arrows
 from ..moving.quantities import base64_floats, channels, charts
 from ..moving.touching import distinct, modes, surface_parts, touching
 from ..paper.palette import KINDS
@@ -94,12 +94,12 @@ def scene_of(trajectory: Trajectory, keys: Keyframes) -> dict[str, Any]:
     scene = posed(model, trajectory.values, keys, trajectory.name)
     size = scene["size"]
     acting = _acting(keys, size)
-    places = touched_by_wheels(trajectory, keys)
+    places = paths_of_arrows(trajectory, keys)
     for arrow, place in zip(keys.arrows, scene["arrows"], strict=True):
         if arrow.contact is not None and keys.touched is not None:
             place["path"] = base64_floats(keys.touched.place[:, arrow.contact])
-        elif arrow.name in places and arrow.wheel is not None:
-            place["path"] = base64_floats(places[arrow.name])
+        elif arrow.moves:
+            place["path"] = base64_floats(places[arrow.key])
     scene["arrows"] = [arrow for arrow in scene["arrows"] if arrow["channel"] in acting]
     return {
         **scene,

@@ -84,8 +84,8 @@ async function simulator(live, scene) {
           spin: column("outputs", live.bodies[i] + 12, 3),
         })),
         arrows: drawn.arrows.map((arrow) => {
-          const wheel = arrow.path && live.wheels[arrow.name];
-          return wheel === undefined ? arrow : { ...arrow, path: column("outputs", wheel, 3) };
+          const point = arrow.path && live.points[arrow.channel];
+          return point === undefined ? arrow : { ...arrow, path: column("outputs", point, 3) };
         }),
       },
     };

@@ -79,7 +79,7 @@ def simulator(
         "start": path.start,
         "bodies": outputs.bodies,
         "channels": {key: place for key, place in outputs.channels.items() if key in scene["channels"]},
-        "wheels": outputs.wheels,
+        "points": outputs.points,
         "figure": follow.numbers,
         "nodes": follow.nodes,
         "beyond": sorted(follow.beyond),

@@ -58,7 +58,7 @@ def test_long_lists_leave_out_their_middle():
 
     class Long:
         modes = ()
-        kernels = SimpleNamespace(model=SimpleNamespace(meshes={}))
+        kernels = SimpleNamespace(model=SimpleNamespace(constraints={}))
         course = SimpleNamespace(indeterminate=())
 
     lines = happenings(Long(), list(range(100)))
