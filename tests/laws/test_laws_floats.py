@@ -346,7 +346,7 @@ def moved(seed, rotation, shift):
     for name, joint in s.joints.items():
         if joint.parent.is_ground:
             axes = tuple(tuple(map(float, row)) for row in R @ np.array(joint.parent_axes, float))
-            s.joints[name] = changed(joint, at=place(joint.at), parent_axes=axes)
+            s.joints[name] = changed(joint, at=place(joint.at), start=place(joint.start), parent_axes=axes)
     for name, load in s.loads.items():
         if hasattr(load, "joint"):
             s.loads[name] = dataclasses.replace(load, joint=s.joints[load.joint.name])

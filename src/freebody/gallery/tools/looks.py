@@ -12,7 +12,6 @@ import sympy
 
 import freebody as fb
 
-from ...scalar.expression import exact
 from ...space.shape import Shape
 
 Corner = Sequence[Any]
@@ -21,8 +20,13 @@ Corner = Sequence[Any]
 def placed(solid: fb.MassProperties, center: Corner = (0, 0, 0)) -> Shape:
     """Return the shape of a solid, displaced."""
     assert solid.shape is not None
-    x, y, z = (sympy.Rational(repr(c)) if isinstance(c, float) else c for c in center)
+    x, y, z = _exact(center)
     return solid.shape.moved((x, y, z))
+
+
+def _exact(corner: Corner) -> list[Any]:
+    """Return components with decimals as the fractions that they print as."""
+    return [sympy.nsimplify(x, rational=True) for x in corner]
 
 
 def together(*shapes: Shape) -> Shape:
@@ -32,7 +36,7 @@ def together(*shapes: Shape) -> Shape:
 
 def tube_between(start: Corner, end: Corner, radius: Any) -> Shape:
     """Return a round tube from one point to another."""
-    first, last = ([sympy.sympify(exact(x)) for x in point] for point in (start, end))
+    first, last = _exact(start), _exact(end)
     way = [b - a for a, b in zip(first, last, strict=True)]
     middle = [(a + b) / 2 for a, b in zip(first, last, strict=True)]
     return placed(fb.cylinder(1, radius, sympy.sqrt(sum(x**2 for x in way)), axis=tuple(way)), middle)
