@@ -28,6 +28,7 @@ from freebody.picture.plots.sphere import axis_path, polhode
 from freebody.scalar.element import is_zero
 from freebody.symbolic.printing.closed.form import closed_form
 from freebody.symbolic.printing.grouped import Grouped
+from sampled import sampled
 
 GALLERY = entries()
 NAMES = tuple(GALLERY)
@@ -162,7 +163,7 @@ def same_motion(a: Outcome, b: Outcome) -> bool:
     )
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", sampled(NAMES, 2))
 def test_length_and_tolerance_of_the_run(name: str) -> None:
     """A shorter, coarser run gives the same answers, as far as it is exact; answers do not end with the plot."""
     found = GALLERY[name].run({}, 0.05, 1e-8)
@@ -174,7 +175,7 @@ def test_length_and_tolerance_of_the_run(name: str) -> None:
             close(value, fine[answer], 1e-5)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", sampled(NAMES, 3))
 def test_plots(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are written and show something: many pixels that are not white. In half the width and height."""
     from matplotlib.figure import Figure

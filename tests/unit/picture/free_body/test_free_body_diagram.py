@@ -23,6 +23,7 @@ from freebody.scalar.expression import evaluate
 from freebody.symbolic.free_body.planar import plane_in
 from freebody.symbolic.printing.display import latex
 from freebody.symbolic.solving.vocabulary import Vocabulary
+from sampled import sampled
 
 SVG = "{http://www.w3.org/2000/svg}"
 LONG = {
@@ -58,7 +59,7 @@ def machine(name: str) -> tuple[Any, dict[str, Any]]:
     return e, {key: x for key, x in entry.near.items() if key in e.model.coordinate_names}
 
 
-@pytest.fixture(scope="module", params=[*NAMES, *CONTACTS])
+@pytest.fixture(scope="module", params=sampled([*NAMES, *CONTACTS], 3))
 def drawn(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:
     """Equations, and a diagram of every body."""
     e, near = machine(request.param)

@@ -442,7 +442,11 @@ BARS = [
 ]
 
 
-@pytest.mark.parametrize(("bars", "pieces"), [(BARS[0], 2), (BARS[1], 1)], ids=["Grashof", "not Grashof"])
+@pytest.mark.parametrize(
+    ("bars", "pieces"),
+    [pytest.param(BARS[0], 2, marks=pytest.mark.slow), (BARS[1], 1)],
+    ids=["Grashof", "not Grashof"],
+)
 def test_a_linkage_without_forces_rests_anywhere_on_its_circuits(bars, pieces) -> None:
     """Its closed positions are one circle, or two where a bar can turn all the way round (Grashof's law)."""
     found = fb.steady_motions(linkage(*bars), values={})
