@@ -154,10 +154,13 @@ class Marks:
     # -- numbers ------------------------------------------------------------------------------------
 
     def number(self, x: Scalar) -> float:
-        """Value of a canonical expression in this configuration."""
+        """Value of a canonical expression in this configuration; 0 where it has none, as the slip of a tyre at rest."""
         if not isinstance(x, Polynomial):
             return float(x)
-        return float(evaluate(self.e.sympy(x), self._numbers, floats))
+        try:
+            return float(evaluate(self.e.sympy(x), self._numbers, floats))
+        except ZeroDivisionError:
+            return 0.0
 
     def vector(self, v: Vector) -> Array:
         """Values of three canonical expressions."""
