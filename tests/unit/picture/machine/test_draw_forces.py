@@ -15,6 +15,7 @@ from freebody.errors import ModelError
 from freebody.gallery import entries
 from freebody.picture.machine.configuration import configuration
 from freebody.picture.machine.draw import draw
+from freebody.picture.moving.keyframes import keyframes, paths_of_arrows
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -59,3 +60,17 @@ def test_a_spring_ends_on_the_block_that_it_holds() -> None:
         for block in blocks:
             low, high = block.min(axis=0) + 0.1, block.max(axis=0) - 0.1
             assert not ((points > low) & (points < high)).all(axis=1).any()
+
+
+def test_a_force_without_a_value_at_rest_is_drawn_along_the_axes_and_moves_over_its_body() -> None:
+    s = fb.System("wheel on a road")
+    s.gravity = (0, -9.81, 0)
+    wheel = s.body("wheel", fb.disk(10, 0.3))
+    s.planar("plane", s.ground, wheel, coordinate="x y turn")
+    s.tyre("tyre", wheel.origin, axis="z", radius=0.3, longitudinal=10, stiffness=2e5, damping=500)
+    assert len([one for one in texts(draw(s)) if "tyre" in one]) == 2  # slip has no value at rest
+    motion = fb.simulate(s, 0.5, initial={"x'": 5, "y": 0.3, "turn'": -10})
+    keys = keyframes(motion)
+    (path,) = paths_of_arrows(motion, keys).values()
+    x, y = keys.states[:, 0], keys.states[:, 1]
+    assert path == pytest.approx(np.stack([x, 0 * y, 0 * y], axis=1), abs=1e-12)
