@@ -176,6 +176,34 @@ def test_armature_is_that_of_mujoco(first, second):
     close(qacc, data.qacc, 1e-12)
 
 
+def test_armature_of_motors_is_that_of_pinocchio():
+    """The rotor of a motor behind a gear of ratio n counts J n², Pinocchio's rotorInertia rotorGearRatio²."""
+    pin = pytest.importorskip("pinocchio")
+    rotor, ratio = np.array([2e-4, 5e-5]), np.array([90.0, -120.0])
+    s, peer, parent = fb.System("arm"), pin.Model(), 0
+    s.gravity, bodies = (0, -9.81, 0), [s.ground]
+    peer.gravity = pin.Motion(np.array([0, -9.81, 0]), np.zeros(3))
+    for i in range(2):
+        bodies.append(s.body(f"b{i}", fb.MassProperties(1.5 + i, (0.3, 0.1, -0.2), np.diag([0.5, 0.6, 0.7]))))
+        s.hinge(f"h{i}", *bodies[-2:], at=(0.4 * i, 0, 0.1), axis="yz"[i], armature=rotor[i] * ratio[i] ** 2)
+        joint = (pin.JointModelRY, pin.JointModelRZ)[i]()
+        parent = peer.addJoint(parent, joint, pin.SE3(np.eye(3), np.array([0.4 * i, 0, 0.1])), f"h{i}")
+        about = np.diag([0.5, 0.6, 0.7]).astype(float)
+        peer.appendBodyToJoint(
+            parent, pin.Inertia(1.5 + i, np.array([0.3, 0.1, -0.2]), about), pin.SE3.Identity()
+        )
+    peer.rotorInertia, peer.rotorGearRatio = rotor, ratio
+    peer.armature = peer.rotorInertia * peer.rotorGearRatio**2
+    model = fb.assemble(s)
+    q, u = random_state(model, 5)
+    M = np.array(mass_matrix(model, float_state(model, q, u)), float)
+    data = peer.createData()
+    upper = np.triu(pin.crba(peer, data, np.array(q)))
+    close(np.triu(M), upper, 1e-12)
+    udot = forward_dynamics(model, float_state(model, q, u))
+    close(udot, pin.aba(peer, data, np.array(q), np.array(u), np.zeros(2)), 1e-12)
+
+
 def test_loops_with_rotors():
     """A four-bar with rotors in the ground and in its crank, by one recursion over the links."""
     s = fb.System("four-bar")
