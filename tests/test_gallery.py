@@ -95,7 +95,7 @@ def test_description(name: str) -> None:
         assert unit and about
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", sampled(NAMES, 2))
 def test_run_with_defaults(name: str) -> None:
     entry, found = GALLERY[name], outcome(name)
     assert found.trajectory.t[-1] == entry.until
@@ -442,6 +442,7 @@ def test_polhode_is_drawn_on_the_energy_ellipsoid() -> None:
 # -- from the command line ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow  # test_cli has it, too
 def test_gyroscope_from_the_command_line(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     arguments = ["run", "sec-6-9", "--set", "theta_0=75deg", "--until", "0.5", "-o", str(folder), "--json"]

@@ -116,6 +116,7 @@ def test_double_pendulum_forces():
     assert_allclose(rest.joint, (0, m2 * g), rtol=1e-14, atol=1e-14)
 
 
+@pytest.mark.slow
 def test_double_pendulum_keeps_its_energy_in_a_20_digit_motion():
     with mpmath.workdps(20):
         # the start of Problem 6.15, from Hamilton's equations

@@ -383,7 +383,7 @@ class LinearModel(Typeset):
         >>> bar = s.body("bar", fb.slender_bar(1, 2, axis="y"))
         >>> pin = s.hinge("pin", s.ground, bar, to=(0, 1, 0), coordinate="theta")
         >>> fb.linearize(s, values={}).animate(0)
-        Animation of 'pendulum, mode 0', 0 to 6.94887 s
+        Animation of 'pendulum, mode 0', 0 to 6.94922 s
         """
         return module_for("animate").animate_mode(self, mode, amplitude=amplitude, **shown)
 

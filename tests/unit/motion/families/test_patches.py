@@ -42,7 +42,7 @@ class Pair:
         s.contacts("pair", self.shapes)
         kernels = kernels_of(s)
         program, shape = stepping(kernels)
-        self.run, self.owned = memory_of(kernels, {}, program, shape, [], 64)
+        self.run, _, self.owned = memory_of(kernels, {}, program, shape, [], 64)
         self.of = self.run.families
 
     def at(self, places, turns, limit):
