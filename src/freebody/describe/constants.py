@@ -32,6 +32,17 @@ def constant(system: Description, value: Expression, what: str) -> Scalar:
     return expression
 
 
+def unchanging(system: Description, value: Expression, what: str, cure: str) -> Scalar:
+    """Return an expression of parameters for data that stay as they are in a motion; refuse others with the cure."""
+    expression = system.expression(value, what)
+    moving = varying(system, expression)
+    if moving:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} must be constant, but it depends on {', '.join(moving)}. {cure}"
+        )
+    return expression
+
+
 def default_value(system: Description, expression: Scalar) -> float | None:
     """Return the value of a constant at the default values of its parameters, or None if one has no default."""
     if is_number(expression):

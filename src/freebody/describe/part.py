@@ -17,7 +17,8 @@ from typing import Any, ClassVar, NoReturn, Self, TypeAlias, dataclass_transform
 
 from ..errors import FreebodyError, ModelError, nearest, shown
 from ..scalar.algebra import Expression
-from .description import Description, all_or_nothing, claim, coordinates_of, varying, vector
+from .constants import unchanging
+from .description import Description, all_or_nothing, claim, coordinates_of, vector
 from .frame import own_body, own_point
 from .labels import Named
 
@@ -160,14 +161,7 @@ def _expression(system: Description, value: Any, part: Part, name: str) -> Any:
 
 def _constant(system: Description, value: Any, part: Part, name: str) -> Any:
     what = f"the {part.labels.get(name, name)} of {part.title}"
-    expression = system.expression(value, what)
-    moving = varying(system, expression)
-    if moving:
-        raise ModelError(
-            f"{what[0].upper()}{what[1:]} must be constant, but it depends on {', '.join(moving)}. "
-            f"{part.cure}"
-        )
-    return expression
+    return unchanging(system, value, what, part.cure)
 
 
 def _joint(system: Description, value: Any, part: Part, name: str) -> Any:

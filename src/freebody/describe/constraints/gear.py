@@ -23,7 +23,7 @@ from ..contacts.mesh import Mesh, mesh_of
 from ..description import Description, claim, take_as_positive
 from ..joints.joint import Joint
 from ..labels import Named
-from ..loads.load import add
+from ..part import add
 from .arguments import fixed, store, text_of
 
 

@@ -32,7 +32,7 @@ from ..constants import default_value
 from ..frame import Frame
 from ..joints.joint import Joint
 from ..loads.action import Action, JointForce, PointForce
-from ..loads.load import Constant
+from ..part import Constant
 from .gap import Gap
 from .mesh import Mesh, mesh_of
 

@@ -21,7 +21,8 @@ from typing import Any
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
 from ..axes import direction
-from ..description import Description, varying
+from ..constants import unchanging
+from ..description import Description
 from ..frame import closes_loop
 
 
@@ -126,13 +127,8 @@ def check_single(what: str, primitives: Sequence[Any]) -> None:
 
 def constant(system: Description, value: Any, what: str, *, any_sign: bool = False) -> Any:
     """Return a constant expression; a number below zero is refused unless it may have any sign."""
-    expression = system.expression(value, what)
-    moving = varying(system, expression)
-    if moving:
-        raise ModelError(
-            f"{what[0].upper()}{what[1:]} must be constant, but it depends on {', '.join(moving)}. A clutch or a gear "
-            f"that changes is a run for each of its states."
-        )
+    cure = "A clutch or a gear that changes is a run for each of its states."
+    expression = unchanging(system, value, what, cure)
     number = getattr(expression, "is_number", not hasattr(expression, "free_symbols"))
     if number and expression < 0 and not any_sign:
         raise ModelError(f"Expected a number of at least zero for {what}, got {shown(value)}.")

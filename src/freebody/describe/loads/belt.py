@@ -37,8 +37,9 @@ from ...scalar.expression import exact
 from ..description import Description
 from ..frame import Point
 from ..joints.joint import Joint
+from ..part import Constant, add
 from .action import Action, Couple, PointForce
-from .load import Constant, Load, add
+from .load import Load
 
 RUNS = ("open", "crossed")
 

@@ -19,9 +19,10 @@ from ...errors import ModelError
 from ...scalar.algebra import HALF, FieldVector, Scalar, Vector, divide, multiply, transpose
 from ..description import Description, varying
 from ..frame import Point
+from ..part import add
 from .action import Action, Couple, PointForce
 from .ends import check_ends
-from .load import Load, add
+from .load import Load
 
 
 class Bushing(Load, kind="bushing"):

@@ -13,9 +13,10 @@ from typing import Any
 from ...scalar.algebra import HALF, Expression, Scalar, divide
 from ..description import Description
 from ..frame import Point
+from ..part import Constant, add
 from .action import Action, PointForce
 from .ends import check_ends
-from .load import Constant, Load, Look, add
+from .load import Load, Look
 
 
 class Cable(Load, kind="cable"):

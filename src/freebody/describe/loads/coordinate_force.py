@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from ...scalar.algebra import Expression
+from ..part import Coordinate
 from .action import Action, GeneralizedForce
-from .load import Coordinate, Load
+from .load import Load
 
 
 class CoordinateForce(Load, kind="generalized_force", sections=("generalized_forces",)):

@@ -12,8 +12,9 @@ from ...errors import ModelError
 from ...scalar.algebra import Expression, Vector
 from ..description import Description
 from ..frame import Point
+from ..part import add
 from .action import Action, Couple, PointForce
-from .load import Load, add
+from .load import Load
 
 
 class Drag(Load, kind="drag"):

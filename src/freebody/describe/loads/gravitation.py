@@ -21,8 +21,9 @@ from ...scalar.algebra import HALF, Expression, FieldVector, Scalar, apply, appl
 from ...space.mass import MassProperties
 from ..description import Description
 from ..frame import Frame, Point
+from ..part import Constant, add
 from .action import Action, Couple, PointForce
-from .load import Constant, Load, add
+from .load import Load
 
 
 class Gravitation(Load, kind="gravitation"):

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..joints.joint import Joint
+from ..part import Constant
 from .action import Action, JointForce
 from .displacement import check_displacement
-from .load import Constant, Load, Look
+from .load import Load, Look
 
 
 class JointDamper(Load, kind="joint_damper", sections=("dampers",)):

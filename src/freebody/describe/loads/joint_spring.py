@@ -10,9 +10,10 @@ from typing import Any
 
 from ...scalar.algebra import HALF, Scalar
 from ..joints.joint import Joint
+from ..part import Constant
 from .action import Action, JointForce
 from .displacement import check_displacement
-from .load import Constant, Load, Look
+from .load import Load, Look
 
 
 class JointSpring(Load, kind="joint_spring", sections=("springs",)):

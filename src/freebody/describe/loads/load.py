@@ -12,9 +12,6 @@ from ..frame import Point
 from ..joints.joint import Joint
 from ..joints.rotor import Rotor
 from ..part import SORTS, Part, register
-from ..part import Constant as Constant
-from ..part import Coordinate as Coordinate
-from ..part import add as add
 from .action import Action
 from .law import law_of
 

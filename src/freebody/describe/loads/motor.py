@@ -19,9 +19,10 @@ from ...scalar.expression import exact
 from ..description import Description
 from ..joints.joint import Joint
 from ..joints.rotor import Rotor, check_single
+from ..part import Constant, add
 from .action import Action, JointForce
 from .displacement import check_displacement
-from .load import Constant, Load, Look, add
+from .load import Load, Look
 
 
 class Motor(Load, kind="motor"):

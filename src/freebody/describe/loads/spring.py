@@ -10,9 +10,10 @@ from typing import Any
 
 from ...scalar.algebra import HALF, Scalar, divide
 from ..frame import Point
+from ..part import Constant
 from .action import Action, PointForce
 from .ends import check_ends
-from .load import Constant, Load, Look
+from .load import Load, Look
 
 
 class Spring(Load, kind="spring", sections=("springs",)):

@@ -12,11 +12,12 @@ from typing import Any
 from ...scalar.algebra import Scalar, divide
 from ..frame import Point
 from ..joints.joint import Joint
+from ..part import Constant
 from .action import Action, JointForce, PointForce
 from .displacement import check_displacement
 from .ends import check_ends
 from .law import Law
-from .load import Constant, Load, Look
+from .load import Load, Look
 
 
 class SpringLaw(Load, kind="spring_law"):

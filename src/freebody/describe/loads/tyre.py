@@ -27,8 +27,9 @@ from ..axes import UNIT, direction
 from ..constants import default_value
 from ..description import Description
 from ..frame import Frame, Point
+from ..part import Constant, add
 from .action import Action, PointForce
-from .load import Constant, Load, add
+from .load import Load
 
 NORMALS = ("x", "y", "z", "-x", "-y", "-z")
 

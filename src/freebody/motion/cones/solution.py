@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 from ...native.instructions import compiled, greater, inlined, root
+from .combinations import rated
 from .cone import set_scales, violation, violation_slopes
 from .contact_problem import DEPENDENT, EQUALITY, FIRST, GOAL, LINE, NORMAL
 from .contacts import Contacts
@@ -220,11 +221,7 @@ def take(it: Contacts) -> None:
         if it.owner[a] >= 0:
             for j in range(it.tangents[it.owner[a]]):
                 it.forces[it.place[a] + 1 + j] += ray(it, a, j) * x[a]
-    for i in range(it.rows):
-        r = it.given[i]
-        for j in range(it.rows):
-            r += it.A[i * it.rows + j] * it.forces[j]
-        it.after[i] = r
+    rated(it)
 
 
 @compiled
