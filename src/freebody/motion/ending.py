@@ -33,6 +33,7 @@ class End(IntEnum):
     TOO_MANY_STEPS = 7, "too many steps"
     CONTRADICTED = 8, "constraints contradicted"
     UNDEFINED = 11, "event undefined"
+    UNRESOLVED = 19, "event not resolved"
     STUCK = 14, "stuck on a switching law"
     # of lanes only
     WAITING = -1, "waiting"
@@ -66,7 +67,8 @@ ENDS = {end.value: end for end in End}
 GOOD = (End.FINISHED, End.TERMINAL)
 """Ends of runs that did not fail. A run that is not physical from some time on is no good run."""
 FAILED = (
-    End.NOT_FINITE, End.COLLAPSED, End.DIVERGED, End.TOO_MANY_STEPS, End.UNDEFINED, End.STUCK,
+    End.NOT_FINITE, End.COLLAPSED, End.DIVERGED, End.TOO_MANY_STEPS, End.UNDEFINED, End.UNRESOLVED,
+    End.STUCK,
 )  # fmt: skip
 """Ends of runs that cannot be continued."""
 BLAMED = (End.NOT_FINITE, End.COLLAPSED, End.DIVERGED)

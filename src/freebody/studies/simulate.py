@@ -70,7 +70,9 @@ def simulate(
         unit, and ε (E + |work|) for the work, with E the energy at the start. The error at the end of a run is a
         multiple of it that depends on the motion. A mapping gives tolerances by name (1e-9 for the rest).
     events : list, optional
-        :func:`freebody.event`, or bare expressions, located at their zero crossings.
+        :func:`freebody.event`, or bare expressions, located at their zero crossings. Each step is searched in windows
+        short enough to show how the expression runs between its points; only a pulse shorter than an eighth of a
+        step, from a value that is constant beside it, can be passed over: bound ``max_step`` for one.
     method : {"auto", "dop853", "dop54", "tsit5", "radau", "gauss", "taylor", "structure", "timestepping"}
         Integration method: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
         down to round-off, Taylor series of order 16 for small smooth machines, symplectic with steps of one length.

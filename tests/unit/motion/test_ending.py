@@ -9,10 +9,10 @@ from freebody.motion.ending import ENDS, FAILED, GOOD, STATUS, End
 
 def test_ends_have_numbers_and_texts_of_their_own() -> None:
     """And stores keep a number in one byte, with the text as one word."""
-    assert len(End) == len(ENDS) == len({str(end) for end in End}) == 20
+    assert len(End) == len(ENDS) == len({str(end) for end in End}) == 21
     assert all(-128 <= end < 128 and End.of_text(str(end)) is end is ENDS[end] for end in End)
     words = {text.replace(",", "").replace(" ", "_") for text in STATUS.values()}
-    assert len(words) == len(STATUS) == 15 and all(word.replace("_", "").isalpha() for word in words)
+    assert len(words) == len(STATUS) == 16 and all(word.replace("_", "").isalpha() for word in words)
     with pytest.raises(ValueError, match="its status is 'fine'"):
         End.of_text("fine")
 

@@ -232,7 +232,7 @@ def blamable(job: Job) -> list[str]:
 
 def blamed(codes: Any, blame: Any, job: Job) -> Any:
     """Return, for each lane, the place of what is to blame among the `blamable`; -1 if nothing is."""
-    of_events = (End.UNDEFINED, End.UNPHYSICAL, End.STOPPED_UNPHYSICAL)
+    of_events = (End.UNDEFINED, End.UNRESOLVED, End.UNPHYSICAL, End.STOPPED_UNPHYSICAL)
     failed = np.isin(codes, (*BLAMED, *of_events))
     places = np.where(np.isin(codes, of_events), len(job.kernels.names) + blame, blame)
     return np.where(failed & (places < len(blamable(job))), places, -1)

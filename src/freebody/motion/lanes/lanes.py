@@ -169,8 +169,8 @@ def next_output(batch: Batch, one: OneLane) -> float:
 
 @part
 def look_into(batch: Batch, wide: Lane, own: OneLane, lane: int, seeks: int) -> int:
-    """Find events, extremes and outputs in the good step of a lane. Return RUNNING, TERMINAL, UNDEFINED or
-    CONTRADICTED.
+    """Find events, extremes and outputs in the good step of a lane. Return RUNNING, TERMINAL, UNDEFINED,
+    UNRESOLVED or CONTRADICTED.
     """
     run, one, code = wide.run, alone(wide, own, lane), RUNNING
     if width(run.t) > 1:
@@ -178,9 +178,12 @@ def look_into(batch: Batch, wide: Lane, own: OneLane, lane: int, seeks: int) -> 
     step = one.run
     if seeks != 0:
         if batch.n_watched > 0:
-            step.events = 0
-            code = follow_events(step)
-            log_step_events(batch, one)
+            step.search.seen = 1.0
+            begins = True
+            while begins or step.search.seen < 1.0:
+                begins, step.events = False, 0
+                code = follow_events(step)
+                log_step_events(batch, one)
         if batch.n_reduced > 0:
             widen(batch, one, step.after, step.end)
     if code != RUNNING:
@@ -275,7 +278,9 @@ def tighten(batch: Batch, run: Run, lane: int) -> None:
 
 @part
 def take(batch: Batch, wide: Lane, own: OneLane, good: Truth) -> Whole:
-    """Take the good steps; return RUNNING, STIFF, TERMINAL, UNDEFINED or CONTRADICTED for each lane."""
+    """Take the good steps; return for each lane RUNNING, STIFF, TERMINAL, UNDEFINED, UNRESOLVED or
+    CONTRADICTED.
+    """
     run, direction = wide.run, direction_of(batch)
     status: Whole = RUNNING
     run.taken = where(good, run.taken + 1, run.taken)

@@ -26,6 +26,9 @@ from ..trajectory.phases import Phases
 from ..trajectory.trajectory import Trajectory
 from .independent_conditions import taking_over
 
+OF_EVENTS = (End.UNDEFINED, End.UNRESOLVED)
+"""Ends for which an event is to blame."""
+
 
 def culprit(path: SampledPath, kernels: Kernels) -> int:
     """Return the component, or event, that stopped a run.
@@ -33,7 +36,7 @@ def culprit(path: SampledPath, kernels: Kernels) -> int:
     For the work, which follows from the motion, and for the length of a series, which depends on all components, it is
     the speed that changes fastest.
     """
-    if path.status == End.UNDEFINED:
+    if path.status in OF_EVENTS:
         return path.blame
     reported = path.blame if path.method != "taylor" or path.status == End.NOT_FINITE else None
     return to_blame(kernels, reported, path.rates, path.end, path.states[-1])
@@ -177,10 +180,15 @@ def failure(
     trajectory: Trajectory, path: SampledPath, kernels: Kernels, end: float, watched: Sequence[EventSpec]
 ) -> SimulationError:
     """Return the error of a run that could not continue; ``watched`` are events, and events that call for blows."""
-    undefined, stuck = path.status == End.UNDEFINED, path.status == End.STUCK
-    name = "" if undefined or stuck else kernels.names[culprit(path, kernels)]
+    stuck = path.status == End.STUCK
+    name = "" if path.status in OF_EVENTS or stuck else kernels.names[culprit(path, kernels)]
     idle = _massless(path, kernels, trajectory) if path.status == End.NOT_FINITE else ()
-    if undefined:
+    if path.status == End.UNRESOLVED:
+        what = (
+            f"the event '{watched[path.blame].name}' has more zeros than can be told apart in one step, from "
+            f"t = {path.end:.9g} s on. Pass a smaller max_step=, or an event that changes less often."
+        )
+    elif path.status == End.UNDEFINED:
         what = _undefined(trajectory, path, kernels, watched[path.blame])
     elif stuck:
         what = _stuck(path, kernels)

@@ -1,8 +1,11 @@
 """Zeros of event functions inside a step, located on the dense output, in order of time.
 
-A function is evaluated at some points of the step. If it changes sign between two of them, the zero is bracketed
-(method of Chandrupatla, 1997) and distinguished from a pole. If it dips towards zero in between, the search follows the
-dip.
+The step is searched window by window. A function is evaluated at some points of a window. The first window is the
+step; it is halved until its points show how each function runs between them (`doubt`), so that functions with many
+zeros in a step lose none.
+
+If a function changes sign between two points, the zero is bracketed (method of Chandrupatla, 1997) and distinguished
+from a pole. If it dips towards zero in between, the search follows the dip.
 
 Events are then moved to the zeros on the states of the run itself, and logged. Points and events are fractions x of the
 step, 0 to 1. `step_control` binds these functions to a method.
@@ -12,6 +15,7 @@ from __future__ import annotations
 
 import math
 
+from ...native.functions import unrolled
 from ...native.instructions import EPS, Parts, greater, lesser, root
 from .run import MARGIN, PARTS, Run
 from .states import dense_state, state_in_step
@@ -19,42 +23,47 @@ from .states import dense_state, state_in_step
 part = Parts()
 
 
+# Values at the ends of the equal parts of a window lie in these rows of the table. `AT_MARGIN` are the weights by which
+# the polynomial through them, of degree 8, gives the value at MARGIN.
+EVEN = (0, *range(2, PARTS + 1), PARTS + 2)
+AT_MARGIN = tuple(
+    math.prod((PARTS * MARGIN - j) / (k - j) for j in range(PARTS + 1) if j != k) for k in range(PARTS + 1)
+)
+CLEAR = 16.0
+"""Multiple of its error within which a function may have zeros that the points do not show: a vibration is resolved by
+six points in a period."""
+FINEST = 1.0 / 4096.0
+"""Shortest window, of which a step may hold MOST that do not resolve a function: it may have a jump, pole or bend."""
+MOST = 64
+HALF_AS_MANY = 1.0 / 256.0
+"""Doubt below which a window may be doubled: Δ⁸ grows by 2⁸."""
+
+
 @part
 def find_events(run: Run) -> int:
-    """Find the zeros of the event functions in the step.
+    """Find the zeros of the event functions in the next window of the step, and make its end the start of the next.
 
     Return their number, and describe them in order of time. A change of sign through infinity is no zero. If a required
-    function has no value, the search ends there.
+    function has no value, or too many zeros, the search ends there.
 
-    Row k of the table holds all functions at the k-th point of the step, and x. Its first row comes from the step
+    Row k of the table holds all functions at the k-th point of the window, and x. Its first row comes from the window
     before. A function that arrives at zero is recorded there, and not again when it leaves. A function that begins at
     zero is recorded when it leaves.
     """
     search, n, named = run.search, run.search.count, run.required
     table, last = search.table, search.signs
-    points, k = PARTS + 2, 0
-    reach, culprit = 2.0, 0
-    while k < points:
-        k += 1
-        if k == points:
-            run.point[:] = run.end
-            x = 1.0
-        else:
-            x = MARGIN if k == 1 else (1.0 - MARGIN if k == points - 1 else (k - 1.0) / PARTS)
-            dense_state(run, x)
-        evaluate(run, x)
-        for e in range(n):
-            table[k, e] = search.g[e]
-        table[k, n] = x
-        for e in range(named):
-            if table[k, e] != table[k, e]:
-                x = last_value(run, e, table[k - 1, n], x)
-                dense_state(run, x)
-                evaluate(run, x)
-                for i in range(n):
-                    table[k, i] = search.g[i]
-                table[k, n] = reach = x
-                culprit, points = e, k
+    points = tabulate(run)
+    unknown = doubt(run, points)
+    while search.span > FINEST and unknown >= 1.0:
+        search.span *= 0.5
+        points = tabulate(run)
+        unknown = doubt(run, points)
+    reach, culprit = search.reach, search.culprit
+    if unknown >= 1.0 and reach > 1.0:
+        search.unresolved += 1
+        if search.unresolved > MOST:
+            search.reach, search.seen = search.seen, 1.0
+            return 0
     count = 0
     for e in range(n):
         for k in range(1, points + 1):
@@ -92,10 +101,118 @@ def find_events(run: Run) -> int:
                             if y >= 0.0:
                                 count = record_event(run, count, y, e, sign)
             last[e] = sign
-    for e in range(n):  # the values at the end are those at the start of the next step
+    for e in range(n):  # the values at the end are those at the start of the next window
         table[0, e] = table[points, e]
+    search.seen = 1.0 if reach <= 1.0 else search.seen + search.span
+    if unknown < HALF_AS_MANY:
+        search.span *= 2.0
+    search.span = lesser(search.span, 1.0 - search.seen)
     search.reach, search.culprit = reach, culprit
     return count
+
+
+@part
+def tabulate(run: Run) -> int:
+    """Evaluate all functions at the points of the window; return the number of points.
+
+    The last of them is where a required function has its last value, ``reach``.
+    """
+    search, n, points, k = run.search, run.search.count, PARTS + 2, 0
+    table, begin, span = search.table, search.seen, search.span
+    search.reach, table[0, n] = 2.0, begin
+    while k < points:
+        k += 1
+        part_of_window = MARGIN if k == 1 else (1.0 - MARGIN if k == points - 1 else (k - 1.0) / PARTS)
+        x = begin + (1.0 if k == points else part_of_window) * span
+        if x == 1.0:
+            run.point[:] = run.end
+        else:
+            dense_state(run, x)
+        evaluate(run, x)
+        for e in range(n):
+            table[k, e] = search.g[e]
+        table[k, n] = x
+        for e in range(run.required):
+            if table[k, e] != table[k, e]:
+                x = last_value(run, e, table[k - 1, n], x)
+                dense_state(run, x)
+                evaluate(run, x)
+                for i in range(n):
+                    table[k, i] = search.g[i]
+                table[k, n] = search.reach = x
+                search.culprit, points = e, k
+    return points
+
+
+@part
+def doubt(run: Run, points: int) -> float:
+    """Return how far the points of the window fall short of showing where the functions have zeros: 1 or more if they
+    do not show it.
+
+    The polynomial through the values at the ends of the equal parts is in error by r: the value in the middle by
+    Δ⁸ / 70, that at MARGIN by its distance from the value there, which shows vibrations in step with the points. Where
+    the values at both ends of a part are below 16 r, zeros may lie unseen. So they may beside any zero if the error is
+    that of a small fast part of the function, whose differences do not decay with their order. Noise is no doubt.
+    """
+    search, table, worst = run.search, run.search.table, 0.0
+    if points < PARTS + 2:
+        return 1.0
+    for e in range(search.count):
+        near, far, crossed = abs(table[0, e]), 0.0, 0
+        clear = greater(near, abs(table[1, e]))
+        for k in range(1, points + 1):
+            before, now = table[k - 1, e], table[k, e]
+            clear = lesser(clear, greater(abs(before), abs(now)))
+            near, far = lesser(near, abs(now)), greater(far, abs(now))
+            if (before > 0.0) != (now > 0.0):
+                crossed = 1
+        error = error_between(run, e)
+        if crossed == 0 and CLEAR * error < HALF_AS_MANY * near or error <= CLEAR * CLEAR * EPS * far:
+            continue
+        if error != error:  # the rate of an extreme need not have values everywhere
+            continue
+        short = CLEAR * error / clear if clear > 0.0 else math.inf
+        if (crossed != 0 or near <= CLEAR * error) and not search.decay > 1.0:
+            short = greater(short, 1.0)
+        if short > worst and (short < 1.0 or is_noise(run, e, error) == 0):
+            worst, search.culprit = short, e
+    return worst
+
+
+@part
+def error_between(run: Run, e: int) -> float:
+    """Return the error r of the polynomial through the values of a function at the ends of the equal parts.
+
+    Set ``decay`` to the quotient of its lower differences, Δ⁵ and Δ⁶, and the higher ones, Δ⁷, Δ⁸ and 16 r.
+    """
+    search, table, row = run.search, run.search.table, run.search.differences
+    first, final = -table[1, e], -table[PARTS + 1, e]
+    for k in unrolled(0, PARTS + 1):
+        row[k] = table[EVEN[k], e]
+        first += AT_MARGIN[k] * table[EVEN[k], e]
+        final += AT_MARGIN[k] * table[EVEN[PARTS - k], e]
+    low, high = 0.0, 0.0
+    for order in range(1, PARTS + 1):
+        for k in range(PARTS + 1 - order):
+            row[k] = row[k + 1] - row[k]
+            if order > PARTS - 2:
+                high = greater(high, abs(row[k]))
+            elif order > PARTS - 4:
+                low = greater(low, abs(row[k]))
+    error = greater(abs(row[0]) / 70.0, greater(abs(first), abs(final)) / (PARTS * PARTS * MARGIN))
+    search.decay = low / greater(high, CLEAR * error)
+    return error
+
+
+@part
+def is_noise(run: Run, e: int, error: float) -> int:
+    """Return 1 if the error of a function comes from round-off: the function changes as much in the shortest time."""
+    search, jump = run.search, 0.0
+    shortest = 64.0 * EPS * greater(1.0, abs(run.t / run.h))
+    for k in range(PARTS):
+        x = search.seen + (k + 0.5) / PARTS * search.span
+        jump = greater(jump, abs(event_value(run, e, x + shortest) - event_value(run, e, x)))
+    return 1 if error <= CLEAR * CLEAR * jump else 0
 
 
 @part

@@ -26,10 +26,10 @@ from .layout import ORDERS
 STAGES = 16
 """Number of rows for the rates at the stages of a step; an implicit method uses 0 and 12, at its start and its end."""
 
-# Event functions are evaluated between PARTS parts of a step, and at one more point close to either end. MARGIN is the
-# distance of these two points from the ends, as a fraction of the step: they show the slope there.
+# Event functions are evaluated between PARTS parts of a window of the step, and at one more point close to either end.
+# MARGIN is the distance of these two points from the ends, as a fraction of the window: they show the slope there.
 PARTS, MARGIN = 8, 0.001
-POINTS = PARTS + 3
+POINTS, EVENLY = PARTS + 3, PARTS + 1
 COEFFICIENTS = ORDERS["taylor"] + 1
 """Number of coefficients of a series."""
 
@@ -42,7 +42,11 @@ class Search(Record):
                                                   the function, sign after the zero
     ``reach``, ``culprit``   fraction of the step up to which all required functions have values (2: all of it), and the
                              function without a value
-    ``table``     values at the points of the step, and the fraction of the step
+    ``seen``, ``span``       fraction of the step that has been searched (1 between two steps), and length of the next
+                             window
+    ``differences``, ``decay``    differences of the values of a function, and how they decay (`error_between`)
+    ``unresolved``           number of shortest windows of the step that do not resolve a function
+    ``table``     values at the points of the window, and the fraction of the step
     ``signs``     last nonzero sign of each function, 0 until there is one
     ``log``       times, numbers, signs and states of the events of this piece of the run
     """
@@ -51,6 +55,11 @@ class Search(Record):
     c: Row
     count: Count
     reach: Real
+    seen: Real
+    span: Real
+    unresolved: Whole
+    decay: Real
+    differences: Annotated[Row, EVENLY]
     culprit: Whole
     directions: Annotated[Wholes, "count"]
     terminal: Annotated[Wholes, "count"]
@@ -86,6 +95,7 @@ class Run(Record):
     ``k``               rates at the stages: k[0] at y, k[12] at the end
     ``y_new``, ``end``  end of the step, as the method gives it, and on the constraints
     ``dense``, ``point``    coefficients of the dense output, and a state inside the step
+    ``error``           error of the step
     ``reached``         fraction of the step whose state, of a shorter step, ``point`` is; -1 if it is another
     ``times`` ...       buffers for ``room`` steps: time, length and state at the start of each, then the end
     """
@@ -111,6 +121,7 @@ class Run(Record):
     fixed: Whole
     required: Whole
     after: Real
+    error: Real
     reached: Real
     last: Whole
     rates: Kernel
@@ -290,8 +301,9 @@ _OF_METHOD: dict[Any, Any] = {
 
 
 def most_events(m: int) -> int:
-    """Maximum number of events of ``m`` event functions in one step. Between two points each function gives at most
-    two, and each point can be a zero.
+    """Maximum number of events of ``m`` event functions in one window of a step.
+
+    Between two points each function gives at most two, and each point can be a zero.
     """
     return 3 * (PARTS + 2) * m
 

@@ -47,7 +47,7 @@ from ...native.instructions import (
     where,
 )
 from . import event_search, states
-from .event_search import find_events, log_events
+from .event_search import MOST, find_events, log_events
 from .layout import (
     COLLAPSED,
     DIVERGED,
@@ -58,6 +58,7 @@ from .layout import (
     STIFF,
     TERMINAL,
     UNDEFINED,
+    UNRESOLVED,
 )
 from .run import STAGES, OneRun, Run
 from .states import are_finite, normalise, not_finite, project
@@ -274,7 +275,7 @@ def launch(run: Run) -> int:
     """
     direction = 1.0 if run.until >= run.t else -1.0
     longest = lesser(run.longest, abs(run.until - run.t))
-    run.old_error = 1e-4
+    run.old_error, run.search.seen = 1e-4, 1.0
     if method.length is None:
         run.rates(run.t, run.y, run.c, run.k[0])
         run.evaluated += 1
@@ -356,18 +357,29 @@ def blamed(run: Run, lane: int) -> int:
 
 @part
 def follow_events(run: Run) -> int:
-    """Find and log the events of an accepted step; return RUNNING, TERMINAL, or UNDEFINED."""
-    if method.densify is not None:
-        method.densify(run)
-    run.evaluated += method.cost_dense
-    stop = log_events(run, find_events(run))
-    if stop < 0.0:
-        return RUNNING
-    status = TERMINAL
-    if stop == run.search.reach:
-        status, run.blame = UNDEFINED, run.search.culprit
-    if stop != 1.0:
-        run.after = run.t + stop * run.h
+    """Find and log the events of an accepted step, or, if its search has begun, of what is left of it.
+
+    If the log is full, the search goes on at the next call, and ``seen`` is below 1 until then. Return RUNNING,
+    TERMINAL, UNDEFINED or UNRESOLVED.
+    """
+    search, status = run.search, RUNNING
+    if search.seen == 1.0:
+        if method.densify is not None:
+            method.densify(run)
+        run.evaluated += method.cost_dense
+        search.seen, search.span, search.unresolved = 0.0, 1.0, 0
+    first = True
+    while status == RUNNING and search.seen < 1.0 and (first or run.events <= run.room):
+        first = False
+        stop = log_events(run, find_events(run))
+        if stop >= 0.0:
+            status = TERMINAL
+            if stop == search.reach:
+                status = UNDEFINED if search.unresolved <= MOST else UNRESOLVED
+                run.blame = search.culprit
+            if stop != 1.0:
+                run.after = run.t + stop * run.h
+            search.seen = 1.0
     return status
 
 
@@ -386,24 +398,31 @@ def pass_step(run: Run, good: Truth) -> None:
 
 @part
 def accept(run: Run) -> int:
-    """Take a step, whose start goes to the buffers; return RUNNING, FINISHED, TERMINAL, STIFF or UNDEFINED."""
+    """Take a step, whose start goes to the buffers, or go on with its events.
+
+    If the log of events is full, the step is taken at the next call. Return RUNNING, FINISHED, TERMINAL, STIFF,
+    UNDEFINED or UNRESOLVED.
+    """
+    search, status = run.search, RUNNING
+    if search.seen == 1.0:
+        run.taken += 1
+        if method.hold is not None:
+            method.hold(run)
+        if (method.last_stage != 0 or method.limited is not None) and is_stiff(run, True):
+            run.stiffness += 1
+            if run.stop_if_stiff != 0:
+                status = STIFF
+    if search.count > 0:
+        stop = follow_events(run)
+        if search.seen < 1.0:
+            return RUNNING
+        if stop != RUNNING:
+            status, run.last = stop, 0
     k = run.accepted
     run.times[k], run.lengths[k] = run.t, run.h
     for i in range(run.n):
         run.states[k, i] = run.y[i]
     run.accepted = k + 1
-    run.taken += 1
-    if method.hold is not None:
-        method.hold(run)
-    status = RUNNING
-    if (method.last_stage != 0 or method.limited is not None) and is_stiff(run, True):
-        run.stiffness += 1
-        if run.stop_if_stiff != 0:
-            status = STIFF
-    if run.search.count > 0:
-        stop = follow_events(run)
-        if stop != RUNNING:
-            status, run.last = stop, 0
     pass_step(run, True)
     return FINISHED if run.last != 0 else status
 
@@ -412,21 +431,24 @@ def accept(run: Run) -> int:
 def advance(run: Run) -> int:
     """Step until the end, a terminal event, a failure, or until the buffers are full.
 
-    Return RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF or UNDEFINED.
+    Return RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF, UNDEFINED or UNRESOLVED.
     """
     run.accepted = run.events = 0
     if run.taken == 0 and method.prepare is not None:
         method.prepare(run, True)
     status = RUNNING
     while status == RUNNING and run.accepted < run.room and run.events <= run.room:
-        status = choose_length(run)
+        begins = run.search.seen == 1.0
+        if begins:
+            status = choose_length(run)
         if status == RUNNING:
-            error = error_of_step(run)
-            good = error <= 1.0
+            if begins:
+                run.error = error_of_step(run)
+            good = run.error <= 1.0
             if good:
                 status = accept(run)
-            if (method.length is None or not good) and status == RUNNING:
-                status = change_length(run, error, good)
+            if (method.length is None or not good) and status == RUNNING and run.search.seen == 1.0:
+                status = change_length(run, run.error, good)
     k = run.accepted
     run.times[k] = run.t
     for i in range(run.n):

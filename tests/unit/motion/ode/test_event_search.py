@@ -1,4 +1,4 @@
-"""Zeros of event functions are told from poles, and functions without a value from both."""
+"""Zeros of event functions: told from poles and from functions without a value, and found however many there are."""
 
 import math
 
@@ -155,3 +155,63 @@ def test_an_event_at_the_start_has_the_state_of_the_start(method):
     s.force("spring", s.bodies["block"], ("-4*x", 0, 0))
     first = fb.simulate(s, 1, initial={"x": 0.5}, events=["x'"], method=method).events[0]
     assert first.time == 0 and dict(first.state) == {"x": 0.5, "x'": 0.0}
+
+
+# --- many zeros in one step ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_no_zero_of_a_fast_function_is_missed(method):
+    """2000 cos 2t passes 636 multiples of π in each quarter of a period, in a few long steps."""
+    found = motion(["sin(2000*x)"], until=math.pi / 2, method=method)
+    count = math.floor(2000 / math.pi)
+    assert found.steps < 60
+    times = [event.time for event in found.events]
+    exact = [math.acos(k * math.pi / 2000) / 2 for k in range(count, -count - 1, -1)]
+    assert times == pytest.approx(exact, abs=1e-6)
+
+
+@pytest.mark.parametrize("amplitude, rate", [(1e-4, 2e4), (1e-5, 3e5), (1e-3, 1e3)])
+def test_no_zero_of_a_small_fast_part_is_missed(amplitude, rate):
+    """Beside the zero of a slow function a small vibration has others; far from it, the vibration costs nothing."""
+    found = motion([f"x - 0.5 + {amplitude}*sin({rate}*x)"], until=1).events
+    x = np.linspace(0.5 - 2 * amplitude, 0.5 + 2 * amplitude, 200_001)
+    g = x - 0.5 + amplitude * np.sin(rate * x)
+    exact = np.arccos(x[1:][(g[1:] > 0) != (g[:-1] > 0)][::-1]) / 2
+    assert [event.time for event in found] == pytest.approx(list(exact), abs=1e-7)
+
+
+def test_more_events_in_one_step_than_the_log_holds():
+    """The search goes on in the same step, so that the steps are those of a run without events."""
+    found, plain = motion(["sin(2e4*x)"], until=1), motion([], until=1, method="dop853")
+    assert np.array_equal(found.states[-1], plain.states[-1])
+    assert len(found.events) == math.floor(2e4 / math.pi) + math.floor(2e4 * -math.cos(2) / math.pi) + 1
+    times = [event.time for event in found.events]
+    assert times == sorted(times)
+
+
+def test_lanes_find_what_a_single_run_finds():
+    data = motion(["sin(2000*x)"], until=1, x=np.linspace(0.5, 1.0, 9))
+    for k, x in enumerate(np.linspace(0.5, 1.0, 9)):
+        single = motion(["sin(2000*x)"], until=1, x=x).events
+        assert int(data.event_count[k, 0]) == len(single) > 400
+        assert float(data.event_time[k, 0]) == single[0].time
+
+
+@pytest.mark.parametrize("expression", ["sin(1e7*x)", "sin(1e9*t) - 0.5"])
+def test_a_function_with_too_many_zeros_is_refused(expression):
+    with pytest.raises(
+        SimulationError, match="more zeros than can be told apart in one step.*max_step="
+    ) as error:
+        motion([expression])
+    assert f"'{expression}'" in str(error.value)
+    assert error.value.trajectory.status == "event not resolved"
+    data = motion([expression], x=[1.0, 0.9])
+    assert data.blame.values.tolist() == [expression] * 2
+    assert data.status.values.tolist() == ["event not resolved"] * 2
+
+
+def test_round_off_is_no_reason_to_search_on():
+    """A function that is zero but for round-off has events, but is not searched without end."""
+    found = motion(["2*x'^2 + 8*x^2 - 8"], until=1)
+    assert found.status == "finished" and len(found.events) < 100
