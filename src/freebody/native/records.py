@@ -33,7 +33,7 @@ import ast
 import ctypes
 import struct
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, reduce
 from operator import mul
@@ -243,11 +243,10 @@ class Record:
         result.keep = self
         return result
 
-    def image_at(self, base: int, outside: Sequence[int] = ()) -> bytes:
+    def image_at(self, base: int) -> bytes:
         """Return the memory of a record made with its rows as it is at another address, for another memory.
 
-        Rows must stand in the record's own memory. ``outside`` are places [bytes] of further words that hold
-        addresses in this memory.
+        Rows must stand in the record's own memory.
         """
         memory, first = self.memory.view(np.int64).copy(), address(self.memory)
 
@@ -265,8 +264,6 @@ class Record:
                     rebased((part.begin + field.place) // WORD)
 
         visit(self)
-        for place in outside:
-            rebased(place // WORD)
         return memory.tobytes()
 
     def places_of(self, *names: str) -> dict[str, tuple[int, str, tuple[int, ...]]]:

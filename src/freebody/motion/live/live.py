@@ -10,20 +10,8 @@ from __future__ import annotations
 
 from ...native.instructions import Compiled, Parts, greater
 from ..ode import dop853
-from ..ode.layout import (
-    BY_CONDITION,
-    COORDINATES,
-    DEPENDENT,
-    HEAVY,
-    MET,
-    MISSED,
-    MOMENT,
-    RUNNING,
-    SIZE,
-    SMALL,
-    STATUS,
-    WORST,
-)
+from ..ode.layout import RUNNING
+from ..start.closing_record import MET
 from ..start.gauss_newton import close
 from .memory import OTHERS, Live
 
@@ -53,24 +41,21 @@ def first_fault(live: Live) -> int:
 @part
 def close_loops(live: Live) -> int:
     """Move the start of the run onto the conditions; return MET, a failure of `gauss_newton.close`, or OTHERS."""
-    y, numbers, integers = live.run.initial, live.numbers, live.integers
-    m, size = live.n_conditions, live.n_coordinates + live.n_speeds
-    largest = 0.0
-    for i in range(live.n_coordinates):
+    y, closing, largest = live.run.initial, live.closing, 0.0
+    size = closing.n_coordinates + closing.n_speeds
+    for i in range(closing.n_coordinates):
         largest = greater(largest, abs(y[i]))
     for i in range(size):
-        numbers[COORDINATES + i] = y[i]
-    numbers[SMALL], numbers[MOMENT] = numbers[DEPENDENT] * (1.0 + largest), live.start
-    numbers[MISSED], numbers[SIZE] = 0.0, 0.0
-    integers[STATUS], integers[WORST], integers[HEAVY] = MET, 0, 0
-    close(live.closing)
-    live.worst = integers[WORST]
-    if integers[STATUS] != MET:
-        return integers[STATUS]
+        closing.state[i] = y[i]
+    closing.t, closing.near = live.start, closing.dependent * (1.0 + largest)
+    close(closing)
+    live.worst = closing.worst
+    if closing.status != MET:
+        return closing.status
     for i in range(size):
-        y[i] = numbers[COORDINATES + i]
-    for i in range(m):
-        if integers[BY_CONDITION + m + i] != live.independent[i]:
+        y[i] = closing.state[i]
+    for i in range(closing.n_conditions):
+        if closing.independent[i] != live.independent[i]:
             return OTHERS
     return MET
 
@@ -148,7 +133,7 @@ def simulate(live: Live) -> None:
         if live.given[i] != 0:
             run.initial[i] = live.initial[i]
     if CLOSES:
-        if live.n_conditions > 0:
+        if live.closing.n_conditions > 0:
             live.closed = close_loops(live)
         if live.closed != MET:
             return

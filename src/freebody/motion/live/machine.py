@@ -20,9 +20,6 @@ import numpy as np
 from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
 from ...dynamics.composite import mass_diagonal
 from ...dynamics.conditions.constrained import (
-    DEPENDENT,
-    POOR,
-    STEPS,
     articulated_diagonal,
     least_speed_change,
     moved_onto,
@@ -30,18 +27,16 @@ from ...dynamics.conditions.constrained import (
 from ...dynamics.conditions.constraints import linearized, rows
 from ...dynamics.linear import Selection, entries
 from ...dynamics.motion import motion, total_power
-from ...native.records import address
 from ...scalar.algebra import Scalar
 from ...scalar.trace import Tape, Traced
 from ...space.rotation import Rotation
 from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
 from ..kernels.switches import value_of
-from ..ode import layout
 from ..ode.run import sizes
+from ..start.closing_record import sizes_of_closing
 from ..start.initial import named_numbers, quaternions_by_joint
-from ..start.loop_closure import LIGHT
-from ..start.sparse_rows import integers_needed, reals_needed
+from ..start.loop_closure import equip
 from ..trajectory.event import EventSpec, expressions_of
 from .memory import Live
 
@@ -181,9 +176,6 @@ class LiveMachine:
             n_answers=count.get("answering", 0),
             n_positive=count.get("conditions", 0),
             n_constants=constants,
-            n_coordinates=model.n_q,
-            n_speeds=model.n_u,
-            n_quaternions=len(model.quaternions),
             projected=model.n_q + model.n_u,
             room_of_frames=setting.most_frames,
             room_of_steps=room,
@@ -223,49 +215,23 @@ class LiveMachine:
     def _sizes_of_closing(self) -> dict[str, int]:
         """Sizes of the memory of `gauss_newton.close`; none for a machine without constraints."""
         model, m = self.model, len(self.kinds)
-        names = (
-            "n_closing",
-            "n_conditions",
-            "n_integers",
-            "n_numbers",
-            "n_pattern",
-            "n_room",
-            "n_factors",
-            "n_factors_real",
-        )
+        n_q, n, quaternions = model.n_q, model.n_u, len(model.quaternions)
         if not self.setting.kernels.active:
-            return dict.fromkeys(names, 0)
-        n_q, n, nq = model.n_q, model.n_u, len(model.quaternions)
-        self.room = room = ROOM_OF_FACTORS * (m + n + self.entries)
-        counts = (
-            layout.OF_PARAMETERS + 1, m, layout.BY_CONDITION + 3 * (m + n) + nq, layout.COORDINATES + n_q + 2 * n + m,
-            self.pattern.size, layout.closing(n_q, n, m, self.entries), integers_needed(m, n, room),
-            reals_needed(m, n, room),
-        )  # fmt: skip
-        return dict(zip(names, counts, strict=True))
+            return {**dict.fromkeys(sizes_of_closing(0, 0, 0, 0, 0, 0), 0), "n_quaternions": quaternions}
+        return sizes_of_closing(
+            n_q, n, m, quaternions, self.entries, ROOM_OF_FACTORS * (m + n + self.entries)
+        )
 
     def _fill_closing(self, live: Live, addresses: Mapping[str, int]) -> None:
         """Write what `gauss_newton.close` reads. Named coordinates and speeds keep their values."""
-        model, m = self.model, len(self.kinds)
-        n_q, n = model.n_q, model.n_u
-        live.pattern[:] = self.pattern
+        model, closing = self.model, live.closing
         live.independent[list(self.setting.kernels.active)] = 1
-        live.factors[:3] = m, n, self.room
-        immobile, fixed = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
         for i in self.named:
-            if i < n_q:
-                immobile[list(model.moved_by[i])] = 1
+            if i < model.n_q:
+                closing.immobile[list(model.moved_by[i])] = 1
             else:
-                fixed[i - n_q] = 1
-        integers = live.integers
-        integers[layout.STEPS] = STEPS
-        integers[layout.BY_CONDITION : layout.BY_CONDITION + m] = [row.on_speeds for row in self.kinds]
-        flags = layout.BY_CONDITION + 2 * m
-        integers[flags : flags + 2 * n + len(model.quaternions)] = [*immobile, *fixed, *model.quaternions]
-        live.numbers[layout.DEPENDENT : layout.LIGHT + 1] = DEPENDENT, POOR, LIGHT
-        live.closing[:] = [
-            *(addresses[name] for name in ("residuals", "motion", "moved", "least")), n_q, n, m,
-            len(model.quaternions), self.entries,
-            *map(address, (live.integers, live.numbers, live.pattern, live.room, live.factors, live.factors_real)),
-            address(live.constants),
-        ]  # fmt: skip
+                closing.fixed[i - model.n_q] = 1
+        equip(closing, [row.on_speeds for row in self.kinds], model.quaternions, self.pattern)
+        closing.conditions = addresses["residuals"]
+        closing.motion, closing.moved = addresses["motion"], addresses["moved"]
+        closing.least, closing.c = addresses["least"], live.constants

@@ -9,9 +9,10 @@ from typing import Annotated
 
 from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 from ..ode.run import Run
+from ..start.closing_record import Closing
 
 OTHERS = 5
-"""A result of closing besides those of `ode.layout` (MET, ...): other conditions are independent than at the export."""
+"""A result of closing besides those of `closing_record`: other conditions are independent than at the export."""
 
 
 @record
@@ -33,7 +34,8 @@ class Live(Record):
 
     ``status``        how the run ended (`ending.End`), or RUNNING if there was none
     ``fault``         first of the conditions on p that does not hold, or -1
-    ``closed``        result of closing (`ode.layout`), or `OTHERS`; ``worst``: the condition with the greatest residual
+    ``closed``        result of closing (`closing_record`), or `OTHERS`
+    ``worst``         condition with the greatest residual
     ``blame``         component, or event function, to blame for a run that failed
     ``reached``       time of the end of the run [s]
     ``steps``, ``rejected``, ``evaluated``    work of the run
@@ -83,18 +85,9 @@ class Live(Record):
     positive: Annotated[Row, "n_positive"]
     energy: Annotated[Row, 2]
     n_positive: Count
-    n_coordinates: Count
-    n_speeds: Count
-    n_conditions: Count
     room_of_steps: Count
     room_of_frames: Count
-    closing: Annotated[Wholes, "n_closing"]
-    integers: Annotated[Wholes, "n_integers"]
-    numbers: Annotated[Row, "n_numbers"]
-    pattern: Annotated[Wholes, "n_pattern"]
-    room: Annotated[Row, "n_room"]
-    factors: Annotated[Wholes, "n_factors"]
-    factors_real: Annotated[Row, "n_factors_real"]
+    closing: Closing
     independent: Annotated[Wholes, "n_conditions"]
     quaternions: Annotated[Wholes, "n_quaternions"]
     step_times: Annotated[Row, "room_of_piece"]

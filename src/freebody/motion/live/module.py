@@ -10,12 +10,10 @@ import hashlib
 from typing import Any
 
 from ...native import cache, sources
-from ...native.records import WORD
 from ...program.export.wasm import WasmModule
 from ...program.export.wasm_linking import base_of_image, linked
 from ...program.export.wasm_object import TARGET, optimised, version, wasm_object
 from ...program.kernels import machine_text, program_key
-from ..ode.layout import INTEGERS_AT, OF_PARAMETERS
 from .machine import LiveMachine
 from .memory import READ
 
@@ -35,11 +33,7 @@ def module_of(
     addresses = {name: k for k, name in enumerate(["prologue", *names], 1)}
     live = machine.memory(addresses, header["hoisted"])
     base = base_of_image(code)
-    told = live.placed["closing"][0] * WORD
-    outside = (
-        [told + WORD * k for k in range(INTEGERS_AT, OF_PARAMETERS + 1)] if setting.kernels.active else []
-    )
-    image = live.image_at(base, outside)
+    image = live.image_at(base)
     module = linked(code, [EXPORT], table, image, len(image))
     places = live.places_of(*READ)
     return WasmModule(

@@ -6,7 +6,6 @@ Named values are kept. The others follow from the constraints.
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -24,9 +23,8 @@ from ...errors import SimulationError
 from ...model import Model
 from ...native import loop
 from ..kernels.kernels import Kernels
-from ..ode import layout
+from .closing_record import CROWDED, FAR, NOWHERE, TORN, Closing, sizes_of_closing
 from .initial import named_numbers
-from .sparse_rows import integers_needed, reals_needed
 
 
 def closed_start(
@@ -63,14 +61,14 @@ def closed_start(
     except ZeroDivisionError:  # a pivot of M that is 0 in every state
         _check_mobility(model, start, t, values)
         raise
-    search.run(values, (*search.on_speeds, *immobile, *fixed), (t, *start))
-    status, worst, heavy, *_ = search.integers.tolist()
-    active, state = search.active(), search.state.copy()
-    residual = float(search.numbers[layout.MISSED])
+    search.run(values, immobile, fixed, t, start)
+    memory = search.memory
+    status, worst, heavy, residual = memory.status, memory.worst, memory.heavy, memory.missed
+    active, state = tuple(np.flatnonzero(memory.independent).tolist()), memory.state[: n_q + n].copy()
     kernels.cache["closing"] = search
-    if status in (layout.NOWHERE, layout.FAR):
+    if status in (NOWHERE, FAR):
         q = state[:n_q].tolist()
-        error = no_direction(model, q) if status == layout.NOWHERE else not_met(model, q, t, values, STEPS)[1]
+        error = no_direction(model, q) if status == NOWHERE else not_met(model, q, t, values, STEPS)[1]
         raise SimulationError(
             f"The initial state is off the constraints of '{model.name}'. {error} Named coordinates keep their "
             f"values: leave some out and they are solved for (near= tells where to look), or pass project=True "
@@ -78,7 +76,7 @@ def closed_start(
         )
     if not heavy:
         _check_mobility(model, state.tolist(), t, values)
-    if status == layout.TORN:
+    if status == TORN:
         raise SimulationError(
             f"The initial speeds contradict the constraints of '{model.name}': the rate of '{rows(model)[worst].name}' "
             f"is {residual:.3g}, not 0. Name fewer speeds, so that the others can follow, or pass "
@@ -94,73 +92,53 @@ def _check_mobility(model: Model, state: Sequence[float], t: float, values: Mapp
 
 
 class _Search:
-    """Memory and arguments of `gauss_newton.close` for one machine, reused by the next search."""
+    """Memory of `gauss_newton.close` for one machine, reused by the next search."""
 
     def __init__(self, kernels: Kernels) -> None:
-        model, self.kernels, self.on_speeds = kernels.model, kernels, kernels.on_speeds
-        n_q, n, m, nq = model.n_q, model.n_u, len(self.on_speeds), len(model.quaternions)
-        self.program = program = kernels.closing()
-        pattern = program.pattern
-        integers, numbers = (
-            layout.BY_CONDITION + 3 * (m + n) + nq,
-            layout.COORDINATES + n_q + 2 * n + m,
-        )
-        flags, size = layout.BY_CONDITION + m, integers + numbers
-        self.input_format = struct.Struct(
-            f"{flags}q{8 * m}x{2 * n + nq}q{8 * (m + n)}x{layout.COORDINATES + n_q + n}d"
-        )
-        block = np.zeros(size + layout.closing(n_q, n, m, program.columns.size))
-        self.memory = block.data.cast("B")
-        self.integers, self.independent = (
-            block.view(np.int64)[:flags],
-            block.view(np.int64)[flags : flags + m],
-        )
-        first = integers + layout.COORDINATES
-        self.numbers, self.state = block[integers:size], block[first : first + n_q + n]
-        addresses = map(program.address, ("conditions", "motion", "moved", "least"))
-        base = loop.address(block)
-        self.arguments = np.array(
-            [*addresses, n_q, n, m, nq, program.columns.size, base, base + 8 * integers, loop.address(pattern),
-            base + 8 * size, 0, 0, 0],
-            dtype=np.int64,
-        )  # fmt: skip
+        self.kernels, self.program = kernels, kernels.closing()
         self.function = loop.code("motion.start.gauss_newton", "close").code
-        self.address = loop.address(self.arguments)
         self.values: Mapping[str, float] | None = None
-        self._make_room(4 * (m + n + program.columns.size))
+        m, n = self.program.shape
+        self._make(4 * (m + n + self.program.columns.size))
 
-    def _make_room(self, room: int) -> None:
-        """Make memory for factors with ``room`` entries of each kind."""
-        m, n = len(self.on_speeds), self.kernels.model.n_u
-        self.room = room
-        self.factors = np.zeros(integers_needed(m, n, room), dtype=np.int64)
-        self.factors[:3] = m, n, room
-        self.factors_real = np.zeros(reals_needed(m, n, room))
-        self.arguments[layout.FACTORS : layout.FACTORS_REAL + 1] = (
-            loop.address(self.factors),
-            loop.address(self.factors_real),
-        )
+    def _make(self, room: int) -> None:
+        """Make the memory, with room for so many entries of the factors of each kind."""
+        model, program = self.kernels.model, self.program
+        m, n, entries = *program.shape, program.columns.size
+        sizes = sizes_of_closing(model.n_q, n, m, len(model.quaternions), entries, room)
+        self.memory = memory = Closing.made(**sizes)
+        for name in ("conditions", "motion", "moved", "least"):
+            setattr(memory, name, program.address(name))
+        equip(memory, self.kernels.on_speeds, model.quaternions, program.pattern)
+        if self.values is not None:
+            memory.c = self.constants
 
-    def run(self, values: Mapping[str, float], flags: Sequence[int], numbers: Sequence[float]) -> None:
-        """Solve for the start with these parameters, flags of conditions and speeds, time and state."""
+    def run(
+        self, values: Mapping[str, float], immobile: Sequence[int], fixed: Sequence[int], t: float,
+        start: Sequence[float],
+    ) -> None:  # fmt: skip
+        """Solve for the state from a start with these parameters, and with flags of the speeds (`Closing`)."""
         if self.values != values:
-            self.constants = self.program.constants(self.kernels.parameters(values))
-            self.values, self.arguments[layout.OF_PARAMETERS] = dict(values), loop.address(self.constants)
-        n_q, quaternions = self.kernels.model.n_q, self.kernels.model.quaternions
-        largest = max(map(abs, numbers[1 : 1 + n_q]), default=0.0)
+            self.memory.c = self.constants = self.program.constants(self.kernels.parameters(values))
+            self.values = dict(values)
+        largest = max(map(abs, start[: self.kernels.model.n_q]), default=0.0)
         while True:
-            self.input_format.pack_into(
-                self.memory, 0, layout.MET, 0, 0, STEPS, *flags, *quaternions, DEPENDENT * (1 + largest), DEPENDENT,
-                POOR, LIGHT, 0.0, 0.0, *numbers,
-            )  # fmt: skip
-            self.function(self.address)
-            if self.integers[layout.STATUS] != layout.CROWDED:
+            memory = self.memory
+            memory.t, memory.near = t, DEPENDENT * (1 + largest)
+            memory.immobile[:], memory.fixed[:], memory.state[: len(start)] = immobile, fixed, start
+            self.function(memory.address)
+            if memory.status != CROWDED:
                 return
-            self._make_room(2 * self.room)
+            self._make(2 * memory.rows.room_of_factors)
 
-    def active(self) -> tuple[int, ...]:
-        """Return the independent conditions."""
-        return tuple(i for i, independent in enumerate(self.independent.tolist()) if independent)
+
+def equip(
+    memory: Closing, on_speeds: Sequence[int], quaternions: Sequence[int], pattern: NDArray[np.int64]
+) -> None:
+    """Write the tolerances, and what the search reads of a machine: the kinds and the pattern of its conditions."""
+    memory.dependent, memory.poor, memory.light, memory.most_steps = DEPENDENT, POOR, LIGHT, STEPS
+    memory.on_speeds[:], memory.quaternions[:] = on_speeds, quaternions
+    memory.rows.starts[:], memory.rows.columns[:] = np.split(pattern, [memory.n_conditions + 1])
 
 
 LIGHT = 1e-8

@@ -9,7 +9,7 @@ import pytest
 
 from freebody.motion.ending import End
 from freebody.motion.live.memory import READ, Live
-from freebody.motion.ode.layout import FAR, MET
+from freebody.motion.start.closing_record import FAR, MET
 from live_machines import Here, motion_of
 
 

@@ -13,7 +13,7 @@ from freebody.motion.ending import End
 from freebody.motion.live.export import setting_of
 from freebody.motion.live.machine import LiveMachine
 from freebody.motion.live.module import module_of
-from freebody.motion.ode.layout import FAR, MET
+from freebody.motion.start.closing_record import FAR, MET
 from live_machines import Here, InWasm, double_pendulum, motion_of
 
 pytest.importorskip("wasmtime", reason="wasmtime, a WebAssembly runtime, is not installed")

@@ -9,7 +9,6 @@ import freebody as fb
 from freebody.dynamics.conditions.constrained import closed_coordinates
 from freebody.errors import SimulationError
 from freebody.motion.kernels.kernels import kernels_of
-from freebody.motion.ode import layout
 from freebody.motion.start.loop_closure import closed_start
 
 EPS = np.finfo(float).eps
@@ -98,13 +97,6 @@ def test_a_search_leaves_nothing_to_the_next():
     assert held == still
 
 
-def test_memory_of_the_search():
-    """As large as `close` cuts it: (φ, G), a step, units and q', then speeds that are kept."""
-    n_q, n, m, entries = 7, 6, 9, 20
-    assert layout.closing(n_q, n, m, entries) >= m + entries + n + n + n_q + n
-    assert layout.closing(n_q, n, m, entries) >= m + entries + 2 * n  # (ψ, G, masses, pivots)
-
-
 def test_factors_that_need_more_room_get_it():
     """The search begins again with twice the room, and gives the same start."""
     kernels = kernels_of(four_bar())
@@ -117,8 +109,8 @@ def test_factors_that_need_more_room_get_it():
         False,
     )
     first, active = closed_start(*arguments)
-    kernels.cache["closing"]._make_room(1)
+    kernels.cache["closing"]._make(1)
     again, still = closed_start(*arguments)
-    assert kernels.cache["closing"].room > 1
+    assert kernels.cache["closing"].memory.rows.room_of_factors > 1
     assert np.array_equal(first, again)
     assert active == still

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from freebody.dynamics.conditions.constrained import DEPENDENT, POOR, independent_of
-from freebody.motion.start.sparse_rows import OF_R, OF_V, RANK, integers_needed, reals_needed
+from freebody.motion.start.closing_record import SparseRows, sizes_of_rows
 from freebody.native import loop
 
 EPS = np.finfo(float).eps
@@ -20,30 +20,23 @@ class Factors:
     ):
         self.m, self.n = m, n = G.shape
         rows, columns = np.nonzero(G)
-        self.pattern = np.array([*np.searchsorted(rows, range(m + 1)), *columns], dtype=np.int64)
         self.entries = np.ascontiguousarray(G[rows, columns])
         self.scale = np.ones(n) if scale is None else scale
         room = 4 * (m + n) * (m + n) if room is None else room
-        self.integers = np.zeros(integers_needed(m, n, room), dtype=np.int64)
-        self.integers[:3] = m, n, room
-        self.reals = np.zeros(reals_needed(m, n, room))
-        self.reals[:2] = poor, small
-        self.crowded = loop.code("motion.start.sparse_rows", "factorize")(
-            self.entries, self.pattern,
-            np.ones(m, dtype=np.int64) if taking_part is None else taking_part,
-            np.ones(n, dtype=np.int64) if free is None else free,
-            self.scale, self.integers, self.reals,
-        )  # fmt: skip
+        self.rows = SparseRows.made(**sizes_of_rows(m, n, self.entries.size, room))
+        self.rows.starts[:], self.rows.columns[:] = np.searchsorted(rows, range(m + 1)), columns
+        self.rows.poor, self.rows.least = poor, small
+        self.rows.taking_part[:] = 1 if taking_part is None else taking_part
+        self.rows.free[:] = 1 if free is None else free
+        self.crowded = loop.code("motion.start.sparse_rows", "factorize")(self.entries, self.scale, self.rows)
 
     @property
     def chosen(self):
-        return tuple(np.flatnonzero(self.integers[9 : 9 + self.m]).tolist())
+        return tuple(np.flatnonzero(self.rows.chosen).tolist())
 
     def shortest(self, b):
         x = np.full(self.n, np.nan)
-        assert not loop.code("motion.start.sparse_rows", "shortest")(
-            b.copy(), x, self.scale, self.integers, self.reals
-        )
+        assert not loop.code("motion.start.sparse_rows", "shortest")(b.copy(), x, self.scale, self.rows)
         return x
 
 
@@ -113,7 +106,7 @@ def test_the_width_of_the_factors_does_not_grow_with_the_row():
     counts = {}
     for loops in (20, 40, 80):
         factors = Factors(chain(loops))
-        counts[loops] = factors.integers[[RANK, OF_V, OF_R]]
+        counts[loops] = np.array([factors.rows.rank, factors.rows.filled_v, factors.rows.filled_r])
         assert factors.chosen == tuple(range(2 * loops))
     growth = (counts[80] - counts[40], counts[40] - counts[20])
     assert (growth[0] == 2 * growth[1]).all()
