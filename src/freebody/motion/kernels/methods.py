@@ -28,10 +28,10 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import SimulationError, nearest
 from ...native import loop
 from ..ending import End
-from ..ode.crossing import CONSTANTS_OF_F, INDICES, N_PROJECTED, N_QUATERNIONS, ONTO, RATES, ROOM, SIZE
 from ..ode.dense_output import Path, Rates
 from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt
 from ..ode.layout import EXPLICIT, ORDERS, SINGLE_STEPS
+from ..ode.run import Branch
 from .kernels import Kernels, Program
 from .switching_laws import sticking
 
@@ -283,18 +283,14 @@ def with_series(rates: Rates, program: Program, parameters: NDArray[np.float64],
 
 def _along_branch(rates: Rates) -> Rates:
     """Return f(P(y)) of the rates f and their projection P (`crossing`)."""
-    n = rates.size
-    memory = np.zeros(2 * n)
+    branch = Branch.made(n=rates.size, n_quaternions=len(rates.quaternions), n_constants=rates.constants.size)
+    branch.rates, branch.projection, branch.projected = rates.address, rates.projection, rates.projected
+    branch.quaternions[:], branch.c[:] = rates.quaternions, rates.constants
     function = loop.code("motion.ode.crossing", "along_branch")
-    constants = np.zeros(CONSTANTS_OF_F + rates.constants.size)
-    constants[RATES], constants[ONTO], constants[SIZE] = rates.address, rates.projection, n
-    constants[N_PROJECTED], constants[N_QUATERNIONS] = rates.projected, len(rates.quaternions)
-    constants[INDICES], constants[ROOM] = loop.address(rates.indices), loop.address(memory)
-    constants[CONSTANTS_OF_F:] = rates.constants
     address = ctypes.cast(function.code, ctypes.c_void_p).value
     assert address is not None
-    keep = rates, memory, function
-    return replace(rates, address=address, constants=constants, keep=keep, projection=0, projected=0)
+    keep = rates, branch, function
+    return replace(rates, address=address, constants=branch.memory, keep=keep, projection=0, projected=0)
 
 
 def may_bend(kernels: Kernels) -> bool:

@@ -14,25 +14,11 @@ moved onto conditions that are dependent there.
 
 from __future__ import annotations
 
-from ...native.instructions import (
-    Reals,
-    call,
-    compiled,
-    greater,
-    integers_at,
-    reals_at,
-    root,
-    shifted,
-    whole,
-)
+from ...native.instructions import Reals, call, compiled, greater, root
 from . import gauss
 from .gauss import bound_to
-from .run import Collocation, Run
+from .run import Branch, Collocation, Run
 from .step_control import Functions
-
-# Indices of the constants of f(P(y)), before those of f: addresses of f and P; numbers of components, of outputs of P,
-# and of quaternions; addresses of the indices of the quaternions and of memory for two states.
-RATES, ONTO, SIZE, N_PROJECTED, N_QUATERNIONS, INDICES, ROOM, CONSTANTS_OF_F = 0, 1, 2, 3, 4, 5, 6, 8
 
 MOST_ITERATIONS = 6  # maximum number of Newton steps of P; each squares the error
 NEAR = 1e-8  # change after which the next change is round-off
@@ -41,27 +27,24 @@ NEAR = 1e-8  # change after which the next change is round-off
 @compiled
 def along_branch(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Evaluate f(P(y)), as a kernel."""
-    n, projected, nq = whole(c[SIZE]), whole(c[N_PROJECTED]), whole(c[N_QUATERNIONS])
-    onto, indices, state = whole(c[ONTO]), integers_at(whole(c[INDICES])), reals_at(whole(c[ROOM]))
-    constants = shifted(c, CONSTANTS_OF_F)
-    for i in range(n):
+    branch = Branch(c)
+    state, moved, change, k = branch.state, branch.moved, 1.0, 0
+    for i in range(branch.n):
         state[i] = y[i]
-    change, k = 1.0, 0
     while change > NEAR and k < MOST_ITERATIONS:
-        call(onto, t, state, 0, constants, state, n)
+        branch.projection(t, state, branch.c, moved)
         change = 0.0
-        for i in range(projected):
-            new = state[n + i]
-            change = greater(change, abs(new - state[i]) / (1.0 + abs(new)))
-            state[i] = new
-        for j in range(nq):
-            i = indices[j]
+        for i in range(branch.projected):
+            change = greater(change, abs(moved[i] - state[i]) / (1.0 + abs(moved[i])))
+            state[i] = moved[i]
+        for j in range(branch.n_quaternions):
+            i = branch.quaternions[j]
             a, b, d, e = state[i], state[i + 1], state[i + 2], state[i + 3]
             size = root(a * a + b * b + d * d + e * e)
             for m in range(4):
                 state[i + m] /= size
         k += 1
-    call(whole(c[RATES]), t, state, 0, constants, out, 0)
+    branch.rates(t, state, branch.c, out)
 
 
 @compiled

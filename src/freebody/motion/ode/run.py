@@ -270,6 +270,21 @@ class Newton(Record):
     im: Annotated[Rows, "n", "width"]
 
 
+@record
+class Branch(Record):
+    """Constants of f(P(y)), of `crossing`: kernels and constants of f and P, and memory for y and P(y)."""
+
+    rates: Kernel
+    projection: Kernel
+    n: Count
+    projected: Count
+    n_quaternions: Count
+    quaternions: Annotated[Wholes, "n_quaternions"]
+    c: Annotated[Row, "n_constants"]
+    state: Annotated[Row, "n"]
+    moved: Annotated[Row, "n"]
+
+
 @record_of_lanes
 class Series(Record):
     """Memory of `taylor`.
