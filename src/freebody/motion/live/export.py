@@ -13,6 +13,7 @@ from ..kernels.kernels import Kernels, kernels_of
 from ..request import Request, problem_of
 from .machine import LiveMachine, Setting
 from .module import module_of
+from .touching_machine import MOST_ROWS
 
 if TYPE_CHECKING:
     from ..trajectory.trajectory import Trajectory
@@ -56,9 +57,14 @@ def check_machine(kernels: Kernels) -> None:
     """Raise SimulationError for a machine whose motions cannot be computed live."""
     model = kernels.model
     without = "Write the page without live=True: it shows the motion that was computed here"
-    if model.contacts:
-        names = ", ".join(f"'{contact.name}'" for contact in model.contacts[:3])
-        raise _refusal(model, "a machine without contacts", f"contact {names}", without)
+    if model.families:
+        names = ", ".join(f"'{name}'" for name in list(model.families)[:3])
+        raise _refusal(model, "contacts of named features", f"contacts of whole bodies, {names}", without)
+    count = sum(1 + contact.tangents for contact in model.contacts)
+    if count > MOST_ROWS:
+        raise _refusal(
+            model, f"contacts with at most {MOST_ROWS} forces and components of friction", f"{count}", without
+        )
     if model.controllers:
         names = ", ".join(f"'{controller.name}'" for controller in model.controllers[:3])
         raise _refusal(
