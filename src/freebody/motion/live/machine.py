@@ -49,8 +49,8 @@ from .touching_machine import PIECE, TouchingMachine, sizes_of
 ROOM_OF_FACTORS = 8
 """Room for factors of the conditions, as a multiple of the entries of the conditions and of their rows and columns."""
 
-Observed = Callable[[State, Any], Sequence[Scalar]]
-"""Outputs at a state, from the state and the accelerations and multipliers there."""
+Observed = Callable[[State, Any, Sequence[Scalar]], Sequence[Scalar]]
+"""Outputs at a state, from the state, the accelerations and multipliers there, and the forces of contacts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +161,7 @@ class LiveMachine:
         moving = motion(model, state, kernels.active)
         rates = [*coordinate_rates(model, state), *moving.udot]
         power = [total_power(model, state, moving)] if kernels.works else []
-        result = {"rates": [*rates, *power], "observation": list(observed(state, moving))}
+        result = {"rates": [*rates, *power], "observation": list(observed(state, moving, ()))}
         if kernels.active:
             result["projection"] = moved_onto(model, state, kernels.active)
         return result
