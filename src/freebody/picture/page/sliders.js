@@ -13,7 +13,8 @@ function sliders(root, list, length, symbols, moved) {
     const range = element("input", { type: "range", min: least * step, max: Math.ceil(high / step) * step, step, name }, row);
     const box = element("input", { type: "number", step: "any", "aria-label": `${name}, number` }, row);
     element("span", { class: "unit" }, row, unit);
-    const show = (x) => {
+    const show = (value) => {
+      const x = Math.abs(value) < 1e-9 * (high - low) ? 0 : value; // the steps of a range end near zero
       range.min = Math.min(range.min, x);
       range.max = Math.max(range.max, x);
       range.value = x;
@@ -30,9 +31,10 @@ function sliders(root, list, length, symbols, moved) {
         for (const start in places) if (places[start].follows.includes(name)) delete state.initial[start];
       moved();
     };
+    const chosen = () => Number((Math.abs(range.value) < 1e-9 * (high - low) ? 0 : Number(range.value)).toPrecision(12));
     range.addEventListener("input", () => {
-      box.value = Number(Number(range.value).toPrecision(5));
-      set(Number(range.value));
+      box.value = Number(chosen().toPrecision(5));
+      set(chosen());
     });
     box.addEventListener("change", () => {
       show(Number(box.value));
