@@ -58,7 +58,7 @@ def check_live(trajectory: Trajectory) -> None:
 
 
 def _check_contacts(trajectory: Trajectory) -> None:
-    """Raise SimulationError unless a motion with contacts went from event to event, was computed here, without blows."""
+    """Raise SimulationError for a motion with contacts by time steps, from a file, or with blows."""
     model, course = trajectory.kernels.model, trajectory.course
     if not isinstance(course, Touching):
         raise _refusal(

@@ -3,7 +3,8 @@
     p → c(p) → y(start) on the conditions → steps → frames → outputs
 
 It is `step_control` with `dop853`, and `gauss_newton.close`, between what a caller writes and what it reads
-(`memory.Live`); for a machine with contacts, the loop from event to event (`touching`). The same function is compiled for WebAssembly and for this computer.
+(`memory.Live`); for a machine with contacts, the loop from event to event (`touching`). The same function is
+compiled for WebAssembly and for this computer.
 """
 
 from __future__ import annotations

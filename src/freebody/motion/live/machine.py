@@ -63,8 +63,8 @@ class Setting:
     ``specs``        events
     ``relative``     tolerance of each component of the state
     ``most_steps``, ``most_frames``      greatest numbers of steps and of frames
-    ``longest``, ``sequential``, ``refuse``    of a machine with contacts: longest step; whether contacts collide one after
-                     another; whether indeterminate forces are refused
+    ``longest``, ``sequential``, ``refuse``    of a machine with contacts: longest step; whether contacts collide one
+                     after another; whether indeterminate forces are refused
     """
 
     kernels: Kernels

@@ -47,7 +47,9 @@ def module_of(
     others: tuple[Record, ...] = ()
     if machine.touching is not None:
         others = machine.touching.run, machine.touching.problem
-        outside += [WORD * live.touching.placed[name][0] for name in ("phase", "looking")]  # addresses of tables
+        outside += [
+            WORD * live.touching.placed[name][0] for name in ("phase", "looking")
+        ]  # addresses of tables
     image = live.image_at(base, outside, others)
     module = linked(code, [EXPORT], table, image, len(image))
     places = live.places_of(*READ)
@@ -82,7 +84,7 @@ def _object(machine: LiveMachine) -> tuple[dict[str, Any], bytes]:
 
 
 def _loop(needs: tuple[bool, bool]) -> bytes:
-    """The loop, from the disk or compiled now; all machines with the same needs (constraints, contacts) have the same."""
+    """The loop, from the disk or compiled now, the same for all machines with the same needs: constraints, contacts."""
     key = _key("loop", needs)
     stored = cache.load(key)
     if stored is not None:

@@ -2,7 +2,7 @@
 
     machine, pair k, contact k    what `phase.candidates` has: the machine, gaps and reaches, one contact
     power                         of drives and of moving conditions
-    observation                   what a caller wants to see, of the state, accelerations, contact forces and multipliers
+    observation                   what a caller wants to see, of state, accelerations, contact forces and multipliers
 
 The functions of `phase.closed_contacts` call them, with tables of integers for the modes.
 """
@@ -59,8 +59,8 @@ class Placed:
 
 
 SIZES = (
-    "n_fresh", "n_table", "n_table_looking", "n_phase", "n_looking", "n_of_phase", "n_of_looking", "n_endings", "n_final",
-    "n_watched", "n_marks", "n_numbers_logged", "n_logged", "n_states_logged", "n_found", "room_of_phases",
+    "n_fresh", "n_table", "n_table_looking", "n_phase", "n_looking", "n_of_phase", "n_of_looking", "n_endings",
+    "n_final", "n_watched", "n_marks", "n_numbers_logged", "n_logged", "n_states_logged", "n_found", "room_of_phases",
     "room_of_modes",
 )  # fmt: skip
 
@@ -87,7 +87,9 @@ class TouchingMachine:
         forces = given[n : n + self.scene.rows]
         result = {name: list(outputs) for name, outputs in candidates.functions(state).items()}
         if candidates.driven:
-            result |= {name: list(x) for name, x in candidates.power_of(state, given[: candidates.inputs]).items()}
+            result |= {
+                name: list(x) for name, x in candidates.power_of(state, given[: candidates.inputs]).items()
+            }
         return {**result, "observation": list(observed(state, moving, forces))}
 
     # -- memory -----------------------------------------------------------------------------------------------
@@ -99,7 +101,11 @@ class TouchingMachine:
         source = Source(addresses.__getitem__, kernels, kernels if self.candidates.driven else None)
         E, m, n = len(scene.first), scene.rows, scene.model.n_u
         phase = scene.holding(("open",) * E, scene.kernels.active)
-        sizes = {"rates": phase.size, "projection": scene.model.n_q + n, "watched": count + len(scene.endings)}
+        sizes = {
+            "rates": phase.size,
+            "projection": scene.model.n_q + n,
+            "watched": count + len(scene.endings),
+        }
         return (
             phase.data(
                 sizes, ("observation", kernels), kernels if count else None, count, whole=True, source=source
@@ -159,7 +165,18 @@ class TouchingMachine:
         it.energy, it.energy_c = addresses["energies"], live.constants
         it.looking, it.phase = hold.looking, hold.phase
         it.turned, it.quaternions = len(model.quaternions), live.quaternions
-        for name in ("ending", "place", "final", "watch", "watch_later", "marks", "numbers", "times", "lengths", "states"):
+        for name in (
+            "ending",
+            "place",
+            "final",
+            "watch",
+            "watch_later",
+            "marks",
+            "numbers",
+            "times",
+            "lengths",
+            "states",
+        ):
             setattr(it, name, getattr(hold, name))
         it.marks_room, it.numbers_room, it.path_room = hold.marks.size, hold.numbers.size, hold.times.size
         it.events = it.asked = count

@@ -24,7 +24,7 @@ from ...errors import SimulationError
 from ...model import Model
 from ...native import loop
 from ..cones.dense_problem import code
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, Rates, outputs_at
 from . import places
 from .candidates import Candidates
@@ -402,8 +402,8 @@ class Phase:
     def data(
         self,
         outputs: Mapping[str, int],
-        derived: tuple[str, Program] | None = None,
-        values: Program | None = None,
+        derived: tuple[str, Any] | None = None,
+        values: Any = None,
         count: int = 0,
         whole: bool = False,
         source: Source | None = None,

@@ -43,8 +43,8 @@ def test_blows_on_a_machine_with_contacts():
     blow = fb.blow(0.05, at=s.bodies["disk"], impulse=(1, 0, 0))
     refused(
         fb.simulate(s, 0.1, impulses=[blow]),
-        "Expected a motion without blows for a live motion of 'pulled_disk', got one with. Leave them out, or write the "
-        "page without live=True.",
+        "Expected a motion without blows for a live motion of 'pulled_disk', got one with. Leave them out, or write "
+        "the page without live=True.",
     )
 
 
@@ -57,7 +57,8 @@ def test_contacts_of_whole_bodies():
     s.contacts("balls", [body.sphere(0.1) for body in bodies], friction=0.5, restitution=0)
     refused(
         fb.simulate(s, 0.01, method="timestepping", step=1e-3),
-        f"Expected contacts of named features for a live motion of 'balls', got contacts of whole bodies, 'balls'. {WITHOUT}",
+        f"Expected contacts of named features for a live motion of 'balls', got contacts of whole bodies, "
+        f"'balls'. {WITHOUT}",
     )
 
 

@@ -71,7 +71,9 @@ def test_it_is_the_motion_of_simulate(name):
             error = np.abs(states[first + 1 : last - 1, :n] - motion.path.sample(inner)[:, :n])
             assert error.max() < 1e-8 * (1 + np.abs(states[:, :n]).max())
     assert np.allclose(
-        live.event_times[: live.events], [event.time for event in motion.events if event.name == "y'"], atol=1e-9
+        live.event_times[: live.events],
+        [event.time for event in motion.events if event.name == "y'"],
+        atol=1e-9,
     )
 
 
