@@ -13,8 +13,9 @@ from ..contact.course import Touching
 from ..contact.history import History
 from ..kernels.kernels import Kernels, kernels_of
 from ..request import Request, problem_of
-from .machine import LiveMachine, Setting
+from .machine import LiveMachine
 from .module import module_of
+from .setting import Setting
 from .touching_machine import MOST_ROWS
 
 if TYPE_CHECKING:

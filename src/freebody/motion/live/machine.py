@@ -12,7 +12,6 @@ all.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,6 @@ from ...native.records import address
 from ...scalar.algebra import Scalar
 from ...scalar.trace import Tape, Traced
 from ...space.rotation import Rotation
-from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
 from ..kernels.switches import value_of
 from ..ode import layout
@@ -42,8 +40,9 @@ from ..ode.run import sizes
 from ..start.initial import named_numbers, quaternions_by_joint
 from ..start.loop_closure import LIGHT
 from ..start.sparse_rows import integers_needed, reals_needed
-from ..trajectory.event import EventSpec, expressions_of
+from ..trajectory.event import expressions_of
 from .memory import Live
+from .setting import Setting
 from .touching_machine import PIECE, TouchingMachine, sizes_of
 
 ROOM_OF_FACTORS = 8
@@ -51,36 +50,6 @@ ROOM_OF_FACTORS = 8
 
 Observed = Callable[[State, Any, Sequence[Scalar]], Sequence[Scalar]]
 """Outputs at a state, from the state, the accelerations and multipliers there, and the forces of contacts."""
-
-
-@dataclass(frozen=True, eq=False)
-class Setting:
-    """What a live motion begins with, and how it is computed.
-
-    ``values``, ``initial``, ``near``    values of the parameters; start and guess by name, as in `simulate`
-    ``state``        (q, u) at the start with these values
-    ``begin``, ``until``                 times [s]
-    ``specs``        events
-    ``relative``     tolerance of each component of the state
-    ``most_steps``, ``most_frames``      greatest numbers of steps and of frames
-    ``longest``, ``sequential``, ``refuse``    of a machine with contacts: longest step; whether contacts collide one
-                     after another; whether indeterminate forces are refused
-    """
-
-    kernels: Kernels
-    values: Mapping[str, float]
-    initial: Mapping[Any, Any]
-    near: Mapping[Any, Any]
-    state: Sequence[float]
-    begin: float
-    until: float
-    specs: tuple[EventSpec, ...]
-    relative: Any
-    most_steps: int
-    most_frames: int
-    longest: float = np.inf
-    sequential: bool = False
-    refuse: bool = False
 
 
 class LiveMachine:

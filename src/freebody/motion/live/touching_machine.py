@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +23,7 @@ from ..cones.contacts import Contacts, contacts_room
 from ..events import event_run
 from ..phase.scene import DataProgram, Source, scene_of
 from .memory import Live
-
-if TYPE_CHECKING:
-    from .machine import Setting
+from .setting import Setting
 
 PIECE = event_run.PIECE
 MOST_ROWS, MOST_PHASES = 100, 1000
