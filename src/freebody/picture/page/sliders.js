@@ -13,8 +13,7 @@ function sliders(root, list, length, symbols, moved) {
     const range = element("input", { type: "range", min: least * step, max: Math.ceil(high / step) * step, step, name }, row);
     const box = element("input", { type: "number", step: "any", "aria-label": `${name}, number` }, row);
     element("span", { class: "unit" }, row, unit);
-    const show = (value) => {
-      const x = Math.abs(value) < 1e-9 * (high - low) ? 0 : value; // the steps of a range end near zero
+    const show = (x) => {
       range.min = Math.min(range.min, x);
       range.max = Math.max(range.max, x);
       range.value = x;
@@ -31,7 +30,8 @@ function sliders(root, list, length, symbols, moved) {
         for (const start in places) if (places[start].follows.includes(name)) delete state.initial[start];
       moved();
     };
-    const chosen = () => Number((Math.abs(range.value) < 1e-9 * (high - low) ? 0 : Number(range.value)).toPrecision(12));
+    // a step of a range that is zero is read as the round-off of its sum
+    const chosen = () => (Math.abs(range.value) < 1e-12 * (range.max - range.min) ? 0 : Number(range.value));
     range.addEventListener("input", () => {
       box.value = Number(chosen().toPrecision(5));
       set(chosen());
