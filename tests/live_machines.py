@@ -9,9 +9,13 @@ from typing import Any
 import numpy as np
 
 import freebody as fb
+from freebody.motion.cones.collision import compiled_code
 from freebody.motion.live.export import setting_of
 from freebody.motion.live.machine import LiveMachine
 from freebody.motion.live.memory import Live
+from freebody.motion.live.module import CALLED
+from freebody.motion.ode import loops
+from freebody.motion.phase.scene import functions
 from freebody.native import loop
 from freebody.program.export.wasm import WasmModule
 from freebody.program.kernels import compile_tape
@@ -67,13 +71,18 @@ class Here:
         model = motion.kernels.model
         machine = LiveMachine(
             setting_of(motion, most_steps, 401),
-            lambda state, moving: [*state.q],
+            lambda state, moving, forces: [*state.q],
             lambda state: [parameter * 2 for parameter in state.values.values()],
         )
         kernels = compile_tape(
             machine.tape, machine.functions, machine.state.t, machine.inputs, machine.parameters
         )
         addresses = {name: kernels[name].address for name in machine.functions}
+        if model.contacts:
+            addresses |= {name: functions()[name].address for name in CALLED[3:]}
+            addresses |= {name: compiled_code()[name].address for name in ("find", "collided")}
+            addresses["piece"] = loops.functions().functions["piece"].address
+        self.contacts = bool(model.contacts)
         self.names = [parameter.name for parameter in model.parameters]
         self.kernels, self.machine = kernels, machine
         self.memory: Live = machine.memory(
@@ -88,7 +97,7 @@ class Here:
         """Compute the motion with these parameters; return the states of its frames."""
         for name, value in parameters.items():
             self.memory.parameters[self.names.index(name)] = value
-        loop.code("motion.live.live", "SIMULATE")(self.memory)
+        loop.code("motion.live.live", "SIMULATE_CONTACTS" if self.contacts else "SIMULATE")(self.memory)
         return self.memory.states[: self.memory.frames].copy()
 
 

@@ -243,28 +243,40 @@ class Record:
         result.keep = self
         return result
 
-    def image_at(self, base: int) -> bytes:
+    def image_at(self, base: int, outside: Sequence[int] = (), others: Sequence[Record] = ()) -> bytes:
         """Return the memory of a record made with its rows as it is at another address, for another memory.
 
-        Rows must stand in the record's own memory.
+        Rows must stand in the memory of the record or in that of ``others``, which follow it. ``outside`` are places
+        [bytes] of further words of the record that hold addresses in these memories.
         """
-        memory, first = self.memory.view(np.int64).copy(), address(self.memory)
+        images, starts, end = [], [], base
+        for one in (self, *others):
+            images.append(one.memory.view(np.int64).copy())
+            starts.append(end)
+            end += _rounded(images[-1].nbytes)
 
-        def rebased(word: int) -> None:
-            if memory[word]:
-                if not 0 <= memory[word] - first < self.memory.nbytes:
-                    raise ValueError("Expected rows in the memory of the record, got one elsewhere.")
-                memory[word] += base - first
+        def rebased(memory: Any, word: int) -> None:
+            if not memory[word]:
+                return
+            for one, start in zip((self, *others), starts, strict=True):
+                place = int(memory[word]) - address(one.memory)
+                if 0 <= place < one.memory.nbytes:
+                    memory[word] = start + place
+                    return
+            raise ValueError("Expected rows in the memory of the record, got one elsewhere.")
 
-        def visit(part: Record) -> None:
+        def visit(part: Record, memory: Any) -> None:
             for field in part.fields.values():
                 if field.nested is not None:
-                    visit(part.parts[field.name])
+                    visit(part.parts[field.name], memory)
                 elif field.kind in _DIMENSIONS:
-                    rebased((part.begin + field.place) // WORD)
+                    rebased(memory, (part.begin + field.place) // WORD)
 
-        visit(self)
-        return memory.tobytes()
+        for one, memory in zip((self, *others), images, strict=True):
+            visit(one, memory)
+        for place in outside:
+            rebased(images[0], place // WORD)
+        return b"".join(memory.tobytes().ljust(_rounded(memory.nbytes), b"\0") for memory in images)
 
     def places_of(self, *names: str) -> dict[str, tuple[int, str, tuple[int, ...]]]:
         """Return for each field its place in the memory [bytes], its kind, and the shape of its row.

@@ -30,6 +30,9 @@ LONGEST = 2000
 LINE = 300
 """Most characters of a symbolic condition or frequency in the text; longer ones are in the data."""
 
+WIDTH = 110
+"""Characters after which a condition begins a line of its own, and is broken at its sums."""
+
 ROUND = 1e-12
 """Greatest difference that counts as zero."""
 
@@ -305,8 +308,19 @@ class _Inquiry:
     def show(self, expression: Any) -> str:
         """Return a SymPy expression or relation as plain text."""
         if getattr(expression, "is_Relational", False):
-            return f"{self.show(expression.lhs)} {expression.rel_op} {self.show(expression.rhs)}"
+            return f"{self._arranged(expression.lhs)} {expression.rel_op} {self._arranged(expression.rhs)}"
         return self.vocabulary.name(expression)
+
+    def _arranged(self, expression: Any) -> str:
+        """Text of a SymPy expression, arranged as equations are if the ring has it."""
+        from ..symbolic.printing.closed.answers import shown
+        from ..symbolic.printing.text import Text
+
+        try:
+            element = self.vocabulary.ring.from_sympy(expression)
+        except FreebodyError:
+            return self.vocabulary.name(expression)
+        return str(shown(Text, element, self.vocabulary.ring, closed=False))
 
     # -- steady motions -----------------------------------------------------------------------------
 
@@ -345,10 +359,10 @@ class _Inquiry:
         stable = motion.stable_if
         energy = motion.stable_by_energy_if
         lines = [motion.text()]
-        if stable is not None:
-            lines.append(f"    in the linear approximation: {self._stable(stable)}")
-        if energy is not None:
-            lines.append(f"    by energy: {self._stable([energy])}")
+        ways = {"in the linear approximation": stable, "by energy": None if energy is None else [energy]}
+        said = {way: self._stable(relations) for way, relations in ways.items() if relations is not None}
+        for text in dict.fromkeys(said.values()):  # one condition is written once
+            lines.append(f"    {' and '.join(way for way in said if said[way] == text)}: {text}")
         return "\n".join(lines), {
             "name": motion.name,
             "solution": {name: self.show(x) for name, x in motion.solution.items()},
@@ -368,8 +382,10 @@ class _Inquiry:
             return "not stable"
         parts = [part for part in parts if part != "always"]
         text = " and ".join(parts)
-        if len(text) > LINE:
-            return "stable if\n" + "\n".join(f"      {part}" for part in parts)
+        if len(text) > WIDTH:
+            from ..symbolic.printing.text import broken
+
+            return "stable if\n" + "\n".join(broken(part, "      ", WIDTH) for part in parts)
         return f"stable if {text}" if parts else "stable"
 
     def _relation(self, x: Any) -> str:

@@ -144,8 +144,12 @@ def test_the_gyroscope_precesses_at_its_release_angle(freebody) -> None:  # type
     assert [one["name"] for one in data["integrals"]] == ["energy", "momentum of psi", "momentum of phi"]
     motions = data["steady_motions"]["motions"]
     assert [one["name"] for one in motions[:2]] == ["fast", "slow"]
-    assert motions[0]["exists_if"] == ["4*L*g*(-4*L^2 + R^2)*cos(theta) + R^4*phi'^2 >= 0"]
+    assert motions[0]["exists_if"] == ["R^4*phi'^2 + 4*(R^2 - 4*L^2)*L*g*cos(theta) >= 0"]
     assert motions[2]["singular"]
+    fast = motions[0]
+    assert fast["stable_if"] == [fast["stable_by_energy_if"]] and fast["stable_if"][0].startswith(
+        "R^4*((R^4 + "
+    )
     note, *_ = data["notes"]["steady_motions"]
     assert "phi' = 300, theta = 1.0472, which the conditions leave free" in note
     about = data["linear_model"]["about"]

@@ -439,3 +439,25 @@ def _optimised(text: str):
     passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
     passes.getModulePassManager().run(module, passes)
     return module
+
+
+def test_records_that_point_to_each_other_at_another_address():
+    @record
+    class Other:
+        x: Annotated[Row, 3]
+
+    @record
+    class First:
+        other: Row
+        own: Annotated[Row, 2]
+
+    other, first = Other.made(), First.made()
+    first.other, first.own[:], other.x[:] = other.memory, [1, 2], [3, 4, 5]
+    image = np.frombuffer(first.image_at(1000, others=(other,)), dtype=np.int64)
+    start = 1000 + 8 * first.memory.size  # whole cache lines
+    begin = (start - 1000) // 8
+    assert image[0] == start and image[1] == 1000 + 8 * first.placed["own"][0]
+    assert image[begin] == start + 8 * other.placed["x"][0]
+    assert image.view(float)[begin + other.placed["x"][0] :][:3].tolist() == [3, 4, 5]
+    with pytest.raises(ValueError, match="Expected rows in the memory of the record, got one elsewhere"):
+        first.image_at(1000)

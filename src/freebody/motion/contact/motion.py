@@ -83,7 +83,9 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
 
 
 def _trajectory(problem: Problem, history: History) -> Trajectory:
-    return Trajectory(*problem.outcome(history.path), course=Touching(history))
+    request = problem.request
+    trajectory = Trajectory(*problem.outcome(history.path), course=Touching(history))
+    return trajectory.begun(request.initial, request.near)
 
 
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:

@@ -34,28 +34,36 @@ def go_on(it: EventRun, run: Run, contacts: Contacts) -> int:
     """Go on with the run; return how it ended (`End`), or why Python is asked."""
     code = RUNNING
     while code == RUNNING:
-        if it.stage != event_run.FOLLOW:
-            code = ready(it, contacts)
-            if code != RUNNING:
-                return code
-        if it.stage == event_run.ARRIVE:
-            code = arrive(it)
-        elif it.stage == event_run.COLLIDE:
-            code = collision(it, contacts)
-        elif it.stage == event_run.SETTLE:
-            settle(it, contacts)
-        elif it.stage == event_run.CORRECT:
-            correct(it, contacts)
-        elif it.stage == event_run.DECIDE:
-            code = decision(it, contacts)
-        elif it.stage == event_run.SET_UP:
-            code = setting(it, contacts)
-        elif it.stage == event_run.LAUNCH:
-            launch(it, run, contacts)
-        elif it.stage == event_run.FOLLOW:
-            code = follow(it, run, contacts)
-        else:
-            code = stop_slips(it, run, contacts)
+        code = pass_stage(it, run, contacts)
+    return code
+
+
+@compiled
+def pass_stage(it: EventRun, run: Run, contacts: Contacts) -> int:
+    """Pass one stage; return RUNNING, how the run ended, or why Python is asked."""
+    code = RUNNING
+    if it.stage != event_run.FOLLOW:
+        code = ready(it, contacts)
+        if code != RUNNING:
+            return code
+    if it.stage == event_run.ARRIVE:
+        code = arrive(it)
+    elif it.stage == event_run.COLLIDE:
+        code = collision(it, contacts)
+    elif it.stage == event_run.SETTLE:
+        settle(it, contacts)
+    elif it.stage == event_run.CORRECT:
+        correct(it, contacts)
+    elif it.stage == event_run.DECIDE:
+        code = decision(it, contacts)
+    elif it.stage == event_run.SET_UP:
+        code = setting(it, contacts)
+    elif it.stage == event_run.LAUNCH:
+        launch(it, run, contacts)
+    elif it.stage == event_run.FOLLOW:
+        code = follow(it, run, contacts)
+    else:
+        code = stop_slips(it, run, contacts)
     return code
 
 

@@ -9,10 +9,14 @@ from ...errors import SimulationError
 from ...model import Model
 from ...program.export.wasm import WasmModule
 from ...scalar.algebra import Expression
+from ..contact.course import Touching
+from ..contact.history import History
 from ..kernels.kernels import Kernels, kernels_of
 from ..request import Request, problem_of
-from .machine import LiveMachine, Setting
+from .machine import LiveMachine
 from .module import module_of
+from .setting import Setting
+from .touching_machine import MOST_ROWS
 
 if TYPE_CHECKING:
     from ..trajectory.trajectory import Trajectory
@@ -40,7 +44,9 @@ def check_live(trajectory: Trajectory) -> None:
     """
     model = trajectory.kernels.model
     check_machine(trajectory.kernels)
-    if hasattr(trajectory.path, "segments"):
+    if model.contacts:
+        _check_contacts(trajectory)
+    elif hasattr(trajectory.path, "segments"):
         raise _refusal(
             model, "a motion in one leg", "one that blows, or conditions that depend on each other, interrupt",
             "Leave out the blows, or write the page without live=True",
@@ -52,13 +58,37 @@ def check_live(trajectory: Trajectory) -> None:
         )  # fmt: skip
 
 
+def _check_contacts(trajectory: Trajectory) -> None:
+    """Raise SimulationError for a motion with contacts by time steps, from a file, or with blows."""
+    model, course = trajectory.kernels.model, trajectory.course
+    if not isinstance(course, Touching):
+        raise _refusal(
+            model, "a motion from event to event", "one by time steps",
+            "Leave out method='timestepping', or write the page without live=True",
+        )  # fmt: skip
+    if not isinstance(course.history, History):
+        raise _refusal(
+            model, "a motion with contacts that was computed just now", "one from a file",
+            "Simulate it again, or write the page without live=True",
+        )  # fmt: skip
+    if course.history.told:
+        raise _refusal(
+            model, "a motion without blows", "one with", "Leave them out, or write the page without live=True"
+        )
+
+
 def check_machine(kernels: Kernels) -> None:
     """Raise SimulationError for a machine whose motions cannot be computed live."""
     model = kernels.model
     without = "Write the page without live=True: it shows the motion that was computed here"
-    if model.contacts:
-        names = ", ".join(f"'{contact.name}'" for contact in model.contacts[:3])
-        raise _refusal(model, "a machine without contacts", f"contact {names}", without)
+    if model.families:
+        names = ", ".join(f"'{family.name}'" for family in model.families[:3])
+        raise _refusal(model, "contacts of named features", f"contacts of whole bodies, {names}", without)
+    count = sum(1 + contact.tangents for contact in model.contacts)
+    if count > MOST_ROWS:
+        raise _refusal(
+            model, f"contacts with at most {MOST_ROWS} forces and components of friction", f"{count}", without
+        )
     if model.controllers:
         names = ", ".join(f"'{controller.name}'" for controller in model.controllers[:3])
         raise _refusal(
@@ -102,7 +132,17 @@ def setting_of(trajectory: Trajectory, most_steps: int, most_frames: int) -> Set
         relative=trajectory.tolerances,
         most_steps=most_steps,
         most_frames=most_frames,
+        **_of_contacts(trajectory),
     )
+
+
+def _of_contacts(trajectory: Trajectory) -> dict[str, Any]:
+    """Return what the setting of a motion with contacts has besides; nothing for others."""
+    course = trajectory.course
+    if not isinstance(course, Touching):
+        return {}
+    it = course.history.work.it
+    return {"longest": it.longest, "sequential": bool(it.sequential), "refuse": bool(it.refuse)}
 
 
 def wasm_module(
@@ -128,6 +168,11 @@ def wasm_module(
         relative=problem.tolerances,
         most_steps=most_steps,
         most_frames=FRAMES,
+        longest=problem.request.longest_step,
+        sequential=problem.request.impacts == "sequential",
+        refuse=problem.request.indeterminate == "refuse",
     )
-    machine = LiveMachine(setting, lambda state, moving: [state(x) for x in expressions], lambda state: ())
+    machine = LiveMachine(
+        setting, lambda state, moving, forces: [state(x) for x in expressions], lambda state: ()
+    )
     return module_of(machine, outputs=tuple(map(str, outputs)))

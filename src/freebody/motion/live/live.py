@@ -3,21 +3,27 @@
     p → c(p) → y(start) on the conditions → steps → frames → outputs
 
 It is `step_control` with `dop853`, and `gauss_newton.close`, between what a caller writes and what it reads
-(`memory.Live`). The same function is compiled for WebAssembly and for this computer.
+(`memory.Live`); for a machine with contacts, the loop from event to event (`touching`). The same function is
+compiled for WebAssembly and for this computer.
 """
 
 from __future__ import annotations
 
 from ...native.instructions import Compiled, Parts, greater
+from ..cones.collision import collided
+from ..cones.solution import find
 from ..ode import dop853
 from ..ode.layout import RUNNING
+from ..phase import closed_contacts
 from ..start.closing_record import MET
 from ..start.gauss_newton import close
 from .memory import OTHERS, Live
+from .touching import run_from_event_to_event
 
 part = Parts()
-CLOSES = True
-"""Whether the machine has constraints; without, the code that closes loops is not translated."""
+CLOSES, TOUCHES = True, False
+"""Whether the machine has constraints, and contacts; without, the code that closes loops is not translated, and that
+of contacts."""
 
 piece, sample = (dop853.FUNCTIONS[name] for name in ("piece", "sample"))
 
@@ -76,12 +82,13 @@ def reset(live: Live) -> None:
 
 @part
 def scale_work(live: Live) -> None:
-    """Multiply the tolerance of the work, the last component, by the energy at the start."""
-    run, last = live.run, live.run.n - 1
+    """Multiply the tolerance of the work, and of the heat of friction, by the energy at the start."""
+    run = live.run
     if live.energies is not None:
         live.energies(live.start, run.initial, live.constants, live.energy)
         energy = greater(abs(live.energy[0]), abs(live.energy[1]))
-        run.absolute[last] = run.relative[last] * (energy if energy > 0.0 else 1.0)
+        for i in range(live.n_state, run.n):
+            run.absolute[i] = run.relative[i] * (energy if energy > 0.0 else 1.0)
 
 
 @part
@@ -122,7 +129,7 @@ def simulate(live: Live) -> None:
     """Compute a motion from what the caller wrote."""
     run = live.run
     live.status, live.closed, live.worst, live.blame = RUNNING, MET, 0, 0
-    live.steps = live.rejected = live.evaluated = live.frames = live.events = 0
+    live.steps = live.rejected = live.evaluated = live.frames = live.events = live.phases = 0
     live.reached = live.start
     live.prologue(0.0, live.parameters, live.parameters, live.constants)
     live.fault = first_fault(live) if live.n_positive > 0 else -1
@@ -139,20 +146,40 @@ def simulate(live: Live) -> None:
             return
     reset(live)
     scale_work(live)
+    if live.answering is not None:
+        live.answering(live.start, run.initial, live.constants, live.answers)
+    if TOUCHES:
+        live.status = run_from_event_to_event(live)
+    else:
+        run_at_once(live)
+
+
+@part
+def run_at_once(live: Live) -> None:
+    """Run to the end, then compute the frames."""
+    run = live.run
     status = piece(run)
     live.status = TOO_MANY_STEPS if status == RUNNING else status
     live.steps, live.rejected, live.evaluated = run.accepted, run.rejected, run.evaluated
     live.events, live.blame = run.events, run.blame
     live.reached = run.times[live.steps]
-    if live.answering is not None:
-        live.answering(live.start, run.initial, live.constants, live.answers)
     place_frames(live)
     show(live)
 
 
-def functions(closes: bool) -> dict[str, Compiled]:
-    """Return the functions for machines with constraints, or without."""
-    return part.bound({**globals(), "CLOSES": closes})
+def functions(closes: bool, touches: bool) -> dict[str, Compiled]:
+    """Return the functions for machines with constraints, or without, and with contacts, or without."""
+    return part.bound({**globals(), "CLOSES": closes, "TOUCHES": touches})
 
 
-SIMULATE = functions(closes=True)["simulate"]
+def called() -> dict[str, Compiled]:
+    """Return the functions that the loop of a machine with contacts calls by their addresses."""
+    of_contacts = ("looked", "rate", "rates", "projection", "acceleration", "force", "watched", "derived")
+    return {
+        "piece": piece, "find": find, "collided": collided,
+        **{name: getattr(closed_contacts, name) for name in of_contacts},
+    }  # fmt: skip
+
+
+SIMULATE = functions(closes=True, touches=False)["simulate"]
+SIMULATE_CONTACTS = functions(closes=True, touches=True)["simulate"]

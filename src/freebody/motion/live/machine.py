@@ -12,7 +12,6 @@ all.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -30,46 +29,22 @@ from ...dynamics.motion import motion, total_power
 from ...scalar.algebra import Scalar
 from ...scalar.trace import Tape, Traced
 from ...space.rotation import Rotation
-from ..kernels.kernels import Kernels
 from ..kernels.reading import expression_of
 from ..kernels.switches import value_of
 from ..ode.run import sizes
 from ..start.closing_record import sizes_of_closing
 from ..start.initial import named_numbers, quaternions_by_joint
 from ..start.loop_closure import equip
-from ..trajectory.event import EventSpec, expressions_of
+from ..trajectory.event import expressions_of
 from .memory import Live
+from .setting import Setting
+from .touching_machine import PIECE, TouchingMachine, sizes_of
 
 ROOM_OF_FACTORS = 8
 """Room for factors of the conditions, as a multiple of the entries of the conditions and of their rows and columns."""
 
-Observed = Callable[[State, Any], Sequence[Scalar]]
-"""Outputs at a state, from the state and the accelerations and multipliers there."""
-
-
-@dataclass(frozen=True, eq=False)
-class Setting:
-    """What a live motion begins with, and how it is computed.
-
-    ``values``, ``initial``, ``near``    values of the parameters; start and guess by name, as in `simulate`
-    ``state``        (q, u) at the start with these values
-    ``begin``, ``until``                 times [s]
-    ``specs``        events
-    ``relative``     tolerance of each component of the state
-    ``most_steps``, ``most_frames``      greatest numbers of steps and of frames
-    """
-
-    kernels: Kernels
-    values: Mapping[str, float]
-    initial: Mapping[Any, Any]
-    near: Mapping[Any, Any]
-    state: Sequence[float]
-    begin: float
-    until: float
-    specs: tuple[EventSpec, ...]
-    relative: Any
-    most_steps: int
-    most_frames: int
+Observed = Callable[[State, Any, Sequence[Scalar]], Sequence[Scalar]]
+"""Outputs at a state, from the state, the accelerations and multipliers there, and the forces of contacts."""
 
 
 class LiveMachine:
@@ -94,8 +69,14 @@ class LiveMachine:
         self.parameters = [state.values[parameter.symbol] for parameter in model.parameters]
         self.kinds = rows(model)
         m, n = len(self.kinds), model.n_u
-        selection = [tape.input(f"selection {k}") for k in range(n + m if kernels.active else 0)]
-        self.inputs: list[Traced] = [*state.q, *state.u, *selection]
+        self.touching = TouchingMachine(setting) if model.contacts else None
+        self.size = model.n_q + n + 2 if self.touching is not None else kernels.size
+        count = self.touching.scene.candidates.inputs if self.touching is not None else 0
+        selecting = n + m if kernels.active else 0
+        # what follows the state: a selection of conditions, or accelerations, contact forces and multipliers
+        self.given = [tape.input(f"given {k}") for k in range(max(count, selecting))]
+        selection = self.given[:selecting]
+        self.inputs: list[Traced] = [*state.q, *state.u, *self.given]
         self.named = self._named()
         self.functions = self._functions(observed, answers)
         if kernels.active:
@@ -121,27 +102,33 @@ class LiveMachine:
     ) -> dict[str, list[Scalar]]:
         """Outputs of the functions of every machine."""
         model, state, setting = self.model, self.state, self.setting
-        moving = motion(model, state, setting.kernels.active)
-        power = total_power(model, state, moving)
-        works = setting.kernels.works
         start: list[Scalar] = [
             state(self.named[i]) if i in self.named else x for i, x in enumerate(map(float, setting.state))
         ]
-        rates = [*coordinate_rates(model, state), *moving.udot]
         events = expressions_of(model, setting.specs)
         result: dict[str, list[Scalar]] = {
-            "beginning": [*start, 0] if works else start,
-            "rates": [*rates, power] if works else rates,
-            "observation": list(observed(state, moving)),
+            "beginning": [*start, *[0] * (self.size - len(start))],
             "conditions": [state(x) for x in model.assumed],
             "answering": list(answers(state)),
             "events": [value_of(state, x) for x in events],
+            **self._moving(observed),
         }
-        if works:
+        if self.size > len(start):
             result["energies"] = [kinetic_energy(model, state), potential_energy(model, state)]
-        if setting.kernels.active:
-            result["projection"] = moved_onto(model, state, setting.kernels.active)
         return {name: outputs for name, outputs in result.items() if outputs or name == "rates"}
+
+    def _moving(self, observed: Observed) -> dict[str, list[Scalar]]:
+        """Outputs of the functions that move the machine, and of what a caller wants to see."""
+        model, state, kernels = self.model, self.state, self.setting.kernels
+        if self.touching is not None:
+            return self.touching.functions(state, self.given, observed)
+        moving = motion(model, state, kernels.active)
+        rates = [*coordinate_rates(model, state), *moving.udot]
+        power = [total_power(model, state, moving)] if kernels.works else []
+        result = {"rates": [*rates, *power], "observation": list(observed(state, moving, ()))}
+        if kernels.active:
+            result["projection"] = moved_onto(model, state, kernels.active)
+        return result
 
     def _closing(self, selection: Sequence[Scalar]) -> dict[str, list[Scalar]]:
         """Outputs of the functions of `gauss_newton.close` (`Kernels.closing`)."""
@@ -166,31 +153,40 @@ class LiveMachine:
         """Return the memory of the motion, for functions at these addresses with so many constants."""
         setting, kernels, model = self.setting, self.setting.kernels, self.model
         count = {name: len(outputs) for name, outputs in self.functions.items()}
-        room, size = setting.most_steps, kernels.size
-        of_run = sizes(size, len(setting.specs))
+        touching, size = self.touching, self.size
+        room = setting.most_steps if touching is None else PIECE
+        of_run = sizes(size, len(setting.specs) + (0 if touching is None else len(touching.scene.endings)))
+        asked = bool(setting.specs)
         live = Live.made(
             **of_run,
             **self._sizes_of_closing(),
+            **sizes_of(touching, addresses, constants, of_run["zeros"]),
+            n_contacts=len(model.contacts),
+            n_events=len(setting.specs),
             n_parameters=len(self.parameters),
             n_outputs=count.get("observation", 0),
             n_answers=count.get("answering", 0),
             n_positive=count.get("conditions", 0),
             n_constants=constants,
+            n_state=model.n_q + model.n_u,
             projected=model.n_q + model.n_u,
             room_of_frames=setting.most_frames,
             room_of_steps=room,
             rows_of_steps=room + 1,
             room_of_piece=(room + 1) * (2 + size),
-            room_of_events=room + of_run["zeros"] if setting.specs else 0,
+            room_of_events=(setting.most_steps if touching else room) + of_run["zeros"] if asked else 0,
         )
         live.parameters[:] = kernels.parameters(setting.values)
         live.initial[: model.n_q + model.n_u] = setting.state
         live.start, live.until = setting.begin, setting.until
-        live.most_steps, live.most_frames, live.dense = room, setting.most_frames, 1
+        live.most_steps, live.most_frames, live.dense = setting.most_steps, setting.most_frames, 1
         live.prologue = addresses["prologue"]
         for name in ("beginning", "conditions", "answering", "observation", "energies"):
             setattr(live, name, addresses.get(name, 0))
-        self._equip(live, addresses)
+        if touching is None:
+            self._equip(live, addresses)
+        else:
+            touching.equip(live, addresses)
         if kernels.active:
             self._fill_closing(live, addresses)
         return live

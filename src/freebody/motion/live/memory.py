@@ -15,6 +15,55 @@ OTHERS = 5
 """A result of closing besides those of `closing_record`: other conditions are independent than at the export."""
 
 
+DEEP, TOO_MANY_PHASES = 120, 121
+"""Ends of a run besides those of `ending.End` and `events.event_run`: a contact is below its surface at the start; more
+phases than there is room for."""
+
+
+@record
+class Touching(Record):
+    """Memory of a motion with contacts, from event to event (`touching`).
+
+    ``run``, ``problem``       memory of an `EventRun` and of its contact problem (`Contacts`)
+    ``fresh``                  the first of these as it is before all runs; ``kept``: 1 if it is written
+    ``phase``, ``looking``     constants of the present phase, and of the functions of all contacts (`phase.places`)
+    ``of_phase``, ``of_looking``    places in these of the constants of kernels
+    ``observing``              kernel of what a caller wants to see, of the state in the present phase
+    ``fades``                  power of two by which there are fewer frames than at first
+    ``log_*`` and so on        rows of the run
+    """
+
+    run: Row
+    problem: Row
+    fresh: Annotated[Row, "n_fresh"]
+    n_fresh: Count
+    kept: Whole
+    observing: Kernel
+    fades: Whole
+    table: Annotated[Wholes, "n_table"]
+    table_looking: Annotated[Wholes, "n_table_looking"]
+    phase: Annotated[Row, "n_phase"]
+    looking: Annotated[Row, "n_looking"]
+    of_phase: Annotated[Wholes, "n_of_phase"]
+    n_of_phase: Count
+    of_looking: Annotated[Wholes, "n_of_looking"]
+    n_of_looking: Count
+    ending: Annotated[Wholes, "n_endings"]
+    place: Annotated[Wholes, "n_endings"]
+    final: Annotated[Wholes, "n_final"]
+    watch: Annotated[Row, "n_watched"]
+    watch_later: Annotated[Row, "n_watched"]
+    marks: Annotated[Wholes, "n_marks"]
+    numbers: Annotated[Row, "n_numbers_logged"]
+    times: Annotated[Row, "n_logged"]
+    lengths: Annotated[Row, "n_logged"]
+    states: Annotated[Row, "n_states_logged"]
+    event_times: Annotated[Row, "n_found"]
+    event_numbers: Annotated[Wholes, "n_found"]
+    event_signs: Annotated[Wholes, "n_found"]
+    event_states: Annotated[Rows, "n_found", "n"]
+
+
 @record
 class Live(Record):
     """A motion y' = f(t, y; p) from y(start) to ``until``.
@@ -42,8 +91,10 @@ class Live(Record):
     ``frames``, ``times``, ``states``, ``outputs``    number of frames; time, state and outputs of each
     ``events``, ``event_times``, ``event_numbers``, ``event_signs``, ``event_states``    events in order of time
     ``answers``       numbers that depend on p and on the start
+    ``phases``, ``phase_times``, ``phase_frames``, ``modes``    of a machine with contacts: number of phases; of each,
+                      its start, its first frame, and the modes of all contacts (`phase.places`)
 
-    The rest is the machine's: kernels, and memory of `gauss_newton.close` and of the run.
+    The rest is the machine's: number of coordinates and speeds (``n_state``), kernels, and memory of `gauss_newton.close` and of the run.
     """
 
     start: Real
@@ -71,6 +122,10 @@ class Live(Record):
     states: Annotated[Rows, "room_of_frames", "n"]
     outputs: Annotated[Rows, "room_of_frames", "n_outputs"]
     answers: Annotated[Row, "n_answers"]
+    phases: Whole
+    phase_times: Annotated[Row, "room_of_phases"]
+    phase_frames: Annotated[Wholes, "room_of_phases"]
+    modes: Annotated[Wholes, "room_of_modes"]
     event_times: Annotated[Row, "room_of_events"]
     event_numbers: Annotated[Wholes, "room_of_events"]
     event_signs: Annotated[Wholes, "room_of_events"]
@@ -93,12 +148,22 @@ class Live(Record):
     step_times: Annotated[Row, "room_of_piece"]
     step_lengths: Annotated[Row, "rows_of_steps"]
     step_states: Annotated[Rows, "rows_of_steps", "n"]
+    n_state: Count
+    n_constants: Count
+    n_contacts: Count
+    n_events: Count
+    n_outputs: Count
+    room_of_phases: Count
+    room_of_events: Count
     run: Run
+    viewer: Run
+    touching: Touching
 
 
 READ = (
     "start", "until", "most_steps", "most_frames", "evenly", "dense", "status", "fault", "closed", "worst", "blame",
     "reached", "steps", "rejected", "evaluated", "frames", "events", "parameters", "initial", "given", "tolerances",
     "times", "states", "outputs", "answers", "event_times", "event_numbers", "event_signs", "event_states",
+    "phases", "phase_times", "phase_frames", "modes",
 )  # fmt: skip
 """Fields of `Live` that a caller writes or reads."""

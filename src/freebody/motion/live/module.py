@@ -10,6 +10,7 @@ import hashlib
 from typing import Any
 
 from ...native import cache, sources
+from ...native.records import WORD, Record
 from ...program.export.wasm import WasmModule
 from ...program.export.wasm_linking import base_of_image, linked
 from ...program.export.wasm_object import TARGET, optimised, version, wasm_object
@@ -19,6 +20,10 @@ from .memory import READ
 
 MODULE = "motion.live.live"
 EXPORT = "simulate"
+CALLED = (
+    "piece", "find", "collided", "looked", "rate", "rates", "projection", "acceleration", "force", "watched", "derived",
+)  # fmt: skip
+"""Functions that the loop of a machine with contacts calls by their addresses."""
 KIND = {"Real": "real", "Row": "real", "Rows": "real", "Whole": "whole", "Wholes": "whole"}
 
 
@@ -29,11 +34,19 @@ def module_of(
     setting, model = machine.setting, machine.model
     header, code = _object(machine)
     names = list(machine.functions)
-    table = ["prologue", *(f"f{k}" for k in range(len(names)))]
-    addresses = {name: k for k, name in enumerate(["prologue", *names], 1)}
+    called = CALLED if model.contacts else ()
+    table = ["prologue", *(f"f{k}" for k in range(len(names))), *called]
+    addresses = {name: k for k, name in enumerate(["prologue", *names, *called], 1)}
     live = machine.memory(addresses, header["hoisted"])
     base = base_of_image(code)
-    image = live.image_at(base)
+    others: tuple[Record, ...] = ()
+    outside = []
+    if machine.touching is not None:
+        others = machine.touching.run, machine.touching.problem
+        outside = [
+            WORD * live.touching.placed[name][0] for name in ("phase", "looking")
+        ]  # addresses of tables
+    image = live.image_at(base, outside, others)
     module = linked(code, [EXPORT], table, image, len(image))
     places = live.places_of(*READ)
     return WasmModule(
@@ -47,6 +60,7 @@ def module_of(
         events=tuple(spec.name for spec in setting.specs),
         answers=answers,
         conditions=tuple(row.name for row in machine.kinds),
+        contacts=tuple(contact.name for contact in model.contacts),
         assumed=tuple(str(expression).replace("**", "^") for expression in model.assumed),
     )
 
@@ -54,32 +68,33 @@ def module_of(
 def _object(machine: LiveMachine) -> tuple[dict[str, Any], bytes]:
     """Header of the functions, and the object of the loop and the functions, from the disk or compiled now."""
     tape = machine.tape, machine.functions, machine.state.t, machine.inputs, machine.parameters
-    closes = bool(machine.setting.kernels.active)
-    key = _key(program_key(*tape, TARGET), closes)
+    needs = bool(machine.setting.kernels.active), machine.touching is not None
+    key = _key(program_key(*tape, TARGET), needs)
     stored = cache.load(key)
     if stored is not None:
         return stored
     header, text = machine_text(*tape, TARGET)
-    code = wasm_object(_loop(closes), text)
+    code = wasm_object(_loop(needs), text)
     cache.store(key, header, code)
     return header, code
 
 
-def _loop(closes: bool) -> bytes:
-    """The loop, the same for all machines with constraints and for all without, from the disk or compiled now."""
-    key = _key("loop", closes)
+def _loop(needs: tuple[bool, bool]) -> bytes:
+    """The loop, from the disk or compiled now, the same for all machines with the same needs: constraints, contacts."""
+    key = _key("loop", needs)
     stored = cache.load(key)
     if stored is not None:
         return stored[1]
     from ...native.translation import translated  # imported late: not needed if the code is on the disk
-    from .live import functions
+    from .live import called, functions
 
-    code = optimised(translated({EXPORT: functions(closes)[EXPORT]}))
+    wanted = {EXPORT: functions(*needs)[EXPORT], **(called() if needs[1] else {})}
+    code = optimised(translated(wanted))
     cache.store(key, {}, code)
     return code
 
 
-def _key(what: str, closes: bool) -> str:
+def _key(what: str, needs: tuple[bool, bool]) -> str:
     """Hash of the functions, of the loop, and of the sources that compile them."""
     source = sources.identity(MODULE, __name__.partition(".")[2])
-    return hashlib.sha256(f"wasm {what} {closes} {source} {version()}".encode()).hexdigest()
+    return hashlib.sha256(f"wasm {what} {needs} {source} {version()}".encode()).hexdigest()

@@ -90,7 +90,8 @@ class Candidates:
 
     # -- kernels ---------------------------------------------------------------------------------
 
-    def _functions(self, state: State) -> Mapping[str, Sequence[Any]]:
+    def functions(self, state: State) -> Mapping[str, Sequence[Any]]:
+        """Return the outputs of the functions of :meth:`program`."""
         model = self.model
         M = Factorization(mass_matrix(model, state))
         scale = [divide(1, state.field.sqrt(d)) for d in M.D]
@@ -158,7 +159,7 @@ class Candidates:
 
     def program(self) -> Program:
         """Functions ``machine``, ``pair 0``, ``pair 1``, ..., and ``contact 0``, ``contact 1``, ..."""
-        return self.kernels.program("candidates", self._functions)
+        return self.kernels.program("candidates", self.functions)
 
     @property
     def pattern(self) -> Pattern:
@@ -166,7 +167,7 @@ class Candidates:
         self.program()
         return self.kernels.cache[Pattern]
 
-    def _motion(self, state: State, given: Sequence[Any]) -> Motion:
+    def motion(self, state: State, given: Sequence[Any]) -> Motion:
         """Return the motion with accelerations, contact forces and multipliers that are inputs."""
         n, m = self.model.n_u, self.rows
         return forced_motion(self.model, state, given[:n], given[n : n + m], given[n + m :])
@@ -195,23 +196,21 @@ class Candidates:
         still = State(self.model, tape, state.t, state.q, [0] * self.model.n_u, state.values)
         return not all(is_zero(x) for x in contact_rows(self.model, still).rate)
 
+    def power_of(self, state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+        """Return the output of :meth:`power`."""
+        it = self.motion(state, given)
+        power = drive_power(self.model, state, it.udot, it.loads)
+        return {"power": [power + constraint_power(self.model, state, it.multipliers) if self.own else power]}
+
     def power(self) -> Program:
         """Function ``power`` of drives and of moving conditions [W]."""
-
-        def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
-            it = self._motion(state, given)
-            power = drive_power(self.model, state, it.udot, it.loads)
-            return {
-                "power": [power + constraint_power(self.model, state, it.multipliers) if self.own else power]
-            }
-
-        return self.kernels.program("power in modes", functions, self.inputs)
+        return self.kernels.program("power in modes", self.power_of, self.inputs)
 
     def reactions(self) -> Program:
         """Function ``reactions`` of every joint, of the state, accelerations, contact forces and multipliers."""
 
         def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
-            result = all_reactions(self.model, state, self._motion(state, given))
+            result = all_reactions(self.model, state, self.motion(state, given))
             return {"reactions": [x for name in result for vector in result[name] for x in vector]}
 
         return self.kernels.program("reactions in modes", functions, self.inputs)
@@ -220,7 +219,7 @@ class Candidates:
         """Function ``limits``, as :meth:`Kernels.limits` has it."""
 
         def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
-            slack = margins(self.model, state, self._motion(state, given).multipliers)
+            slack = margins(self.model, state, self.motion(state, given).multipliers)
             size = sizes(self.model, state, self.kernels.active)
             return {"limits": [*slack, *(a + NEGLIGIBLE * b for a, b in zip(slack, size, strict=True))]}
 

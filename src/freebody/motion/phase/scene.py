@@ -8,10 +8,10 @@ A phase needs no code of its own: it is a table of integers (`places`) for the f
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from ...errors import SimulationError
 from ...model import Model
 from ...native import loop
 from ..cones.dense_problem import code
-from ..kernels.kernels import Kernels, Program
+from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, Rates, outputs_at
 from . import places
 from .candidates import Candidates
@@ -402,10 +402,11 @@ class Phase:
     def data(
         self,
         outputs: Mapping[str, int],
-        derived: tuple[str, Program] | None = None,
-        values: Program | None = None,
+        derived: tuple[str, Any] | None = None,
+        values: Any = None,
         count: int = 0,
         whole: bool = False,
+        source: Source | None = None,
     ) -> DataProgram:
         """Return compiled functions for these modes.
 
@@ -415,9 +416,10 @@ class Phase:
         derived     name and program of a function of the state, accelerations, forces and multipliers
         values      program of the ``count`` functions of the user
         whole       True for room for any modes
+        source      where the functions and the kernels stand; by default, on this computer
         """
-        candidates, code = self.scene.candidates, functions()
-        program, power = candidates.program(), candidates.power() if candidates.driven else None
+        candidates = self.scene.candidates
+        code, program, power = source or Source.here(candidates)
         table = _Table(self, "watched" in outputs, whole)
         parts: list[tuple[int, Any]] = []
         table.kernel(places.MACHINE, program.address("machine"))
@@ -428,7 +430,7 @@ class Phase:
         if power is not None:
             table.kernel(places.POWER, power.address("power"))
             table.constants(places.POWER_CONSTANTS, power, parts)
-        found = {name: (code[name].address, size) for name, size in outputs.items()}
+        found = {name: (code(name), size) for name, size in outputs.items()}
         if values is not None:
             table.kernel(places.VALUES, values.address("values"))
             table.constants(places.VALUES_CONSTANTS, values, parts)
@@ -437,12 +439,26 @@ class Phase:
             name, of_forces = derived
             table.kernel(places.DERIVED, of_forces.address(name))
             table.constants(places.DERIVED_CONSTANTS, of_forces, parts)
-            found[name] = code["derived"].address, of_forces.outputs(name)
+            found[name] = code("derived"), of_forces.outputs(name)
         at = table.head[places.DIRECTION_AT]
         numbers = [
             (at + 2 * k + j, x) for k, mode in enumerate(self.modes) for j, x in enumerate(direction_of(mode))
         ]
         return DataProgram(found, table.finished(), table.size, parts, numbers)
+
+
+class Source(NamedTuple):
+    """Address of each function of `closed_contacts`, and programs of the candidates and of the power of drives."""
+
+    code: Callable[[str], int]
+    candidates: Any
+    power: Any
+
+    @classmethod
+    def here(cls, candidates: Candidates) -> Source:
+        """Return the functions and kernels on this computer."""
+        power = candidates.power() if candidates.driven else None
+        return cls(lambda name: functions()[name].address, candidates.program(), power)
 
 
 class _Table:

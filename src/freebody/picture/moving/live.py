@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ...dynamics import State, kinetic_energy, poses, potential_energy
+from ...dynamics.conditions.contact import touches
 from ...dynamics.kinematics import angular_velocity
 from ...dynamics.motion import Motion, all_reactions, transmitting
+from ...model.contact import Contact
 from ...motion.kernels.kernels import Kernels
-from ...scalar.algebra import Scalar
+from ...motion.phase.scene import KINDS
+from ...scalar.algebra import ZERO, Scalar, add, scale
 from .forces import applied, arrows, moving_points
 from .keyframes import Named
 
@@ -37,7 +41,7 @@ class Outputs:
             self.channels[arrow.key] = ["outputs", place, 3]
             place += 3
         first = {name: place + 6 * i for i, (name, _, _) in enumerate(transmitting(model))}
-        for arrow in (arrow for arrow in acting if arrow.group == "reaction"):
+        for arrow in (arrow for arrow in acting if arrow.group == "reaction" and arrow.contact is None):
             self.channels[arrow.key] = ["outputs", first[arrow.name] + 3 * (arrow.kind == "moment"), 3]
         place += 6 * len(first)
         for name in ("kinetic", "potential", "total"):
@@ -49,12 +53,37 @@ class Outputs:
             place += 3
         for i, name in enumerate((*model.coordinate_names, *model.speed_names)):
             self.channels[f"state {name}"] = ["states", i, 1]
-        if kernels.works:
+        if kernels.works or model.contacts:
             self.channels["energy work"] = ["states", model.n_q + model.n_u, 1]
+        if model.contacts:
+            self.channels["energy heat of friction"] = ["states", model.n_q + model.n_u + 1, 1]
+        self.contacts: list[dict[str, Any]] = []
+        for k, contact in enumerate(model.contacts):
+            place = self._place_contact(k, contact, place)
+        for arrow in (arrow for arrow in acting if arrow.contact is not None):
+            at = self.contacts[arrow.contact or 0]["normal" if arrow.role != "friction" else "friction"]
+            self.channels[arrow.key] = ["outputs", at, 3]
         self.count = place
 
-    def __call__(self, state: State, moving: Motion) -> list[Scalar]:
-        """Return the outputs at a state with its accelerations and multipliers."""
+    def _place_contact(self, k: int, contact: Contact, place: int) -> int:
+        """Place gap, forces, margin, force vectors and point of a contact; return the place after them."""
+        rough, name = not contact.frictionless, contact.name
+        names = (contact.normal_name, *(contact.tangent_names if rough else ()))
+        self.channels[f"gap {name}"] = ["outputs", place, 1]
+        for i, force in enumerate(names):
+            self.channels[f"force {force}"] = ["outputs", place + 1 + i, 1]
+        end = place + 1 + len(names)
+        if rough:
+            self.channels[f"margin {name}"] = ["outputs", end, 1]
+            end += 1
+        self.contacts.append({
+            "name": name, "modes": [contact.shown(kind) for kind in KINDS], "gap": place, "forces": len(names),
+            "normal": end, "friction": end + 3, "point": end + 6,
+        })  # fmt: skip
+        return end + 9
+
+    def __call__(self, state: State, moving: Motion, forces: Sequence[Scalar] = ()) -> list[Scalar]:
+        """Return the outputs at a state with its accelerations, multipliers, and forces of contacts."""
         model = self.kernels.model
         result: list[Scalar] = []
         for name, posture in poses(model, state).items():
@@ -67,5 +96,17 @@ class Outputs:
         kinetic, potential = kinetic_energy(model, state), potential_energy(model, state)
         result += [kinetic, potential, kinetic + potential]
         result += [x for point in moving_points(model, state).values() for x in point]
+        at = 0
+        for contact, touch in zip(model.contacts, touches(model, state), strict=True):
+            N, *T = forces[at : at + 1 + contact.tangents]
+            at += 1 + contact.tangents
+            normal, friction = scale(N, touch.normal), ZERO
+            for component, tangent in zip(T, touch.tangents, strict=True):
+                friction = add(friction, scale(component, tangent))
+            result += [touch.gap, N]
+            if not contact.frictionless:
+                size = state.field.sqrt(sum(component * component for component in T))
+                result += [*T, state(contact.static_friction) * N - size]
+            result += [*normal, *friction, *touch.on_feature]
         assert len(result) == self.count
         return result

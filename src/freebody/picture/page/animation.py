@@ -422,6 +422,7 @@ def _arrow(arrow: Arrow, state: State, names: list[str]) -> dict[str, Any]:
         "label": f"weight of {arrow.body}" if arrow.role == "weight" else in_letters(arrow.name),
         "channel": arrow.key,
         "color": _rgb(KINDS[arrow.role][0]),
+        **({} if arrow.contact is None else {"contact": arrow.contact}),
     }
 
 

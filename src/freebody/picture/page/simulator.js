@@ -56,6 +56,33 @@ async function simulator(live, scene) {
     const i = Math.min(row.length - 2, Math.max(0, Math.floor(x)));
     return mix(row[i], row[i + 1], x - i);
   }
+  // Events in the order of time, the modes of contacts, and the first frames of phases after the first.
+  function phases() {
+    const events = [], count = whole("phases"), last = field.reached[0], width = live.contacts.length;
+    for (let k = 0; k < whole("events"); k++) events.push([field.event_times[k], live.events[Number(field.event_numbers[k])]]);
+    const modes = live.contacts.map(({ name, modes: names, gap }, i) => {
+      const spans = [];
+      let before = -1;
+      for (let p = 0; p < count; p++) {
+        const mode = Number(field.modes[p * width + i]), t = field.phase_times[p];
+        const gapped = Math.abs(field.outputs[Number(field.phase_frames[p]) * wide.outputs + gap]) > 1e-7 * scene.size;
+        if (p && mode !== before) events.push([t, `contact ${name}: ${names[before]} → ${names[mode]}`]);
+        else if (p && mode === 0 && !gapped) events.push([t, `${name}: impact`]);
+        if (mode !== before) spans.push([names[mode], t, last, `${name}: ${names[mode]} from ${digits(t)} s`]);
+        if (spans.length > 1 && mode !== before) spans[spans.length - 2][2] = t;
+        before = mode;
+      }
+      return { contact: name, spans };
+    });
+    events.sort(([a], [b]) => a - b);
+    return { events, modes, breaks: Array.from(field.phase_frames.subarray(1, Math.max(1, count)), Number) };
+  }
+  // Points of a contact over time, and whether it is closed.
+  function touching({ name, gap, forces, point }) {
+    const all = column("outputs", gap + 1, forces), n = whole("frames");
+    const closed = Float32Array.from({ length: n }, (_, k) => (all.subarray(k * forces, (k + 1) * forces).some((x) => x !== 0) ? 1 : 0));
+    return { name, path: column("outputs", point, 3), closed };
+  }
   function motion() {
     const n = whole("frames"), channels = {};
     for (const [key, { unit, width }] of Object.entries(scene.channels)) {
@@ -69,13 +96,11 @@ async function simulator(live, scene) {
     };
     const residual = Float32Array.from({ length: n }, (_, k) => gained("energy total", k) - gained("energy work", k));
     channels["energy residual"] = { unit: "J", width: 1, values: residual };
-    const shaped = draw();
-    const events = [];
-    for (let k = 0; k < whole("events"); k++) events.push([field.event_times[k], live.events[Number(field.event_numbers[k])]]);
+    const shaped = draw(), { events, modes, breaks } = phases();
     return {
       shaped,
       scene: {
-        ...scene, channels, events, breaks: [], modes: [], ground: drawn.ground, lines: drawn.lines, cones: drawn.cones,
+        ...scene, channels, events, breaks, modes, touching: live.contacts.map(touching), ground: drawn.ground, lines: drawn.lines, cones: drawn.cones,
         t: Float32Array.from(field.times.subarray(0, n)),
         bodies: drawn.bodies.map((body, i) => ({
           ...body,
@@ -85,6 +110,7 @@ async function simulator(live, scene) {
         })),
         arrows: drawn.arrows.map((arrow) => {
           const point = arrow.path && live.points[arrow.channel];
+          if (arrow.contact !== undefined) return { ...arrow, path: column("outputs", live.contacts[arrow.contact].point, 3) };
           return point === undefined ? arrow : { ...arrow, path: column("outputs", point, 3) };
         }),
       },
@@ -104,6 +130,12 @@ async function simulator(live, scene) {
       3: `${name} has no value ${at}: the motion is shown until then.`,
       4: `The steps become too short ${at}: the machine does not pass this position.`,
       7: `More than ${whole("steps")} steps: the motion is shown until t = ${digits(field.reached[0])} s.`,
+      104: `No motion satisfies the laws of contact ${at} (Painlevé): the motion is shown until then.`,
+      105: `Several motions satisfy the laws of contact ${at} (Painlevé): the motion is shown until then.`,
+      110: `Contacts change their modes again and again ${at}: the motion is shown until then.`,
+      114: `A contact was passed over within one step ${at}: the motion is shown until then.`,
+      120: `The contact "${(live.contacts[whole("blame")] || {}).name}" begins below its surface.`,
+      121: `More phases than the page has room for: the motion is shown until t = ${digits(field.reached[0])} s.`,
       11: `The event "${live.events[whole("blame")]}" has no value ${at}.`,
     }[status] ?? `The motion stopped ${at}.`;
   }

@@ -80,6 +80,7 @@ def simulator(
         "bodies": outputs.bodies,
         "channels": {key: place for key, place in outputs.channels.items() if key in scene["channels"]},
         "points": outputs.points,
+        "contacts": outputs.contacts,
         "figure": follow.numbers,
         "nodes": follow.nodes,
         "beyond": sorted(follow.beyond),

@@ -30,9 +30,11 @@ function sliders(root, list, length, symbols, moved) {
         for (const start in places) if (places[start].follows.includes(name)) delete state.initial[start];
       moved();
     };
+    // a step of a range that is zero is read as the round-off of its sum
+    const chosen = () => (Math.abs(range.value) < 1e-12 * (range.max - range.min) ? 0 : Number(range.value));
     range.addEventListener("input", () => {
-      box.value = Number(Number(range.value).toPrecision(5));
-      set(Number(range.value));
+      box.value = Number(chosen().toPrecision(5));
+      set(chosen());
     });
     box.addEventListener("change", () => {
       show(Number(box.value));

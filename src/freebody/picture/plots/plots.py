@@ -33,6 +33,10 @@ MOST_MARKS = 80
 FEW = 12
 """Most events that are marked on the curves of a plot over time; more are ticks on the time axis."""
 
+LINE, LONGEST, BESIDE = 1 / 13, 24, 1.07
+"""Least distance of the right ends of curves, relative to the height of the panel, and greatest length of their names,
+for names beside the curves in place of a legend; place of a second scale then."""
+
 APART = 1 / 300
 """Least distance between two ticks, relative to the length of the motion."""
 
@@ -112,7 +116,7 @@ def history(
             _mark(panel, trajectory, name, kinds, shade)
         units = {unit(trajectory, name) for name in group}
         _finish(panel, label(trajectory, group[0]) if len(group) == 1 else "", units)
-        handles = handles if len(group) > 1 else []
+        handles = _unnamed(panel, handles) if len(group) > 1 else []
         marks = _event_handles(kinds, trajectory) if kinds or not events else _ticks(panel, trajectory)
         _legend(panel, handles + (marks if panel is panels[0] else []))
     panels[-1].set_xlabel("time [s]")
@@ -307,7 +311,7 @@ def _curve(
 def _over_time(ax: Any, label: str, units: set[str], title: str, *, legend: bool = True) -> None:
     """Finish a panel of quantities over time: labels, legend and title."""
     _finish(ax, label, units)
-    _legend(ax, ax.get_legend_handles_labels()[0] if legend else [])
+    _legend(ax, _unnamed(ax, ax.get_legend_handles_labels()[0]) if legend else [])
     ax.set_xlabel("time [s]")
     _title(ax, title)
 
@@ -349,6 +353,37 @@ def _title(ax: Any, title: str) -> None:
     """Set the title, above the legend of the panel if it has one."""
     pad = 30 if ax.get_legend() else 10
     ax.set_title(title, loc="left", fontsize=12, fontweight="bold", pad=pad, math_fontfamily="stix")
+
+
+def _unnamed(ax: Any, handles: list[Any]) -> list[Any]:
+    """Write the names of curves at their right ends, if these are apart; return the handles that need a legend."""
+    curves = [line for line in handles if len(line.get_xdata()) and line.get_linestyle() != "None"]
+    low, high = ax.get_ylim()
+    ends = [_end(ax, line) for line in curves]
+    heights = sorted((end - low) / (high - low) for end in ends)
+    names = [line.get_label() for line in curves]
+    close = any(not b - a >= LINE for a, b in zip(heights, heights[1:], strict=False))
+    if len(curves) < 2 or close or not np.isfinite(heights).all() or max(map(len, names)) > LONGEST:
+        return handles
+    for scale in ax.child_axes:  # degrees, to the right of the names
+        scale.set_location(BESIDE)
+    for line, name, end in zip(curves, names, ends, strict=True):
+        ax.annotate(
+            name, (1, end), (5, 0), xycoords=ax.get_yaxis_transform(), textcoords="offset points", va="center",
+            color=line.get_color(), annotation_clip=False, **SETTING,
+        )  # fmt: skip
+    return [line for line in handles if line not in curves]
+
+
+def _end(ax: Any, line: Any) -> float:
+    """Value of a curve at the end of the time, where its last piece ends."""
+    color, style = line.get_color(), line.get_linestyle()
+    own = [
+        x
+        for x in ax.get_lines()
+        if (x.get_color(), x.get_linestyle()) == (color, style) and len(x.get_xdata())
+    ]
+    return float(np.asarray(max(own, key=lambda x: x.get_xdata()[-1]).get_ydata())[-1])
 
 
 def _legend(ax: Any, handles: list[Any]) -> None:

@@ -33,6 +33,8 @@ class WasmModule:
         C library.
     parameters, state, outputs, events, answers : tuple of str
         Names of the numbers in the fields of these names; ``state`` are the components of ``start`` and ``states``.
+    contacts : tuple of str
+        Names of the contacts, in the order of the field ``modes``.
     conditions : tuple of str
         Names of the conditions of the machine, by the numbers in the field ``worst``.
     assumed : tuple of str
@@ -48,6 +50,7 @@ class WasmModule:
     outputs: tuple[str, ...]
     events: tuple[str, ...]
     answers: tuple[str, ...]
+    contacts: tuple[str, ...]
     conditions: tuple[str, ...]
     assumed: tuple[str, ...]
 

@@ -311,6 +311,9 @@ def _terms(programs: Recorded, points: Points, inputs: Sequence[str], choice: Ch
     for key in ("C", "K", "K_carried"):
         terms[key] = np.where(np.abs(terms[key]) <= size[:, None, None], 0, terms[key])
     fast = np.abs(points.u).max(axis=1, initial=0)
+    size = ROUNDING * _greatest(terms["E_rates"])
+    for key, scale in (("E_rates", size), ("E", np.maximum(ROUNDING * _greatest(terms["E"]), size * fast))):
+        terms[key] = np.where(np.abs(terms[key]) <= scale[:, None, None], 0, terms[key])
     # an acceleration that vanishes together with its derivatives is round-off of the greatest term
     greatest = (by_q.sum(axis=2) + (1 + fast)[:, None] * by_u.sum(axis=2)).max(axis=1, initial=0) + fast**2
     return {**terms, "udot": udot, "size": np.repeat(greatest[:, None], model.n_u, axis=1)}

@@ -50,5 +50,31 @@ class Text(Printer):
         return f"sqrt({argument})"
 
 
+def broken(text: str, indent: str, width: int) -> str:
+    """Return a formula in lines of at most ``width`` characters, if it has sums outside brackets to begin them with.
+
+    >>> print(broken("a*(b + c) + d - e > 0", "  ", 12))
+      a*(b + c)
+        + d - e
+        > 0
+    """
+    lines, depth, words = [indent], 0, list[str]()
+    for word in text.split(" "):
+        if depth == 0 and word in ("+", "-", "<", ">", "<=", ">=", "="):
+            words.append(word)
+        elif words and (depth or words[-1] in ("+", "-", "<", ">", "<=", ">=", "=")):
+            words[-1] += " " + word
+        else:
+            words.append(word)
+        depth += word.count("(") - word.count(")")
+    for word in words:
+        new = lines[-1] if not lines[-1].strip() else lines[-1] + " "
+        if len(new + word) > width and lines[-1].strip():
+            lines.append(f"{indent}  {word}")
+        else:
+            lines[-1] = new + word
+    return "\n".join(lines)
+
+
 def _compound(text: str) -> bool:
     return any(c in text for c in " +-*/^")

@@ -20,10 +20,59 @@ def refused(motion: fb.Trajectory, text: str) -> None:
         check_live(motion)
 
 
-def test_contacts():
+def test_time_steps():
+    motion = fb.simulate(pulled_disk(), 0.1, method="timestepping", step=1e-3)
     refused(
-        fb.simulate(pulled_disk(), 0.1, initial={}),
-        f"Expected a machine without contacts for a live motion of 'pulled_disk', got contact 'floor'. {WITHOUT}",
+        motion,
+        "Expected a motion from event to event for a live motion of 'pulled_disk', got one by time steps. Leave out "
+        "method='timestepping', or write the page without live=True.",
+    )
+
+
+def test_a_motion_with_contacts_from_a_file(tmp_path):
+    fb.simulate(pulled_disk(), 0.1).save(tmp_path / "disk.nc")
+    refused(
+        fb.Trajectory.load(tmp_path / "disk.nc"),
+        "Expected a motion with contacts that was computed just now for a live motion of 'pulled_disk', got one from a "
+        "file. Simulate it again, or write the page without live=True.",
+    )
+
+
+def test_blows_on_a_machine_with_contacts():
+    s = pulled_disk()
+    blow = fb.blow(0.05, at=s.bodies["disk"], impulse=(1, 0, 0))
+    refused(
+        fb.simulate(s, 0.1, impulses=[blow]),
+        "Expected a motion without blows for a live motion of 'pulled_disk', got one with. Leave them out, or write "
+        "the page without live=True.",
+    )
+
+
+def test_contacts_of_whole_bodies():
+    s = fb.System("balls")
+    s.gravity = (0, 0, -9.81)
+    bodies = [s.body(name, fb.sphere(1, 0.1)) for name in "ab"]
+    for k, body in enumerate(bodies):
+        s.free(f"free_{body.name}", s.ground, body, at=(k, 0, 1))
+    s.contacts("balls", [body.sphere(0.1) for body in bodies], friction=0.5, restitution=0)
+    refused(
+        fb.simulate(s, 0.01, method="timestepping", step=1e-3),
+        f"Expected contacts of named features for a live motion of 'balls', got contacts of whole bodies, "
+        f"'balls'. {WITHOUT}",
+    )
+
+
+def test_many_contacts():
+    s = fb.System("comb")
+    s.gravity = (0, -9.81, 0)
+    bar = s.body("bar", fb.slender_bar(1, 1, axis="x"))
+    s.planar("plane", s.ground, bar, coordinate="x y theta")
+    for k in range(51):
+        s.contact(f"tooth_{k}", bar.point(k / 50 - 1 / 2, 0, 0), s.ground.plane(at=(0, -1, 0)), friction=0.1)
+    refused(
+        fb.simulate(s, 0.01),
+        "Expected contacts with at most 100 forces and components of friction for a live motion of 'comb', got 102. "
+        f"{WITHOUT}",
     )
 
 

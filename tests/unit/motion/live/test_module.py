@@ -20,7 +20,9 @@ pytest.importorskip("wasmtime", reason="wasmtime, a WebAssembly runtime, is not 
 
 
 def in_wasm(motion: fb.Trajectory) -> InWasm:
-    machine = LiveMachine(setting_of(motion, 20_000, 401), lambda state, moving: [*state.q], lambda state: ())
+    machine = LiveMachine(
+        setting_of(motion, 20_000, 401), lambda state, moving, forces: [*state.q], lambda state: ()
+    )
     wasm = InWasm(module_of(machine))
     wasm.evenly[...], wasm.dense[...], wasm.most_frames[...] = 1, 0, 101
     return wasm

@@ -237,6 +237,45 @@ def test_sliders_give_the_motion_of_simulate(pages, page):
 
 
 @in_a_browser
+def test_contacts_follow(page, tmp_path):
+    """A ball thrown along a floor: impacts, then slip, then rolling."""
+    s = fb.System("ball")
+    m, R, e, mu, g = s.parameters(m=1.0, R=0.1, e=0.5, mu=0.2, g=9.81)
+    s.gravity = (0, -g, 0)
+    ball = s.body("ball", fb.sphere(m, R))
+    s.planar("plane", s.ground, ball, at=(0, R, 0), coordinate="x y phi")
+    s.contact("floor", ball.circle(R), s.ground.plane(), friction=mu, restitution=e)
+    start: dict[str, float] = {"y": 0.5, "x'": 3.0}
+    motion = fb.simulate(s, 3, initial=start, tolerance=1e-10)
+    page.begin(fb.report(s, motion, tmp_path / "ball.html", live=True, equations=False))
+    page.set("mu", 0.1)
+    assert page.problem == ""
+    other = fb.simulate(s, 3, initial=start, values={"mu": 0.1}, tolerance=1e-10)
+    spans = page.value("freebody.motion.scene.modes[0].spans.map(([mode, from, to]) => [mode, from, to])")
+    expected = [[change.mode, change.start, change.end] for change in other.modes]
+    assert [mode for mode, *_ in spans] == list(dict.fromkeys(mode for mode, *_ in expected))
+    assert spans[-1][1] == pytest.approx(expected[-1][1], abs=1e-9) and spans[-1][2] == 3
+    t, normal = page.channel("force N_floor")
+    assert normal[-1, 0] == pytest.approx(9.81, abs=1e-5) and normal[0, 0] == 0
+    _, arrow = page.channel("reaction force N_floor 0")
+    assert arrow[-1] == pytest.approx([0, 9.81, 0], abs=1e-5)
+    _, x = page.channel("state x")
+    assert x[-1, 0] == pytest.approx(other["x"][-1], abs=1e-6)
+    impacts = page.value("freebody.motion.scene.events.filter(([, text]) => text === 'floor: impact').length")
+    breaks = page.value("freebody.motion.scene.breaks")
+    assert impacts > 3 and all(t[k] == t[k - 1] for k in breaks)
+    _, residual = page.channel("energy residual")
+    assert np.abs(residual).max() < 1e-8
+    page.set("y", -0.2)
+    assert page.problem == (
+        'The contact "floor" begins below its surface. The picture is that of the setting before.'
+    )
+    page.set("y", 0.3)
+    assert page.problem == ""
+    page.offline()
+
+
+@in_a_browser
 def test_plots_and_events_follow(pages, page):
     page.begin(pages["double pendulum"])
     lines = "[...document.querySelectorAll('.chart .curve')].map(x => x.getAttribute('points')).join('|')"

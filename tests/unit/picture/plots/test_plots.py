@@ -271,3 +271,23 @@ def test_reactions_are_plotted_with_their_units(swing):
     panels = swing.plot(["pin", "pin.force.y", "pin.moment.z"])
     assert [panel.get_ylabel() for panel in panels] == ["[N]", "pin.moment.z [N m]"]
     assert (panels[0].lines[0].get_ydata() == swing["pin"]).all()
+
+
+def test_curves_have_their_names_beside_them_where_their_ends_are_apart():
+    from freebody.picture.plots.plots import BESIDE
+
+    s = fb.System("apart")
+    for name in "ab":
+        s.slider(name, s.ground, s.body(name, fb.particle(1)), axis="x", coordinate=f"x_{name}")
+        s.hinge(f"turn_{name}", s.ground, s.body(f"rotor_{name}", fb.disk(1, 1)), coordinate=f"phi_{name}")
+    motion = fb.simulate(s, 1, initial={"x_a'": 1, "x_b'": 2, "phi_a'": 1, "phi_b'": 2})
+    sliders, turns = fb.plot.history(motion)
+    assert sliders.get_legend() is None and {text.get_text() for text in sliders.texts} == {
+        "$x_{a}$",
+        "$x_{b}$",
+    }
+    assert [text.xy[1] for text in sliders.texts] == pytest.approx([1, 2])
+    assert turns.child_axes[0]._pos == BESIDE  # degrees, beyond the names
+    close = fb.simulate(s, 1, initial={"x_a'": 1, "x_b'": 1.01, "phi_a'": 1})
+    panel = fb.plot.history(close, ["x_a", "x_b"])
+    assert not panel.texts and len(panel.get_legend().get_texts()) == 2

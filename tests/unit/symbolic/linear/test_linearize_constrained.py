@@ -539,3 +539,14 @@ def test_a_ball_joint_on_a_rail_along_a_motion_against_differences(seed):
         sides = np.array([M @ again, C @ rate, K @ p[2]])
         # h⁴ of the differences in time, e² of those between the motions, and round-off over e h²
         assert np.abs(sides.sum(axis=0)).max() < 1e-4 * np.abs(sides).max()
+
+
+def test_what_does_not_carry_a_deviation_is_zero_in_numbers():
+    """Upright and at rest, a free disk that rolls: turns about the vertical follow from one speed alone."""
+    from freebody.gallery.beyond.rolling_disk import build
+
+    linear = fb.linearize(
+        build(), about={"air_z": "R", "air_e0": "sqrt(2)/2", "air_e1": "sqrt(2)/2"}, values={}
+    )
+    rates = linear.canonical["E_rates"]
+    assert np.count_nonzero(rates) == 2 and np.abs(rates[rates != 0]) == pytest.approx(1 / 0.3)

@@ -39,14 +39,15 @@ def build() -> fb.System:
     s.parameters(v=100.0, R=800.0, w_e2=1800.0)
     airframe = s.body(
         "airframe",
-        fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))),
+        # balances the rotors, so that the aircraft turns about its mass centre: nothing holds it there
+        fb.MassProperties(11, ("-1/2", 0, 0), ((10, 0, 0), (0, 10, 0), (0, 0, 10))),
         shape=look(),
     )
     shown = {
         "propeller": (fb.box(1, (0.1, 0.25, 2.6)), 3.1),
         "engine": (fb.cylinder(1, 0.45, 0.5, axis="x"), 2.4),
     }
-    s.hinge("yaw", s.ground, airframe, axis="z", coordinate="psi")
+    s.gimbal("yaw", s.ground, airframe, axis="ZYX", coordinate=("psi", 0, 0))  # wings and tail hold it level
     for shaft, rotor, inertia, angle in zip(
         SHAFTS, ("propeller", "engine"), (I_p, I_e), ("p", "n"), strict=True
     ):

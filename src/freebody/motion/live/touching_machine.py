@@ -1,0 +1,194 @@
+"""A machine with contacts as a live motion: its functions on the tape, and the memory of the loop from event to event.
+
+    machine, pair k, contact k    what `phase.candidates` has: the machine, gaps and reaches, one contact
+    power                         of drives and of moving conditions
+    observation                   what a caller wants to see, of state, accelerations, contact forces and multipliers
+
+The functions of `phase.closed_contacts` call them, with tables of integers for the modes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...dynamics import State
+from ...native.records import address
+from ...scalar.algebra import Scalar
+from ..cones.contacts import Contacts, contacts_room
+from ..events import event_run
+from ..phase.scene import DataProgram, Source, scene_of
+from .memory import Live
+from .setting import Setting
+
+PIECE = event_run.PIECE
+MOST_ROWS, MOST_PHASES = 100, 1000
+"""Most rows of contacts (the room for their problem grows with the square), and most phases of a motion."""
+OF_RUN = {
+    "looked": "looked", "rates_at": "rate", "rates": "rates", "projection": "projection",
+    "accelerations": "acceleration", "forces": "force", "watched": "watched",
+}  # fmt: skip
+"""Functions of `closed_contacts` that the loop calls, by the fields of `EventRun`."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Kernels at known addresses that share one block of constants."""
+
+    addresses: Mapping[str, int]
+    hoisted: int
+
+    @property
+    def compiled(self) -> Placed:
+        """The set of kernels: itself."""
+        return self
+
+    def address(self, name: str) -> int:
+        """Address of a kernel."""
+        return self.addresses[name]
+
+    def outputs(self, name: str) -> int:
+        """Return 0: a live motion knows the number of outputs."""
+        return 0
+
+
+SIZES = (
+    "n_fresh", "n_table", "n_table_looking", "n_phase", "n_looking", "n_of_phase", "n_of_looking", "n_endings",
+    "n_final", "n_watched", "n_marks", "n_numbers_logged", "n_logged", "n_states_logged", "n_found", "room_of_phases",
+    "room_of_modes",
+)  # fmt: skip
+
+
+class TouchingMachine:
+    """What a machine with contacts has besides others.
+
+    ``run``, ``problem``       memory of the run and of its contact problem, once there is a `Live`
+    """
+
+    run: event_run.EventRun
+    problem: Contacts
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting, self.scene = setting, scene_of(setting.kernels)
+        self.candidates = self.scene.candidates
+        self.candidates.program()  # for the pattern of its outputs
+
+    def functions(self, state: State, given: Sequence[Scalar], observed: Any) -> dict[str, list[Scalar]]:
+        """Outputs of the functions that move the machine; ``given`` follows the state."""
+        candidates = self.candidates
+        moving = candidates.motion(state, given[: candidates.inputs])
+        n = self.scene.model.n_u
+        forces = given[n : n + self.scene.rows]
+        result = {name: list(outputs) for name, outputs in candidates.functions(state).items()}
+        if candidates.driven:
+            result |= {
+                name: list(x) for name, x in candidates.power_of(state, given[: candidates.inputs]).items()
+            }
+        return {**result, "observation": list(observed(state, moving, forces))}
+
+    # -- memory -----------------------------------------------------------------------------------------------
+
+    def programs(self, addresses: Mapping[str, int], constants: int) -> tuple[DataProgram, DataProgram]:
+        """Data of the functions of phases, and of all contacts, for functions at these addresses."""
+        scene, count = self.scene, len(self.setting.specs)
+        kernels = Placed({**addresses, "values": addresses.get("events", 0)}, constants)
+        source = Source(addresses.__getitem__, kernels, kernels if self.candidates.driven else None)
+        E, m, n = len(scene.first), scene.rows, scene.model.n_u
+        phase = scene.holding(("open",) * E, scene.kernels.active)
+        sizes = {
+            "rates": phase.size,
+            "projection": scene.model.n_q + n,
+            "watched": count + len(scene.endings),
+        }
+        return (
+            phase.data(
+                sizes, ("observation", kernels), kernels if count else None, count, whole=True, source=source
+            ),
+            phase.data({"looked": 6 * E + 2 * m + n + 2 * m * n}, source=source),
+        )
+
+    def sizes(self, addresses: Mapping[str, int], constants: int, zeros: int) -> dict[str, int]:
+        """Sizes of the rows of `memory.Touching`, and of the phases."""
+        scene, n_y = self.scene, self.scene.model.n_q + self.scene.model.n_u + 2
+        self.of_phase, self.of_looking = self.programs(addresses, constants)
+        self.run = event_run.event_run(scene, n_y)
+        self.problem = contacts_room(min(scene.rows, len(scene.first)), scene.rows)
+        E, m, count = len(scene.first), scene.rows, len(self.setting.specs)
+        found = PIECE + zeros + 1
+        crossed, rows = found if count else 0, 2 * PIECE + 64
+        # four times what one stage adds (`events.log.room_for_event`)
+        marks = 16 * (16 + 4 * E + m) + 8 * crossed
+        numbers = 16 * (16 + 4 * n_y + 4 * E + 4 * m) + 2 * (n_y + 1) * crossed
+        return dict(zip(SIZES, (
+            self.run.memory.size, self.of_phase.table.size, self.of_looking.table.size, self.of_phase.size,
+            self.of_looking.size, len(self.of_phase.parts), len(self.of_looking.parts), len(scene.endings), count + 1,
+            count + len(scene.endings), marks, numbers, rows, rows * n_y, found, MOST_PHASES, MOST_PHASES * E,
+        ), strict=True))  # fmt: skip
+
+    def equip(self, live: Live, addresses: Mapping[str, int]) -> None:
+        """Write what the loop reads of the machine."""
+        it, hold, scene, setting = self.run, live.touching, self.scene, self.setting
+        model, count = scene.model, len(setting.specs)
+        hold.run, hold.problem = it.memory, self.problem.memory
+        hold.observing = addresses["derived"]
+        for name, program in (("phase", self.of_phase), ("looking", self.of_looking)):
+            table = getattr(hold, "table" if name == "phase" else "table_looking")
+            table[:] = program.table
+            c = getattr(hold, name)
+            c.view(np.int64)[0] = address(table)
+            getattr(hold, f"of_{name}")[:] = [at for at, _ in program.parts]
+        hold.ending[:] = [end.contact for end in scene.endings]
+        hold.place[:] = [end.place for end in scene.endings]
+        hold.final[:] = [*(spec.terminal for spec in setting.specs), 0]
+        live.quaternions[:] = model.quaternions
+        for run in (live.run, live.viewer):
+            run.rates, run.projection = addresses["rates"], addresses["projection"]
+            run.projected = model.n_q + model.n_u
+            run.c, run.quaternions, run.n_quaternions = hold.phase, live.quaternions, len(model.quaternions)
+            run.longest, run.required = np.inf, count
+            run.times, run.lengths, run.states = live.step_times, live.step_lengths, live.step_states
+        search = live.run.search
+        search.functions, search.c = addresses["watched"], hold.phase
+        search.directions[:] = [*(spec.direction for spec in setting.specs), *[-1] * len(scene.endings)]
+        search.terminal[:] = [*(spec.terminal for spec in setting.specs), *[1] * len(scene.endings)]
+        search.log_times, search.log_states = hold.event_times, hold.event_states
+        search.log_numbers, search.log_signs = hold.event_numbers, hold.event_signs
+        for name, function in OF_RUN.items():
+            setattr(it, name, addresses[function])
+        it.piece, it.finding, it.colliding = (addresses[name] for name in ("piece", "find", "collided"))
+        it.energy, it.energy_c = addresses["energies"], live.constants
+        it.looking, it.phase = hold.looking, hold.phase
+        it.turned, it.quaternions = len(model.quaternions), live.quaternions
+        for name in (
+            "ending",
+            "place",
+            "final",
+            "watch",
+            "watch_later",
+            "marks",
+            "numbers",
+            "times",
+            "lengths",
+            "states",
+        ):
+            setattr(it, name, getattr(hold, name))
+        it.marks_room, it.numbers_room, it.path_room = hold.marks.size, hold.numbers.size, hold.times.size
+        it.events = it.asked = count
+        it.crossed = hold.event_times.size if count else 0
+        it.ready, it.moving = 1, self.candidates.moving
+        it.sequential, it.refuse = setting.sequential, setting.refuse
+        it.longest, it.stale, it.most_phases = setting.longest, 1, event_run.PHASES
+        it.past[:] = -1
+        it.last = it.met_at = -math.inf
+        live.tolerances[:] = [*setting.relative[: model.n_q + model.n_u], *[max(setting.relative)] * 2]
+
+
+def sizes_of(
+    touching: TouchingMachine | None, addresses: Mapping[str, int], constants: int, zeros: int
+) -> dict[str, int]:
+    """Sizes of `memory.Touching` for a machine with contacts, or without."""
+    return dict.fromkeys(SIZES, 0) if touching is None else touching.sizes(addresses, constants, zeros)

@@ -1,0 +1,143 @@
+"""A live motion with contacts is the motion of `simulate`: modes, phases, states, forces, here and in WebAssembly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from contact_machines import ball_on_plane, falling_rod, seesaw
+from freebody.motion.ending import End
+from freebody.motion.live.export import setting_of
+from freebody.motion.live.machine import LiveMachine
+from freebody.motion.live.memory import DEEP, TOO_MANY_PHASES
+from freebody.motion.live.module import module_of
+from freebody.motion.phase.scene import NUMBERS
+from live_machines import Here, InWasm
+
+
+def bouncing() -> fb.System:
+    """A ball that bounces and slides, thrown with a spin."""
+    s = fb.System("bouncing")
+    m, R, e, mu, g = s.parameters(m=1.0, R=0.1, e=0.7, mu=0.2, g=9.81)
+    s.gravity = (0, -g, 0)
+    ball = s.body("ball", fb.sphere(m, R))
+    s.planar("plane", s.ground, ball, at=(0, R, 0), coordinate="x y phi")
+    s.contact("floor", ball.circle(R), s.ground.plane(), friction=mu, restitution=e)
+    return s
+
+
+MOTIONS = {
+    "bouncing": (bouncing, 4, {"initial": {"y": 1.0, "x'": 2.0, "phi'": 30.0}, "events": ["y'"]}),
+    "falling rod": (falling_rod, 0.6, {"initial": {"y": np.cos(0.1) / 2, "phi": 0.1}}),
+    "seesaw": (seesaw, 0.4, {"initial": {"y": 0.1, "x": 0.1}}),
+    "ball on a plane": (ball_on_plane, 1, {"initial": {"flight_z": 0.1, "flight_vx": 1.0, "flight_wz": 3.0}}),
+}
+
+
+def motion_of(name: str, **more) -> fb.Trajectory:
+    machine, until, options = MOTIONS[name]
+    return fb.simulate(machine(), until, tolerance=1e-10, **{**options, **more})
+
+
+def phases_of(motion: fb.Trajectory) -> list[tuple[str, ...]]:
+    """Modes of the phases that take steps."""
+    return [tuple(one.modes) for one in motion.path.segments if one.path.curved and one.path.steps]
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_it_is_the_motion_of_simulate(name):
+    """The same code with the same equations, whose common parts are computed in another order: round-off, amplified."""
+    motion = motion_of(name)
+    live = Here(motion)
+    live.memory.evenly, live.memory.dense, live.memory.most_frames = 0, 0, 401
+    states, n = live(), motion.kernels.model.n_q + motion.kernels.model.n_u
+    assert live.status == End.FINISHED and live.reached == motion.path.end
+    assert live.steps == sum(one.path.steps for one in motion.path.segments if one.path.curved)
+    modes, E = phases_of(motion), len(motion.kernels.model.contacts)
+    shown = [contact.shown for contact in motion.kernels.model.contacts]
+    kinds = {number: kind for kind, number in NUMBERS.items()}
+    got = np.array(live.modes[: live.phases * E]).reshape(-1, E)
+    assert [tuple(f(kinds[k]) for f, k in zip(shown, row, strict=True)) for row in got.tolist()] == modes
+    starts = [one.path.start for one in motion.path.segments if one.path.curved and one.path.steps]
+    assert np.allclose(live.phase_times[: live.phases], starts, rtol=0, atol=1e-9)
+    for first, last in zip(
+        live.phase_frames[: live.phases], [*live.phase_frames[1 : live.phases], live.frames], strict=True
+    ):
+        times = live.times[first:last]
+        assert (np.diff(times) > 0).all()
+        inner = times[1:-1].copy()
+        if inner.size:
+            error = np.abs(states[first + 1 : last - 1, :n] - motion.path.sample(inner)[:, :n])
+            assert error.max() < 1e-8 * (1 + np.abs(states[:, :n]).max())
+    assert np.allclose(
+        live.event_times[: live.events],
+        [event.time for event in motion.events if event.name == "y'"],
+        atol=1e-9,
+    )
+
+
+def test_a_second_run_is_the_first():
+    live = Here(motion_of("bouncing"))
+    first = live()
+    live(e=0.3)
+    assert np.array_equal(live(e=0.7), first)
+
+
+def test_it_follows_its_parameters():
+    live = Here(motion_of("bouncing"))
+    states = live(e=0.5, mu=0.4)
+    other = motion_of("bouncing", values={"e": 0.5, "mu": 0.4})
+    assert live.phases == len(phases_of(other))
+    n = other.kernels.model.n_q
+    assert np.abs(states[-1, :n] - other.path.sample([4.0])[0, :n]).max() < 1e-9
+
+
+def test_energy_and_work_are_in_balance():
+    motion = motion_of("bouncing")
+    live = Here(motion)
+    states = live()
+    m, g, R = 1.0, 9.81, 0.1
+    x, y, phi, vx, vy, w = states[:, :6].T
+    energy = m * (vx**2 + vy**2) / 2 + 2 / 5 * m * R**2 * w**2 / 2 + m * g * (y + R)
+    assert np.abs(energy - energy[0] - (states[:, 6] - states[0, 6])).max() < 1e-8 * energy[0]
+
+
+def test_frames_are_thinned_when_there_are_many():
+    live = Here(motion_of("bouncing"))
+    live.memory.most_frames = 60
+    states = live()
+    assert live.status == End.FINISHED and 30 < live.frames <= 60 and live.touching.fades > 0
+    assert np.isfinite(states).all() and live.times[live.frames - 1] == 4
+    live.memory.most_frames = 20  # not two for each phase
+    live()
+    assert live.status == TOO_MANY_PHASES and live.reached < 4
+
+
+def test_a_start_below_the_surface_is_told():
+    live = Here(motion_of("bouncing"))
+    live.given[1], live.initial[1] = 1, -0.5
+    live()
+    assert live.status == DEEP and live.blame == 0 and live.frames == 0
+    live.given[1] = 0
+    live()
+    assert live.status == End.FINISHED
+
+
+@pytest.mark.parametrize("name", ["bouncing", "falling rod"])
+def test_it_is_the_same_in_wasm(name):
+    pytest.importorskip("wasmtime", reason="wasmtime, a WebAssembly runtime, is not installed")
+    motion = motion_of(name)
+    machine = LiveMachine(
+        setting_of(motion, 20_000, 401), lambda state, moving, forces: [*state.q, *forces], lambda state: ()
+    )
+    wasm, live = InWasm(module_of(machine)), Here(motion)
+    wasm.most_frames[...] = live.memory.most_frames = 401
+    live.memory.evenly, live.memory.dense = 0, 1
+    there, here = wasm(), live()
+    assert int(wasm.status) == End.FINISHED and int(wasm.phases) == live.phases
+    assert np.allclose(wasm.phase_times[: live.phases], live.phase_times[: live.phases], rtol=0, atol=1e-9)
+    assert np.abs(there[-1, :6] - here[-1, :6]).max() < 1e-8
+    forces = wasm.outputs[: int(wasm.frames), motion.kernels.model.n_q :]
+    assert np.isfinite(forces).all() and np.abs(forces).max() > 0
+    assert wasm.module.contacts == tuple(c.name for c in motion.kernels.model.contacts)
