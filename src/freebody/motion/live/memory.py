@@ -94,7 +94,8 @@ class Live(Record):
     ``phases``, ``phase_times``, ``phase_frames``, ``modes``    of a machine with contacts: number of phases; of each,
                       its start, its first frame, and the modes of all contacts (`phase.places`)
 
-    The rest is the machine's: number of coordinates and speeds (``n_state``), kernels, and memory of `gauss_newton.close` and of the run.
+    The rest is the machine's: number of coordinates and speeds (``n_state``), kernels, and memory of
+    `gauss_newton.close` and of the run.
     """
 
     start: Real
