@@ -343,7 +343,7 @@ def _determined(model: Model, state: State, moving: Motion, trajectory: Any, tim
         force_of.get(row.name, float(value))
         for row, value in zip(rows(model), moving.multipliers, strict=True)
     )
-    return Motion(moving.udot, multipliers, constrained_loading(model, state, multipliers))
+    return Motion(moving.udot, multipliers, constrained_loading(model, state, multipliers, moving.udot))
 
 
 def _lookup(model: Model, state: State) -> dict[Any, float]:
