@@ -54,6 +54,8 @@ class Load(Part):
     - ``at(expression)`` and ``at.vector(components, frame)``: values; ``at.t``: the time [s],
     - ``at.position(point)``, ``at.velocity(point)``, ``at.angular_velocity(body)``: vectors in ground axes, or in
       those of ``frame=``; ``at.rotation(body)``: the matrix R_NB; ``at.line(start, end)``: the vector between points,
+    - ``at.acceleration(point)``, ``at.angular_acceleration(body)``: what depends on them is added mass, -B A with a
+      symmetric B of positions and time; it is part of the mass matrix and of the kinetic energy,
     - ``at.displacement(joint, index)``, ``at.rate(joint, index)``,
     - ``at.sqrt(x)``, ``at.tanh(x)``, ``at.atan2(y, x)`` and all other functions of expressions,
     - ``at.where(x, a, b)``: a if x > 0, else b; a motion locates the times at which x passes through zero.

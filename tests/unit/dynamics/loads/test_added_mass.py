@@ -243,7 +243,9 @@ def test_what_is_no_added_mass_is_refused(action, why):
     s = machine(("hinge", "ball"), added=False)
     b0, b1 = s.bodies.values()
     s.add("sensor", Sensor(b1.point(1, 0, 0), b0.point(0, 1, 0), s.joints["j0"]))
-    with pytest.raises(fb.FreebodyError, match=f"(?s)Sensor 'sensor': .*{why}.*test_added_mass.*s.controller"):
+    with pytest.raises(
+        fb.FreebodyError, match=f"(?s)Sensor 'sensor': .*{why}.*test_added_mass.*s.controller"
+    ):
         fb.equations(s).text()
 
 
