@@ -133,6 +133,11 @@ class Load(Part):
         return ()
 
     @property
+    def strand(self) -> tuple[Point, ...]:
+        """Points of the line that is drawn for the load, from one to the next, as for a belt; none for most."""
+        return ()
+
+    @property
     def data_units(self) -> dict[str, str]:
         """Units of the data, by field."""
         joint, index = getattr(self, "joint", None), getattr(self, "index", 0)
