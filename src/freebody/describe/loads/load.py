@@ -89,7 +89,8 @@ class Load(Part):
     table: ClassVar[str] = "loads"
     article: ClassVar[str] = "load"
     rules: ClassVar[str] = (
-        "Actions and potential are formulas of what `at` gives, without if on a value; fb.Load lists what they may use."
+        "Actions and potential are formulas of what `at` gives, without if on a value: at.where(x, a, b), at.sign, "
+        "at.min and at.max serve instead. fb.Load lists what they may use."
     )
     sections: ClassVar[tuple[str, ...]] = ("loads",)
     """Sections of model files in which the kind stands."""

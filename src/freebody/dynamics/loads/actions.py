@@ -9,7 +9,7 @@ from typing import Any
 
 from ...describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
 from ...describe.loads.load import Load
-from ...describe.part import Part, answer, is_own, line_of
+from ...describe.part import Part, answer, blame, is_own, line_of
 from ...errors import ModelError, shown
 from ...model.model import Model
 from ...scalar.algebra import ZERO, Scalar, Vector, scale, three
@@ -51,7 +51,12 @@ def accelerating(model: Model) -> frozenset[str]:
         asking = set()
         for name, load in model.loads.items():
             at = Instant(model, moving, load)
-            _actions_at(at, model, load, load.actions)
+            try:
+                _actions_at(at, model, load, load.actions)
+            except ArithmeticError as error:  # of plain numbers: at a recorded state nothing else can fail
+                if not is_own(load):
+                    raise
+                blame(load, error)
             if at.asked_accelerations:
                 asking.add(name)
         model.memo["accelerating"] = frozenset(asking)
