@@ -75,6 +75,7 @@ def test_it_passes_the_battery_and_has_units(installed):
         installed, "-c",
         "import freebody as fb, freebody_gusts as g\n"
         "fb.testing.check_load(g.Gust)\n"
+        "fb.testing.check_load(g.Water)\n"
         "fb.testing.check_contact(g.Bowl, friction=0.3, curvature=0.2)\n"
         f"s = fb.read({str(installed / 'kite.toml')!r})\n"
         "motion = fb.simulate(s, 1, values={'w': '18 km/h', 'k': '0.2 N s^2/m^2'})\n"
@@ -258,8 +259,8 @@ def test_the_page_on_extending_runs_and_prints_what_it_says(installed):
     """In a process of its own, since its kinds have names in files."""
     page = (PACKAGE.parents[1] / "docs" / "extending.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", page, re.DOTALL)
-    assert len(blocks) == 7
+    assert len(blocks) == 8
     result = called(installed, "-c", "\n".join(code for code, _ in blocks))
     assert result.returncode == 0, result.stderr
     printed = [text for _, text in blocks if text]
-    assert len(printed) == 2 and all(text in result.stdout for text in printed)
+    assert len(printed) == 3 and all(text in result.stdout for text in printed)

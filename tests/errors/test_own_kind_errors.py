@@ -102,8 +102,13 @@ class OfPythonsMath(OfPoint):
         yield fb.PointForce(self.point, (math.tanh(at.velocity(self.point).x), 0, 0))
 
 
+class Dividing(OfPoint):
+    def actions(self, at):
+        yield fb.PointForce(self.point, (1 / len(MEMORY[:0]), 0, 0))
+
+
 LOADS = {
-    Branching: rf"Branching 'x': .*no branch on the value.*{HERE}if at.velocity.*without if on a value; fb.Load lists",
+    Branching: rf"Branching 'x': .*no branch on the value.*{HERE}if at.velocity.*without if on a value: at.where.*fb.Load lists",
     BranchingOnEquality: rf"Branching on equality 'x': recorded as a formula its value is \(0, 0, 0\), but asked with "
     rf"numbers it is \(0, 1, 0\) {HERE}def actions.*branches on a value.*no ==.*at.where",
     WrongShape: rf"Wrong shape 'x': in its action .*three components, got \(1, 2\).*{HERE}yield .*\(1, 2\)",
@@ -118,6 +123,7 @@ LOADS = {
     " Take what changes from `at`.*no random numbers",
     Counting: r"Counting 'x': asked twice at one state.*no memory of earlier calls",
     Remembering: r"Remembering 'x': asked twice at one state",
+    Dividing: rf"Dividing 'x': division by zero {HERE}yield fb.PointForce.*fb.Load lists what they may use",
     OfPythonsMath: rf"Of pythons math 'x': .*{HERE}yield .*math.tanh.*fb.Load lists what they may use",
 }  # fmt: skip
 

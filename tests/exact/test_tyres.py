@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 import freebody as fb
 from freebody.describe.loads.tyre import Tyre
 from freebody.errors import ModelError, SimulationError
+from freebody.exact import steady_turn
 
 M, J, A, B, V = 1200.0, 1800.0, 1.2, 1.5, 25.0
 FRONT, REAR = 8e4, 9e4  # cornering stiffness of an axle [N/rad]
@@ -53,12 +54,12 @@ def test_single_track_car_going_straight():
 def test_steady_turn_of_a_small_steering_angle():
     """r = V δ/(L + η V²/g): Pacejka (1.40), with the understeer η."""
     delta = 1e-6
-    L = A + B
-    understeer = M * (B * REAR - A * FRONT) / (L * FRONT * REAR)
-    exact = V * delta / (L + understeer * V**2)
+    exact = steady_turn(V, delta, M, (A, FRONT), (B, REAR))
     motion = fb.simulate(car(delta), 12, initial={"x'": V}, tolerance=1e-12)
     # the tyres of a turning car brake it by the squares of its slips
-    assert motion["psi'"][-1] == pytest.approx(exact, rel=1e-8)
+    assert motion["psi'"][-1] == pytest.approx(exact.yaw_rate, rel=1e-8)
+    psi, x, y = (motion[name][-1] for name in ("psi", "x'", "y'"))
+    assert y * math.cos(psi) - x * math.sin(psi) == pytest.approx(exact.side_speed, rel=1e-6)
 
 
 PACEJKA = (8.0, 1.4, 1.1, -0.5)

@@ -1,4 +1,4 @@
-"""Kinds of a package of its own: a load, two joints, a contact, a shape and a method of integration."""
+"""Kinds of a package of its own: two loads, two joints, a contact, a shape and a method of integration."""
 
 import sympy
 
@@ -21,6 +21,16 @@ class Gust(fb.Load, kind="gust"):
         strength = (1 + at.sin(at(self.rate) * at.t)) / 2
         v = at.velocity(self.point) - strength * at.vector(self.wind)
         yield fb.PointForce(self.point, -at(self.factor) * v.norm() * v)
+
+
+class Water(fb.Load, kind="water"):
+    """The water that a sphere of the displaced mass ρ V moves along: ρ V/2."""
+
+    point: fb.Point
+    displaced: fb.Expression  # ρ V [kg]
+
+    def actions(self, at):
+        yield fb.PointForce(self.point, -at(self.displaced) / 2 * at.acceleration(self.point))
 
 
 class Bowl(fb.Gap, kind="bowl"):

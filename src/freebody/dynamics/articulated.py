@@ -40,6 +40,7 @@ from .composite import mass_matrix
 from .coordinates import accelerations_of_coordinates, forces_on_displacements
 from .kinematics import velocities
 from .linear import Factorization, is_zero, solve_symmetric
+from .loads.actions import accelerating
 from .loads.loading import loading
 from .newton_euler import bias
 from .rotors import unturned
@@ -59,7 +60,7 @@ def forward_dynamics(
     tuple, length n_u
         u' [m/s², rad/s²].
     """
-    if model.order is None:
+    if model.order is None or accelerating(model):
         return _by_mass_matrix(model, state, forces)
     loads = loading(model, state)
     extra = dict(loads.generalized)
@@ -306,7 +307,7 @@ def columns_solved(D: Factorization, U: list[Spatial]) -> list[Spatial]:
 
 
 def _by_mass_matrix(model: Model, state: State, forces: Sequence[Scalar] | None) -> tuple[Scalar, ...]:
-    """Solve M u' = Q - h by factorization, for displacements that share coordinates."""
+    """Solve M u' = Q - h by factorization, for displacements that share coordinates, and for added mass."""
     right = [-x for x in bias(model, state)]
     if forces is not None:
         right = [a + b for a, b in zip(right, forces, strict=True)]

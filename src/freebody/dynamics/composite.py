@@ -2,7 +2,8 @@
 
     I^c_i = I_i + Σ I^c_child,        M_jk = S_jᵀ X* (I^c_k S_k)   for k outward of j.
 
-Armature adds to M_jj, and the spin of rotors in the parent of link k to I^c_k S_k at the parent.
+Armature adds to M_jj, and the spin of rotors in the parent of link k to I^c_k S_k at the parent. What loads set in
+motion adds to all of M (:mod:`freebody.dynamics.loads.added_mass`).
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §6.2.
 """
@@ -24,6 +25,7 @@ from ..space.spatial import (
     power,
 )
 from .kinematics import motions
+from .loads.added_mass import added_mass
 from .state import State
 
 
@@ -45,6 +47,8 @@ def mass_matrix(model: Model, state: State) -> tuple[tuple[Scalar, ...], ...]:
                 inner = model.links[inner].parent
                 for k, weight_k, S_k in moves[inner]:
                     _put(M, j, k, weight * weight_k * power(S_k, F), same=False)
+    if (added := added_mass(model, state)) is not None:
+        M = [[a + b for a, b in zip(row, more, strict=True)] for row, more in zip(M, added, strict=True)]
     return tuple(map(tuple, M))
 
 
@@ -75,6 +79,8 @@ def mass_diagonal(model: Model, state: State) -> list[Scalar]:
                 for k, weight_k, S_k in moves[inner]:
                     if k == j:
                         diagonal[j] = diagonal[j] + 2 * (weight * weight_k * power(S_k, F))
+    if (added := added_mass(model, state)) is not None:
+        diagonal = [a + row[j] for j, (a, row) in enumerate(zip(diagonal, added, strict=True))]
     return diagonal
 
 

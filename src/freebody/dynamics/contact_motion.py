@@ -190,5 +190,5 @@ def forced_motion(
             (Spot(contact.feature.body, it.on_feature), total, ZERO),
             (Spot(contact.surface.body, it.on_surface), negate(total), ZERO),
         ]
-    loads = with_wrenches(model, state, constrained_loading(model, state, multipliers), acting)
+    loads = with_wrenches(model, state, constrained_loading(model, state, multipliers, udot), acting)
     return Motion(tuple(udot), tuple(multipliers), loads.plus(laws))

@@ -14,13 +14,14 @@ from ..scalar.algebra import HALF, Scalar, add, apply, dot, scale
 from ..space.spatial import momentum_of, power
 from .armature import armature_energy, has_armature
 from .kinematics import link_postures, velocities
+from .loads.added_mass import added_energy
 from .loads.loading import Loading, load_potential, load_power
 from .newton_euler import drive_power
 from .state import State
 
 
 def kinetic_energy(model: Model, state: State) -> Scalar:
-    """Return the kinetic energy of all bodies, and of the armature of joints [J]."""
+    """Return the kinetic energy of all bodies, of the armature of joints, and of added mass [J]."""
     total: Scalar = 0
     V = velocities(model, state)
     for i, V_i in enumerate(V):
@@ -28,7 +29,7 @@ def kinetic_energy(model: Model, state: State) -> Scalar:
     total = HALF * total
     for i in range(len(V)) if has_armature(model) else ():
         total = total + armature_energy(state, i, V)
-    return total
+    return total + added_energy(model, state)
 
 
 def potential_energy(model: Model, state: State) -> Scalar:

@@ -40,7 +40,6 @@ from ..space.spatial import (
     motion_to_child,
     plus,
     power,
-    times,
 )
 from .composite import mass_matrix
 from .conditions.constraints import linearized, rows, separating_force, wrenches
@@ -48,7 +47,8 @@ from .coordinates import forces_on_coordinates
 from .joints.freedom import transmissible
 from .kinematics import link_postures, place_of, point_position, rotation
 from .linear import Factorization, applied, combined, products
-from .loads.loading import Loading
+from .loads.added_mass import added_forces
+from .loads.loading import Loading, act
 from .state import State
 
 Blow = tuple[Any, Vector, Vector]
@@ -113,37 +113,6 @@ def speed_jumps(
     return tuple(jump), tuple(multipliers)
 
 
-def link_jumps(model: Model, state: State, jump: Sequence[Scalar]) -> list[Spatial]:
-    """Return ΔV of every link about its origin, in its axes."""
-    result: list[Spatial] = []
-    for i, link in enumerate(model.links):
-        R, p, _ = state.joint(i)
-        change = ZERO6 if link.parent == GROUND else motion_to_child(R, p, result[link.parent])
-        if link.one_dof:
-            rate: Scalar = 0
-            for j, partial in link.partials:
-                rate = rate + state(partial) * jump[j]
-            change = plus(change, times(rate, state.subspace(i)))
-        elif link.u >= 0:
-            w = (jump[link.u], jump[link.u + 1], jump[link.u + 2])
-            v: Vector = (0, 0, 0)
-            if link.flies:
-                v = (jump[link.u + 3], jump[link.u + 4], jump[link.u + 5])
-            change = plus(change, (w, v))
-        result.append(change)
-    return result
-
-
-def point_jump(model: Model, state: State, jumps: Sequence[Spatial], point: Any) -> Vector:
-    """Return Δv of a point, in ground axes, from the jumps of the links [m/s]."""
-    link, origin = place_of(model, point.body)
-    if link == GROUND:
-        return (0, 0, 0)
-    w, v = jumps[link]
-    p = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
-    return apply(rotation(model, state, link), add(v, cross(w, p)))
-
-
 def with_constraints(
     model: Model, state: State, blows: Sequence[Blow], multipliers: Sequence[Scalar], factor: Scalar = 1
 ) -> list[Blow]:
@@ -174,11 +143,14 @@ def impulsive_reactions(
     Parameters
     ----------
     jumps : list of Spatial
-        From :func:`link_jumps`.
+        ΔV of the links, :func:`freebody.dynamics.kinematics.link_twists` of the jumps of the speeds.
     blows : Loading
         All impulses on bodies, including those of constraints.
     """
-    needs = []
+    added, needs = Loading(), []
+    for name, action in added_forces(model, state, jumps):
+        act(model, state, added, model.loads[name], [action])
+    blows = blows.plus(added)
     for i in range(len(model.links)):
         needs.append(minus(momentum_of(state.inertia(i), jumps[i]), blows.wrench(i)))
     for i, link in enumerate(model.links):

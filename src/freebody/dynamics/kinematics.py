@@ -168,27 +168,42 @@ def point_velocity(model: Model, state: State, point: Any) -> Vector:
 
     The velocity of a spot is that of the point of the body that is there now.
     """
+    if place_of(model, point.body)[0] == GROUND:
+        return ZERO
+    return carried(model, state, point, velocities(model, state))
+
+
+def carried(model: Model, state: State, point: Any, twists: Sequence[Spatial]) -> Vector:
+    """Return the velocity of a point in ground axes if the links move with these (w, v) of their origins."""
     link, origin = place_of(model, point.body)
     if link == GROUND:
         return ZERO
+    w, v = twists[link]
     if isinstance(point, Spot):
         posture = link_postures(model, state)[link]
-        w, v = velocities(model, state)[link]
         arm = subtract(point.position, posture.position)
         return add(apply(posture.rotation, v), cross(apply(posture.rotation, w), arm))
     p_LP_L = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
-    w, v = velocities(model, state)[link]
     return apply(rotation(model, state, link), add(v, cross(w, p_LP_L)))
 
 
 def point_acceleration(model: Model, state: State, point: Any, udot: Sequence[Scalar]) -> Vector:
     """Return the acceleration of a point in the ground, in ground axes [m/s²]."""
+    return accelerated(model, state, point, accelerations(model, state, udot))
+
+
+def accelerated(model: Model, state: State, point: Any, links: Sequence[Spatial]) -> Vector:
+    """Return the acceleration of a point in ground axes [m/s²] from those of the links (:func:`accelerations`)."""
     link, origin = place_of(model, point.body)
     if link == GROUND:
         return ZERO
-    p = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
-    alpha, a = accelerations(model, state, udot)[link]
+    alpha, a = links[link]
     turned = turning(velocities(model, state)[link][0], alpha)
+    if isinstance(point, Spot):
+        posture = link_postures(model, state)[link]
+        p = apply_transpose(posture.rotation, subtract(point.position, posture.position))
+    else:
+        p = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
     return apply(rotation(model, state, link), add(a, apply(turned, p)))
 
 
@@ -196,6 +211,21 @@ def angular_velocity(model: Model, state: State, body: Any) -> Vector:
     """Return the angular velocity of a body in the ground, in ground axes [rad/s]."""
     link, _ = place_of(model, body)
     return ZERO if link == GROUND else apply(rotation(model, state, link), velocities(model, state)[link][0])
+
+
+def link_twists(model: Model, state: State, u: Sequence[Scalar]) -> list[Spatial]:
+    """Return (w, v) of every link about its origin, in its axes, at these speeds with the drives at rest.
+
+    They are also the changes of the links' motions at jumps u of the speeds, and of their accelerations with u'.
+    """
+    result: list[Spatial] = []
+    for i, link in enumerate(model.links):
+        R, p, _ = state.joint(i)
+        twist = ZERO6 if link.parent == GROUND else motion_to_child(R, p, result[link.parent])
+        for j, factor, S in motions(model, state, i):
+            twist = plus(twist, times(factor * u[j], S))
+        result.append(twist)
+    return result
 
 
 def coordinate_rates(model: Model, state: State) -> tuple[Scalar, ...]:

@@ -38,10 +38,11 @@ def motion(model: Model, state: State, active: Sequence[int] | None = None) -> M
         The independent conditions (:func:`freebody.dynamics.conditions.constrained.independent_rows`); by default all.
     """
     if not model.constraints:
-        return Motion(forward_dynamics(model, state), (), loading(model, state))
+        udot = forward_dynamics(model, state)
+        return Motion(udot, (), loading(model, state, udot=udot))
     conditions = range(len(rows(model))) if active is None else active
     udot, multipliers = constrained_dynamics(model, state, conditions)
-    return Motion(udot, multipliers, constrained_loading(model, state, multipliers))
+    return Motion(udot, multipliers, constrained_loading(model, state, multipliers, udot))
 
 
 def total_power(model: Model, state: State, moving: Motion) -> Scalar:

@@ -83,7 +83,7 @@ def inverse_dynamics(
     tuple, length n_u
         Forces conjugate to the speeds [N, N m].
     """
-    acting = loading(model, state) if loads == "all" else loads
+    acting = loading(model, state, udot=udot) if loads == "all" else loads
     assert not isinstance(acting, str)
     F, resisting = joint_wrenches(model, state, udot, acting)
     tau: list[Scalar] = []
@@ -132,7 +132,7 @@ def reactions(
     loads : Loading, optional
         Loads in place of the model's own, if constraints act too.
     """
-    loads = loading(model, state) if loads is None else loads
+    loads = loading(model, state, udot=udot) if loads is None else loads
     F, resisting = _needs(model, state, udot, loads)
     loads = _with_resistance(model, loads, resisting)
     ends = {joint.links[-1]: (name, joint) for name, joint in model.joints.items()}
@@ -186,7 +186,7 @@ def drive_power(model: Model, state: State, udot: Sequence[Scalar], loads: Loadi
     driven = [i for i, link in enumerate(model.links) if link.one_dof and link.drift != 0]
     if not driven:
         return 0
-    loads = loading(model, state) if loads is None else loads
+    loads = loading(model, state, udot=udot) if loads is None else loads
     F, resisting = joint_wrenches(model, state, udot, loads)
     total: Scalar = 0
     for i in driven:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import TYPE_CHECKING, Any
 
 from ..describe.joints.primitive import Primitive
@@ -62,6 +63,8 @@ class State:
         self._inertias: dict[int, Inertia] = {}
         self.cache: dict[Any, Any] = {}
         """Results of algorithms on this state, by the algorithm's name."""
+        self.accelerations: Sequence[Spatial] | None = None
+        """Angular acceleration of each link and acceleration of its origin, in its axes, if loads are to know them."""
 
     def __call__(self, expression: Expression) -> Scalar:
         """Return the value of an expression of the model's names."""
@@ -71,6 +74,13 @@ class State:
         """Return the value of an expression with further symbols, which have these values."""
         names = {**self._memo, **values}
         return evaluate(expression, names, self.field, names)
+
+    def accelerated(self, accelerations: Sequence[Spatial]) -> State:
+        """Return the state with these accelerations of the links; its loads are asked anew."""
+        result = copy(self)
+        result.accelerations = accelerations
+        result.cache = {key: self.cache[key] for key in ("postures", "velocities") if key in self.cache}
+        return result
 
     def vector(self, components: Sequence[Expression]) -> Vector:
         """Return the values of three expressions."""

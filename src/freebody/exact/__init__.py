@@ -19,7 +19,7 @@ sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`brak
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
                         :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
 loads                   :func:`fall_with_drag`, :func:`fall_in_syrup`, :func:`motor_start`, :func:`kepler_orbit`,
-                        :func:`libration_frequency`
+                        :func:`libration_frequency`, :func:`steady_turn`
 Euler's disk            :func:`euler_disk_turn`, :func:`euler_disk_energy`, :func:`euler_disk_end`, :func:`rolling_disk`
 """
 
@@ -85,6 +85,7 @@ from .spacecraft import cat_bend, cat_turn, platform_turn, sink_rates, wheel_tur
 from .spinning import curve_lean, pitching_moment, transverse_spin, wheel_torque
 from .swing import pendulum, pendulum_period
 from .torque_free import SymmetricMotion, torque_free, torque_free_symmetric
+from .tyre import SteadyTurn, steady_turn
 
 __all__ = [
     "BarInCylinder",
@@ -107,6 +108,7 @@ __all__ = [
     "RollingDisk",
     "RollingDown",
     "SlidingBody",
+    "SteadyTurn",
     "SymmetricMotion",
     "TopMotion",
     "TopPath",
@@ -163,6 +165,7 @@ __all__ = [
     "sliding_body",
     "small_oscillation",
     "steady_precession",
+    "steady_turn",
     "struck_bar",
     "tilted_axial",
     "tilted_product",

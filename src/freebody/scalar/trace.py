@@ -416,8 +416,8 @@ class Traced:
 
     def _no_branch(self, *_: Any) -> bool:
         raise TypeError(
-            "Expected no branch on the value of a recorded scalar: it has none while the program is "
-            "recorded. Use abs, sign, min and max of the field instead of a comparison."
+            "Expected no branch on the value of a recorded scalar: it has none while the program is recorded. abs, "
+            "sign, min and max serve instead."
         )
 
     __bool__ = __lt__ = __le__ = __gt__ = __ge__ = _no_branch

@@ -390,9 +390,9 @@ class Recursive(NamedMotion):
             multipliers = [
                 self.ring.generator(sympy.Symbol(row.name, real=True), "reaction") for row in rows(model)
             ]
-            loads = constrained_loading(model, base, multipliers)
+            loads = constrained_loading(model, base, multipliers, self.udot)
         else:
-            loads = loading(model, base)
+            loads = loading(model, base, udot=self.udot)
         turned = {
             i: (apply(working.axes(i), n), apply(working.axes(i), f)) for i, (n, f) in loads.wrenches.items()
         }

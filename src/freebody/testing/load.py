@@ -127,14 +127,14 @@ def _compiled(
     from ..program.program import compile_system
 
     q, u = start
-    still = [0] * model.n_u
+    udot = np.random.default_rng(model.n_u).normal(size=model.n_u).tolist()
     state = float_state(model, q, u)
-    unloaded = inverse_dynamics(model, state, still, Loading())
+    unloaded = inverse_dynamics(model, state, udot, Loading())
     program = compile_system(s)
-    forces = np.asarray(program.inverse_dynamics(q, u, still), float)
-    loaded = inverse_dynamics(model, state, still)
+    forces = np.asarray(program.inverse_dynamics(q, u, udot), float)
+    loaded = inverse_dynamics(model, state, udot)
     same(kind, "forces as numbers and in compiled code", loaded, forces, unloaded)
-    batch = program.inverse_dynamics(np.array([q, q]), np.array([u, u]), np.zeros((2, model.n_u)))
+    batch = program.inverse_dynamics(np.array([q, q]), np.array([u, u]), np.array([udot, udot]))
     many = np.asarray(batch, float).ravel()
     same(kind, "forces of one state and of a batch", [*forces, *forces], many, unloaded)
 
@@ -151,9 +151,12 @@ def _drawn(kind: type[Load], s: System, model: Model, state: State, found: Seque
         return  # a force along a joint has one arrow for both bodies
     e = equations(s)
     values = state_values(model, state.q, state.u)
+    udot = np.random.default_rng(model.n_u).normal(size=model.n_u).tolist()
+    values |= {speed.acceleration: a for speed, a in zip(model.speeds, udot, strict=True)}
+    acting = applied(model, state, udot)
     for body in model.bodies:
-        arrows = [v for arrow, v in applied(model, state) if (arrow.name, arrow.body) == ("x", body)]
-        kinds = [a.kind for a, _ in applied(model, state) if (a.name, a.body) == ("x", body)]
+        arrows = [v for arrow, v in acting if (arrow.name, arrow.body) == ("x", body)]
+        kinds = [a.kind for a, _ in acting if (a.name, a.body) == ("x", body)]
         drawn = sum(
             (np.array(v, float) for v, sort in zip(arrows, kinds, strict=True) if sort == "force"),
             np.zeros(3),

@@ -33,6 +33,7 @@ from ...scalar.algebra import (
     scale,
     subtract,
 )
+from ...scalar.algebra import add as add_vectors
 from ...scalar.expression import exact
 from ..description import Description
 from ..frame import Point
@@ -42,6 +43,8 @@ from .action import Action, Couple, PointForce
 from .load import Load
 
 RUNS = ("open", "crossed")
+PIECES = 24
+"""Straight pieces in which a belt is drawn around a pulley."""
 
 
 class Belt(Load, kind="belt"):
@@ -135,6 +138,27 @@ class Belt(Load, kind="belt"):
         carrier = self.first.parent
         along, across = at.vector(scale(cosine, e), carrier), at.vector(scale(sine, m), carrier)
         return [along - across, along + across]
+
+    @property
+    def strand(self) -> tuple[Point, ...]:
+        """The belt as a closed line: along one span, around the second pulley, back, and around the first.
+
+        A span leaves the first pulley at the angle φ = π/2 - β from the line of centres; the belt holds the second one
+        between the angles ±φ, or ±(π/2 + β) if it is crossed.
+        """
+        d, tilt = self._distance, sympy.asin(self._sine)
+        e = scale(1 / sympy.sqrt(dot(d, d)), d)
+        m = cross(self._axis(self.first), e)
+        sense = 1 if self.run == "open" else -1
+        first, second = sympy.pi / 2 - tilt, sympy.pi / 2 - sense * tilt
+        steps = [sympy.Rational(k, PIECES) for k in range(PIECES + 1)]
+        angles = [(self.second, self.second_radius, sense * second * (1 - 2 * x)) for x in steps]
+        angles += [(self.first, self.first_radius, -first - 2 * (sympy.pi - first) * x) for x in steps]
+        result = []
+        for joint, radius, angle in (*angles, angles[0]):
+            arm = add_vectors(scale(radius * sympy.cos(angle), e), scale(radius * sympy.sin(angle), m))
+            result.append(Point(self.first.parent, add_vectors(joint.at, arm)))
+        return tuple(result)
 
     def _elastic(self, at: Any) -> list[Scalar]:
         """Tensions without damping; negative where a span is slack."""

@@ -54,6 +54,8 @@ class Load(Part):
     - ``at(expression)`` and ``at.vector(components, frame)``: values; ``at.t``: the time [s],
     - ``at.position(point)``, ``at.velocity(point)``, ``at.angular_velocity(body)``: vectors in ground axes, or in
       those of ``frame=``; ``at.rotation(body)``: the matrix R_NB; ``at.line(start, end)``: the vector between points,
+    - ``at.acceleration(point)``, ``at.angular_acceleration(body)``: what depends on them is added mass, -B A with a
+      symmetric B of positions and time; it is part of the mass matrix and of the kinetic energy,
     - ``at.displacement(joint, index)``, ``at.rate(joint, index)``,
     - ``at.sqrt(x)``, ``at.tanh(x)``, ``at.atan2(y, x)`` and all other functions of expressions,
     - ``at.where(x, a, b)``: a if x > 0, else b; a motion locates the times at which x passes through zero.
@@ -87,7 +89,8 @@ class Load(Part):
     table: ClassVar[str] = "loads"
     article: ClassVar[str] = "load"
     rules: ClassVar[str] = (
-        "Actions and potential are formulas of what `at` gives, without if on a value; fb.Load lists what they may use."
+        "Actions and potential are formulas of what `at` gives, without if on a value: at.where(x, a, b), at.sign, "
+        "at.min and at.max serve instead. fb.Load lists what they may use."
     )
     sections: ClassVar[tuple[str, ...]] = ("loads",)
     """Sections of model files in which the kind stands."""
@@ -128,6 +131,11 @@ class Load(Part):
     @property
     def rotors(self) -> tuple[tuple[Joint, Rotor], ...]:
         """Rotors that the load brings along, with the joints that turn them, as a motor does."""
+        return ()
+
+    @property
+    def strand(self) -> tuple[Point, ...]:
+        """Points of the line that is drawn for the load, from one to the next, as for a belt; none for most."""
         return ()
 
     @property

@@ -36,7 +36,7 @@ from ..linear import (
     products,
     scalar_product,
 )
-from ..loads.actions import scaled
+from ..loads.actions import accelerating, scaled
 from ..loads.loading import Loading, act, loading
 from ..newton_euler import bias
 from ..state import State, float_state
@@ -118,7 +118,7 @@ DEEP = 10
 def deep_speeds(model: Model) -> list[list[int]] | None:
     """Return the speeds of each link's own motions for models with many speeds in series, None for others."""
     speeds = own_speeds(model)
-    if speeds is None:
+    if speeds is None or accelerating(model):
         return None
     depth: list[int] = []
     for link, link_speeds in zip(model.links, speeds, strict=True):
@@ -135,9 +135,11 @@ def _slipping_last(model: Model, active: Sequence[int]) -> list[int]:
     return sorted(active, key=lambda i: (slips[i], i))
 
 
-def constrained_loading(model: Model, state: State, multipliers: Sequence[Scalar]) -> Loading:
-    """Return the loads of the model together with the forces of its constraints."""
-    loads = loading(model, state)
+def constrained_loading(
+    model: Model, state: State, multipliers: Sequence[Scalar], udot: Sequence[Scalar] | None = None
+) -> Loading:
+    """Return the loads of the model together with the forces of its constraints, at accelerations u' (or at 0)."""
+    loads = loading(model, state, udot=udot)
     result = Loading(dict(loads.wrenches), dict(loads.along), dict(loads.generalized))
     conditions = linearized(model, state)
     for i, (row, acting) in enumerate(zip(rows(model), wrenches(model, state), strict=True)):

@@ -8,14 +8,16 @@ from functools import partial
 from typing import Any
 
 from ...describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
-from ...describe.part import Part, answer, is_own, line_of
+from ...describe.loads.load import Load
+from ...describe.part import Part, answer, blame, is_own, line_of
 from ...errors import ModelError, shown
 from ...model.model import Model
-from ...scalar.algebra import ZERO, Scalar, scale, three
+from ...scalar.algebra import ZERO, Scalar, Vector, scale, three
 from ...scalar.trace import Tape
+from ..kinematics import accelerations
 from ..state import State, traced_state
 from .instant import Instant, own_link, own_place
-from .own_kinds import Act, Ask, check_kind
+from .own_kinds import Act, Ask, check_inertia, check_kind, values_of
 from .power import speed_of
 
 YIELD = "Yield what acts, such as fb.PointForce(self.point, force) with the three components of the force."
@@ -37,6 +39,41 @@ def actions(model: Model, state: State, name: str) -> tuple[Action, ...]:
     return state.cache[key]
 
 
+def accelerating(model: Model) -> frozenset[str]:
+    """Return the names of the loads that ask for accelerations."""
+    if "accelerating" not in model.memo:
+        tape = Tape()
+        state = traced_state(model, tape)
+        links = [
+            (_inputs(tape, f"turning {i}"), _inputs(tape, f"motion {i}")) for i in range(len(model.links))
+        ]
+        moving = state.accelerated(links)
+        asking = set()
+        for name, load in model.loads.items():
+            at = Instant(model, moving, load)
+            try:
+                _actions_at(at, model, load, load.actions)
+            except ArithmeticError as error:  # of plain numbers: at a recorded state nothing else can fail
+                if not is_own(load):
+                    raise
+                blame(load, error)
+            if at.asked_accelerations:
+                asking.add(name)
+        model.memo["accelerating"] = frozenset(asking)
+    return model.memo["accelerating"]
+
+
+def _inputs(tape: Tape, what: str) -> Vector:
+    return (tape.input(f"{what} x"), tape.input(f"{what} y"), tape.input(f"{what} z"))
+
+
+def _moving(model: Model, state: State, part: Part) -> State:
+    """Return the state with the accelerations at u' = 0 for a load that asks for them, if it has none."""
+    if not isinstance(part, Load) or state.accelerations is not None or part.name not in accelerating(model):
+        return state
+    return state.accelerated(accelerations(model, state, None))
+
+
 def asked_actions(
     model: Model, state: State, part: Part, question: Callable[[Instant], Any]
 ) -> tuple[Action, ...]:
@@ -44,16 +81,16 @@ def asked_actions(
     if is_own(part):
 
         def act(state: State) -> tuple[Action, ...]:
-            return _asked_actions(model, state, part, question)
+            return _actions_at(Instant(model, _moving(model, state, part), part), model, part, question)
 
         _once(model, part, question, lambda state: values_of(act(state)), act)
-    return _asked_actions(model, state, part, question)
+    return _actions_at(Instant(model, _moving(model, state, part), part), model, part, question)
 
 
-def _asked_actions(
-    model: Model, state: State, part: Part, question: Callable[[Instant], Any]
+def _actions_at(
+    at: Instant, model: Model, part: Part, question: Callable[[Instant], Any]
 ) -> tuple[Action, ...]:
-    found = answer(part, partial(question, Instant(model, state, part)))
+    found = answer(part, partial(question, at))
     if isinstance(found, str) or not hasattr(found, "__iter__"):
         raise ModelError(
             f"{part.heading}: expected actions, got {shown(found)} {line_of(found, question)}. {YIELD}"
@@ -94,20 +131,8 @@ def _once(
     if key not in checked:
         checked.add(key)
         check_kind(model, part, question, ask, act)
-
-
-def values_of(acting: Iterable[Action]) -> list[Scalar]:
-    """Return all components and values of actions."""
-    result: list[Scalar] = []
-    for action in acting:
-        match action:
-            case PointForce():
-                result += action.force
-            case Couple():
-                result += action.moment
-            case _:
-                result.append(action.value)
-    return result
+        if act is not None and isinstance(part, Load) and part.name in accelerating(model):
+            check_inertia(model, part, question, act)
 
 
 def scaled(action: Action, factor: Scalar) -> Action:
@@ -123,7 +148,7 @@ def scaled(action: Action, factor: Scalar) -> Action:
 def conditions(model: Model, state: State, name: str) -> list[Scalar]:
     """Return the conditions on which a load switches (:meth:`Instant.where`), in the order in which it asks."""
     load = model.loads[name]
-    at = Instant(model, state, load)
+    at = Instant(model, _moving(model, state, load), load)
     answer(load, lambda: tuple(load.actions(at)))
     return at.conditions
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from numbers import Real
-from typing import Any, NoReturn
+from typing import Any
 
 from ...describe.frame import Frame, Point
 from ...describe.part import Part
@@ -14,6 +14,7 @@ from ...model.model import GROUND, Link, Model
 from ...scalar.algebra import (
     FUNCTIONS,
     HALF,
+    ZERO,
     Expression,
     FieldVector,
     Matrix,
@@ -23,7 +24,16 @@ from ...scalar.algebra import (
     apply_transpose,
     three,
 )
-from ..kinematics import Spot, angular_velocity, place_of, point_position, point_velocity, rotation
+from ...space.spatial import Spatial
+from ..kinematics import (
+    Spot,
+    accelerated,
+    angular_velocity,
+    place_of,
+    point_position,
+    point_velocity,
+    rotation,
+)
 from ..state import State
 
 
@@ -37,6 +47,8 @@ class Instant:
         self.field = state.field
         self.conditions: list[Scalar] = []
         """Conditions of :meth:`where` so far."""
+        self.asked_accelerations = False
+        """True once an acceleration has been asked for."""
 
     def __call__(self, expression: Expression) -> Scalar:
         """Return the value of an expression of the system's names, or of a text with them; a value is itself."""
@@ -56,14 +68,6 @@ class Instant:
         """
         self.conditions.append(condition)
         return b + (a - b) * (1 + self._state.field.apply("sign", condition)) * HALF
-
-    def acceleration(self, *_: Any) -> NoReturn:
-        """Refuse what would change the masses."""
-        raise ModelError(
-            f"{self._load.heading}: a load that depends on accelerations changes the mass matrix, so it is no load. "
-            f"Added mass is a body of its own, on a weld; inertia along a joint is armature= or rotor= of "
-            f"the joint."
-        )
 
     def __getattr__(self, function: str) -> Callable[..., Scalar]:
         """Return a function of scalars: ``at.sqrt``, ``at.tanh``, ``at.atan2``."""
@@ -110,6 +114,28 @@ class Instant:
         """Return the angular velocity of a body in the ground [rad/s]."""
         self._place(body)
         return self._in(angular_velocity(self._model, self._state, body), frame)
+
+    def acceleration(self, point: Any, frame: Any = None) -> FieldVector:
+        """Return the acceleration of a point in the ground [m/s²]."""
+        links = self._accelerations()
+        return self._in(accelerated(self._model, self._state, self._point(point), links), frame)
+
+    def angular_acceleration(self, body: Any, frame: Any = None) -> FieldVector:
+        """Return the angular acceleration of a body in the ground [rad/s²]."""
+        links, (link, _) = self._accelerations(), self._place(body)
+        alpha = ZERO if link == GROUND else apply(rotation(self._model, self._state, link), links[link][0])
+        return self._in(alpha, frame)
+
+    def _accelerations(self) -> Sequence[Spatial]:
+        """Return the accelerations of the links, which the actions of loads alone know."""
+        self.asked_accelerations = True
+        if self._state.accelerations is None:
+            raise ModelError(
+                f"{self._load.heading}: only the actions of a load may ask for accelerations, since gaps, potentials "
+                f"and forces of contacts are functions of positions and speeds. Leave the acceleration out here; "
+                f"the kinetic energy of added mass is counted by itself."
+            )
+        return self._state.accelerations
 
     def line(self, start: Any, end: Any) -> FieldVector:
         """Return the vector from a point to another [m]; long formulas give it a name."""

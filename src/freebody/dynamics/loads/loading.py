@@ -6,7 +6,7 @@ no kind of load.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -18,6 +18,7 @@ from ...space.spatial import ZERO6, Spatial, plus
 from ..kinematics import Spot, link_postures, place_of, rotation
 from ..state import State
 from .actions import actions
+from .added_mass import added_energy_rate, moving
 from .instant import Instant
 from .power import action_power, joint_link, speed_of
 
@@ -55,8 +56,14 @@ def act(model: Model, state: State, result: Loading, part: Part, acting: Iterabl
         _apply(model, state, result, part, action)
 
 
-def loading(model: Model, state: State, only: set[str] | None = None) -> Loading:
-    """Return all loads except gravity (or ``only`` the loads of these names) at a state."""
+def loading(
+    model: Model, state: State, only: set[str] | None = None, *, udot: Sequence[Scalar] | None = None
+) -> Loading:
+    """Return all loads except gravity (or ``only`` the loads of these names) at a state.
+
+    Loads that ask for accelerations get those of ``udot``; without them, those at u' = 0.
+    """
+    state = moving(model, state, udot)
     key = ("loading", None if only is None else frozenset(only))
     if key in state.cache:
         return state.cache[key]
@@ -105,8 +112,11 @@ def load_potential(model: Model, state: State) -> Scalar:
 
 
 def load_power(model: Model, state: State) -> Scalar:
-    """Return the power of all loads without potential: forces, couples, motors, dampers, generalized forces."""
-    total: Scalar = 0
+    """Return the power of all loads without potential: forces, couples, motors, dampers, generalized forces.
+
+    That of added mass is not in it, since its kinetic energy is counted.
+    """
+    total = added_energy_rate(model, state)
     for name, load in model.loads.items():
         if not load.is_conservative:
             for action in actions(model, state, name):

@@ -1,28 +1,31 @@
 """What a user's kind of load or contact promises, checked once in a model: its code is a formula of the state.
 
 Recorded twice, the same state gives the same scalars; replayed with numbers, what was recorded is what the code answers
-to these numbers; and the gradient of a potential is the force. Points that have no values are passed over.
+to these numbers; the gradient of a potential is the force; and what depends on accelerations is added mass. Points that
+have no values are passed over.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from ...describe.loads.action import Action
+from ...describe.loads.action import Action, Couple, PointForce
 from ...describe.loads.load import Load
 from ...describe.part import Part, line_of
 from ...errors import FreebodyError, ModelError, shown
 from ...model.model import Model
 from ...scalar.algebra import Scalar, floats
 from ...scalar.trace import Tape, Traced
+from ...space.spatial import Spatial
+from ..kinematics import replaced
 from ..state import State, rest_coordinates, traced_state
-from .power import virtual_powers
+from .power import power_in, virtual_powers
 
 ROUND_OFF = Fraction(1, 2**30)
 """Greatest difference of equal values, relative to the largest."""
@@ -92,6 +95,85 @@ def _check_potential(model: Model, load: Load, act: Act) -> None:
             )
 
 
+def check_inertia(model: Model, load: Load, question: Callable[..., Any], act: Act) -> None:
+    """Refuse a load of accelerations that is not F_0(q, u, t) - B(q, t) A with a symmetric B.
+
+    At random accelerations x and y of all links B (x + y) = B x + B y, B is the same at other speeds, and the powers
+    y·B x and x·B y are equal.
+    """
+    if load.is_conservative:
+        raise ModelError(
+            f"{load.heading} has a potential, and its force depends on accelerations {_line(load, question)}. Make two "
+            f"loads of it: one with the potential, and one for the added mass, whose energy is counted by itself."
+        )
+    rng, size = np.random.default_rng(model.n_q), (len(model.links), 2, 3)
+    for state in _states(model):
+        x, y = rng.normal(size=size), rng.normal(size=size)
+        faster = replaced(state, state.field, state.t, state.q, rng.normal(size=model.n_u).tolist())
+        try:
+            asked = [act(state.accelerated(_spatial(A))) for A in (0 * x, x, y, x + y)]
+            asked += [act(faster.accelerated(_spatial(A))) for A in (0 * x, x)]
+            why = _no_inertia(model, state, asked, (_spatial(x), _spatial(y)))
+        except (ArithmeticError, ValueError):
+            continue
+        if why:
+            raise ModelError(
+                f"{load.heading}: {why} {_line(load, question)}. Accelerations stand in a load as added mass, "
+                f"F = F_0 - B A: B depends on positions and time alone and is symmetric, as in "
+                f"fb.PointForce(point, -m * at.acceleration(point)). Feedback of a measured acceleration is "
+                f"s.controller(...); inertia along a joint is its armature=."
+            )
+
+
+def _no_inertia(
+    model: Model, state: State, asked: Sequence[Sequence[Action]], trials: tuple[list[Spatial], list[Spatial]]
+) -> str:
+    """Return why actions are no added mass, or nothing; they are those at A = 0, x, y, x + y, and 0, x when faster."""
+    x, y = trials
+    pairs = [
+        pair for pair in zip(asked[0], asked[1], strict=True) if not isinstance(pair[0], PointForce | Couple)
+    ]
+    along = [values_of([action for pair in pairs for action in pair[k : k + 1]]) for k in range(2)]
+    values = [np.array(values_of(found), float) for found in asked]
+    largest = [*map(abs, np.concatenate(values))]
+    if not np.isfinite(largest).all():
+        return ""
+    base, of_x, of_y, of_both, fast, fast_x = values
+    if not _equal(*along):
+        return "a force along a joint or on a coordinate depends on accelerations"
+    if not _equal(of_both - of_x, of_y - base, largest):
+        return "its force is not linear in the accelerations"
+    if not _equal(fast_x - fast, of_x - base, largest):
+        return "the factor of an acceleration in it depends on the speeds"
+    y_of_x, y_of_0, x_of_y, x_of_0 = (
+        [float(power_in(model, state, a, A)) for a in asked[k] if isinstance(a, PointForce | Couple)]
+        for k, A in ((1, y), (0, y), (2, x), (0, x))
+    )
+    if not _equal(
+        [sum(y_of_x) - sum(y_of_0)], [sum(x_of_y) - sum(x_of_0)], [*y_of_x, *y_of_0, *x_of_y, *x_of_0]
+    ):
+        return "an acceleration of one point or body has a force on another that has none on the first"
+    return ""
+
+
+def _spatial(rows: Any) -> list[Spatial]:
+    return [((a, b, c), (d, e, f)) for (a, b, c), (d, e, f) in rows.tolist()]
+
+
+def values_of(acting: Iterable[Action]) -> list[Scalar]:
+    """Return all components and values of actions."""
+    result: list[Scalar] = []
+    for action in acting:
+        match action:
+            case PointForce():
+                result += action.force
+            case Couple():
+                result += action.moment
+            case _:
+                result.append(action.value)
+    return result
+
+
 def _states(model: Model) -> Iterator[State]:
     """Yield random states of numbers, and the state of rest with all coordinates zero."""
     rng = np.random.default_rng(model.n_q)
@@ -131,8 +213,9 @@ def _replayed(tape: Tape, scalars: Sequence[Scalar], state: State) -> list[float
         return [math.nan for _ in scalars]
 
 
-def _equal(a: Sequence[float], b: Sequence[float]) -> bool:
-    size = 1 + max(map(abs, (*a, *b)), default=0)
+def _equal(a: Sequence[float], b: Sequence[float], terms: Sequence[float] = ()) -> bool:
+    """Return True if numbers differ by no more than round-off of the ``terms`` of which they are sums."""
+    size = 1 + max(map(abs, (*a, *b, *terms)), default=0)
     return all(abs(x - y) <= ROUND_OFF * size for x, y in zip(a, b, strict=True))
 
 

@@ -16,10 +16,11 @@ from ...describe.loads.action import Action, Couple, JointForce, PointForce
 from ...describe.loads.load import Load
 from ...describe.part import Part
 from ...errors import ModelError
-from ...model.model import Model
-from ...scalar.algebra import Scalar, dot
+from ...model.model import GROUND, Model
+from ...scalar.algebra import Scalar, apply, dot
 from ...scalar.series import derivative_at_start
-from ..kinematics import angular_velocity, point_velocity, replaced, state_along
+from ...space.spatial import Spatial
+from ..kinematics import angular_velocity, carried, place_of, point_velocity, replaced, rotation, state_along
 from ..state import State
 from .instant import Instant
 
@@ -47,6 +48,15 @@ def action_power(model: Model, state: State, load: Part, action: Action) -> Scal
         case JointForce():
             return action.value * state.rate(model.links[joint_link(model, action)])
     return action.value * state.u[speed_of(model, load, action.coordinate)]
+
+
+def power_in(model: Model, state: State, action: Action, twists: Sequence[Spatial]) -> Scalar:
+    """Return the power of a force or a couple if the links move with these (w, v)."""
+    if isinstance(action, PointForce):
+        return dot(action.force, carried(model, state, action.point, twists))
+    assert isinstance(action, Couple)
+    link, _ = place_of(model, action.body)
+    return 0 if link == GROUND else dot(action.moment, apply(rotation(model, state, link), twists[link][0]))
 
 
 def virtual_powers(

@@ -343,15 +343,16 @@ def _determined(model: Model, state: State, moving: Motion, trajectory: Any, tim
         force_of.get(row.name, float(value))
         for row, value in zip(rows(model), moving.multipliers, strict=True)
     )
-    return Motion(moving.udot, multipliers, constrained_loading(model, state, multipliers))
+    return Motion(moving.udot, multipliers, constrained_loading(model, state, multipliers, moving.udot))
 
 
 def _lookup(model: Model, state: State) -> dict[Any, float]:
-    """Value of every parameter, coordinate and speed, and of the time, by symbol."""
+    """Value of every parameter, coordinate and speed, and of the time, by symbol; accelerations are 0."""
     result = {symbol: float(value) for symbol, value in state.values.items()}
     result[model.names.atoms["t"]] = float(state.t)
     result.update(zip((c.symbol for c in model.coordinates), map(float, state.q), strict=True))
     result.update(zip((s.symbol for s in model.speeds), map(float, state.u), strict=True))
+    result.update((speed.acceleration, float(0)) for speed in model.speeds)
     return result
 
 

@@ -24,7 +24,7 @@ from .configuration import configuration, equations_at
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
 from .draw_forces import gravity, impulses, loads, springs
 from .draw_gears import gears, solids_with_teeth
-from .draw_ground import feet, guides, rolling_planes, ropes, scenery, surfaces
+from .draw_ground import belts, feet, guides, rolling_planes, ropes, scenery, surfaces
 from .inclinations import mark_inclinations
 from .machine_drawing import WIDE, MachineDrawing
 from .outlines import outlines, polygon
@@ -128,6 +128,7 @@ class Machine(MachineDrawing):
         rolling_planes(self)
         surfaces(self)
         ropes(self)
+        belts(self)
         guides(self)
         for name in self.drawn:
             self._body(name)

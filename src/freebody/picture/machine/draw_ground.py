@@ -1,4 +1,4 @@
-"""The ground of a drawing: planes, guides and walls; and ropes."""
+"""The ground of a drawing: planes, guides and walls; ropes and belts."""
 
 from __future__ import annotations
 
@@ -224,6 +224,14 @@ def ropes(m: MachineDrawing) -> None:
         m.add(wheels, class_="pulleys", data_constraint=name)
         middle = (pages[-1] + pages[-2]) / 2
         m.labels.append((f"${latex_name(name)}$", [(middle, np.array([1.0, 0.0]))], 10.0, GREEN))
+
+
+def belts(m: MachineDrawing) -> None:
+    """Draw belts around their pulleys."""
+    for name, load in m.model.loads.items():
+        if points := load.strand:
+            line = np.array([m.page(m.now.point(point)) for point in points])
+            m.add([Line(line, Style(GREEN, 1.3))], class_="belt", data_load=name)
 
 
 def _across(a: Array, b: Array) -> Array:

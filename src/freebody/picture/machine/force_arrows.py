@@ -383,7 +383,7 @@ class Marks:
                 continue
             a = inner[0].arguments[0]
             other = magnitude * size / a
-            if isinstance(other, Polynomial) and any(h.kind == "inverse" for h in ring.used(other)):
+            if self._inverses(other) - self._inverses(magnitude):  # a is no factor of the magnitude
                 continue
             sign = 1 if self.number(a) > 0 else -1
             magnitude, direction = other, sign * direction
@@ -404,6 +404,11 @@ class Marks:
             sense = ">" if sign > 0 else "<"
             where[f"{text(a, ring)} {sense} 0"] = f"{latex(a, ring)} {sense} 0"
         return magnitude, direction, ", ".join(where), ", ".join(where.values())
+
+    def _inverses(self, x: Scalar) -> set[int]:
+        """Numbers of the generators that stand for 1/a in an expression."""
+        used = self.e.ring.used(x) if isinstance(x, Polynomial) else []
+        return {g.index for g in used if g.kind == "inverse"}
 
     def _wide(self, label: str) -> bool:
         """True if a label is too wide to be written at its arrow."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...describe.frame import Point
 from ...describe.loads.action import Action, Couple, PointForce
 from ...dynamics.loads.actions import actions, places
+from ...dynamics.loads.added_mass import moving
 from ...scalar.algebra import Vector
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
@@ -56,7 +57,7 @@ def moved_forces(m: MachineDrawing) -> dict[str, tuple[str, int, Any]]:
 def _single(m: MachineDrawing, name: str, sort: type[Action]) -> Any:
     """Return the action of a load that consists of one action of this sort, canonical; None of any other load."""
     kinds = [type(action) for action in places(m.model)[name]]
-    return actions(m.model, m.e.state, name)[0] if kinds == [sort] else None
+    return actions(m.model, moving(m.model, m.e.state, m.e.udot), name)[0] if kinds == [sort] else None
 
 
 def fixed_force(m: MachineDrawing, name: str) -> Vector | None:

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any
 from ...describe.constraints.constraint import Rolling
 from ...describe.loads.action import Action, Couple, JointForce, PointForce
 from ...dynamics.kinematics import Spot, poses, rotation
-from ...dynamics.loads.actions import actions, places
+from ...dynamics.loads.actions import accelerating, actions, places
+from ...dynamics.loads.added_mass import moving
 from ...dynamics.loads.loading import weight
 from ...dynamics.loads.power import joint_link
 from ...dynamics.motion import transmitting
 from ...dynamics.state import State
 from ...model.closure import Closure
 from ...model.model import Model
-from ...scalar.algebra import Vector, add, apply, divide, dot, scale
+from ...scalar.algebra import Scalar, Vector, add, apply, divide, dot, scale
 
 if TYPE_CHECKING:
     from ...motion.kernels.kernels import Kernels
@@ -90,13 +91,16 @@ def arrows(kernels: Kernels) -> tuple[Arrow, ...]:
     return tuple(result)
 
 
-def applied(model: Model, state: State) -> list[tuple[Arrow, Vector]]:
-    """Arrow of every load on a body, with its value in ground axes [N] or [N m]."""
-    return _loads(model, state)
+def applied(model: Model, state: State, udot: Sequence[Scalar] | None) -> list[tuple[Arrow, Vector]]:
+    """Arrow of every load on a body at accelerations u', with its value in ground axes [N] or [N m]."""
+    return _loads(model, moving(model, state, udot))
 
 
 def _loads(model: Model, state: State | None) -> list[tuple[Arrow, Any]]:
-    """Arrow of every load, with its value; without a state the values are None."""
+    """Arrow of every load, with its value; without a state the values are None.
+
+    Loads of accelerations have none in a machine with contacts, whose accelerations depend on the modes.
+    """
     result: list[tuple[Arrow, Any]] = []
     if any(component != 0 for component in model.gravity):
         for name, place in model.bodies.items():
@@ -104,6 +108,8 @@ def _loads(model: Model, state: State | None) -> list[tuple[Arrow, Any]]:
                 arrow = Arrow(name, "force", "force", name, place.center, "weight")
                 result.append((arrow, state and weight(model, state, place.mass)))
     for name, load in model.loads.items():
+        if model.contacts and name in accelerating(model):
+            continue
         shown = actions(model, state, name) if state else places(model)[name]
         result += _arrows(model, state, name, load.look.role, shown)
     return result

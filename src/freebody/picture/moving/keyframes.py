@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from ...dynamics import State, poses
 from ...dynamics.kinematics import angular_velocity
-from ...dynamics.motion import transmitting
+from ...dynamics.loads.actions import accelerating
+from ...dynamics.motion import motion, transmitting
 from ...motion.ode.dense_output import observe
 from ...motion.trajectory.quantities import quaternions
 from ...space.quaternion import Quaternion, quaternion_conjugate, quaternion_product
@@ -236,7 +237,9 @@ class _Source:
                 for x in (*posture.position, *(x for row in posture.rotation for x in row))
             ]
             spins = [x for name in model.bodies for x in angular_velocity(model, state, Named(name))]
-            loads = [x for _, vector in applied(model, state) for x in vector]
+            asking = accelerating(model) and not model.contacts
+            udot = motion(model, state, kernels.active).udot if asking else None
+            loads = [x for _, vector in applied(model, state, udot) for x in vector]
             return {"pose": pose, "spin": spins, "loads": loads}
 
         self.scene = kernels.program("keyframes", scene)

@@ -89,7 +89,7 @@ class Outputs:
         for name, posture in poses(model, state).items():
             result += [*posture.position, *(x for row in posture.rotation for x in row)]
             result += angular_velocity(model, state, Named(name))
-        result += [x for _, vector in applied(model, state) for x in vector]
+        result += [x for _, vector in applied(model, state, moving.udot) for x in vector]
         result += [
             x for pair in all_reactions(model, state, moving).values() for vector in pair for x in vector
         ]

@@ -392,7 +392,7 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
 
 
 def _lines(model: Model, state: State, names: list[str], size: float) -> list[dict[str, Any]]:
-    """Springs, dampers and ropes, between points of bodies (number -1 is the ground)."""
+    """Springs, dampers, ropes and belts, between points of bodies (number -1 is the ground)."""
 
     def end(point: Point) -> list[Any]:
         body = -1 if point.body.is_ground else names.index(point.body.name)
@@ -405,6 +405,9 @@ def _lines(model: Model, state: State, names: list[str], size: float) -> list[di
             result.append({"name": name, "kind": kind, "ends": [*map(end, ends)]})
     for name, points in ropes_of(model).items():
         result.append({"name": name, "kind": "rope", "ends": [end(point) for point in points]})
+    for name, load in model.loads.items():
+        if load.strand:
+            result.append({"name": name, "kind": "rope", "ends": [*map(end, load.strand)]})
     return result
 
 

@@ -30,6 +30,7 @@ import numpy as np
 import sympy
 
 from ...dynamics.armature import has_armature
+from ...dynamics.loads.actions import accelerating
 from ...dynamics.state import float_state
 from ...model.model import GROUND, Model
 from ...native import codegen
@@ -57,6 +58,8 @@ def applies(model: Model, mode: str = "motion") -> bool:
     in the ground only. From forces to accelerations, it must be a tree without armature whose displacements determine
     the coordinates one after another.
     """
+    if accelerating(model):
+        return False
     if mode in ("inverse", "mass"):
         if any(link.rotor != ZERO and link.parent != GROUND for link in model.links):
             return False

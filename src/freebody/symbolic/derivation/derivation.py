@@ -15,6 +15,7 @@ import sympy
 
 from ...dynamics.conditions.constraints import Linearized, linearized, rows, wrenches
 from ...dynamics.kinematics import Posture, accelerations, link_postures, poses, turning, velocities
+from ...dynamics.loads.actions import accelerating
 from ...dynamics.loads.loading import loading
 from ...dynamics.newton_euler import inverse_dynamics
 from ...scalar.algebra import Scalar, Vector, add, apply
@@ -32,8 +33,13 @@ class Derivation(CanonicalModel):
 
     @cached_property
     def _left_loads(self) -> set[str]:
-        """Names of the loads on the left side: springs and dampers."""
-        return {name for name, load in self.model.loads.items() if load.look.role in ("spring", "damper")}
+        """Names of the loads on the left side: springs, dampers, and those with added mass."""
+        asking = accelerating(self.model)
+        return {
+            name
+            for name, load in self.model.loads.items()
+            if load.look.role in ("spring", "damper") or name in asking
+        }
 
     @cached_property
     def recursive(self) -> Recursive:
@@ -45,7 +51,10 @@ class Derivation(CanonicalModel):
     def canonical_left(self) -> tuple[Scalar, ...]:
         """M u' + h as canonical polynomials, by one pass of Newton-Euler with u' as symbols."""
         return inverse_dynamics(
-            self.model, self.state, self.udot, loading(self.model, self.state, self._left_loads)
+            self.model,
+            self.state,
+            self.udot,
+            loading(self.model, self.state, self._left_loads, udot=self.udot),
         )
 
     @cached_property

@@ -26,6 +26,7 @@ from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joints.freedom import on_path, unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
 from ...dynamics.loads.actions import actions, scaled
+from ...dynamics.loads.added_mass import moving
 from ...dynamics.loads.loading import weight
 from ...dynamics.loads.power import joint_link, speed_of
 from ...errors import ModelError, nearest
@@ -216,7 +217,7 @@ class BodyBalance:
 
     def _load_actions(self, load: Load) -> list[Action]:
         """The actions of a load on this body; those at one place make one."""
-        acting = actions(self._e.model, self._e.state, load.name)
+        acting = actions(self._e.model, moving(self._e.model, self._e.state, self._e.udot), load.name)
         return [replace(x, load=load.name) for x in self._actions_of(load, load.name, load.look.role, acting)]
 
     def _actions_of(self, part: Any, label: str, role: str, acting: Iterable[Any]) -> list[Action]:

@@ -35,7 +35,7 @@ class Reactions(Shown, Mapping[str, Reaction]):
         e = self._e
         loads = None
         if e.model.constraints:
-            loads = constrained_loading(e.model, e.state, e.canonical_multipliers)
+            loads = constrained_loading(e.model, e.state, e.canonical_multipliers, e.udot)
         return reactions(e.model, e.state, e.udot, natural=True, loads=loads)
 
     def canonical_components(self, joint: str) -> dict[Any, Scalar]:

@@ -24,12 +24,10 @@ from ...dynamics.impulse import (
     blows_on,
     generalized_impulse,
     impulsive_reactions,
-    link_jumps,
-    point_jump,
     state_after,
     with_constraints,
 )
-from ...dynamics.kinematics import point_velocity
+from ...dynamics.kinematics import carried, link_twists, point_velocity
 from ...dynamics.state import State
 from ...errors import ModelError, nearest
 from ...model.closure import Closure
@@ -141,8 +139,8 @@ class Struck(Typeset):
     # -- consequences -------------------------------------------------------------------------------
 
     @cached_property
-    def _link_jumps(self) -> list[Any]:
-        return link_jumps(self.model, self._state, self._jump)
+    def _link_twists(self) -> list[Any]:
+        return link_twists(self.model, self._state, self._jump)
 
     @cached_property
     def _wrenches(self) -> dict[str, tuple[Vector, Vector, str]]:
@@ -150,7 +148,7 @@ class Struck(Typeset):
         model, state = self.model, self._state
         D, jump, multipliers, blows = self._with_common_denominator()
         everything = with_constraints(model, state, blows, multipliers, 1 if D is None else D)
-        jumps = link_jumps(model, state, jump)
+        jumps = link_twists(model, state, jump)
         joint_impulses = impulsive_reactions(model, state, jumps, blows_on(model, state, everything))
         result = {}
         for name, (impulse, moment) in joint_impulses.items():
@@ -263,7 +261,7 @@ class Struck(Typeset):
         """Velocities of a point just before and just after, in ground axes [m/s]."""
         point = point.origin if isinstance(point, Body) else point
         before = point_velocity(self.model, self._state, point)
-        jump = point_jump(self.model, self._state, self._link_jumps, point)
+        jump = carried(self.model, self._state, point, self._link_twists)
         return self._column(before), self._column(add(before, jump))
 
     @property

@@ -14,12 +14,10 @@ from ...dynamics.impulse import (
     blows_on,
     generalized_impulse,
     impulsive_reactions,
-    link_jumps,
-    point_jump,
     speed_jumps,
     with_constraints,
 )
-from ...dynamics.kinematics import point_velocity
+from ...dynamics.kinematics import carried, link_twists, point_velocity
 from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model
@@ -141,7 +139,7 @@ def restituted(
     length = state.field.sqrt(dot(normal, normal))
     n = (divide(normal[0], length), divide(normal[1], length), divide(normal[2], length))
     jump, _ = jumps(generalized_impulse(model, state, blows_on(model, state, [(point, n, ZERO)])))
-    gain = dot(n, point_jump(model, state, link_jumps(model, state, jump), point))
+    gain = dot(n, carried(model, state, point, link_twists(model, state, jump)))
     speed = dot(n, point_velocity(model, state, point))
     if type(gain) is Ratio:
         gain = gain.tidy()
@@ -187,7 +185,7 @@ def percussion(
         jump, multipliers = jumps(generalized_impulse(model, state, f))
         everything = with_constraints(model, state, [(PointOf(body, place), direction, ZERO)], multipliers)
         joint_impulses = impulsive_reactions(
-            model, state, link_jumps(model, state, jump), blows_on(model, state, everything)
+            model, state, link_twists(model, state, jump), blows_on(model, state, everything)
         )
         value = dot(joint_impulses[joint][0], direction)
         total.append(value if type(value) is Ratio else Ratio(ring, value))

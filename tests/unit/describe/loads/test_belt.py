@@ -130,3 +130,21 @@ def test_pulleys_on_other_joints_or_other_bodies():
         ModelError, match=r"Expected a pulley of belt 'b' as \(hinge, radius\), got hinge 'one'"
     ):
         s.belt("b", s.joints["one"], (rail, 1), stiffness=1)
+
+
+@pytest.mark.parametrize(("run", "sense"), [("open", 1), ("crossed", -1)])
+def test_it_is_drawn_along_the_tangents(run, sense):
+    """Every point of the line is on a rim, and each span is at right angles to the radii at its ends."""
+    s = pulleys(run)
+    line = np.array([[float(x) for x in point.components] for point in s.loads["belt"].strand])[:, :2]
+    assert line[0] == pytest.approx(line[-1], abs=1e-15)
+    centres, radii = np.array([[0, 0], [D, 0]]), np.array([R1, R2])
+    on = np.abs(np.linalg.norm(line[:, None] - centres, axis=2) - radii) < 1e-15
+    assert on.any(axis=1).all()
+    spans = [(a, b) for a, b in zip(line, line[1:], strict=False) if np.linalg.norm(b - a) > D / 2]
+    assert len(spans) == 2
+    for a, b in spans:
+        assert np.linalg.norm(b - a) == pytest.approx(np.sqrt(D**2 - (R1 - sense * R2) ** 2), rel=1e-14)
+    assert 'class="belt"' in fb.draw(s).svg
+    page = fb.simulate(s, 0.01).animate().html
+    assert '"name": "belt"' in page or '"name":"belt"' in page

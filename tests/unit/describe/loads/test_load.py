@@ -56,7 +56,7 @@ def test_no_file_names_a_kind_of_load():
             if isinstance(node, ast.ImportFrom) and "loads" in (node.module or "").split("."):
                 if node.level == 1 and node.module == "loads":
                     continue  # the loads of model files, and of time steps
-                if node.module.rpartition(".")[2] in ("actions", "instant", "loading", "power"):
+                if node.module.rpartition(".")[2] in ("actions", "added_mass", "instant", "loading", "power"):
                     continue  # of the dynamics
                 assert node.module.rpartition(".")[2] in ("action", "law", "load", "loads"), path
                 assert {alias.name for alias in node.names} <= {

@@ -136,12 +136,6 @@ def test_where_is_located():
     assert motion.at(event.time)["phi"] == pytest.approx(0.7, abs=1e-9)
 
 
-def test_accelerations_are_refused_with_the_cure():
-    s, *_ = machine(lambda self, at: at.acceleration(self.point).x)
-    with pytest.raises(fb.FreebodyError, match="changes the mass matrix.*armature= or rotor="):
-        fb.equations(s).text()
-
-
 def test_a_new_kind_is_one_file_and_no_line_elsewhere(tmp_path, monkeypatch):
     """A file of a user, imported, is in every product; nothing of the package is changed or knows it."""
     source = """

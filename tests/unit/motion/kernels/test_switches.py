@@ -73,19 +73,3 @@ def test_where_in_numbers_formulas_and_code():
     assert program.forward_dynamics(states, np.zeros((2, 1))).ravel().tolist() == [0.0, -1.5]
     linear = fb.linearize(s, about={"x": 0.5, "x'": 0}, values={})
     assert np.allclose(np.array(linear.K, float), 0)
-
-
-def test_accelerations_are_refused_with_the_cure():
-    class Sensor(fb.Load):
-        point: fb.Point
-
-        def actions(self, at):
-            yield fb.PointForce(self.point, -at.acceleration(self.point))
-
-    s = cart()
-    s.add("sensor", Sensor(s.bodies["body"].center))
-    with pytest.raises(
-        fb.FreebodyError,
-        match="Sensor 'sensor': a load that depends on accelerations changes the mass matrix.*armature=",
-    ):
-        fb.equations(s).text()

@@ -74,3 +74,15 @@ def test_a_force_without_a_value_at_rest_is_drawn_along_the_axes_and_moves_over_
     (path,) = paths_of_arrows(motion, keys).values()
     x, y = keys.states[:, 0], keys.states[:, 1]
     assert path == pytest.approx(np.stack([x, 0 * y, 0 * y], axis=1), abs=1e-12)
+
+
+def test_the_reaction_of_a_path_is_labelled_by_its_name():
+    """Not a wire_q/|a|: what is a/|a| is the sense of the arrow, on the condition a > 0."""
+    s = fb.System("bead")
+    m, g, a = s.parameters(m=1.0, g=9.81, a=0.5)
+    s.gravity = (0, -g, 0)
+    bead = s.body("bead", fb.particle(m))
+    position = ("a*(p + sin(p))", "-a*cos(p)", 0)
+    s.path_joint("wire", s.ground, bead, coordinate="p", position=position)
+    svg = fb.free_body_diagram(s, "bead").svg
+    assert 'data-symbol="wire_q"' in svg and "a &gt; 0, 1 + cos(p) &gt; 0" in svg
