@@ -17,7 +17,6 @@ from ..contacts import Solid, between_bodies, given_floor, gives_floor, touch, t
 from ..xml_tree import Element, identifier
 from .geoms import Geom
 
-
 SAYS = ("contype", "conaffinity", "priority", "condim", "friction")
 """Attributes of a geom that decide what it touches, and with what friction."""
 
