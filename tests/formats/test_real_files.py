@@ -35,7 +35,9 @@ EXACT = 1e-12
 
 def files(table: dict[str, list[str]]) -> list[object]:
     """The files of the packages, as arguments of a test."""
-    return [pytest.param(package, file, id=Path(file).name) for package, some in table.items() for file in some]
+    return [
+        pytest.param(package, file, id=Path(file).name) for package, some in table.items() for file in some
+    ]
 
 
 def place(package: str, file: str) -> Path:
