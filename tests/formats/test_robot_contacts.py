@@ -217,8 +217,8 @@ def meetings(s: fb.System) -> dict[tuple[str, str], str]:
     found = {}
     for family in fb.assemble(s).families:
         n = len(family.members)
-        for i, j in ((i, j) for i in range(n) for j in range(i + 1, n) if family.meet(i, j)):
-            names = sorted(family.members[k].shape.body.name for k in (i, j))
+        for pair in ((i, j) for i in range(n) for j in range(i + 1, n) if family.meet(i, j)):
+            names = sorted(family.members[k].shape.body.name for k in pair)
             assert tuple(names) not in found
             found[tuple(names)] = str(family.friction)
     return found
@@ -227,9 +227,8 @@ def meetings(s: fb.System) -> dict[tuple[str, str], str]:
 def two(folder: Path, first: str = "", second: str = "", **options: object) -> fb.System:
     """Two pendulums side by side, whose balls are geoms with these attributes."""
     bodies = PENDULUM.format("a", 0, first), PENDULUM.format("b", 0.2, second)
-    return read_mjcf(
-        folder, FLOOR.replace("<geom ", '<geom pos="0 0 -9" '), *bodies, **{"contacts": "all", **options}
-    )  # type: ignore[arg-type]
+    floor = FLOOR.replace("<geom ", '<geom pos="0 0 -9" ')
+    return read_mjcf(folder, floor, *bodies, **{"contacts": "all", **options})  # type: ignore[arg-type]
 
 
 def test_a_pendulum_stops_at_another_and_gives_it_its_momentum(tmp_path):

@@ -1,4 +1,4 @@
-"""Solids of a robot's links as shapes of contacts: the floor that they touch, and families in which they touch each other.
+"""Solids of a robot's links as shapes of contacts: they touch a floor, and each other in families.
 
 A solid touches a plane at its corners, a capsule at the spheres and a cylinder at the circles of its ends. Spheres,
 capsules, boxes and hulls touch each other; a family has one coefficient of friction.
@@ -50,8 +50,8 @@ def check_contacts(value: Any) -> None:
         return
     if not isinstance(value, Mapping):
         raise ModelError(
-            f"Expected contacts= None, 'floor', 'all' or a mapping that gives a floor, such as {{'friction': 0.8}}, got "
-            f"{shown(value)}."
+            f"Expected contacts= None, 'floor', 'all' or a mapping that gives a floor, such as {{'friction': 0.8}}, "
+            f"got {shown(value)}."
         )
     for key in value:
         if key not in (*FLOOR, *BODIES):
@@ -118,7 +118,7 @@ def solid_of(solid: Solid) -> Any:
 def corners_of(box: Solid) -> list[Any]:
     """Return the corners of a box."""
     signs = ((x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1))
-    return [box.pose.point(tuple(s * a for s, a in zip(one, box.sizes, strict=True))) for one in signs]  # type: ignore[arg-type]
+    return [box.pose.point(tuple(s * a for s, a in zip(one, box.sizes, strict=True))) for one in signs]
 
 
 def hull_of(vertices: Any) -> Any:

@@ -332,8 +332,10 @@ def test_a_start_follows_its_parameter_in_a_browser():
 ARM = """<mujoco model="arm"><compiler angle="radian"/><worldbody>
 <body name="upper"><joint name="shoulder" axis="0 1 0" range="-1 2.5" limited="true" stiffness="3"/>
 <geom type="capsule" size="0.04" fromto="0 0 0 0 0 -1"/>
-<body name="fore" pos="0 0 -1"><joint name="elbow" axis="0 1 0"/><geom type="capsule" size="0.04" fromto="0 0 0 0 0 -0.6"/>
-<body name="rod" pos="0 0 -0.6"><joint name="reach" type="slide"/><geom type="box" size="0.02 0.02 0.1"/></body></body></body>
+<body name="fore" pos="0 0 -1"><joint name="elbow" axis="0 1 0"/>
+<geom type="capsule" size="0.04" fromto="0 0 0 0 0 -0.6"/>
+<body name="rod" pos="0 0 -0.6"><joint name="reach" type="slide"/>
+<geom type="box" size="0.02 0.02 0.1"/></body></body></body>
 </worldbody><actuator><motor name="drive" joint="elbow"/></actuator></mujoco>"""
 
 

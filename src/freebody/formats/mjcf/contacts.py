@@ -196,7 +196,7 @@ def _whole(reader: Any, one: Toucher) -> Solid | None:
 
 def _alike(one: Element, other: Element) -> bool:
     """Return True if the type of one geom is among the affinities of the other."""
-    types, affinities = ([int(x.number(key, 1)) for x in (one, other)] for key in ("contype", "conaffinity"))
+    types, affinities = ([x.whole(key, 1) for x in (one, other)] for key in ("contype", "conaffinity"))
     return bool(types[0] & affinities[1] or types[1] & affinities[0])
 
 
@@ -207,7 +207,7 @@ def _friction(reader: Any, *ends: Any) -> float:
         elements = elements[:1]
     first = max(one.number("priority", 0) for one in elements)
     ruling = [one for one in elements if one.number("priority", 0) == first]
-    size = max(int(one.number("condim", 3)) for one in ruling)
+    size = max(one.whole("condim", 3) for one in ruling)
     if size > 3:
         reader.reading.left_out(
             f"<{elements[0].tag}>",
@@ -215,4 +215,9 @@ def _friction(reader: Any, *ends: Any) -> float:
             "no friction resists its turn and roll",
             f"condim {size}",
         )
+    for one in ruling:
+        if min(one.several("friction"), default=0) < 0:
+            raise one.error(
+                f"expected a friction of <{one.tag}> that is not negative, got {one.get('friction')}"
+            )
     return 0.0 if size == 1 else max((one.several("friction") or (1.0,))[0] for one in ruling)

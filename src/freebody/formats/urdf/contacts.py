@@ -1,4 +1,4 @@
-"""Contacts of a URDF file: the solids of <collision> touch a floor, of which the format says nothing, and each other."""
+"""Contacts of a URDF file: the solids of <collision> touch each other, and a floor, of which the format says nothing."""
 
 from __future__ import annotations
 

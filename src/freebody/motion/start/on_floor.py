@@ -1,7 +1,7 @@
 """``fb.on_floor``: the start of a machine that stands on its floor.
 
-A free joint, or slides in the ground, move what they carry without turning it. Along their displacements x the gaps to a
-plane are linear: with the directions A of x and the unit vector e against gravity,
+A free joint, or slides in the ground, move what they carry without turning it. Along their displacements x the gaps
+to a plane are linear: with the directions A of x and the unit vector e against gravity,
 
     x = x_0 + d Aᵀe,      g_i = g_i0 + d n_i·A Aᵀe,      d = max -g_i0 / (n_i·A Aᵀe)
 """
@@ -126,7 +126,7 @@ def _slides(model: Model, root: int) -> list[int]:
 def _raised(
     model: Model, q: Sequence[float], values: Any, contacts: Sequence[Contact], slides: list[int], up: Vector
 ) -> dict[str, float]:
-    """Return the displacements, by name, with which the lowest of some contacts is closed; nothing if they cannot be."""
+    """Return the displacements, by name, with which the lowest of some contacts is closed; none if it cannot be."""
     feature = [not contact.feature.body.is_ground for contact in contacts]
 
     def seen(places: Sequence[float], count: int) -> list[Any]:
