@@ -1,4 +1,4 @@
-"""Contacts of a URDF file: the solids of <collision> touch each other, and a floor, of which the format says nothing."""
+"""Contacts of a URDF file: solids of <collision> touch each other, and a floor, of which the format says nothing."""
 
 from __future__ import annotations
 
