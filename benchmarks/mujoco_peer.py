@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 import time
+import xml.etree.ElementTree as tree
 from pathlib import Path
 from typing import Any
 
@@ -174,6 +175,47 @@ class Peer:
                 worst, float(np.abs(p - d.xpos[i]).max()) / size, float(np.abs(R.ravel() - d.xmat[i]).max())
             )
         return worst
+
+
+def of_urdf(path: Path, system: Any, random: Any) -> tuple[float, float, float]:
+    """Return the differences of M, h and a of a URDF file of hinges and slides at a random state.
+
+    MuJoCo reads the file without its solids, and joints that mimic others as joints of their own: these follow by the
+    rates G of all joints, GᵀMG and Gᵀh.
+    """
+    import mujoco
+
+    import freebody as fb
+
+    root = tree.parse(path).getroot()
+    for link in root.iter("link"):
+        for tag in ("visual", "collision"):
+            for solid in link.findall(tag):
+                link.remove(solid)
+    m = mujoco.MjModel.from_xml_string(tree.tostring(root, "unicode"))
+    m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    d, program, model = mujoco.MjData(m), fb.compile(system), fb.assemble(system)
+    symbols = {one.symbol: i for i, one in enumerate(model.coordinates)}
+    q, u = (random.uniform(-1, 1, model.n_u) for _ in range(2))
+    G = np.zeros((m.nv, model.n_u))
+    for j in range(m.njnt):
+        name = m.joint(j).name
+        y = system.joints[system.reading.names.get(name, name)].primitives[0].coordinate
+        atoms = [atom for atom in symbols if y.has(atom)]
+        d.qpos[m.jnt_qposadr[j]] = y.subs({atom: q[symbols[atom]] for atom in atoms})
+        for atom in atoms:
+            G[m.jnt_dofadr[j], symbols[atom]] = y.diff(atom)
+    d.qvel[:] = G @ u
+    mujoco.mj_forward(m, d)
+    M = np.zeros((m.nv, m.nv))
+    mujoco.mj_fullM(m, d, M)
+    M, h, a = G.T @ M @ G, G.T @ (d.qfrc_bias - d.qfrc_passive), program.forward_dynamics(q, u)
+    most = float(np.abs(M).max())
+    return (
+        float(np.abs(program.mass_matrix(q) - M).max() / most),
+        float(np.abs(program.bias(q, u) - h).max() / (np.abs(h).max() or 1)),
+        float(np.abs(M @ a + h).max() / (most * np.abs(a).max() + np.abs(h).max() or 1)),
+    )
 
 
 def compared(path: Path) -> tuple[str, Any]:

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from .motion.legs.impulse import centre_of_percussion as centre_of_percussion
     from .motion.legs.impulse import impulse as impulse
     from .motion.ode.tableau import RungeKutta as RungeKutta
+    from .motion.start.on_floor import on_floor as on_floor
     from .motion.trajectory.event import event as event
     from .motion.trajectory.trajectory import Trajectory as Trajectory
     from .picture.free_body.free_body_diagram import free_body_diagram as free_body_diagram
@@ -180,6 +181,7 @@ _EXPORTS = {
     "ring": "space.solids",
     "sample": "studies.lanes.sample",
     "signal": "describe.signal",
+    "on_floor": "motion.start.on_floor",
     "open_study": "studies.open_study",
     "simulate": "studies.simulate",
     "Study": "studies.study",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 import pytest
 from hypothesis import given, settings
@@ -227,10 +227,10 @@ def test_write_into_no_folder(tmp_path: Path) -> None:
     ],
 )
 def test_hostile_text_ends_soon_in_a_refusal(text: str) -> None:
-    start = perf_counter()
+    start = process_time()
     with pytest.raises(FormatError):
         case_from_text(text, "hostile.toml")
-    assert perf_counter() - start < 5
+    assert process_time() - start < 5
 
 
 @settings(max_examples=150)

@@ -625,6 +625,94 @@ def test_a_joint_that_is_left_out_by_the_compiler_has_no_limits(tmp_path):
         ({"head": "<equality><connect body1='rad' anchor='0 0 0'/></equality>"}, "unknown body 'rad' of equality 'equality1'; "),
         ({"head": "<equality><joint/></equality>"}, "expected the attribute 'joint1' of equality 'equality1'."),
         ({"head": "<equality><tendon/></equality>"}, "expected the attribute 'tendon1' of equality 'equality1'."),
+        *((
+            {"bodies": PIN.replace("<joint ", f"<joint {text} ")}, message) for text, message in (
+            ('ref="1 2"', 'expected a number for ref= of <joint>, got "1 2".'),
+            ('range="1 2 3"', 'expected 2 numbers for range= of <joint>, got "1 2 3".'),
+            ('limited="maybe"', "expected one of 'false', 'true', 'auto' for limited= of <joint>, got 'maybe'."),
+            ('stiffness="inf"', 'expected a number for stiffness= of <joint>, got "inf".'),
+            ('armature="-1"', "expected armature= of <joint> that is not negative, got -1."),
+            ('frictionloss="-1"', "expected frictionloss= of <joint> that is not negative, got -1."),
+            ('springdamper="1"', 'expected 2 numbers for springdamper= of <joint>, got "1".'),
+            ('pos="nan 0 0"', 'expected 3 numbers for pos= of <joint>, got "nan 0 0".'),
+            ('pos="1e61 0 0"', 'expected numbers of at most 1e60 for pos= of <joint>, got "1e61 0 0".'),
+        )),
+        *((
+            {"bodies": PIN.replace("<body ", f"<body {text} ")}, message) for text, message in (
+            ('mocap="yes"', "expected one of 'false', 'true' for mocap= of <body>, got 'yes'."),
+            ('gravcomp="x"', 'expected a number for gravcomp= of <body>, got "x".'),
+            ('quat="1 0 0"', 'expected 4 numbers for quat= of <body>, got "1 0 0".'),
+            ('quat="1e200 0 0 0"', "expected numbers of at most 1e60 for quat= of <body>"),
+            ('euler="1 0"', 'expected 3 numbers for euler= of <body>, got "1 0".'),
+            ('axisangle="0 0 0 1"', "expected a direction for axisangle= of <body>, got a vector of length 0."),
+            ('xyaxes="1 0 0 1 0 0"', "expected a direction for xyaxes= of <body>, got a vector of length 0."),
+            ('childclass="no"', "unknown class 'no' of <joint>; no names are known yet."),
+        )),
+        *((
+            {"bodies": PIN.replace("</body>", f"<geom {text}/></body>").replace(ROD, "")}, message) for text, message in (
+            ("", "expected the attribute 'size' of <geom>."),
+            ('size="1e300"', 'expected numbers of at most 1e60 for size= of <geom>, got "1e300".'),
+            ('size="1" mass="x"', 'expected a number for mass= of <geom>, got "x".'),
+            ('size="1" group="x"', 'expected a number for group= of <geom>, got "x".'),
+            ('size="1" contype="1.5"', "expected a whole number for contype= of <geom>, got 1.5."),
+            ('size="1" rgba="a b c d"', 'expected 4 numbers for rgba= of <geom>, got "a b c d".'),
+            ('size="1" shellinertia="x"', "expected one of 'false', 'true' for shellinertia= of <geom>, got 'x'."),
+            ('type="capsule" size="1" fromto="0 0 0"', 'expected 6 numbers for fromto= of <geom>, got "0 0 0".'),
+            ('type="capsule" size="1" fromto="0 0 0 0 0 0"', "expected a direction for fromto= of <geom>"),
+            ('type="mesh"', "expected the attribute 'mesh' of <geom>."),
+            ('name="g" size="1"/><geom name="g" size="1"', "expected each geom once, got 'g' again."),
+        )),
+        *((
+            {"head": f'<asset><mesh name="m" {text}/></asset>',
+             "bodies": PIN.replace("</body>", '<geom type="mesh" mesh="m"/></body>').replace(ROD, "")},
+            f"expected a mass of body 'rod' or of one that it carries, since it has a joint: m: {message}",
+        ) for text, message in (
+            ("", "expected three numbers for each vertex, got 0 numbers."),
+            ('vertex="0 0 0 1"', "expected three numbers for each vertex, got 4 numbers."),
+            ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 1 9"', "expected face= with faces of its own vertices."),
+            ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 1 -1"', "expected face= with faces of its own vertices."),
+            ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 1"', "expected face= with faces of its own vertices."),
+            ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 1 1e30"', "expected face= with faces of its own vertices."),
+            ('vertex="0 0 0 1 0 0 0 1 0 1 1 0"', "expected points with a convex hull."),
+            ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" inertia="magic"', "arm.xml, line 2: expected one of 'legacy', 'convex'"),
+            ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" scale="1 1"', "arm.xml, line 2: expected 3 numbers for scale= of <mesh>"),
+            ('vertex="0 0 0 1 0 0 0 1 0 0 0 1" refquat="0 0 0 0"', "arm.xml, line 2: expected a quaternion of <mesh>"),
+            ('file="no.stl"', "no such file near the robot's file."),
+        )),
+        *((
+            {"head": head}, message) for head, message in (
+            ('<asset><mesh name="m" vertex="0 0 0"/><mesh name="m" vertex="0 0 0"/></asset>', "expected each mesh once, got 'm' again."),
+            ('<option gravity="x"/>', 'expected 3 numbers for gravity= of <option>, got "x".'),
+            ('<option><flag gravity="perhaps"/></option>', "expected one of 'disable', 'enable' for gravity= of <flag>, got 'perhaps'."),
+            ('<compiler inertiafromgeom="x"/>', "for inertiafromgeom= of <compiler>, got 'x'."),
+            ('<compiler boundmass="x"/>', 'expected a number for boundmass= of <compiler>, got "x".'),
+            ('<compiler inertiagrouprange="1"/>', 'expected 2 numbers for inertiagrouprange= of <compiler>, got "1".'),
+            ('<compiler balanceinertia="1"/>', "expected one of 'false', 'true' for balanceinertia= of <compiler>, got '1'."),
+            ('<default><default class="main"/></default>', "expected each class once, got 'main' again."),
+            ('<default><joint armature="x"/></default>', 'expected a number for armature= of <joint>, got "x".'),
+            ('<actuator><motor joint="pin" gear="x"/></actuator>', 'expected a number for gear= of <motor>, got "x".'),
+            ('<actuator><motor joint="pin" ctrlrange="1"/></actuator>', 'expected 2 numbers for ctrlrange= of <motor>, got "1".'),
+            ('<actuator><motor joint="pin" forcerange="2 1"/></actuator>', "expected the smaller one first of forcerange= of <motor>, got 2 1."),
+            ('<actuator><motor joint="pin" ctrllimited="x"/></actuator>', "for ctrllimited= of <motor>, got 'x'."),
+            ('<actuator><motor tendon="no"/></actuator>', "unknown tendon 'no' of <motor>; no names are known yet."),
+            ('<actuator><motor name="a" joint="pin"/><motor name="a" joint="pin"/></actuator>', "expected each actuator once, got 'a' again."),
+            ('<tendon><fixed name="t"><joint joint="pin"/></fixed></tendon>', "expected the attribute 'coef' of <joint>."),
+            ('<tendon><fixed name="t" range="1"><joint joint="pin" coef="1"/></fixed></tendon>', 'expected 2 numbers for range= of <fixed>, got "1".'),
+            ('<tendon><fixed name="t" springlength="1 2 3"  stiffness="1"><joint joint="pin" coef="1"/></fixed></tendon>', "expected one or two numbers for springlength= of <fixed> 't', got 3."),
+            ('<tendon><fixed name="t"/><fixed name="t"/></tendon>', "expected each tendon once, got 't' again."),
+            ('<equality><connect body1="rod"/></equality>', "expected the attribute 'anchor' of <connect>."),
+            ('<equality><weld body1="rod" relpose="1 2"/></equality>', 'expected 7 numbers for relpose= of <weld>, got "1 2".'),
+            ('<equality><joint joint1="pin" polycoef="x"/></equality>', 'expected a number for polycoef= of <joint>, got "x".'),
+            ('<equality><joint joint1="pin" active="x"/></equality>', "for active= of <joint>, got 'x'."),
+            ('<equality><joint joint1="pin" joint2="pin"/></equality>', "contains no coordinate: '0' does not restrict the motion."),
+            ('<equality><connect site1="a" site2="b"/></equality>', "unknown site 'a' of equality 'equality1'; no names are known yet."),
+            ('<equality><tendon tendon1="no"/></equality>', "unknown tendon 'no' of <tendon>; no names are known yet."),
+            ('<keyframe><key qpos="x"/></keyframe>', 'expected a number for qpos= of <key>, got "x".'),
+            ('<keyframe><key name="a" qpos="1"/><key name="a" qpos="2"/></keyframe>', "expected each key once, got 'a' again."),
+            ('<include/>', "expected the attribute 'file' of <include>."),
+            (f'<include file="{"a" * 5000}"/>', "no such file near the robot's file."),
+            ('<include file="../../../../../../../../../etc/passwd"/>', "no such file near the robot's file."),
+        )),
         ({"bodies": PIN.replace("<joint ", '<joint type="ball"/><joint name="k" ').replace('name="k" name', 'name')}, "Chain 'rod' has a ball, which makes every turn."),
     ],
 )  # fmt: skip
@@ -635,6 +723,38 @@ def test_broken_files_are_refused_with_line_and_cure(tmp_path, parts, message):
     with pytest.raises(FormatError) as error:
         fb.read(path)
     assert message in str(error.value) and "arm.xml, line " in str(error.value)
+
+
+def test_a_friction_below_zero_is_refused_with_its_line(tmp_path):
+    ball = '<body><freejoint/><geom size="1" friction="-1"/></body>'
+    with pytest.raises(
+        FormatError, match="arm.xml, line 3: expected a friction of <geom> that is not negative, got -1"
+    ):
+        read(tmp_path, ball, contacts="floor")
+
+
+def test_parts_are_refused_in_their_own_lines(tmp_path):
+    for text, message in (
+        (
+            "<mujoco>\n<include file='arm.xml'/></mujoco>",
+            "b.xml, line 2: expected each file included once, got 'arm.xml'",
+        ),
+        ("<!DOCTYPE a [<!ENTITY b 'c'>]><mujoco/>", "b.xml, line 1: expected no document type"),
+        ("<mujoco>", "b.xml, line 1: expected XML, got text with an error"),
+    ):
+        (tmp_path / "b.xml").write_text(text)
+        with pytest.raises(FormatError, match=message):
+            read(tmp_path, PIN, head="<include file='b.xml'/>")
+
+
+def test_attributes_of_the_compiler_that_are_not_read_are_said(tmp_path):
+    s = read(tmp_path, PIN, head='<compiler alignfree="true" magic="1" texturedir="x"/>')
+    assert "alignfree: a free joint keeps the origin and axes of its body: <compiler>, line 1" in str(
+        s.reading
+    )
+    assert "magic: not an attribute that freebody knows" in str(s.reading) and "texturedir" not in str(
+        s.reading
+    )
 
 
 def test_options_are_checked(tmp_path):

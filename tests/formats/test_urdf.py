@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -222,7 +223,7 @@ def test_limits_and_dry_friction_are_kept_or_said(tmp_path):
 
 
 def test_limits_and_dry_friction_are_read_when_asked_for(tmp_path):
-    inside = '<axis xyz="0 1 0"/><limit lower="-0.25" upper="2"/><dynamics friction="0.7"/>'
+    inside = '<limit lower="-0.25" upper="2"/><dynamics friction="0.7"/>'
     parts = '<link name="w"/>', bar("a"), joint("j", "w", "a", "revolute", inside)
     s = read(tmp_path, *parts, limits=True, friction=True)
     assert s.reading.notes[1:] == [] and list(s.contacts) == ["j_stop", "j_friction"]
@@ -233,7 +234,7 @@ def test_limits_and_dry_friction_are_read_when_asked_for(tmp_path):
 
 
 def test_a_pose_beyond_the_limits_is_said_and_the_nearest_is_the_start(tmp_path):
-    inside = '<axis xyz="0 1 0"/><limit lower="-3" upper="-0.5"/>'
+    inside = '<limit lower="-3" upper="-0.5"/>'
     s = read(tmp_path, '<link name="w"/>', bar("a"), joint("j", "w", "a", "revolute", inside), limits=True)
     assert s.reading.initial == {"j": -0.5} and "0 is not in -3 to -0.5" in str(s.reading)
     assert fb.simulate(s, 0.1, initial=s.reading.initial)["j"][0] == -0.5
@@ -250,9 +251,7 @@ def test_limits_without_a_range_stop_nothing(tmp_path, ends):
 
 def test_limits_and_friction_of_a_follower_are_those_of_the_joint_that_it_mimics(tmp_path):
     def limited(low: float, high: float, friction: float, more: str = "") -> str:
-        return (
-            f'<axis xyz="1 0 0"/><limit lower="{low}" upper="{high}"/><dynamics friction="{friction}"/>{more}'
-        )
+        return f'<limit lower="{low}" upper="{high}"/><dynamics friction="{friction}"/>{more}'
 
     mimic = '<mimic joint="a" multiplier="-2" offset="1"/>'
     s = read(tmp_path, '<link name="w"/>', bar("A"), bar("B"),
@@ -364,6 +363,30 @@ def test_large_meshes_are_made_coarse():
     assert np.abs(np.linalg.norm(vertices, axis=1) - 1).max() < 0.02
 
 
+PLY = """ply
+format {} 1.0
+element vertex 1000000000
+property float x
+property float y
+property float z
+element face 1000000000
+property list uchar int vertex_indices
+end_header
+"""
+GLTF = (
+    b'{"asset":{"version":"2.0"},"buffers":[{"uri":"secret.bin","byteLength":36}],'
+    b'"bufferViews":[{"buffer":0,"byteLength":36}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,'
+    b'"type":"VEC3"}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],'
+    b'"scenes":[{"nodes":[0]}],"scene":0}'
+)
+"""A mesh whose corners are in another file."""
+LAUGHS = (
+    b'<!DOCTYPE lolz [<!ENTITY l1 "lol">'
+    + b"".join(b'<!ENTITY l%d "%s">' % (k + 1, b"&l%d;" % k * 10) for k in range(1, 10))
+    + b"]><COLLADA>&l10;</COLLADA>"
+)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
@@ -380,15 +403,35 @@ def test_large_meshes_are_made_coarse():
         ),
         ("bad.obj", b"v 0 0 x\nf 1 1 1", "three numbers"),
         ("word.obj", b"v 0 0 0\nf a b c", "corners of a face"),
+        ("long" * 2000 + ".stl", None, "no such file"),
+        ("huge.obj", b"v 0 0 0\nf 1 2 " + b"9" * 30, "faces of its own vertices"),
+        ("lines.obj", b"v 0 0 0\nf 1\n", "faces of its own vertices"),
+        ("many.msh", (10**9).to_bytes(4, "little") * 4, "expected MSH of"),
+        ("many.ply", PLY.format("binary_little_endian").encode(), "trimesh cannot read it"),
+        ("ascii.ply", PLY.format("ascii").encode() + b"0 0 0\n", "triangles with an area"),
+        ("many.off", b"OFF\n1000000000 1000000000 0\n0 0 0\n", "trimesh cannot read it"),
+        ("laughs.dae", LAUGHS, "trimesh cannot read it"),
+        (
+            "entity.dae",
+            b'<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]><COLLADA>&x;</COLLADA>',
+            "trimesh cannot",
+        ),
+        ("other.gltf", GLTF, "trimesh cannot read it"),
+        ("package://arm/../../../../../../../etc/passwd", None, "no such file"),
         ("file:///etc/passwd", None, "package://"),
         ("../../../../../../../../etc/passwd", None, "no such file"),
         ("/etc/passwd", None, "no such file"),
     ],
 )
 def test_a_mesh_that_cannot_be_read_is_left_out_and_said(tmp_path, name, content, words):
+    if name.endswith((".dae", ".ply", ".off", ".gltf")):
+        pytest.importorskip("trimesh")
     if content is not None:
         (tmp_path / name).write_bytes(content)
+    (tmp_path / "secret.bin").write_bytes(bytes(36))
+    begin = process_time()
     s = read(tmp_path, '<link name="w"/>', mesh_link(name), joint("j", "w", "a"))
+    assert process_time() - begin < 10
     assert s.bodies["a"].mass_properties.shape is None
     (note,) = [note for note in s.reading.notes if "mesh" in note.what]
     assert words in note.detail, note
@@ -421,6 +464,36 @@ BODY = [bar("a"), bar("b")]
         ([*BODY, joint("j", "a", "b", "floating", "<mimic joint='j'/>")], "one coordinate"),
         ([bar("a").replace('value="2"', 'value="-2"')], "not negative, got -2 kg"),
         ([bar("a").replace('value="2"', 'value="heavy"')], 'a number for value= of <mass>, got "heavy"'),
+        ([bar("a").replace('value="2"', 'value="1e61"')], 'numbers of at most 1e60 for value= of <mass>, got "1e61"'),
+        ([bar("a").replace('value="2"', "")], "attribute 'value' of <mass>"),
+        ([bar("a").replace('ixx="0.2"', 'ixx="x"')], 'a number for ixx= of <inertia>, got "x"'),
+        ([bar("a").replace("</link>", "<inertial/></link>")], "expected one <inertial> in <link> of link 'a', got another"),
+        ([bar("")], "expected a name of <link>, got none"),
+        (["<link/>"], "attribute 'name' of <link>"),
+        *(([*BODY, joint("j", "a", "b", "revolute", inside)], words) for inside, words in (
+            ("<limit lower='x'/>", 'a number for lower= of <limit>, got "x"'),
+            ("<limit/><limit/>", "expected one <limit> in <joint> of joint 'j', got another"),
+            ("<axis xyz='1 0 0'/>", "expected one <axis> in <joint> of joint 'j', got another"),
+            ("<origin/><origin/>", "expected one <origin> in <joint> of joint 'j', got another"),
+            ("<origin xyz='1 2'/>", '3 numbers for xyz= of <origin>, got "1 2"'),
+            ("<origin rpy='1 2 x'/>", '3 numbers for rpy= of <origin>, got "1 2 x"'),
+            ("<dynamics damping='x'/>", 'a number for damping= of <dynamics>, got "x"'),
+            ("<dynamics damping='-1'/>", "expected a damping of joint 'j' that is not negative, got -1"),
+            ("<dynamics friction='-1'/>", "expected a friction of joint 'j' that is not negative, got -1"),
+            ("<mimic/>", "attribute 'joint' of <mimic>"),
+            ("<mimic joint='j' multiplier='x'/>", 'a number for multiplier= of <mimic>, got "x"'),
+        )),
+        ([*BODY, joint("j", "a", "b").replace(' type="continuous"', "")], "attribute 'type' of <joint>"),
+        ([*BODY, joint("j", "a", "b").replace('<child link="b"/>', "<child/>")], "attribute 'link' of <child>"),
+        *(([bar("a").replace("</link>", f"<visual><geometry>{solid}</geometry></visual></link>")], words)
+          for solid, words in (
+            ("<box/>", "attribute 'size' of <box>"),
+            ("<box size='1 2'/>", '3 numbers for size= of <box>, got "1 2"'),
+            ("<sphere radius='x'/>", 'a number for radius= of <sphere>, got "x"'),
+            ("<cylinder radius='1'/>", "attribute 'length' of <cylinder>"),
+        )),
+        ([bar("a").replace("</link>", "<visual><geometry><sphere radius='1'/></geometry><material>"
+                           "<color rgba='1 2'/></material></visual></link>")], '4 numbers for rgba= of <color>, got "1 2"'),
     ],
 )  # fmt: skip
 def test_a_wrong_robot_is_refused_with_its_line(tmp_path, parts, words):
@@ -445,6 +518,8 @@ def test_a_wrong_robot_is_refused_with_its_line(tmp_path, parts, words):
             "xacro IN.urdf.xacro > OUT.urdf",
         ),
         ("\0", "expected XML"),
+        ('<robot><xacro:include filename="a"/></robot>', "got xacro macros"),
+        ('<robot><link name="a"><visual name="${n}"/></link></robot>', "got xacro macros"),
     ],
 )
 def test_what_is_no_robot_is_refused(tmp_path, text, words):
@@ -466,6 +541,13 @@ def test_what_is_no_robot_is_refused(tmp_path, text, words):
 def test_other_formats_are_refused_with_a_cure(tmp_path, name, words):
     with pytest.raises(FormatError, match=words):
         fb.read(tmp_path / name)
+
+
+def test_what_urdf_does_not_have_is_said(tmp_path):
+    inside = "<banana/><limit effort='1' velocity='1' colour='red'/>"
+    s = read(tmp_path, '<link name="w"/>', bar("a"), joint("j", "w", "a", "revolute", inside))
+    assert "joint 'j', <banana>, line 5" in str(s.reading)
+    assert "colour: not an attribute of URDF: joint 'j', <limit>, line 5" in str(s.reading)
 
 
 def test_wrong_options_are_refused(tmp_path):

@@ -146,8 +146,8 @@ def model_argument(command: Any) -> Any:
     return click.argument("model")(option(command))
 
 
-def find(model: str) -> Any:
-    """Return the gallery entry or model file of this name.
+def find(model: str, **defaults: str) -> Any:
+    """Return the gallery entry or model file of this name; ``defaults`` are options of a robot's file.
 
     Raises
     ------
@@ -167,9 +167,11 @@ def find(model: str) -> Any:
             raise click.UsageError("--read is for robots' files, and the gallery has no options.")
         return gallery[spelling]
     if path.suffix or len(path.parts) > 1:
-        from ..formats import read_case
+        from ..formats import ROBOTS, read_case
 
         words = {"true": True, "false": False}
+        if path.suffix.lower() in ROBOTS:
+            options = {**defaults, **options}
         return FileEntry(path.name, read_case(path, **{k: words.get(v, v) for k, v in options.items()}))
     if model not in gallery:
         hint = (

@@ -40,6 +40,9 @@ HOME = "127.0.0.1"
 def view(model: str, port: int, settings: tuple[tuple[str, str], ...], browser: bool) -> None:
     """Show MODEL in a page with sliders for its parameters and initial values; every change gives a new motion.
 
+    Beside each coordinate stands the force or torque that holds the machine at rest where it starts. A robot's file is
+    read with numbers: --read symbols=masses gives sliders for masses, too.
+
     Only this computer can reach the page. Close it with its button or with Ctrl-C.
     """
     live = machine(model, settings)
@@ -71,7 +74,7 @@ def machine(model: str, settings: tuple[tuple[str, str], ...]) -> Any:
     from ..picture.page.live import Live
     from .model import FileEntry
 
-    entry = find(model)
+    entry = find(model, symbols="none")
     system = entry.build()
     if isinstance(entry, FileEntry):
         case = entry.case

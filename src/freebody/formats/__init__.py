@@ -76,10 +76,12 @@ def read(
         ``s.reading.limits``, and the robot moves freely, also from a pose that its limits forbid.
     friction : bool
         Give the joints of a robot their dry friction (:meth:`System.friction`).
-    contacts : "floor" or mapping, optional
+    contacts : "floor", "all" or mapping, optional
         Let the solids of a robot touch (:meth:`System.contact`) the planes of the world in MJCF, and elsewhere the
-        plane z = 0; a mapping gives another floor by ``normal``, ``at`` and ``friction``: ``{"friction": 0.8}``. By
-        default nothing touches. The coefficients of friction are parameters ``mu``.
+        plane z = 0; with "all" each other too, in families (``s.contacts``) for time steps. A mapping gives another
+        floor by ``normal``, ``at`` and ``friction``: ``{"friction": 0.8}``; with ``"bodies": True`` bodies touch each
+        other, but not those of the pairs of links ``"apart": [("hand", "arm")]``. By default nothing touches. The
+        coefficients of friction are parameters ``mu``.
 
     Returns
     -------

@@ -1,11 +1,12 @@
-"""Solids of a robot's links as shapes of contacts, and the floor that they touch.
+"""Solids of a robot's links as shapes of contacts: they touch a floor, and each other in families.
 
-A solid touches a plane at its corners, a capsule at the spheres and a cylinder at the circles of its ends.
+A solid touches a plane at its corners, a capsule at the spheres and a cylinder at the circles of its ends. Spheres,
+capsules, boxes and hulls touch each other; a family has one coefficient of friction.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +20,8 @@ MOST = 100
 """Most corners of a mesh that touches: each is a contact of its own."""
 FLOOR = ("at", "normal", "friction")
 """What a mapping ``contacts=`` may say of the floor."""
+BODIES = ("bodies", "apart")
+"""What it may say of contacts between bodies: whether there are any, and pairs of links without."""
 FRICTION = 1.0
 """Coefficient of friction where neither the file nor the user gives one, as in MJCF."""
 
@@ -43,16 +46,30 @@ class Solid:
 
 def check_contacts(value: Any) -> None:
     """Raise ModelError for a value of ``contacts=`` that does not exist."""
-    if value is None or (isinstance(value, str) and value == "floor"):
+    if value is None or (isinstance(value, str) and value in ("floor", "all")):
         return
     if not isinstance(value, Mapping):
         raise ModelError(
-            f"Expected contacts= None, 'floor' or a mapping that gives a floor, such as {{'friction': 0.8}}, got "
-            f"{shown(value)}."
+            f"Expected contacts= None, 'floor', 'all' or a mapping that gives a floor, such as {{'friction': 0.8}}, "
+            f"got {shown(value)}."
         )
     for key in value:
-        if key not in FLOOR:
-            raise ModelError(f"Unknown key {key!r} of contacts=; {nearest(str(key), FLOOR)}")
+        if key not in (*FLOOR, *BODIES):
+            raise ModelError(f"Unknown key {key!r} of contacts=; {nearest(str(key), (*FLOOR, *BODIES))}")
+    if not isinstance(value.get("bodies", True), bool):
+        raise ModelError(f"Expected 'bodies' of contacts= True or False, got {shown(value['bodies'])}.")
+
+
+def between_bodies(option: Any) -> bool:
+    """Return True if ``contacts=`` lets bodies touch each other."""
+    if isinstance(option, Mapping):
+        return bool(option.get("bodies", "apart" in option))
+    return bool(option == "all")
+
+
+def gives_floor(option: Any) -> bool:
+    """Return True if ``contacts=`` says where the floor is, or its friction."""
+    return isinstance(option, Mapping) and any(key in option for key in FLOOR)
 
 
 def shapes_of(solid: Solid) -> list[Any]:
@@ -69,9 +86,7 @@ def shapes_of(solid: Solid) -> list[Any]:
             axis = tuple(row[2] for row in R)
             return [body.circle(radius, at=place((0, 0, z)), axis=axis) for z in (-half, half)]
         case "box":
-            signs = ((x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1))
-            edges = [tuple(s * a for s, a in zip(one, solid.sizes, strict=True)) for one in signs]
-            return [body.corners(*map(place, edges))]
+            return [body.corners(*corners_of(solid))]
         case "ellipsoid":
             # along the body's axes: each row of R has one entry, ±1
             if not all(x in (-1, 0, 1) for row in R for x in row):
@@ -81,6 +96,29 @@ def shapes_of(solid: Solid) -> list[Any]:
         case "mesh":
             return [body.corners(*(place(tuple(v)) for v in hull_of(solid.vertices).tolist()))]
     raise ModelError(f"a {solid.kind} has no law of contact with a plane")
+
+
+def solid_of(solid: Solid) -> Any:
+    """Return the shape by which a solid touches other solids; ModelError if it has none."""
+    body, R = solid.body, solid.pose.rotation.matrix
+    match solid.kind:
+        case "box" if all(x in (-1, 0, 1) for row in R for x in row):
+            edges = tuple(2 * sum(abs(x) * a for x, a in zip(row, solid.sizes, strict=True)) for row in R)
+            return body.box(edges, at=solid.pose.position)
+        case "box":
+            return body.hull(*corners_of(solid))
+        case "mesh":
+            return body.hull(*(solid.pose.point(tuple(v)) for v in hull_of(solid.vertices).tolist()))
+        case "sphere" | "capsule":
+            return shapes_of(solid)[0]
+    article = "an" if solid.kind[0] in "aeiou" else "a"
+    raise ModelError(f"{article} {solid.kind} has no law of contact with solids")
+
+
+def corners_of(box: Solid) -> list[Any]:
+    """Return the corners of a box."""
+    signs = ((x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1))
+    return [box.pose.point(tuple(s * a for s, a in zip(one, box.sizes, strict=True))) for one in signs]
 
 
 def hull_of(vertices: Any) -> Any:
@@ -116,9 +154,87 @@ def touch(builder: Any, solid: Solid, plane: Any, floor: str, friction: float) -
 def given_floor(builder: Any, line: int, why: str) -> tuple[Any, float | None]:
     """Return the plane that ``contacts=`` gives, by default z = 0, and its coefficient of friction."""
     option = builder.options.contacts
-    given = dict(option) if isinstance(option, Mapping) else {}
+    given = {key: option[key] for key in FLOOR if key in option} if isinstance(option, Mapping) else {}
     friction = given.pop("friction", None)
     plane = builder.s.ground.plane(**{"normal": "z", **given})
-    if option == "floor":
+    if not gives_floor(option):
         builder.reading.changed("the floor", line, f"the plane z = 0, {why}; contacts={{...}} gives another")
     return plane, friction
+
+
+# -- bodies ---------------------------------------------------------------------------------------------
+
+
+def touch_each_other(
+    builder: Any,
+    groups: Sequence[Sequence[Solid]],
+    friction: Callable[[int, int], float | None],
+    apart: Sequence[tuple[Any, Any]] = (),
+) -> None:
+    """Let solids touch each other, by ``friction(i, j)`` of their groups: None if these do not touch.
+
+    ``apart`` are pairs of bodies that do not touch; those that ``contacts=`` names are among them.
+    """
+    shapes = [list(_shapes(builder, group)) for group in groups]
+    apart = [*apart, *_named_apart(builder)]
+    for mu, own, others in _families(len(groups), friction):
+        first = list(dict.fromkeys(shape for i in own for shape in shapes[i]))
+        second = list(dict.fromkeys(shape for i in others for shape in shapes[i]))
+        if all(a.body is b.body for a in first for b in second or first):
+            continue
+        name = builder.renamed("bodies", builder.joints)
+        builder.s.contacts(
+            name, first, against=second, friction=builder.coefficient(mu), apart=list(dict.fromkeys(apart))
+        )
+        builder.reading.counts["family"] += 1
+
+
+def _shapes(builder: Any, solids: Sequence[Solid]) -> Iterator[Any]:
+    """Iterate over the shapes of solids; report those that have none."""
+    for solid in solids:
+        try:
+            yield solid_of(solid)
+        except FreebodyError as error:
+            reason = str(error).rstrip(".")
+            builder.reading.left_out(solid.what, solid.element.line, "it does not touch other bodies", reason)
+
+
+def _named_apart(builder: Any) -> Iterator[tuple[Any, Any]]:
+    """Iterate over the pairs of bodies whose links ``contacts=`` holds apart."""
+    option = builder.options.contacts
+    frames = builder.reading.frames
+    for pair in option.get("apart", ()) if isinstance(option, Mapping) else ():
+        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
+            raise ModelError(
+                f"Expected pairs of links for 'apart' of contacts=, such as [('hand', 'arm')], got {shown(pair)}."
+            )
+        for name in pair:
+            if name not in frames:
+                raise ModelError(
+                    f"Unknown link {name!r} in 'apart' of contacts=; {nearest(str(name), frames)}"
+                )
+        first, second = (frames[name][0].body for name in pair)
+        if first is not second:
+            yield first, second
+
+
+def _families(
+    count: int, friction: Callable[[int, int], float | None]
+) -> Iterator[tuple[float, list[int], list[int]]]:
+    """Iterate over families of groups: a coefficient, groups, and those that these touch if not each other."""
+    laws = {(i, j): friction(i, j) for i in range(count) for j in range(i, count)}
+    for mu in dict.fromkeys(mu for mu in laws.values() if mu is not None):
+        pairs = {pair for pair, value in laws.items() if value == mu}
+        mutual: list[int] = []
+        for i in range(count):
+            if all((j, i) in pairs for j in (*mutual, i)):
+                mutual.append(i)
+        if mutual:
+            yield mu, mutual, []
+        pairs -= {(i, j) for i in mutual for j in mutual}
+        for i in range(count):
+            if (i, i) in pairs:
+                yield mu, [i], []
+            others = [j for j in range(i + 1, count) if (i, j) in pairs]
+            if others:
+                yield mu, [i], others

@@ -5,6 +5,7 @@ A mesh here is only seen: it may be open, or of many pieces. Masses come from `s
 
 from __future__ import annotations
 
+from io import BytesIO
 from os import environ, pathsep
 from pathlib import Path
 from typing import Any
@@ -82,9 +83,12 @@ class Meshes:
             candidates = [folder / name] if folder else []
             candidates.append(self.folder / ("" if folder else self.subfolder) / name)
         for path in candidates:
-            path = path.resolve()
-            if path.is_file() and any(path.is_relative_to(root) for root in self.allowed):
-                return path
+            try:
+                path = path.resolve()
+                if path.is_file() and any(path.is_relative_to(root) for root in self.allowed):
+                    return path
+            except (OSError, ValueError):  # a name that no file can have
+                continue
         raise FormatError("no such file near the robot's file")
 
 
@@ -106,7 +110,8 @@ def surface(path: Path) -> tuple[np.ndarray, np.ndarray]:
     except ImportError:
         raise FormatError(f"{kind} needs trimesh: pip install 'freebody[mesh]'") from None
     try:
-        mesh = trimesh.load(path, force="mesh")
+        # of its bytes: so it opens none of the files that it names
+        mesh = trimesh.load(BytesIO(path.read_bytes()), file_type=kind[1:], force="mesh")
         return np.array(mesh.vertices, float), np.array(mesh.faces, int)
     except Exception as error:  # each of its readers has errors of its own
         raise FormatError(f"trimesh cannot read it ({type(error).__name__}: {error})") from None
@@ -147,10 +152,15 @@ def _obj(text: str) -> tuple[np.ndarray, np.ndarray]:
                 raise FormatError(f"expected corners of a face, got '{line[:60]}'") from None
             corners = [i - 1 if i > 0 else len(vertices) + i for i in corners]
             faces += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
-    points, triangles = _numbers(vertices), np.array(faces, int).reshape(-1, 3)
-    if not len(triangles) or triangles.min() < 0 or triangles.max() >= len(points):
-        raise FormatError("expected OBJ with faces of its own vertices")
-    return points, triangles
+    return _numbers(vertices), triangles_of(faces, len(vertices), "OBJ")
+
+
+def triangles_of(corners: Any, count: int, what: str) -> np.ndarray:
+    """Return the triangles of a mesh with so many vertices; FormatError if there are none, or of other vertices."""
+    numbers = np.asarray(corners, float).reshape(-1)
+    if not numbers.size or numbers.size % 3 or not ((numbers >= 0) & (numbers < count)).all():
+        raise FormatError(f"expected {what} with faces of its own vertices")
+    return numbers.astype(int).reshape(-1, 3)
 
 
 def _msh(data: bytes) -> tuple[np.ndarray, np.ndarray]:

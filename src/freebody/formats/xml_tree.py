@@ -14,6 +14,8 @@ DEEPEST = 200
 """Greatest depth of nested elements."""
 MOST = 500_000
 """Greatest number of elements and attributes of a file."""
+GREATEST = 10**60
+"""Greatest number of a file: its fifth power, as in the inertia of a solid of that size, is a number of floats."""
 
 
 @dataclass
@@ -60,11 +62,42 @@ class Element:
         if len(values) != count or not all(map(math.isfinite, values)):
             what = "a number" if count == 1 else f"{count} numbers"
             raise self.error(f'expected {what} for {name}= of <{self.tag}>, got "{text[:60]}"')
+        if any(abs(x) > GREATEST for x in values):
+            raise self.error(
+                f'expected numbers of at most 1e60 for {name}= of <{self.tag}>, got "{text[:60]}"'
+            )
         return values
 
     def number(self, name: str, default: float | None = None) -> float:
         """Return an attribute that is a number."""
         return self.numbers(name, 1, None if default is None else (default,))[0]
+
+    def whole(self, name: str, default: int) -> int:
+        """Return an attribute that is a whole number."""
+        value = self.number(name, default)
+        if value != int(value):
+            raise self.error(f"expected a whole number for {name}= of <{self.tag}>, got {value:g}")
+        return int(value)
+
+    def positive(self, name: str, what: str = "") -> float:
+        """Return an attribute that is a number and not negative, by default 0."""
+        value = self.number(name, 0.0)
+        if value < 0:
+            raise self.error(
+                f"expected {name}= of {what or f'<{self.tag}>'} that is not negative, got {value:g}"
+            )
+        return value
+
+    def pair(self, name: str) -> tuple[float, float] | None:
+        """Return an attribute that is two numbers, the smaller one first; without it, or for two zeros, None."""
+        if name not in self.attributes:
+            return None
+        low, high = self.numbers(name, 2)
+        if low > high:
+            raise self.error(
+                f"expected the smaller one first of {name}= of <{self.tag}>, got {low:g} {high:g}"
+            )
+        return (low, high) if low or high else None
 
     def several(self, name: str) -> tuple[float, ...]:
         """Return an attribute of any number of numbers; without it, none."""
@@ -80,7 +113,7 @@ class Element:
 
     def error(self, message: str) -> FormatError:
         """Return the error of this element."""
-        return FormatError(f"{self.file}, line {self.line}: {message}.")
+        return FormatError(f"{self.file}, line {self.line}: {message.rstrip('.')}.")
 
 
 def tree(text: str | bytes, file: str) -> Element:

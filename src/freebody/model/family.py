@@ -43,7 +43,7 @@ class Family:
     grouped : bool
         True if only members of different groups touch.
     joined : frozenset of two names each
-        Pairs of bodies joined directly, which do not touch.
+        Pairs of bodies that do not touch: those joined directly, and those that the user holds apart.
     friction, restitution : expressions of parameters
     planar : unit vector or None
         Normal k of the plane of motion; the tangent is then n × k.
@@ -170,8 +170,10 @@ def families(model: Model, system: System) -> tuple[Family, ...]:
             ),
             None,
         )
+        ends = [(a.name, b.name) for a, b in family.apart]
+        apart = frozenset((*ends, *(pair[::-1] for pair in ends)))
         one = Family(
-            family.name, members, bool(family.against), joined, family.friction, family.restitution,
+            family.name, members, bool(family.against), joined | apart, family.friction, family.restitution,
             None if k is None else IDENTITY[k], upright_of(model.gravity),
         )  # fmt: skip
         _check_kinds(one, k)

@@ -84,8 +84,11 @@ def _triangle(moments: Vector | tuple[float, ...], what: str, bound: Any) -> Non
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         a, b, c = moments[i], moments[j], moments[k]
-        excess = a - b - c
+        excess: Any = a - b - c
         if is_symbolic(excess):
+            terms = sympy.Add.make_args(excess)
+            if excess.free_symbols and all(term.as_coeff_Mul()[1].is_Atom for term in terms):
+                continue  # a sum of symbols is no number
             excess = sympy.cancel(excess)
         value = value_of(excess)
         if value is not None and value > bound:

@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
+import freebody as fb
 from freebody.cli.view import LARGEST_REQUEST, Server, machine
 from freebody.errors import FormatError, ModelError, SimulationError
 from freebody.picture.page.browser import chromium
@@ -326,3 +327,60 @@ def test_a_start_follows_its_parameter_in_a_browser():
         one.shutdown()
         one.server_close()
         thread.join(5)
+
+
+ARM = """<mujoco model="arm"><compiler angle="radian"/><worldbody>
+<body name="upper"><joint name="shoulder" axis="0 1 0" range="-1 2.5" limited="true" stiffness="3"/>
+<geom type="capsule" size="0.04" fromto="0 0 0 0 0 -1"/>
+<body name="fore" pos="0 0 -1"><joint name="elbow" axis="0 1 0"/>
+<geom type="capsule" size="0.04" fromto="0 0 0 0 0 -0.6"/>
+<body name="rod" pos="0 0 -0.6"><joint name="reach" type="slide"/>
+<geom type="box" size="0.02 0.02 0.1"/></body></body></body>
+</worldbody><actuator><motor name="drive" joint="elbow"/></actuator></mujoco>"""
+
+
+def test_torques_that_hold_a_robot_stand_beside_its_joints(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM)
+    live = machine(str(path), ())
+    scene = live.machine()["scene"]["live"]
+    assert scene["holding"] == {"shoulder": "N m", "elbow": "N m", "reach": "N"}
+    sliders = {one["name"]: one for one in scene["sliders"]}
+    assert (sliders["shoulder"]["low"], sliders["shoulder"]["high"]) == (-1, 2.5)  # the joint's limits
+    assert [name for name, one in sliders.items() if one["group"] == "values"] == [
+        "u_drive"
+    ]  # masses are numbers
+    if chromium() is None:
+        pytest.skip("no Chromium on this machine")
+    server = Server(live)
+    threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
+    units = "[...document.querySelectorAll('.slider')].map(row => row.querySelector('.unit').textContent)"
+    with PageBrowser() as browser:
+        browser.open(server.address)
+        browser.wait("document.documentElement.dataset.motions")
+        for name, x in (("shoulder", 0.7), ("elbow", -0.4), ("u_drive", 0.5)):
+            box = f'document.querySelector(\'input[type="number"][aria-label="{name}, number"]\')'
+            browser.value(f"(box => {{box.value = {x}; box.dispatchEvent(new Event('change'))}})({box})")
+        browser.wait("document.documentElement.dataset.motions >= 2")
+        shown = browser.value(units)
+        assert browser.errors == []
+    server.shutdown()
+    server.server_close()
+    program = fb.compile(live.case.system)
+    forces = program.inverse_dynamics([0.7, -0.4, 0.0], [0.0] * 3, [0.0] * 3, values={"u_drive": 0.5})
+    assert shown[1:4] == [
+        f"{float(f'{x:.3g}'):g} {unit}" for x, unit in zip(forces, ("N m", "N m", "N"), strict=True)
+    ]
+
+
+def test_many_sliders_of_a_kind_stand_under_a_heading(tmp_path):
+    names = [f"a{k}" for k in range(13)]
+    body = "".join(
+        f'<body name="{x}" pos="0 0 -0.1"><joint name="{x}" axis="0 1 0"/><geom type="sphere" size="0.04"/>'
+        for x in names
+    )
+    path = tmp_path / "chain.xml"
+    path.write_text(f"<mujoco><worldbody>{body}{'</body>' * 13}</worldbody></mujoco>")
+    found = machine(str(path), ()).machine()["sliders"]
+    folds = {one["name"]: one.get("fold", "") for one in found}
+    assert {folds[x] for x in names} == {""} and {folds[f"{x}'"] for x in names} == {"Speeds at the start"}

@@ -13,7 +13,7 @@ class ContactFamily:
     """A family as the user described it.
 
     ``shapes`` touch each other, or only those of ``against`` if there are any. ``friction`` is Coulomb's coefficient,
-    ``restitution`` the ratio of the normal speeds in an impact.
+    ``restitution`` the ratio of the normal speeds in an impact. ``apart`` are pairs of bodies that do not touch.
     """
 
     name: str
@@ -21,6 +21,7 @@ class ContactFamily:
     against: tuple[Any, ...]
     friction: Scalar
     restitution: Scalar
+    apart: tuple[tuple[Any, Any], ...] = ()
 
     def __repr__(self) -> str:
         return f"family of contacts '{self.name}'"

@@ -9,7 +9,7 @@ from typing import Any
 from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
 from ..description import Description, changes_of, claim
-from ..frame import Frame
+from ..frame import Frame, own_body
 from ..shapes.shape import ContactShape
 from ..table import Table
 from .family import ContactFamily
@@ -31,6 +31,7 @@ class ContactTable(Table):
         against: Any = (),
         friction: Expression = 0,
         restitution: Expression = 0,
+        apart: Sequence[tuple[Any, Any]] = (),
     ) -> ContactFamily:
         """Let each of these shapes touch each other one, by one law of contact.
 
@@ -54,12 +55,14 @@ class ContactTable(Table):
             Coulomb's coefficient.
         restitution : expression of parameters, optional
             Newton's ratio of normal speeds, between 0 and 1.
+        apart : sequence of pairs of bodies, optional
+            Bodies, or their names, that do not touch, such as parts of a robot whose solids overlap.
 
         Raises
         ------
         ModelError
             Two shapes without a law of contact, a shape given twice, shapes of one body only or of another system,
-            coefficients out of range.
+            coefficients out of range, pairs of bodies that are none.
 
         Examples
         --------
@@ -79,7 +82,7 @@ class ContactTable(Table):
         family = ContactFamily(
             name, own, others,
             coefficient(system, friction, f"the friction of {what}"),
-            bounce(system, restitution, what),
+            bounce(system, restitution, what), _pairs(system, apart, what),
         )  # fmt: skip
         system.families[name] = family
         return family
@@ -91,6 +94,21 @@ def _shapes(system: Description, shapes: Any, what: str) -> tuple[ContactShape, 
     if isinstance(shapes, str) or not isinstance(shapes, Iterable):
         raise ModelError(f"Expected a sequence of shapes for {what}, {SHAPES}, got {shown(shapes)}.")
     return tuple(shape_of(system, shape, what) for shape in shapes)
+
+
+def _pairs(system: Description, apart: Any, what: str) -> tuple[tuple[Any, Any], ...]:
+    """Return the pairs of bodies that do not touch."""
+    pairs = []
+    for pair in apart if isinstance(apart, Iterable) and not isinstance(apart, str) else (apart,):
+        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
+            raise ModelError(
+                f"Expected pairs of bodies for 'apart' of {what}, such as [('arm', 'hand')], got {shown(pair)}."
+            )
+        first, second = (own_body(system, one, f"'apart' of {what}") for one in pair)
+        if first is second:
+            raise ModelError(f"Expected two bodies in each pair of 'apart' of {what}, got {first!r} twice.")
+        pairs.append((first, second))
+    return tuple(pairs)
 
 
 def _check_once(shapes: Sequence[Any], what: str) -> None:

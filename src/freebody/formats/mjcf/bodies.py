@@ -203,7 +203,7 @@ class Bodies:
         joint = Joint(
             name, kind, full, ZERO if kind == "free" else place.pose.point(at), place.pose.vector(axis), ref,
             self._first(full, "stiffness"), self._angle(full, "springref", turns), self._first(full, "damping"),
-            full.number("armature", 0), full.number("frictionloss", 0), self._limits(full, given, turns, kind),
+            full.positive("armature"), full.positive("frictionloss"), self._limits(full, given, turns, kind),
         )  # fmt: skip
         if all(full.numbers("springdamper", 2, (0, 0))):
             self.reading.left_out(

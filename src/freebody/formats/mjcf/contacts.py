@@ -1,4 +1,4 @@
-"""Contacts of an MJCF file: geoms of bodies that move touch the planes of the world.
+"""Contacts of an MJCF file: geoms of bodies that move touch the planes of the world, and each other.
 
 Two geoms may touch if the type of one is among the affinities of the other, or if a <pair> names them, and no <exclude>
 names their bodies. The friction of two geoms is that of the one of higher priority, or else the greater one.
@@ -8,13 +8,17 @@ Source: MuJoCo's documentation, computation, collision detection; XML reference,
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from ...errors import FormatError, nearest
-from ..contacts import Solid, given_floor, touch
+from ..contacts import Solid, between_bodies, given_floor, gives_floor, touch, touch_each_other
 from ..xml_tree import Element, identifier
 from .geoms import Geom
+
+SAYS = ("contype", "conaffinity", "priority", "condim", "friction")
+"""Attributes of a geom that decide what it touches, and with what friction."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ def add_contacts(reader: Any) -> None:
                 return
     still = [one for one in geoms if one.solid.body is reader.s.ground]
     planes = [one for one in still if one.geom.kind == "plane"]
-    if isinstance(reader.options.contacts, str) and planes:
+    if planes and not gives_floor(reader.options.contacts):
         for plane in planes:
             _plane(reader, plane, moving, pairs, excluded)
     else:
@@ -61,10 +65,56 @@ def add_contacts(reader: Any) -> None:
             if one.geom.touches:
                 mu = _friction(reader, one) if friction is None else friction
                 _touch(reader, one, surface, "floor", mu)
-    reading.left_out("<worldbody>", root.line, "bodies touch planes and not each other")
+    if between_bodies(reader.options.contacts):
+        _bodies(reader, [one for one in geoms if one.geom.kind != "plane"], pairs, excluded)
+        return
+    reading.left_out(
+        "<worldbody>", root.line, "bodies touch planes and not each other, which contacts='all' reads"
+    )
     for one in still:
         if one.geom.kind != "plane" and one.geom.touches:
             reading.left_out(one.solid.what, one.element.line, "a solid of the world that nothing touches")
+
+
+def _bodies(
+    reader: Any, geoms: list[Toucher], pairs: dict[frozenset[str], Element], excluded: set[frozenset[str]]
+) -> None:
+    """Let geoms touch each other: those of the same types, affinities and friction are a group."""
+    named = {name for pair in pairs for name in pair}
+    groups: dict[Any, list[Toucher]] = {}
+    for one in geoms:
+        if one.geom.touches or one.name in named:
+            said = (one.element.attributes.get(key) for key in SAYS)
+            groups.setdefault((one.name if one.name in named else "", *said), []).append(one)
+    members = list(groups.values())
+
+    def friction(i: int, j: int) -> float | None:
+        a, b = members[i][0], members[j][0]
+        pair = pairs.get(frozenset((a.name, b.name))) if i != j else None
+        if pair is None and not _alike(a.element, b.element):
+            return None
+        return _friction(reader, *((pair,) if pair else (a, b)))
+
+    solids = [[solid for one in group if (solid := _whole(reader, one))] for group in members]
+    touch_each_other(reader, solids, friction, list(_apart(reader, pairs, excluded)))
+
+
+def _apart(
+    reader: Any, pairs: dict[frozenset[str], Element], excluded: set[frozenset[str]]
+) -> Iterator[tuple[Any, Any]]:
+    """Iterate over the pairs of bodies that the file excludes; report what bodies of fixed joints make of them."""
+    carriers = [body for body, _ in reader.carriers.values()]
+    for names in excluded:
+        ends = [reader.carriers[name][0] for name in sorted(names)]
+        if len(ends) < 2 or ends[0] is ends[1]:
+            continue
+        yield ends[0], ends[1]
+        for name, body in zip(sorted(names), ends, strict=True):
+            if carriers.count(body) > 1:
+                reader.reading.changed(
+                    f"body '{name}'", reader.bodies_of[name].element.line,
+                    "<exclude> holds for all bodies that are one with it",
+                )  # fmt: skip
 
 
 def _geoms(reader: Any) -> list[Toucher]:
@@ -127,20 +177,26 @@ def _plane(
 
 def _touch(reader: Any, one: Toucher, surface: Any, floor: str, friction: float) -> None:
     """Let a geom touch a plane."""
-    solid = one.solid
-    if solid.kind == "mesh":
-        asset = reader.geoms.assets[one.element.get("mesh")]
-        try:
-            solid = replace(solid, vertices=reader.geoms.surface(asset)[0])
-        except FormatError as error:
-            reader.reading.left_out(solid.what, one.element.line, "it does not touch the floor", str(error))
-            return
-    touch(reader, solid, surface, floor, friction)
+    solid = _whole(reader, one)
+    if solid is not None:
+        touch(reader, solid, surface, floor, friction)
+
+
+def _whole(reader: Any, one: Toucher) -> Solid | None:
+    """Return the solid of a geom with the vertices of its mesh; None, and a report, if the mesh cannot be read."""
+    if one.solid.kind != "mesh":
+        return one.solid
+    asset = reader.geoms.assets[one.element.get("mesh")]
+    try:
+        return replace(one.solid, vertices=reader.geoms.surface(asset)[0])
+    except FormatError as error:
+        reader.reading.left_out(one.solid.what, one.element.line, "it touches nothing", str(error))
+        return None
 
 
 def _alike(one: Element, other: Element) -> bool:
     """Return True if the type of one geom is among the affinities of the other."""
-    types, affinities = ([int(x.number(key, 1)) for x in (one, other)] for key in ("contype", "conaffinity"))
+    types, affinities = ([x.whole(key, 1) for x in (one, other)] for key in ("contype", "conaffinity"))
     return bool(types[0] & affinities[1] or types[1] & affinities[0])
 
 
@@ -151,7 +207,7 @@ def _friction(reader: Any, *ends: Any) -> float:
         elements = elements[:1]
     first = max(one.number("priority", 0) for one in elements)
     ruling = [one for one in elements if one.number("priority", 0) == first]
-    size = max(int(one.number("condim", 3)) for one in ruling)
+    size = max(one.whole("condim", 3) for one in ruling)
     if size > 3:
         reader.reading.left_out(
             f"<{elements[0].tag}>",
@@ -159,4 +215,9 @@ def _friction(reader: Any, *ends: Any) -> float:
             "no friction resists its turn and roll",
             f"condim {size}",
         )
+    for one in ruling:
+        if min(one.several("friction"), default=0) < 0:
+            raise one.error(
+                f"expected a friction of <{one.tag}> that is not negative, got {one.get('friction')}"
+            )
     return 0.0 if size == 1 else max((one.several("friction") or (1.0,))[0] for one in ruling)

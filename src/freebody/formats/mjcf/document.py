@@ -178,7 +178,7 @@ class _Included:
         try:
             path = self.meshes.path(name, folder)
         except FormatError as error:
-            raise include.error(f"cannot include '{name}': {str(error).rstrip('.')}") from None
+            raise include.error(f"cannot include '{name[:60]}': {str(error).rstrip('.')}") from None
         if path in self.seen:
             raise include.error(f"expected each file included once, got '{name}' again")
         if path.stat().st_size > LARGEST:

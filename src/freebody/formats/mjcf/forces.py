@@ -30,11 +30,33 @@ Weights = dict[str, float]
 
 def add_forces(reader: Any) -> None:
     """Add tendons, actuators and equalities to the reader's system."""
+    for section in ("tendon", "actuator", "equality"):
+        _check_names(reader, section)
     tendons = _tendons(reader)
     for number, element in enumerate(reader.document.sections("actuator"), start=1):
         _actuator(reader, element, number, tendons)
     for number, element in enumerate(reader.document.sections("equality"), start=1):
         _equality(reader, element, number, tendons)
+
+
+def _check_names(reader: Any, section: str) -> None:
+    """Refuse a name that two elements of a section have."""
+    seen: set[str] = set()
+    for element in reader.document.sections(section):
+        name = element.attributes.get("name")
+        if name in seen:
+            raise element.error(f"expected each {section} once, got '{name}' again")
+        seen.update([name] if name else [])
+
+
+def _named_tendon(reader: Any, element: Element, key: str, tendons: dict[str, Weights]) -> Weights | None:
+    """Return the weights of the tendon that an attribute names; None for one that is not fixed."""
+    name = element.get(key)
+    known = [one.attributes.get("name") for one in reader.document.sections("tendon")]
+    if name not in known and name not in tendons:
+        listed = [one for one in (*known, *tendons) if one]
+        raise element.error(f"unknown tendon '{name}' of <{element.tag}>; {nearest(name, listed)}")
+    return tendons.get(name)
 
 
 # -- tendons ------------------------------------------------------------------------------------------
@@ -73,12 +95,14 @@ def _tendon_forces(reader: Any, element: Element, name: str, weights: Weights) -
             reader.reading.left_out(what, element.line, f"{attribute}: {missing}")
     k, d = element.number("stiffness", 0), element.number("damping", 0)
     length, rate = _length(reader, weights)
-    limits = element.several("range")
-    if any(limits) and element.attributes.get("limited") != "false":
-        reader.stop(what, element.line, name, length, element.numbers("range", 2))
+    limits = element.pair("range")
+    if limits and element.choice("limited", ("false", "true", "auto"), "auto") != "false":
+        reader.stop(what, element.line, name, length, limits)
     force: Any = 0
     if k:
         ends = element.several("springlength") or (-1.0,)
+        if len(ends) > 2:
+            raise element.error(f"expected one or two numbers for springlength= of {what}, got {len(ends)}")
         low, high = ends[0], ends[-1]
         if low == -1:  # the length of the pose in which springs are at rest
             low = high = sum(c * reader.joint_of[joint].rest for joint, c in weights.items())
@@ -221,25 +245,25 @@ def _transmission(reader: Any, element: Element, what: str, tendons: dict[str, W
                 raise element.error(f"unknown joint '{joint}' of {what}; {nearest(joint, reader.joint_of)}")
             return {joint: 1.0} if joint in reader.displacements else {}
     if "tendon" in element.attributes:
-        return dict(tendons.get(element.get("tendon"), {}))
+        return dict(_named_tendon(reader, element, "tendon", tendons) or {})
     raise element.error(f"expected joint= or tendon= of {what}")
 
 
 def _range(reader: Any, element: Element, kind: str, weights: Weights) -> tuple[float, float] | None:
     """Return the range of the control or force of an actuator that is limited."""
     limited = element.choice(f"{kind}limited", ("false", "true", "auto"), "auto")
-    bounds = element.several(f"{kind}range")
+    bounds = element.pair(f"{kind}range")
     inherited = element.number("inheritrange", 0)
     if kind == "ctrl" and inherited and len(weights) == 1:
         limits = reader.joint_of[next(iter(weights))].limits
         if limits is not None:
             middle, half = (limits[0] + limits[1]) / 2, inherited * (limits[1] - limits[0]) / 2
             return (middle - half, middle + half)
-    if limited == "false" or len(bounds) != 2 or (limited == "auto" and bounds[0] == bounds[1]):
+    if limited == "false" or bounds is None or (limited == "auto" and bounds[0] == bounds[1]):
         return None
     if limited == "auto" and not reader.document.compiler.autolimits:
         raise element.error(f"expected {kind}limited= with {kind}range=, since autolimits='false'")
-    return bounds[0], bounds[1]
+    return bounds
 
 
 def _between(value: Any, bounds: tuple[float, float] | None) -> Any:
@@ -301,7 +325,7 @@ def _lengths(reader: Any, element: Element, name: str, tendons: dict[str, Weight
     ends = []
     for key in ("tendon1", "tendon2"):
         if key in element.attributes:
-            weights = tendons.get(element.get(key))
+            weights = _named_tendon(reader, element, key, tendons)
             if weights is None:
                 return "an equality of spatial tendons"
             drawn = sum(c * reader.joint_of[joint].ref for joint, c in weights.items())

@@ -22,6 +22,7 @@ from ...space.pose import Pose
 from ...space.rotation import Rotation
 from ...space.shape import Shape, compound
 from ..builder import placed, whole
+from ..meshes import triangles_of
 from ..xml_tree import Element
 from .document import Document
 from .masses import Solid, mesh_solid
@@ -51,7 +52,7 @@ class Geom:
     @property
     def touches(self) -> bool:
         """True if it may touch anything."""
-        return any(self.element.number(name, 1) != 0 for name in ("contype", "conaffinity"))
+        return any(self.element.whole(name, 1) != 0 for name in ("contype", "conaffinity"))
 
 
 class Geoms:
@@ -61,16 +62,23 @@ class Geoms:
         self.document, self.drawn = document, drawn
         self.assets: dict[str, Element] = {}
         self.solids: dict[str, Solid] = {}
+        self.names: set[str] = set()
         for one in document.sections("asset"):
             if one.tag == "mesh":
                 name = (
                     one.attributes.get("name")
                     or one.attributes.get("file", "").rpartition("/")[2].rpartition(".")[0]
                 )
+                if name in self.assets:
+                    raise one.error(f"expected each mesh once, got '{name}' again")
                 self.assets[name] = document.full(one)
 
     def geom(self, element: Element) -> Geom:
         """Return the geom of an element that has the attributes of its class."""
+        name = element.attributes.get("name", "")
+        if name in self.names:
+            raise element.error(f"expected each geom once, got '{name}' again")
+        self.names.update([name] if name else [])
         kind = (
             element.choice("type", TYPES, "sphere")
             if "type" in element.attributes
@@ -183,9 +191,12 @@ class Geoms:
         if "file" in asset.attributes:
             points, triangles = self.document.meshes.surface(self.document.meshes.path(self._file(asset)))
         else:
-            points = np.array(asset.several("vertex")).reshape(-1, 3)
+            numbers = asset.several("vertex")
+            if not numbers or len(numbers) % 3:
+                raise FormatError(f"expected three numbers for each vertex, got {len(numbers)} numbers")
+            points = np.array(numbers).reshape(-1, 3)
             if "face" in asset.attributes:
-                triangles = np.array(asset.several("face"), int).reshape(-1, 3)
+                triangles = triangles_of(asset.several("face"), len(points), "face=")
         refpos, refquat, scale = _reference(asset)
         points = points.astype(np.float32).astype(float)  # the vertices of MuJoCo are of single precision
         return (points - refpos) @ refquat * scale, triangles

@@ -25,7 +25,7 @@ from .contacts import add_contacts
 from .document import Document, document
 from .forces import add_forces
 from .geoms import Geoms
-from .words import OPTIONS, SECTIONS
+from .words import COMPILER, OPTIONS, SECTIONS
 
 GRAVITY = (0.0, 0.0, -9.81)
 
@@ -76,8 +76,9 @@ class Reader(Builder):
             body, pose, parent, place = waiting.pop()
             own = self.cluster(body, base)
             if not _moves_mass(self, own, base) and not any(joint.armature for joint in body.joints):
+                problem = next((f": {geom.problem}" for geom in body.geoms if geom.problem), "")
                 raise body.element.error(
-                    f"expected a mass of body '{body.name}' or of one that it carries, since it has a joint"
+                    f"expected a mass of body '{body.name}' or of one that it carries, since it has a joint{problem}"
                 )
             held = self.body(own, "body")
             self.carry(own, held, place)
@@ -267,7 +268,7 @@ class Reader(Builder):
         for option in self.document.settings("option"):
             g = option.numbers("gravity", 3, g)
             for flag in option.all("flag"):
-                if flag.attributes.get("gravity") == "disable":
+                if flag.choice("gravity", ("disable", "enable"), "enable") == "disable":
                     g = (0, 0, 0)
             for name in option.attributes:
                 what = OPTIONS.get(name, "")
@@ -283,6 +284,10 @@ class Reader(Builder):
 
     def report(self) -> None:
         """Report the sections that are not read, and keep the keyframes."""
+        for element in self.document.settings("compiler"):
+            for attribute in element.attributes:
+                if said := COMPILER.get(attribute, "not an attribute that freebody knows"):
+                    self.reading.left_out("<compiler>", element.line, f"{attribute}: {said}")
         for section in self.document.root.children:
             what = SECTIONS.get(section.tag, "not a part of MJCF that freebody knows")
             if what and section.children:
@@ -293,6 +298,8 @@ class Reader(Builder):
         order = [text for joint in self.joint_of.values() for text in self.coordinates[joint.name]]
         for number, key in enumerate(self.document.sections("keyframe")):
             name = key.attributes.get("name") or f"key{number + 1}"
+            if name in self.reading.keyframes:
+                raise key.error(f"expected each key once, got '{name}' again")
             values = key.several("qpos")
             if values and len(values) != len(order):
                 self.reading.left_out(

@@ -46,6 +46,17 @@ SECTIONS: dict[str, str] = dict.fromkeys(
 }  # fmt: skip
 """Sections of a file."""
 
+COMPILER: dict[str, str] = dict.fromkeys(
+    ("angle", "eulerseq", "autolimits", "inertiafromgeom", "inertiagrouprange", "boundmass", "boundinertia",
+     "settotalmass", "balanceinertia", "strippath", "meshdir", "assetdir", "coordinate", "texturedir", "discardvisual",
+     "usethread", "fusestatic", "saveinertial", "fitaabb"), "",
+) | {
+    "alignfree": "a free joint keeps the origin and axes of its body",
+    "exactmeshinertia": "a mesh has inertia= of its own",
+    "convexhull": "meshes touch with their hulls",
+}  # fmt: skip
+"""Attributes of <compiler>."""
+
 OPTIONS: dict[str, str] = {"gravity": "", "flag": ""} | dict.fromkeys(
     ("density", "viscosity", "wind"), "no fluid acts: s.drag gives drag"
 )
@@ -81,7 +92,7 @@ def table() -> str:
     """Return the table of what is read, as the page on robots shows it."""
     rows = ["| in | read | left out, and said |", "|---|---|---|"]
     kinds: list[tuple[str, dict[str, str]]] = [
-        ("`<mujoco>`", SECTIONS), ("`<option>`", OPTIONS),
+        ("`<mujoco>`", SECTIONS), ("`<compiler>`", COMPILER), ("`<option>`", OPTIONS),
         *((f"`<{tag}>`", words) for tag, words in ATTRIBUTES.items()),
         ("`<body>`, elements", dict.fromkeys(("joint", "freejoint", "geom", "site", "frame", "inertial", *NOTHING), "")
          | BODY_LEFT_OUT),

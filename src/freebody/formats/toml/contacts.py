@@ -131,6 +131,8 @@ def read_family(system: System, name: str, table: Table) -> None:
     }
     if table.has("against"):
         laws["against"] = [_shape(place) for place in _each(table, "against")]
+    if table.has("apart"):
+        laws["apart"] = table.raw("apart")
     table.done()
     table.guard(lambda: system.contacts(name, shapes, **laws))
 
@@ -172,6 +174,9 @@ def family_keys(writer: ValueTexts, family: ContactFamily) -> dict[str, str]:
     for name in ("friction", "restitution"):
         if getattr(family, name) != 0:
             keys[name] = writer.value(getattr(family, name))
+    if family.apart:
+        pairs = (f'["{first.name}", "{second.name}"]' for first, second in family.apart)
+        keys["apart"] = f"[{', '.join(pairs)}]"
     return keys
 
 

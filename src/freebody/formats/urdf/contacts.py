@@ -1,4 +1,4 @@
-"""Contacts of a URDF file: the solids of <collision> touch a floor, of which the format says nothing."""
+"""Contacts of a URDF file: solids of <collision> touch each other, and a floor, of which the format says nothing."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 from ...errors import FormatError
 from ...space.pose import Pose
 from ...space.rotation import Rotation
-from ..contacts import FRICTION, Solid, given_floor, touch
+from ..contacts import FRICTION, Solid, between_bodies, given_floor, touch, touch_each_other
 from ..meshes import Meshes
 from ..xml_tree import Element
 from .robot import Link, pose_of
 
 
 def add_contacts(reader: Any, meshes: Meshes) -> None:
-    """Let the solids of all links that move touch the floor, or report that nothing touches."""
+    """Let the solids of all links that move touch the floor and each other, or report that nothing touches."""
     links = [link for link in reader.robot.links.values() if link.collisions]
     reading, option = reader.reading, reader.options.contacts
     if not links:
@@ -32,14 +32,27 @@ def add_contacts(reader: Any, meshes: Meshes) -> None:
             )
         return
     plane, friction = given_floor(reader, first.element.line, "of friction 1, since the format has no floor")
+    friction = FRICTION if friction is None else friction
+    bodies, solids = between_bodies(option), []
     for link in links:
         point, axes = reading.frames[link.name]
-        if point.body is reader.s.ground:
+        if point.body is reader.s.ground and not bodies:
             continue
         pose = Pose(Rotation.trusted(axes), point.components)
-        for solid in _solids(reader, link, point.body, pose, meshes):
-            touch(reader, solid, plane, "floor", FRICTION if friction is None else friction)
-    reading.left_out("the links", first.element.line, "they touch the floor and not each other")
+        solids += list(_solids(reader, link, point.body, pose, meshes))
+    for solid in solids:
+        if solid.body is not reader.s.ground:
+            touch(reader, solid, plane, "floor", friction)
+    if bodies:
+        # a robot's fixed base is one of its links
+        joints = [joint for joint in reader.s.joints.values() if joint.parent is reader.s.ground]
+        touch_each_other(reader, [solids], lambda i, j: friction, [(one.parent, one.child) for one in joints])
+    else:
+        reading.left_out(
+            "the links",
+            first.element.line,
+            "they touch the floor and not each other, which contacts='all' reads",
+        )
 
 
 def _solids(reader: Any, link: Link, body: Any, pose: Pose, meshes: Meshes) -> Iterator[Solid]:

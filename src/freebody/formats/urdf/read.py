@@ -199,7 +199,7 @@ class _Reader(Builder):
             friction += abs(m) * one.friction
             if one.limits is None or m == 0:
                 continue
-            low, high = sorted((limit - b) / m for limit in one.limits)
+            low, high = sorted((limit - b) / m + 0 for limit in one.limits)  # -0.0 becomes 0.0
             narrow = (low, high) if limits is None else (max(limits[0], low), min(limits[1], high))
             if narrow != limits:
                 self.reading.changed(

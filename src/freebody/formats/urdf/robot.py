@@ -29,6 +29,28 @@ SEVERAL = ("floating", "planar", "spherical")
 """Types of joints with several coordinates."""
 ENDS, DRIVE = ("lower", "upper"), ("effort", "velocity")
 """Attributes of <limit>."""
+WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {
+    "link": (("name", "type"), ("inertial",), ("visual", "collision")),
+    "inertial": ((), ("origin", "mass", "inertia"), ()),
+    "origin": (("xyz", "rpy"), (), ()),
+    "mass": (("value",), (), ()),
+    "inertia": (("ixx", "ixy", "ixz", "iyy", "iyz", "izz", "iyx", "izx", "izy"), (), ()),
+    "visual": (("name",), ("origin", "geometry", "material"), ()),
+    "collision": (("name", "group"), ("origin", "geometry", "material"), ("verbose",)),
+    "geometry": ((), ("box", "cylinder", "sphere", "capsule", "mesh"), ()),
+    "joint": (
+        ("name", "type"),
+        ("origin", "parent", "child", "axis", "limit", "mimic", "dynamics", "joint_properties"),
+        ("safety_controller", "calibration"),
+    ),
+    "axis": (("xyz",), (), ()),
+    "parent": (("link",), (), ()),
+    "child": (("link",), (), ()),
+    "limit": (("lower", "upper", "effort", "velocity"), (), ()),
+    "mimic": (("joint", "multiplier", "offset"), (), ()),
+    "dynamics": (("damping", "friction", "spring_stiffness", "spring_reference"), (), ()),
+}
+"""Attributes of an element, elements in it of which there is one, and elements of which there may be several."""
 MOVING = ("revolute", "continuous", "prismatic", *SEVERAL)
 """Types of joints that move; the others are ``fixed``."""
 
@@ -89,7 +111,7 @@ def robot(root: Element, reading: Reading, meshes: Meshes | None = None) -> Robo
     """
     if root.tag != "robot":
         raise root.error(f"expected <robot> as the root of a URDF file, got <{root.tag}>")
-    if any(name.startswith("xmlns:xacro") for name in root.attributes) and _has_macros(root):
+    if _has_macros(root):
         raise root.error(
             "expected URDF, got xacro macros. Expand them first: `xacro IN.urdf.xacro > OUT.urdf` (ROS), or "
             "`xacrodoc IN -o OUT.urdf` (from PyPI)"
@@ -127,14 +149,19 @@ LEFT_OUT = {
 
 
 def _has_macros(root: Element) -> bool:
-    values = (value for child in root.children for value in child.attributes.values())
-    return any(child.tag.startswith("xacro:") for child in root.children) or any(
-        "${" in value for value in values
-    )
+    waiting = [root]
+    while waiting:
+        element = waiting.pop()
+        if element.tag.startswith("xacro:") or any("${" in value for value in element.attributes.values()):
+            return True
+        waiting += element.children
+    return False
 
 
 def _once(element: Element, known: dict[str, Any]) -> None:
     name = element.get("name")
+    if not name:
+        raise element.error(f"expected a name of <{element.tag}>, got none")
     if name in known:
         before = known[name].element.line
         raise element.error(
@@ -153,15 +180,35 @@ def link(element: Element, materials: dict[str, Element], reading: Reading, mesh
         shown = [shape for part in element.all("collision") for shape in _solids(part, what, reading, meshes)]
     collisions = tuple(element.all("collision"))
     colour = next((c for part in element.all("visual") if (c := _color(part, materials))), "")
-    for child in element.children:
-        if child.tag not in ("inertial", "visual", "collision"):
-            reading.left_out(
-                f"{what}, <{child.tag}>", child.line, "not a part of URDF that says something of the motion"
-            )
+    _say_unknown(element, what, reading)
     inertial = element.first("inertial")
     nothing = MassProperties.as_given(0, ZERO, ((0, 0, 0),) * 3)
     properties = nothing if inertial is None else _massive(inertial, what, reading)
     return Link(name, element, replace(properties, shape=reduce(compound, shown, None)), colour, collisions)
+
+
+def _say_unknown(element: Element, what: str, reading: Reading) -> None:
+    """Report elements and attributes of a link or joint that are not read; refuse a second one where there is one."""
+    waiting = [element]
+    while waiting:
+        one = waiting.pop(0)
+        attributes, single, several = WORDS[one.tag]
+        for name in one.attributes:
+            if name not in attributes:
+                reading.left_out(f"{what}, <{one.tag}>", one.line, f"{name}: not an attribute of URDF")
+        seen: set[str] = set()
+        for child in one.children:
+            if child.tag in seen and child.tag in single:
+                raise child.error(f"expected one <{child.tag}> in <{one.tag}> of {what}, got another")
+            seen.add(child.tag)
+            if child.tag in (*single, *several):
+                waiting += [child] if child.tag in WORDS else []
+            else:
+                reading.left_out(
+                    f"{what}, <{child.tag}>",
+                    child.line,
+                    "not a part of URDF that says something of the motion",
+                )
 
 
 def _massive(inertial: Element, what: str, reading: Reading) -> MassProperties:
@@ -203,7 +250,7 @@ def _solids(part: Element, what: str, reading: Reading, meshes: Meshes | None) -
             scale = solid.numbers("scale", 3, (1.0, 1.0, 1.0))
             return [placed(meshes.shape(solid.get("filename"), scale), pose_of(part))]
         except FormatError as error:
-            name = solid.attributes.get("filename", "").rpartition("/")[2]
+            name = solid.attributes.get("filename", "").rpartition("/")[2][:60]
             reading.left_out(
                 f"{what}, <{part.tag}>",
                 solid.line,
@@ -247,6 +294,7 @@ def joint(element: Element, reading: Reading) -> Joint:
         if end is None:
             raise element.error(f"expected <{tag} link=...> in {what}")
         ends.append(end.get("link"))
+    _say_unknown(element, what, reading)
     result = Joint(name, kind, element, ends[0], ends[1], pose_of(element, reading))
     if kind == "fixed":
         return result
@@ -316,10 +364,9 @@ def _with_forces(joint: Joint, what: str, reading: Reading) -> Joint:
         key: dynamics.number(key, 0.0)
         for key in ("damping", "friction", "spring_stiffness", "spring_reference")
     }
-    if values["friction"] < 0:
-        raise dynamics.error(
-            f"expected a friction of {what} that is not negative, got {values['friction']:g}"
-        )
+    for key in ("damping", "friction", "spring_stiffness"):
+        if values[key] < 0:
+            raise dynamics.error(f"expected a {key} of {what} that is not negative, got {values[key]:g}")
     if joint.kind in SEVERAL and (values["damping"] or values["spring_stiffness"] or values["friction"]):
         reading.left_out(
             what, dynamics.line, f"a {joint.kind} joint has no damping, no friction and no spring"

@@ -54,11 +54,11 @@ class Links(Record):
 class Members(Record):
     """Members of all families.
 
-    ``link``    0: the ground;  ``kind``: number of the kind;  ``body``: number of the body, in ``joined`` too
+    ``link``    0: the ground;  ``kind``: number of the kind;  ``body``: number of the body in the family
     ``sizes``   numbers of the shape in the link's frame, ``sizes_at`` the first
     ``bound``   how the bounds follow from them;  ``lower``, ``upper``: bounds in ground axes
     ``order``   bounded members along the axis ``axis``;  ``wide``: the others
-    ``joined``  bodies joined to a body, from ``joined_at`` on
+    ``joined``  bodies that a body does not touch, from ``joined_at`` on
     ``mesh``    corners, faces and edges of the solids: number of corners and of faces, place of the edges, first
                 corner of each face and the end, corners of the faces; number of edges, number of those that differ
                 in direction, which come first, and two corners of each. A plane has no corners; ``mesh_at``: first

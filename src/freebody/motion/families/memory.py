@@ -132,7 +132,7 @@ def fill_members(of: Families, model: Model, values: Mapping[str, float]) -> Non
             kind.append(kinds.index(member.kind))
             family.append(f)
             group.append(member.group)
-            body.append(bodies[shape.body.name])
+            body.append(f * len(bodies) + bodies[shape.body.name])
             bound.append(_bound(one, shape))
             sizes.append(found)
     n = len(link)
@@ -153,9 +153,10 @@ def fill_members(of: Families, model: Model, values: Mapping[str, float]) -> Non
     of.patch.polygon, of.patch.rest = np.zeros(6 * (corners + 2)), np.zeros(6 * (corners + 2))
     members.bounded = sum(x != UNBOUNDED for x in bound)
     members.unbounded = n - members.bounded
-    near: list[list[int]] = [[] for _ in bodies]
-    for a, b in model.families[0].joined if model.families else ():
-        near[bodies[a]].append(bodies[b])
+    near: list[list[int]] = [[] for _ in range(len(bodies) * len(model.families))]
+    for f, one in enumerate(model.families):
+        for a, b in one.joined:
+            near[f * len(bodies) + bodies[a]].append(f * len(bodies) + bodies[b])
     members.joined_at, members.joined = (
         whole(np.cumsum([0, *map(len, near)])),
         whole(x for one in near for x in one),

@@ -51,7 +51,7 @@ def seek(of: Families, t: float, y: Reals, limit: float) -> None:
 
 @compiled
 def joined(members: Members, a: int, b: int) -> int:
-    """Return 1 if two bodies are joined directly."""
+    """Return 1 if two bodies do not touch: they are joined directly, or held apart."""
     for k in range(members.joined_at[a], members.joined_at[a + 1]):
         if members.joined[k] == b:
             return 1

@@ -213,7 +213,7 @@ class _Run:
             label = label_of(self.model, int(pairs.first[k]), int(pairs.second[k]))
             raise SimulationError(
                 f"The initial state of '{self.model.name}' has contact '{label}' {depth:.6g} m deep. "
-                "Begin with every gap at zero or above."
+                "Begin with every gap at zero or above, or hold the two bodies apart: apart= of s.contacts."
             )
 
     def _advanced(self, y: Array) -> tuple[Array, Crossing | None]:

@@ -15,8 +15,10 @@ import numpy as np
 import sympy
 
 from ...describe.system import System
-from ...dynamics.state import float_state
+from ...dynamics.newton_euler import bias
+from ...dynamics.state import State, float_state
 from ...errors import FreebodyError
+from ...model.model import Model
 from ...motion.live.export import check_live, setting_of
 from ...motion.live.machine import LiveMachine
 from ...motion.live.module import module_of
@@ -53,9 +55,12 @@ def simulator(
     kernels = trajectory.kernels
     outputs, follow = Outputs(kernels), Follow.of(trajectory, keys, scene)
     shown = followed_answers(trajectory, answers)
+    held = holding(kernels.model)
     frames = int(np.clip(2 * len(keys.t), FEWEST, MOST))
     machine = LiveMachine(
-        setting_of(trajectory, MOST_STEPS, frames), outputs, lambda state: [state(x) for x in shown.values()]
+        setting_of(trajectory, MOST_STEPS, frames),
+        outputs,
+        lambda state: [*(state(x) for x in shown.values()), *holding_forces(kernels.model, state, held)],
     )
     module = module_of(machine, answers=tuple(shown))
     initial, near = trajectory.initial, trajectory.near
@@ -86,10 +91,41 @@ def simulator(
         "beyond": sorted(follow.beyond),
         "events": list(module.events),
         "answers": list(module.answers),
+        "holding": {name: unit for name, (_, unit) in held.items()},
         "assumed": list(module.assumed),
         "conditions": list(module.conditions),
         "state": list(module.state),
     }
+
+
+# -- forces that hold a position -------------------------------------------------------------------------------
+
+
+def holding(model: Model) -> dict[str, tuple[int, str]]:
+    """Return the speed that belongs to each coordinate of a machine without constraints, and the unit of its force.
+
+    A coordinate with a force is the whole displacement of one joint; others have none.
+    """
+    if model.constraints:
+        return {}
+    links: dict[int, list[Any]] = {}
+    for link in model.links:
+        for k, _ in link.partials:
+            links.setdefault(k, []).append(link)
+    result = {}
+    for k, moved in links.items():
+        if len(moved) == 1 and len(moved[0].partials) == 1 and moved[0].partials[0][1] == 1:
+            result[model.speed_names[k].removesuffix("'")] = (k, "N" if moved[0].slides_only else "N m")
+    return result
+
+
+def holding_forces(model: Model, state: State, held: Mapping[str, tuple[int, str]]) -> list[Any]:
+    """Return the forces and torques that hold the machine at rest where it is: Q_k = h_k(q, 0)."""
+    if not held:
+        return []
+    at_rest = State(model, state.field, state.t, state.q, [0] * model.n_u, state.values)
+    h = bias(model, at_rest)
+    return [h[k] for k, _ in held.values()]
 
 
 # -- answers --------------------------------------------------------------------------------------------------

@@ -6,13 +6,15 @@ function sliders(root, list, length, symbols, moved) {
   const state = { values: {}, initial: {}, until: length }, places = {}, resets = [];
   root.replaceChildren();
   const run = { group: "", name: "until", value: length, low: length / 10, high: 4 * length, unit: "s", about: "length of the run", follows: [] };
-  for (const { group, name, value, low, high, unit, about, follows } of [...list, run]) {
-    const row = element("label", { class: "slider", title: about }, root);
+  const folds = {};
+  for (const { group, name, value, low, high, unit, about, follows, fold } of [...list, run]) {
+    if (fold && !folds[fold]) element("summary", {}, (folds[fold] = element("details", {}, root)), fold);
+    const row = element("label", { class: "slider", title: about }, fold ? folds[fold] : root);
     symbol(element("span", { class: "name" }, row), symbols, name);
     const step = ticks(0, high - low, 250)[1], least = low > 0 ? Math.max(1, Math.round(low / step)) : Math.floor(low / step);
     const range = element("input", { type: "range", min: least * step, max: Math.ceil(high / step) * step, step, name }, row);
     const box = element("input", { type: "number", step: "any", "aria-label": `${name}, number` }, row);
-    element("span", { class: "unit" }, row, unit);
+    const tail = element("span", { class: "unit" }, row, unit);
     const show = (x) => {
       range.min = Math.min(range.min, x);
       range.max = Math.max(range.max, x);
@@ -20,7 +22,7 @@ function sliders(root, list, length, symbols, moved) {
       box.value = Number(x.toPrecision(5));
     };
     show(value);
-    if (group === "initial") places[name] = { show, follows };
+    if (group === "initial") places[name] = { show, follows, tail };
     const set = (x) => {
       if (!Number.isFinite(x) || (!group && !(x > 0))) return;
       if (group) state[group][name] = x;
@@ -48,6 +50,15 @@ function sliders(root, list, length, symbols, moved) {
     follow(start) {
       for (const name in start)
         if (places[name] && places[name].follows.length && !(name in state.initial)) places[name].show(start[name]);
+    },
+    // Shows the forces that would hold the machine at rest in the position of the start, beside its coordinates.
+    hold(units, forces) {
+      const least = 1e-9 * Math.max(...forces.map(Math.abs), 0);
+      Object.entries(units).forEach(([name, unit], k) => {
+        if (!places[name]) return;
+        places[name].tail.textContent = `${Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3))} ${unit}`;
+        places[name].tail.title = `holds the machine at rest with this ${name}`;
+      });
     },
     reset() {
       Object.assign(state, { values: {}, initial: {}, until: length });
@@ -81,6 +92,7 @@ async function control(scene, shown, redraw) {
   });
   at("reset").hidden = false;
   at("reset").onclick = () => panel.reset();
+  if (Object.keys(live.holding).length) panel.hold(live.holding, machine.run(panel.state).answers.slice(live.answers.length));
   function update() {
     const begun = performance.now();
     waiting = false;
@@ -90,6 +102,7 @@ async function control(scene, shown, redraw) {
       shown.take(next, shaped);
       redraw(next);
       panel.follow(start);
+      panel.hold(live.holding, answers.slice(live.answers.length));
       for (const [cell, place] of cells) {
         if (place >= 0) cell.textContent = String(Number(answers[place].toPrecision(8)));
         else cell.classList.add("fixed"), (cell.title = "of the recorded motion");

@@ -14,6 +14,8 @@ from ...model.symbols import symbols_of
 
 NEAREST = 20
 """Part of its value from which the slider of a parameter begins that must be positive: 1 / NEAREST."""
+FEW = 12
+"""Most sliders of parameters, or of speeds, that stand open."""
 
 
 def sliders(
@@ -39,7 +41,9 @@ def sliders(
     for name in model.coordinate_names:
         if name in scalars and (not model.constraints or name in start):
             x = float(start.get(name, rest[name]))
-            low, high = min(-math.pi, 2 * x), max(math.pi, 2 * x)
+            limits = {} if system.reading is None else system.reading.limits.get(name, {})
+            low = min(limits.get("lower", -math.pi), 2 * x if x < 0 else x)
+            high = max(limits.get("upper", math.pi), 2 * x if x > 0 else x)
             follows = followed(system, model, initial, name)
             result.append(slider("initial", name, x, low, high, "", "at the start", follows))
     for name in model.speed_names:
@@ -48,7 +52,18 @@ def sliders(
             reach = max(10.0, 2 * abs(x))
             follows = followed(system, model, initial, name)
             result.append(slider("initial", name, x, -reach, reach, "", "at the start", follows))
-    return result
+    return folded(result, set(model.speed_names))
+
+
+def folded(sliders: list[dict[str, Any]], speeds: Collection[str]) -> list[dict[str, Any]]:
+    """Return the sliders; those of many parameters, and of many speeds, stand under a heading that opens them."""
+    for heading, group in (
+        ("Parameters", [one for one in sliders if one["group"] == "values"]),
+        ("Speeds at the start", [one for one in sliders if one["name"] in speeds]),
+    ):
+        for one in group if len(group) > FEW else ():
+            one["fold"] = heading
+    return sliders
 
 
 def range_of(model: Model, name: str, value: float) -> tuple[float, float]:

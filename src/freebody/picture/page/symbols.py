@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from html import escape
 from typing import Any
 
@@ -89,6 +90,7 @@ class Symbols:
         return self.glyphs.svg()
 
 
+@cache
 def in_letters(name: str) -> str:
     """Return a name in letters, Greek ones too, with "_" before its subscript: for pictures that have no formulas.
 

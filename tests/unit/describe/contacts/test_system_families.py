@@ -41,14 +41,26 @@ def test_joined_bodies_and_shapes_of_one_body_do_not_touch():
     assert meets == {(0, 1), (0, 2), (0, 3), (0, 4), (1, 4), (2, 4), (3, 4)}
 
 
+def test_bodies_are_held_apart_by_name_in_one_family_and_not_in_another():
+    s, _, (a, b) = machine()
+    shapes = [a.sphere(1), b.sphere(1), s.ground.plane()]
+    s.contacts("one", shapes, apart=[("d0", b)])
+    s.contacts("two", [a.sphere(2), b.sphere(2)])
+    one, two = fb.assemble(s).families
+    assert [one.meet(i, j) for i, j in ((0, 1), (1, 0), (0, 2), (1, 2))] == [False, False, True, True]
+    assert two.meet(0, 1)
+
+
 def test_files_hold_families(tmp_path):
     s, mu, (a, b) = machine()
     s.contacts("dice", [die.corners(size=(1, 1, 1)) for die in (a, b)], against=s.ground.plane(normal="z"))
     s.contacts("balls", [a.sphere(0.5), b.sphere(0.5)], friction=mu, restitution=0.1)
+    s.contacts("far", [a.sphere(0.4), b.sphere(0.4), s.ground.plane()], apart=[(a, b)])
     fb.write(s, tmp_path / "dice.toml")
     text = (tmp_path / "dice.toml").read_text()
     again = fb.read(tmp_path / "dice.toml")
     assert fb.assemble(getattr(again, "system", again)).families[1].label(0, 1) == "balls[d0,d1]"
+    assert not fb.assemble(again).families[2].meet(0, 1)
     fb.write(getattr(again, "system", again), tmp_path / "again.toml")
     assert (tmp_path / "again.toml").read_text() == text
 
@@ -71,6 +83,26 @@ def test_a_drawing_shows_the_members():
         (lambda a, b, g: [a.sphere(1), a.sphere(2)], {}, "none of these 2 may touch another one"),
         (lambda a, b, g: [a, b], {}, "got the whole of body 'd0'"),
         (lambda a, b, g: "balls", {}, "Expected a sequence of shapes"),
+        (
+            lambda a, b, g: [a.sphere(1), b.sphere(1)],
+            {"apart": ["d0"]},
+            "Expected pairs of bodies for 'apart' of the family of contacts 'x', such as .*, got 'd0'",
+        ),
+        (
+            lambda a, b, g: [a.sphere(1), b.sphere(1)],
+            {"apart": 3},
+            "'apart' of the family of contacts 'x', such as .*, got 3",
+        ),
+        (
+            lambda a, b, g: [a.sphere(1), b.sphere(1)],
+            {"apart": [("d0", "d0")]},
+            "Expected two bodies in each pair of 'apart'",
+        ),
+        (
+            lambda a, b, g: [a.sphere(1), b.sphere(1)],
+            {"apart": [("d0", "d7")]},
+            "Unknown body 'd7' in 'apart' of the family",
+        ),
         (lambda a, b, g: [a.sphere(1), 3], {}, "Expected a shape for the family of contacts 'x'"),
         (lambda a, b, g: [a.origin, g.heightline("x")], {}, "A heightline cannot be one of"),
         (lambda a, b, g: [a.sphere(2), g.sphere(1, inside=True)], {}, "does not fit inside"),

@@ -1,0 +1,150 @@
+"""``fb.on_floor``: the start of a machine that stands on its floor.
+
+A free joint, or slides in the ground, move what they carry without turning it. Along their displacements x the gaps
+to a plane are linear: with the directions A of x and the unit vector e against gravity,
+
+    x = x_0 + d Aᵀe,      g_i = g_i0 + d n_i·A Aᵀe,      d = max -g_i0 / (n_i·A Aᵀe)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...describe.system import System
+from ...dynamics.conditions.contact import touch
+from ...dynamics.kinematics import place_of
+from ...dynamics.state import float_state
+from ...errors import ModelError, arguments_named
+from ...model.assemble import assemble
+from ...model.contact import Contact
+from ...model.model import GROUND, Model
+from ...scalar.algebra import Vector, dot, subtract
+from .initial import named_state
+
+LEAST = 1 / 10**9
+"""Rate of a gap below which a body moves along the plane."""
+
+
+@arguments_named
+def on_floor(
+    s: System | Model,
+    *,
+    initial: Mapping[Any, Any] | None = None,
+    values: Mapping[Any, Any] | None = None,
+) -> dict[Any, Any]:
+    """Return initial values with which the lowest place that may touch a floor touches it.
+
+    Every part of the machine that a free joint or slides hold in the ground is moved against or along gravity, until
+    its smallest gap to planes of the ground is zero. All other values stay as they are.
+
+    Parameters
+    ----------
+    s : System or Model
+        With contacts between bodies and planes of the ground.
+    initial : mapping, optional
+        Initial values by name, as in :func:`freebody.simulate`.
+    values : mapping, optional
+        Values of parameters.
+
+    Returns
+    -------
+    dict
+        ``initial`` with other displacements.
+
+    Raises
+    ------
+    ModelError
+        A machine without gravity, without such contacts, or whose bodies cannot move along gravity.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("block on a floor")
+    >>> s.gravity = (0, 0, -9.81)
+    >>> block = s.body("block", fb.box(1, (0.2, 0.2, 0.6)))
+    >>> air = s.free("air", s.ground, block)
+    >>> floor = s.contact("floor", block.corners(size=(0.2, 0.2, 0.6)), s.ground.plane(normal="z"), friction=0.5)
+    >>> fb.on_floor(s, initial={"air_x": 2})
+    {'air_x': 2, 'air_z': 0.3}
+    """
+    model = s if isinstance(s, Model) else assemble(s)
+    state, _ = named_state(model, model.values(values), initial or {})
+    q = state[: model.n_q].tolist()
+    up = _against_gravity(model, q, values)
+    moved: dict[str, float] = {}
+    for root, contacts in _on_planes(model).items():
+        moved |= _raised(model, q, values, contacts, _slides(model, root), up)
+    if not moved:
+        raise ModelError(
+            f"Expected a body of '{model.name}' that a free joint or slides let move along gravity, and that may touch "
+            "a plane of the ground, got none. A robot's file: fb.read(path, base='free', contacts='floor')."
+        )
+    names = model.names.texts
+    rest = {key: x for key, x in (initial or {}).items() if names.get(key, key) not in moved}
+    return {**rest, **moved}
+
+
+def _against_gravity(model: Model, q: Sequence[float], values: Any) -> Vector:
+    """Return the unit vector against gravity."""
+    g = float_state(model, q, values=values).vector(model.gravity)
+    length = math.hypot(*g)
+    if length == 0:
+        raise ModelError(f"Expected gravity in '{model.name}', which says where its floor is. Set s.gravity.")
+    x, y, z = (-x / length for x in g)
+    return x, y, z
+
+
+def _on_planes(model: Model) -> dict[int, list[Contact]]:
+    """Return the contacts with planes of the ground, by the link in the ground that carries the other body."""
+    result: dict[int, list[Contact]] = {}
+    for contact in model.contacts:
+        ends = (contact.feature, contact.surface)
+        still = [end for end in ends if end.body.is_ground]
+        if contact.law is not None or len(still) != 1 or not still[0].endless:
+            continue
+        link, _ = place_of(model, ends[1 if ends[0] is still[0] else 0].body)
+        while model.links[link].parent != GROUND:
+            link = model.links[link].parent
+        result.setdefault(link, []).append(contact)
+    return result
+
+
+def _slides(model: Model, root: int) -> list[int]:
+    """Return the coordinates that move the links of the joint that begins with a link in the ground."""
+    joint = next(one for one in model.joints.values() if root in one.links)
+    found = []
+    for link in (model.links[k] for k in joint.links):
+        if link.own and link.motion.slides:
+            found += [i for i in range(link.q, link.quaternion) if model.coordinates[i].kind == "position"]
+        elif link.slides_only:
+            found += [model.places[model.speed_names[j][:-1]] for j, _ in link.partials]
+    return found
+
+
+def _raised(
+    model: Model, q: Sequence[float], values: Any, contacts: Sequence[Contact], slides: list[int], up: Vector
+) -> dict[str, float]:
+    """Return the displacements, by name, with which the lowest of some contacts is closed; none if it cannot be."""
+    feature = [not contact.feature.body.is_ground for contact in contacts]
+
+    def seen(places: Sequence[float], count: int) -> list[Any]:
+        state = float_state(model, places, values=values)
+        return [touch(model, state, contact) for contact in contacts[:count]]
+
+    def place(one: Any, first: bool) -> Vector:
+        return one.on_feature if first else one.on_surface
+
+    at = seen(q, len(contacts))
+    A = []
+    for i in slides:
+        (one,) = seen([x + (k == i) for k, x in enumerate(q)], 1)
+        A.append(subtract(place(one, feature[0]), place(at[0], feature[0])))
+    c = [dot(column, up) for column in A]
+    way = [sum(x * column[k] for x, column in zip(c, A, strict=True)) for k in range(3)]
+    rates = [dot(one.normal, way) * (1 if first else -1) for one, first in zip(at, feature, strict=True)]
+    rises = [-one.gap / rate for one, rate in zip(at, rates, strict=True) if rate > LEAST]
+    if not rises:
+        return {}
+    return {model.coordinate_names[i]: q[i] + max(rises) * x for i, x in zip(slides, c, strict=True) if x}
