@@ -1,0 +1,327 @@
+"""Robots that are written as URDF and MJCF: the same machine when read again, here, by Pinocchio and by MuJoCo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody.testing.machines import random_system
+
+STATES = 3
+MOTIONS = ("hinge", "slider", "cylindrical", "universal", "gimbal", "planar", "weld")
+KINDS = {"urdf": (*MOTIONS, "free"), "xml": (*MOTIONS, "ball")}
+"""Joints that each format has, at any place of both bodies."""
+
+
+def again(s: fb.System, folder: Path, ending: str, **options: Any) -> fb.System:
+    """Write a system and read it."""
+    path = folder / f"machine.{ending}"
+    fb.write(s, path)
+    return fb.read(path, symbols="none", meshes=False, **options)
+
+
+def random_values(s: fb.System, random: Any) -> dict[str, float]:
+    """Random values of coordinates and speeds by name, with unit quaternions."""
+    model = fb.assemble(s)
+    values = {name: random.uniform(-1, 1) for name in (*model.coordinate_names, *model.speed_names)}
+    for name in model.coordinate_names:
+        if name.endswith("_e0"):
+            four = [f"{name[:-1]}{i}" for i in range(4)]
+            length = np.linalg.norm([values[x] for x in four])
+            values.update({x: values[x] / length for x in four})
+    return values
+
+
+def difference(
+    s: fb.System, other: fb.System, names: dict[str, str] | None = None, poses: bool = True
+) -> float:
+    """Largest relative difference of M, bias, accelerations and poses at random states; ``names`` from s to other."""
+    random, worst = np.random.default_rng(5), 0.0
+    renamed = names or {}
+    models, programs = [fb.assemble(one) for one in (s, other)], [fb.compile(one) for one in (s, other)]
+    order = [list(models[1].speed_names).index(renamed.get(name, name)) for name in models[0].speed_names]
+    for _ in range(STATES):
+        values = random_values(s, random)
+        named = {renamed.get(name, name): value for name, value in values.items()}
+        found = []
+        for model, program, given in zip(models, programs, (values, named), strict=True):
+            q = np.array([given[name] for name in model.coordinate_names])
+            u = np.array([given[name] for name in model.speed_names])
+            found.append(
+                [program.mass_matrix(q), program.bias(q, u), program.forward_dynamics(q, u), program.poses(q)]
+            )
+        (M, h, a, X), (N, k, b, Y) = found
+        M_n, h_n, a_n = N[np.ix_(order, order)], k[order], b[order]
+        condition = np.linalg.cond(M)
+        worst = max(
+            worst, abs(M - M_n).max() / abs(M).max(), abs(h - h_n).max() / (abs(h).max() + abs(M).max())
+        )
+        worst = max(worst, abs(a - a_n).max() / (1 + abs(a).max()) / condition)
+        for body, (R, p) in X.items() if poses else ():
+            T, r = Y[body] if body in Y else carried(other, Y, body)
+            worst = max(worst, abs(R - T).max(), abs(p - r).max() / (1 + abs(p).max()))
+    return worst
+
+
+def carried(s: fb.System, poses: Any, body: str) -> Any:
+    """Pose of a body that is part of another."""
+    point, axes = s.reading.frames[body]
+    R, p = (np.eye(3), np.zeros(3)) if point.body.is_ground else poses[point.body.name]
+    return R @ np.array(axes, float), p + R @ np.array(point.components, float)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("ending", KINDS)
+def test_a_random_tree_is_the_same_when_it_is_read_again(tmp_path, seed, ending):
+    s = random_system(seed, 5, KINDS[ending], loads=False)
+    s.gravity = (0, 0, -9.81)
+    other = again(s, tmp_path, ending)
+    assert (
+        difference(s, other, poses=ending == "xml" and not any(j.type == "ball" for j in s.joints.values()))
+        < 1e-13
+    )
+
+
+def forces(s: fb.System) -> None:
+    """Give the joints of a random machine what both formats hold."""
+    for i, joint in enumerate(s.joints.values()):
+        for k, primitive in enumerate(joint.primitives):
+            if primitive.displaces:
+                s.spring(f"k{i}{k}", joint, stiffness=2.5 + k, rest=0.1, coordinate=k)
+                s.damper(f"c{i}{k}", joint, damping=0.4 + i, coordinate=k)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("ending", KINDS)
+def test_springs_and_dampers_along_joints_are_the_same(tmp_path, seed, ending):
+    s = random_system(seed + 20, 4, KINDS[ending], loads=False)
+    s.gravity = (0, 0, -9.81)
+    forces(s)
+    assert difference(s, again(s, tmp_path, ending), poses=False) < 1e-13
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_armature_is_the_same(tmp_path, seed):
+    s = random_system(
+        seed + 30, 4, ("universal", "ball", "cylindrical", "planar"), loads=False, armature=True
+    )
+    assert difference(s, again(s, tmp_path, "xml"), poses=False) < 1e-13
+
+
+def arm(**coordinates: Any) -> tuple[fb.System, Any, Any]:
+    """Two links with a hinge and a slider of these coordinates."""
+    s = fb.System("arm")
+    s.gravity = (0, 0, -9.81)
+    upper, lower = s.body("upper", fb.box(2, (0.1, 0.2, 1))), s.body("lower", fb.cylinder(1, 0.1, 0.5))
+    s.coordinates("q r" if "r" in coordinates.get('two', 'r') else "q")
+    one = s.hinge("turn", s.ground, upper, to=(0, 0, 0.5), axis="y", coordinate=coordinates.get("one", "q"))
+    axes = fb.Rotation.axis_angle("x", "pi/3")
+    two = s.slider(
+        "slide",
+        upper,
+        lower,
+        at=(0, 0, -0.5),
+        axis=(1, 2, 2),
+        parent_axes=axes,
+        coordinate=coordinates.get("two", "r"),
+    )
+    return s, one, two
+
+
+NAMES = {"q": "turn", "q'": "turn'", "r": "slide", "r'": "slide'"}
+
+
+@pytest.mark.parametrize("ending", KINDS)
+@pytest.mark.parametrize("two", ["r", "-r", "r - 0.3", "0.2 - r"])
+def test_a_displacement_of_either_sign_and_zero_keeps_its_coordinate(tmp_path, ending, two):
+    s, one, slide = arm(one="1 - q", two=two)
+    s.spring("k", slide, stiffness=3, rest=0.4)
+    s.spring("k2", slide, stiffness=2, rest=-0.1)
+    s.spring("twist", one, stiffness=7, rest=0.2)
+    s.stop("ends", slide, low=-0.5, high=0.75)
+    s.stop("side", one, high=0.25)
+    s.friction("dry", one, torque=0.3)
+    other = again(s, tmp_path, ending, limits=True, friction=True)
+    assert difference(s, other, NAMES, poses=False) < 1e-14
+    for values in ({"q": 0.3, "r": -0.2}, {"q": 1.0, "r": 0.6}):
+        gaps = sorted(gap_values(s, values))
+        assert gaps == pytest.approx(
+            sorted(gap_values(other, {NAMES[k]: x for k, x in values.items()})), abs=1e-14
+        )
+    friction = next(gap for gap in other.contacts.values() if gap.kind == "joint_friction")
+    assert float(friction.friction) == 0.3 and friction.joint.name == "turn"
+
+
+def gap_values(s: fb.System, values: dict[str, float]) -> list[float]:
+    """Distances to the stops."""
+    result = []
+    for gap in s.contacts.values():
+        if gap.kind == "stop":
+            y = s.expression(gap.joint.primitives[0].coordinate)
+            y = float(y.subs({s.expression(name): value for name, value in values.items()}))
+            result += [
+                sign * (y - float(end)) for sign, end in ((1, gap.low), (-1, gap.high)) if end is not None
+            ]
+    return result
+
+
+def test_a_joint_that_follows_another_mimics_it_in_urdf(tmp_path):
+    s, *_ = arm(two="0.5*q - 0.1")
+    assert difference(s, again(s, tmp_path, "urdf"), NAMES) < 1e-14
+
+
+@pytest.mark.parametrize("two", ["0.5*q - 0.1", "q^2/2 + q^3"])
+def test_a_joint_that_follows_another_is_an_equality_in_mjcf(tmp_path, two):
+    s, *_ = arm(one="q - 0.2", two=two)
+    other = again(s, tmp_path, "xml")
+    q, u = 0.7, 1.3
+    slide, rate = (
+        float(s.expression(two).diff(s.expression("q"), k).subs({s.expression("q"): q})) for k in (0, 1)
+    )
+    one, two = (fb.compile(x) for x in (s, other))
+    a = one.forward_dynamics([q], [u])
+    b = two.forward_dynamics([q, slide], [u, rate * u])
+    assert b[0] == pytest.approx(a[0], abs=1e-12 * (1 + abs(a[0])))
+
+
+def at(program: Any, s: fb.System, state: dict[str, float], **options: Any) -> np.ndarray:
+    """Accelerations, in the order of the system's speeds."""
+    model = fb.assemble(s)
+    q = np.array([state[name] for name in model.coordinate_names])
+    u = np.array([state[name] for name in model.speed_names])
+    return program.forward_dynamics(q, u, **options)
+
+
+def four_bar(kind: str) -> fb.System:
+    """A crank, a coupler and a rocker, the last joint of which closes the loop."""
+    s = fb.System("four-bar")
+    s.gravity = (0, 0, -9.81)
+    crank, coupler, rocker = (
+        s.body(name, fb.box(1, (0.1, 0.2, 1))) for name in ("crank", "coupler", "rocker")
+    )
+    s.hinge("a", s.ground, crank, to=(0, 0, -0.5), axis="y", coordinate="a")
+    s.hinge("b", crank, coupler, at=(0, 0, 0.5), to=(0, 0, -0.5), axis="y", coordinate="b")
+    s.hinge("d", s.ground, rocker, at=(1, 0, 0), to=(0, 0, -0.5), axis="y", coordinate="d")
+    if kind == "ball":
+        s.ball("c", coupler, rocker, at=(0, 0, 0.5), to=(0, 0, 0.5))
+    else:
+        s.hinge("c", coupler, rocker, at=(0, 0, 0.5), to=(0, 0, 0.5), axis="y")
+    return s
+
+
+@pytest.mark.parametrize("kind", ["ball", "hinge"])
+def test_a_closed_loop_is_the_same_in_mjcf(tmp_path, kind):
+    s = four_bar(kind)
+    other = again(s, tmp_path, "xml")
+    motions = [
+        fb.simulate(one, 0.5, initial={"a": 0.3, "a'": 1}, near={"b": 1.2, "d": 0.5}, tolerance=1e-11)
+        for one in (s, other)
+    ]
+    for name in ("a", "b", "d"):
+        assert motions[1][name][-1] == pytest.approx(motions[0][name][-1], abs=1e-9)
+    assert 'connect name="c"' in (tmp_path / "machine.xml").read_text()
+
+
+def test_a_weld_that_closes_a_loop_is_the_same_in_mjcf(tmp_path):
+    s, *_ = arm()
+    tip = s.body("tip", fb.sphere(1, 0.1))
+    turn = fb.Rotation.axis_angle("z", 0.4)
+    s.free("air", s.ground, tip)
+    s.weld("glue", s.bodies["lower"], tip, at=(0.1, 0, 0.3), parent_axes=turn)
+    other = again(s, tmp_path, "xml")
+    poses = [one.joints["glue"] for one in (s, other)]
+    for one, two in ((poses[0].at, poses[1].at), (poses[0].to, poses[1].to)):
+        assert np.allclose(np.array(one, float), np.array(two, float), atol=1e-15)
+    R, S = (np.array(one.parent_axes, float) @ np.array(one.child_axes, float).T for one in poses)
+    assert np.allclose(R, S, atol=1e-15)
+
+
+@pytest.mark.parametrize("condition", ["r - q^2 + 0.3*q", "2*r + q", "r - 0.2", "q^4 - r/3 + 1"])
+def test_constraints_of_two_joints_are_equalities(tmp_path, condition):
+    s, *_ = arm(one="q - 0.4", two="r + 0.2")
+    s.constrain(condition, name="cam")
+    other = again(s, tmp_path, "xml")
+    rows = [conditions(one, {"q": 0.3, "r": 0.7}, NAMES if one is other else {}) for one in (s, other)]
+    assert abs(np.cross(*rows)).max() < 1e-13 * np.prod([abs(row).max() for row in rows])
+
+
+def conditions(s: fb.System, values: dict[str, float], names: dict[str, str]) -> np.ndarray:
+    """Value and slopes of the only constraint; parallel for the same condition, so that value/slope is compared too."""
+    (condition,) = s.constraints.values()
+    atoms = {s.expression(names.get(name, name)): value for name, value in values.items()}
+    slopes = [float(condition.expression.diff(atom).subs(atoms)) for atom in atoms]
+    return np.array([float(condition.expression.subs(atoms)), *slopes])
+
+
+def test_a_gear_and_a_condition_of_three_joints_are_equalities(tmp_path):
+    s = fb.System("gears")
+    bodies = [s.body(f"wheel{i}", fb.cylinder(1 + i, 0.1, 0.1, axis="y")) for i in range(3)]
+    one, two, three = (
+        s.hinge(f"j{i}", s.ground, body, at=(i, 0, 0), axis="y", coordinate=f"j{i} - 0.{i}")
+        for i, body in enumerate(bodies)
+    )
+    s.gear(one, two, "-3/2", name="teeth")
+    s.constrain("j0 + 2*j1 - j2/2 + 0.7", name="sum")
+    other = again(s, tmp_path, "xml")
+    s.torsion_spring("k", three, stiffness=2)
+    other.torsion_spring("k", other.joints["j2"], stiffness=2)
+    (a, b) = (fb.compile(one) for one in (s, other))
+    # where both hold: j0 = -3/2 (j1 - 0.1), j2 = 2 (j0 + 2 j1 + 0.7)
+    j1, v1 = 0.3, 0.4
+    j0, v0 = -1.5 * (j1 - 0.1), -1.5 * v1
+    state = [j0, j1, 2 * (j0 + 2 * j1 + 0.7)], [v0, v1, 2 * (v0 + 2 * v1)]
+    assert np.allclose(a.forward_dynamics(*state), b.forward_dynamics(*state), rtol=1e-12)
+    assert "<tendon" in (tmp_path / "machine.xml").read_text()
+
+
+MOTORS = {
+    "plain": "20*u", "position": "2*(30*u - 30*(2*q - 1)) - q'", "constant": "1.5 - 2*q", "command": "Max(-1, Min(2, u))",
+    "force": "3*Max(-1, Min(1, 4*u - q))", "both": "3*Max(-1, Min(1, 4*Max(-0.5, Min(0.5, u)) - q'))",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", MOTORS)
+@pytest.mark.parametrize("one", ["q", "0.3 - q"])
+def test_motors_are_the_same(tmp_path, law, one):
+    s, turn, _ = arm(one=one)
+    s.parameters(u=0)
+    text = MOTORS[law].replace("Max", "max").replace("Min", "min")
+    s.torque("drive", turn, text)
+    s.generalized_force("r", 0.3, name="push")
+    other = again(s, tmp_path, "xml")
+    assert other.reading.inputs["drive"] == "u_drive"
+    for u in (-2, 0.1, 0.4):
+        values = {"q": 0.3, "r": 0.2, "q'": -0.5, "r'": 1.0}
+        a = at(fb.compile(s), s, values, values={"u": u})
+        b = at(fb.compile(other), other, {NAMES[k]: x for k, x in values.items()}, values={"u_drive": u})
+        assert np.allclose(a, b, rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["ball", "free"])
+def test_damping_of_ball_and_free_joints_is_the_same(tmp_path, kind):
+    s = fb.System("air")
+    body = s.body("body", fb.box(2, (0.1, 0.2, 0.4)))
+    getattr(s, kind)(
+        "j", s.ground, body, **({"at": (1, 2, 3)} if kind == "ball" else {"to": (0.1, 0.2, 0.3)})
+    )
+    d = s.parameters(d=0.7)
+    s.torque("turning", body, [-d * s.expression(f"j_w{x}") for x in "xyz"], frame=body)
+    if kind == "free":
+        s.force(
+            "sliding", body.point(0.1, 0.2, 0.3), [-d * s.expression(f"j_v{x}") for x in "xyz"], frame=body
+        )
+    other = again(s, tmp_path, "xml")
+    assert difference(s, other, poses=False) < 1e-14 and len(other.loads) == len(s.loads)
+
+
+def test_a_motor_and_a_rotor_on_the_ground_are_the_same(tmp_path):
+    s = fb.System("crane")
+    s.gravity = (0, 0, -9.81)
+    body = s.body("boom", fb.box(2, (0.1, 0.2, 1)))
+    pin = s.hinge("pin", s.ground, body, to=(0, 0, 0.5), axis="y", rotor=fb.Rotor("1e-3", ratio=20))
+    s.motor("drive", pin, stall_torque=0.5, no_load_speed=30, ratio=15, inertia="2e-3")
+    assert difference(s, again(s, tmp_path, "xml")) < 1e-14
