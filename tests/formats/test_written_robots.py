@@ -117,7 +117,7 @@ def arm(**coordinates: Any) -> tuple[fb.System, Any, Any]:
     s = fb.System("arm")
     s.gravity = (0, 0, -9.81)
     upper, lower = s.body("upper", fb.box(2, (0.1, 0.2, 1))), s.body("lower", fb.cylinder(1, 0.1, 0.5))
-    s.coordinates("q r" if "r" in coordinates.get('two', 'r') else "q")
+    s.coordinates("q r" if "r" in coordinates.get("two", "r") else "q")
     one = s.hinge("turn", s.ground, upper, to=(0, 0, 0.5), axis="y", coordinate=coordinates.get("one", "q"))
     axes = fb.Rotation.axis_angle("x", "pi/3")
     two = s.slider(
@@ -339,7 +339,9 @@ def test_mujoco_compiles_what_is_written_and_agrees(tmp_path, seed):
     forces(s)
     floating = s.body("floating", fb.box(2, (0.1, 0.2, 0.4)))
     s.free("air", s.ground, floating, to=(0.1, 0.2, 0.3), child_axes=fb.Rotation.axis_angle((1, 2, 2), 0.7))
-    s.hinge("rider", floating, s.body("light", fb.sphere(1, 0.2)), at=(1, 0, 0), to=(0, 0.5, 0), axis=(1, 1, 0))
+    s.hinge(
+        "rider", floating, s.body("light", fb.sphere(1, 0.2)), at=(1, 0, 0), to=(0, 0.5, 0), axis=(1, 1, 0)
+    )
     path = tmp_path / "machine.xml"
     fb.write(s, path)
     outcome, differences = peer.compared(path)
@@ -356,10 +358,9 @@ def test_mujoco_closes_the_loops_that_are_written(tmp_path):
     start = fb.simulate(s, 0.01, initial={"a": 0.3}, near={"b": 1.2, "d": 0.5})
     data.qpos[:] = [float(start[name][0]) for name in ("a", "b", "d")]
     mujoco.mj_forward(model, data)
-    sites = data.site_xpos.reshape(-1, 2, 3)  # the two ends of each equality
     names = [model.site(i).name for i in range(model.nsite)]
     ends = {name: data.site_xpos[i] for i, name in enumerate(names)}
-    assert len(sites) == 2 and names
+    assert len(names) == 4
     for first in [name for name in names if name.endswith("_1")]:
         assert np.allclose(ends[first], ends[first[:-1] + "2"], atol=1e-9)
 
@@ -390,3 +391,198 @@ def test_pinocchio_reads_what_is_written_and_agrees(tmp_path, seed):
     N, k = program.mass_matrix(ours_q), program.bias(ours_q, ours_u)
     assert abs(M[np.ix_(theirs, theirs)] - N[np.ix_(ours, ours)]).max() < 1e-13 * abs(M).max()
     assert abs(h[list(theirs)] - k[list(ours)]).max() < 1e-13 * (abs(h).max() + abs(M).max())
+
+
+# -- contacts, looks, names -----------------------------------------------------------------------------
+
+
+def touching(feature: Any, **laws: Any) -> fb.System:
+    """A free body with a shape that may touch a plane."""
+    s = fb.System("drop")
+    s.gravity = (0, 0, -9.81)
+    body = s.body("body", fb.box(2, (0.4, 0.2, 0.1)))
+    s.free("air", s.ground, body)
+    shapes = feature(body)
+    for i, shape in enumerate(shapes if isinstance(shapes, list) else [shapes]):
+        s.contact(f"touch{i}", shape, s.ground.plane(at=(0, 0, -0.1), normal=(0, 0.6, 0.8)), **laws)
+    return s
+
+
+SHAPES = {
+    "sphere": lambda body: body.sphere(0.1, at=(0.2, 0, 0)),
+    "capsule": lambda body: body.capsule((0, 0, -0.1), (0.2, 0.1, 0.1), 0.05),
+    "ellipsoid": lambda body: body.ellipsoid((0.3, 0.2, 0.1), at=(0, 0.1, 0)),
+    "box": lambda body: body.corners(size=(0.4, 0.2, 0.1), at=(0.1, 0, 0)),
+    "hull": lambda body: body.corners((0.5, 0, 0), (0, 0.25, 0), (0, 0, 0.5), (-0.25, -0.25, -0.5)),
+    "cylinder": lambda body: [body.circle(0.2, at=(0, y, 0.1), axis="y") for y in (-0.1, 0.3)],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("shape", "friction"), [*((shape, 0.3) for shape in SHAPES), ("sphere", 0)])
+def test_shapes_that_touch_a_plane_touch_it_again(tmp_path, shape, friction):
+    s = touching(SHAPES[shape], friction=friction)
+    other = again(s, tmp_path, "xml", contacts="floor")
+    assert {float(x.friction) for x in other.contacts.values()} == {friction}
+    start = {"air_z": 0.6, "air_wx": 1.0, "air_wy": 2.0, "air_vx": 0.4}
+    one, two = (fb.simulate(x, 0.6, initial=start, tolerance=1e-10).events for x in (s, other))
+    assert len(one) and one[0].time == pytest.approx(two[0].time, abs=1e-9), (one, two)
+
+
+def test_solids_and_colours_are_drawn_again(tmp_path):
+    s = fb.System("looks")
+    s.gravity = (0, 0, -9.81)
+    s.scenery = fb.box(1, (2, 2, 0.1))
+    box = s.body("box", fb.box(2, (0.1, 0.2, 0.3)).moved((0, 0, 1)), color="#0072b2")
+    rod = s.body("rod", fb.cylinder(1, 0.1, 0.5, axis="y"))
+    ball = s.body("ball", fb.sphere(1, 0.2) + fb.sphere(1, 0.1).moved((0.3, 0, 0)))
+    for body in (box, rod, ball):
+        s.free(f"air_{body.name}", s.ground, body)
+    for ending in KINDS:
+        path = tmp_path / f"looks.{ending}"
+        fb.write(s, path)
+        other = fb.read(path, symbols="none")
+        shapes = {name: body.mass_properties.shape for name, body in other.bodies.items()}
+        assert dict(shapes["box"].dimensions) == {"x": 0.1, "y": 0.2, "z": 0.3}
+        assert tuple(shapes["box"].center) == (0, 0, 1) and shapes["box"].color == "#0072b2"
+        axis = np.array(shapes["rod"].axes, float) @ np.array(shapes["rod"].axis, float)
+        assert abs(axis) == pytest.approx([0, 1, 0], abs=1e-15)
+        assert len(shapes["ball"].parts) == 2 and dict(other.scenery.dimensions)["z"] == 0.1
+
+
+def test_numbers_are_the_defaults_and_the_values_that_are_given(tmp_path):
+    s = fb.System("ball")
+    m, r = s.parameters("m", r=0.1)
+    s.free("air", s.ground, s.body("ball", fb.sphere(m, r)))
+    with pytest.raises(fb.errors.FormatError) as caught:
+        fb.write(s, tmp_path / "ball.xml")
+    assert str(caught.value) == (
+        "An MJCF file cannot hold all of 'ball'. the mass properties of body 'ball': 'm' has no value; give it one, "
+        "values={'m': ...} or s.parameters(m=...). A .toml file can."
+    )
+    fb.write(s, tmp_path / "ball.xml", values={"m": 2})
+    assert fb.read(tmp_path / "ball.xml", symbols="none").bodies["ball"].mass_properties.mass == 2
+
+
+# -- refusals -------------------------------------------------------------------------------------------
+
+
+def moving(s: fb.System, name: str = "body", **joint: Any) -> Any:
+    """A box on a hinge."""
+    body = s.body(name, fb.box(1, (0.1, 0.2, 0.3)))
+    return body, s.hinge(f"{name}_pin", s.ground, body, axis="y", **joint)
+
+
+def on_ground(s: fb.System) -> Any:
+    return s.body("body", fb.box(1, (0.1, 0.2, 0.3)))
+
+
+def loop(s: fb.System) -> None:
+    body, _ = moving(s)
+    s.slider("rail", s.ground, body)
+
+
+REFUSED: dict[str, tuple[str, Any, str]] = {
+    "gravity": ("urdf", lambda s: setattr(s, "gravity", (0, -9.81, 0)), "gravity (0, -9.81, 0): the format has none, and what reads it takes 9.81 against z; set s.gravity = (0, 0, -9.81)"),
+    "ball": ("urdf", lambda s: s.ball("j", s.ground, on_ground(s)), "ball 'j': the format has no ball joint; use a gimbal, or write a .xml file (MJCF)"),
+    "screw": ("xml", lambda s: s.screw("j", s.ground, on_ground(s), pitch=0.1), "screw 'j': the format has no screw; write the drive as a hinge"),
+    "path": ("xml", lambda s: s.path_joint("j", s.ground, on_ground(s), coordinate="x", position=("x", "x^2", 0)), "path joint 'j': the format has no joint by functions"),
+    "armature": ("urdf", lambda s: moving(s, armature=2), "hinge 'body_pin': the format has no armature; add it to the inertia, or write a .xml file (MJCF)"),
+    "values of armature": ("xml", lambda s: s.free("j", s.ground, on_ground(s), armature=(1, 2)), "free 'j': armature of several values; give it one number"),
+    "rotor": ("xml", lambda s: s.hinge("j", moving(s)[0], s.body("b", fb.box(1, (1, 1, 1))), rotor=fb.Rotor(1, 2)), "hinge 'j': the spin of its rotor; armature= is its inertia along the joint alone"),
+    "motor": ("xml", lambda s: s.motor("m", s.hinge("j", moving(s)[0], s.body("b", fb.box(1, (1, 1, 1)))), stall_torque=1, inertia=1), "motor 'm': the spin of its rotor; leave out inertia=, and give the joint armature="),
+    "motor in URDF": ("urdf", lambda s: s.torque("m", moving(s)[1], 1), "torque 'm': the format has no motors; leave it out: a program that reads the file drives the joint"),
+    "motor law": ("xml", lambda s: s.torque("m", moving(s)[1], "body_pin^2"), "torque 'm': a motor of the format is an affine function of one control (a parameter of value 0), of its coordinate and speed; got body_pin(t)**2"),
+    "control": ("xml", lambda s: (s.parameters(u=0), s.torque("m", moving(s)[1], "u"), s.torque("n", moving(s, "b")[1], "u")), "torque 'n': it shares its control u with another; give each motor one of its own"),
+    "coordinate": ("xml", lambda s: (s.coordinates("q"), moving(s, coordinate="2*q")), "hinge 'body_pin': its displacement is 2*q(t), but no joint has q itself; give one the coordinate q"),
+    "angles": ("urdf", lambda s: (s.coordinates("p q"), moving(s, coordinate="p"), moving(s, "b", coordinate="q - p")), "hinge 'b_pin': its displacement -p(t) + q(t) is no function of one coordinate; give the joint its own"),
+    "driven": ("xml", lambda s: moving(s, coordinate="0.1*t"), "is no function of one coordinate; give the joint its own"),
+    "follower": ("urdf", lambda s: (s.coordinates("p"), moving(s, coordinate="p"), moving(s, "b", coordinate="p^2")), "hinge 'b_pin': its displacement is no linear function of another; write a .xml file (MJCF)"),
+    "degree": ("xml", lambda s: (s.coordinates("p"), moving(s, coordinate="p"), moving(s, "b", coordinate="p^5")), "hinge 'b_pin': a polynomial of degree 5; the format has up to 4"),
+    "free": ("xml", lambda s: s.free("j", s.ground, on_ground(s), at=(1, 0, 0)), "free 'j': a free joint of the format begins at the origin of the ground and has its axes; use s.free(name, s.ground, body) without at= and parent_axes="),
+    "held": ("urdf", on_ground, "body 'body': no joint holds it; s.free lets it move freely"),
+    "thin": ("xml", lambda s: s.hinge("j", s.ground, s.body("rod", fb.slender_bar(1, 1))), "body 'rod': MuJoCo moves no body without a mass and a moment of inertia about each axis; give it a thickness, such as fb.cylinder in place of fb.slender_bar, or fb.sphere in place of fb.particle"),
+    "loop in URDF": ("urdf", lambda s: s.ball("j", s.ground, moving(s)[0]), "ball 'j': it closes a loop, and the format has trees; write a .xml file (MJCF)"),
+    "loop": ("xml", loop, "slider 'rail': it closes a loop, which ball joints, hinges and welds can in the format; open the loop at another joint"),
+    "spring": ("xml", lambda s: s.spring("k", s.ground.point(1, 0, 0), on_ground(s).point(0, 0, 0), stiffness=1), "spring 'k': the format has forces along joints only; keep it in Python or in a .toml file"),
+    "spring in URDF": ("urdf", lambda s: s.spring("k", s.ground.point(1, 0, 0), on_ground(s).point(0, 0, 0), stiffness=1), "spring 'k': the format has no forces but those of joints; keep it in Python or in a .toml file"),
+    "torque": ("xml", lambda s: s.torque("M", moving(s)[0], (1, 0, 0)), "torque 'M': a couple or force other than the damping -d w of a ball joint, or -d w and -d v of a free joint; the format has forces along joints only; keep it in Python or in a .toml file"),
+    "drag": ("xml", lambda s: s.torque("M", s.free("j", s.ground, on_ground(s)).child, [f"-2*j_w{x}" for x in "xyz"], frame=s.bodies["body"]), "torque 'M': a couple or force other than the damping"),
+    "other load": ("urdf", lambda s: s.drag("air", moving(s)[0], linear=1), "drag 'air': there is no such part in the format; leave it out"),
+    "friction": ("xml", lambda s: s.friction("dry", moving(s)[1], torque=1, static=2), "friction 'dry': its static friction; leave out static="),
+    "stop": ("xml", lambda s: s.stop("end", moving(s)[1], low=0, restitution=0.5), "stop 'end': its restitution; limits do not rebound, leave out restitution="),
+    "speeds": ("xml", lambda s: (moving(s), moving(s, "b"), s.constrain_speed("body_pin' - b_pin'", name="c")), "speed condition 'c': the format has no conditions on speeds"),
+    "one side": ("xml", lambda s: (moving(s), moving(s, "b"), s.constrain("body_pin - b_pin", name="c", unilateral=True)), "condition 'c': it acts to one side only; leave out unilateral=True"),
+    "sine": ("xml", lambda s: (moving(s), moving(s, "b"), s.constrain("body_pin - sin(b_pin)", name="c")), "condition 'c': the format couples joints by polynomials of their coordinates only"),
+    "product": ("xml", lambda s: (moving(s), moving(s, "b"), s.constrain("body_pin*b_pin - 1", name="c")), "condition 'c': the format couples two joints by a polynomial of one of them, or several linearly"),
+    "constraint in URDF": ("urdf", lambda s: (moving(s), moving(s, "b"), s.constrain("body_pin - b_pin", name="c")), "condition 'c': the format has no constraints but a joint whose displacement is an expression"),
+    "contact in URDF": ("urdf", lambda s: s.contact("c", moving(s)[0].sphere(0.1), s.ground.plane(normal="z")), "contact 'c': the format has shapes but no floor and no friction; write a .xml file (MJCF)"),
+    "bodies": ("xml", lambda s: s.contact("c", moving(s)[0].sphere(0.1), moving(s, "b")[0].sphere(0.1)), "contact 'c': bodies of such a file touch planes of the ground; keep it in Python or in a .toml file"),
+    "restitution": ("xml", lambda s: s.contact("c", moving(s)[0].sphere(0.1), s.ground.plane(), restitution=0.5), "contact 'c': its restitution; contacts of the format do not rebound, leave out restitution="),
+    "static friction": ("xml", lambda s: s.contact("c", moving(s)[0].sphere(0.1), s.ground.plane(), friction=0.2, static_friction=0.5), "contact 'c': its static friction; leave out static_friction="),
+    "circle": ("xml", lambda s: s.contact("c", moving(s)[0].circle(0.1), s.ground.plane()), "contact 'c': a circle alone; a cylinder of the format touches with the circles of both its ends"),
+    "circles": ("xml", lambda s: (b := moving(s)[0], *(s.contact(f"c{x}", b.circle(0.1, at=(x, 0, 0)), s.ground.plane()) for x in (0, 1))), "contact 'c1': two circles that are not the ends of a cylinder; put both on one axis"),
+    "point": ("xml", lambda s: s.contact("c", moving(s)[0].point(0, 0, 1), s.ground.plane()), "contact 'c': a point of body 'body' is no shape of the format; use spheres, capsules, ellipsoids, boxes, corners of a solid or the two circles of a cylinder"),
+    "flat": ("xml", lambda s: s.contact("c", moving(s)[0].corners(size=(1, 1)), s.ground.plane()), "contact 'c': a flat mesh has no hull; give the corners of a solid, or spheres"),
+    "controller": ("urdf", lambda s: (moving(s), s.parameters(u=0), s.controller(lambda t, x: 0.0, 0.1, "u", name="pid")), "'pid': controllers and signals stay in Python"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_a_format_cannot_say_is_refused_by_name(tmp_path, case):
+    ending, build, message = REFUSED[case]
+    s = fb.System("machine")
+    s.gravity = (0, 0, -9.81)
+    build(s)
+    path = tmp_path / f"machine.{ending}"
+    with pytest.raises(fb.errors.FormatError) as caught:
+        fb.write(s, path)
+    assert message in str(caught.value) and not path.exists()
+
+
+def test_a_family_and_several_parts_are_refused_together(tmp_path):
+    s = fb.System("dice")
+    s.gravity = (0, 0, -9.81)
+    for i in range(2):
+        body = s.body(f"die{i}", fb.box(1, (0.1, 0.1, 0.1)))
+        s.free(f"air{i}", s.ground, body)
+    s.contacts("heap", [body.box((0.1, 0.1, 0.1)) for body in s.bodies.values()])
+    s.force("wind", s.bodies["die0"].point(0, 0, 0), (1, 0, 0))
+    with pytest.raises(fb.errors.FormatError) as caught:
+        fb.write(s, tmp_path / "dice.xml")
+    text = str(caught.value)
+    assert text.count("'heap'") == text.count("'wind'") == 1 and text.endswith("A .toml file can.")
+
+
+def test_a_tree_is_written_as_deep_as_readers_take_it(tmp_path):
+    def chain(n: int) -> fb.System:
+        s = fb.System("chain")
+        s.gravity = (0, 0, -9.81)
+        parent = s.ground
+        for i in range(n):
+            body = s.body(f"b{i}", fb.box(1, (0.1, 0.1, 0.1)))
+            s.hinge(f"j{i}", parent, body, axis="y", at=(0, 0, -1))
+            parent = body
+        return s
+
+    assert len(again(chain(196), tmp_path, "xml").bodies) == 196
+    with pytest.raises(fb.errors.FormatError, match="the tree: it has more than 196 bodies one in the other"):
+        fb.write(chain(197), tmp_path / "deep.xml")
+    assert len(again(chain(197), tmp_path, "urdf").bodies) == 197
+
+
+def test_options_of_one_format_are_not_taken_for_another(tmp_path):
+    s = fb.System("machine")
+    s.gravity = (0, 0, -9.81)
+    moving(s)
+    with pytest.raises(
+        fb.errors.FormatError, match=r"m.urdf: initial= is for .toml files; a robot's file has no run."
+    ):
+        fb.write(s, tmp_path / "m.urdf", initial={"body_pin": 1})
+    with pytest.raises(
+        fb.errors.FormatError, match=r"m.toml: values= is for robots' files; a .toml file keeps"
+    ):
+        fb.write(s, tmp_path / "m.toml", values={"m": 1})
+    with pytest.raises(fb.errors.FormatError, match=r"Unknown parameter 'x' in values=; "):
+        fb.write(s, tmp_path / "m.xml", values={"x": 1})
+    with pytest.raises(fb.errors.FormatError, match="Expected a System to write, got 3"):
+        fb.write(3, tmp_path / "m.xml")  # type: ignore[arg-type]

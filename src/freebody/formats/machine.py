@@ -286,7 +286,8 @@ class Machine:
             if atom not in owners:
                 self.refuse(
                     motion.title,
-                    f"its displacement is {y}, but no joint has {atom.func} itself; add q = that joint's own",
+                    f"its displacement is {y}, but no joint has {atom.func} itself; give one the coordinate "
+                    f"{atom.func}",
                 )
             else:
                 motion.follows = owners[atom], polynomial
