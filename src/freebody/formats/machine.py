@@ -225,7 +225,7 @@ class Machine:
             self.refuse(what, self.cannot[known])
         motions = []
         for index, p in enumerate(joint.primitives):
-            if p.kind == "weld":
+            if not (p.displaces or p.n_speeds):
                 continue
             single = len(joint.primitives) == 1
             text = (
