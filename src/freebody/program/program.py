@@ -319,7 +319,7 @@ class Program:
         Singularity
         """
         check_conditions(self.model, self._active)
-        conditions = self._all_conditions(q, np.zeros(self.model.n_u), t, values, named)
+        conditions = self.conditions(q, np.zeros(self.model.n_u), t, values={**(values or {}), **named})
         if conditions.ndim != 2:
             raise ModelError("Expected one position for singularity, got a batch.")
         if not np.isfinite(conditions).all():
@@ -336,14 +336,17 @@ class Program:
     ) -> tuple[Array, Array]:
         """G and γ of the independent conditions."""
         check_conditions(self.model, self._active)
-        x = self._all_conditions(q, u, t, values, named)
+        x = self.conditions(q, u, t, values={**(values or {}), **named})
         x = x[..., list(self._active or ()), :]
         return x[..., :-1], x[..., -1]
 
-    def _all_conditions(
-        self, q: ArrayLike, u: ArrayLike, t: Any, values: Values, named: Mapping[str, Any]
+    def conditions(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:
-        """G and γ of all conditions by rows, shape (..., rows, n_u + 1); no rows without constraints."""
+        """Conditions G u' + γ = 0 of the constraints on the accelerations, rows (G, γ), shape (rows, n_u + 1).
+
+        Conditions that others imply are among them. There are no rows without constraints.
+        """
         state = {"q": q, "u": u}
         if self.model.constraints:
             return self._run("conditions", state, t, values, named)
