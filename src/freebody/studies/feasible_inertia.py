@@ -13,7 +13,7 @@ divergence D. With the weighted equations A = Q R of coefficients p of loads and
 y = R_ββ β are the base parameters in the units of their errors, and p, on which no D depends, is the best for them. The
 inertial parameters are θ = (β - K_z z, z), with z free.
 
-Newton's method with steps 1/(1 + λ) of the decrement λ keeps P > 0, since D is self-concordant; f is then within
+D is self-concordant: Newton's method with the best length of each step converges from any P > 0, and f is then within
 4 n μ of its least value, for n bodies.
 
 Sources: P. Wensing, S. Kim, J.-J. Slotine, Linear matrix inequalities for physically consistent inertial parameter
@@ -28,6 +28,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from ..dynamics.regressor import PARAMETERS, inertial_parameters
 from ..dynamics.state import float_state
@@ -42,7 +43,7 @@ GAP = 1e-6
 """Distance of f from its least value, in squares of standard errors."""
 ROUND_OFF = 2**16 * EPS
 """Round-off of y, relative to its largest, with room for the convergence of Newton's method."""
-FASTER = 10
+FASTER = 2
 """Quotient of the μ of two stages."""
 DONE = 1e-9
 """Newton decrement, relative to that of a unit step, at which a stage ends."""
@@ -113,7 +114,7 @@ def _prior(model: Model, theta: Array) -> Array:
                 "which feasible=True begins, got a point, a line, a plate, or what no body can have. Give it an "
                 "estimate, such as fb.sphere(m, R)."
             )
-    return np.linalg.inv(P)
+    return np.array(np.linalg.inv(P), float)
 
 
 def _pseudo_inertias(theta: Array) -> Array:
@@ -138,7 +139,7 @@ def _divergence(prior: Array, theta: Array) -> tuple[Array, Array]:
 def _stage(
     prior: Array, mu: float, J: tuple[Array, Array], target: Array, start: tuple[Array, Array]
 ) -> tuple[Array, Array]:
-    """Return the least value of f/μ + Σ D, by damped Newton steps from a feasible start.
+    """Return the least value of f/μ + Σ D, by Newton steps from a feasible start.
 
     A step is a problem of least squares, whose condition is the root of that of the Hessian:
     |(y + dy - y*)/√μ|² + |C (J_y dy + J_z dz) + r|².
@@ -156,11 +157,38 @@ def _stage(
         if decrement < DONE or (decrement >= best and decrement < np.sqrt(DONE)):  # round-off
             return y, z
         best = min(best, decrement)
-        length = 1 / (1 + decrement) if decrement > 1 / 4 else 1
-        y, z = y + length * step[: len(y)], z + length * step[len(y) :]
+        d_y, d_z = step[: len(y)], step[len(y) :]
+        dX = (C @ (J_y @ d_y + J_z @ d_z)).reshape(-1, 4, 4)
+        quadratic = (
+            weight**2 * d_y @ (y - target) + np.trace(dX + r.reshape(-1, 4, 4) @ dX, axis1=1, axis2=2).sum()
+        )
+        length = 1.0
+        if decrement > 1 / 4:  # a full step is safe below
+            length = _length(
+                np.linalg.eigvalsh(dX).reshape(-1), float(quadratic), float(weight**2 * d_y @ d_y)
+            )
+        y, z = y + length * d_y, z + length * d_z
     raise ModelError(
         f"Feasible inertia was not found in {STEPS} steps. Fit without feasible=True, and see which body has none."
     )
+
+
+def _length(e: Array, a: float, b: float) -> float:
+    """Return the length t of a step of the least ½ b t² + a t - Σ ln(1 + e t), which keeps 1 + e t > 0."""
+
+    def slope(t: float) -> float:
+        return float(b * t + a - (e / (1 + e * t)).sum())
+
+    low, high = 0.0, 1.0
+    last = -1 / e.min() if e.min() < 0 else np.inf
+    while high < last and slope(high) < 0:
+        low, high = high, 2 * high
+    if high >= last:  # the slope grows to infinity there
+        gap = (last - low) / 2
+        while slope(last - gap) < 0:
+            low, gap = last - gap, gap / 2
+        high = last - gap
+    return float(brentq(slope, low, high, rtol=1 / 2**20))
 
 
 def mass_properties(model: Model, theta: Array) -> dict[str, MassProperties]:
