@@ -499,6 +499,7 @@ REFUSED: dict[str, tuple[str, Any, str]] = {
     "follower": ("urdf", lambda s: (s.coordinates("p"), moving(s, coordinate="p"), moving(s, "b", coordinate="p^2")), "hinge 'b_pin': its displacement is no linear function of another; write a .xml file (MJCF)"),
     "degree": ("xml", lambda s: (s.coordinates("p"), moving(s, coordinate="p"), moving(s, "b", coordinate="p^5")), "hinge 'b_pin': a polynomial of degree 5; the format has up to 4"),
     "free": ("xml", lambda s: s.free("j", s.ground, on_ground(s), at=(1, 0, 0)), "free 'j': a free joint of the format begins at the origin of the ground and has its axes; use s.free(name, s.ground, body) without at= and parent_axes="),
+    "world": ("xml", lambda s: moving(s, "world"), "body 'world': the format calls the ground so; give the body another name"),
     "held": ("urdf", on_ground, "body 'body': no joint holds it; s.free lets it move freely"),
     "thin": ("xml", lambda s: s.hinge("j", s.ground, s.body("rod", fb.slender_bar(1, 1))), "body 'rod': MuJoCo moves no body without a mass and a moment of inertia about each axis; give it a thickness, such as fb.cylinder in place of fb.slender_bar, or fb.sphere in place of fb.particle"),
     "loop in URDF": ("urdf", lambda s: s.ball("j", s.ground, moving(s)[0]), "ball 'j': it closes a loop, and the format has trees; write a .xml file (MJCF)"),
@@ -584,5 +585,12 @@ def test_options_of_one_format_are_not_taken_for_another(tmp_path):
         fb.write(s, tmp_path / "m.toml", values={"m": 1})
     with pytest.raises(fb.errors.FormatError, match=r"Unknown parameter 'x' in values=; "):
         fb.write(s, tmp_path / "m.xml", values={"x": 1})
+    s.parameters(m=1)
+    with pytest.raises(fb.errors.FormatError, match="Expected a number for 'm' in values=, got m/2"):
+        fb.write(s, tmp_path / "m.xml", values={"m": s.expression("m/2")})
+    with pytest.raises(
+        fb.errors.ExpressionError, match="In the value of .m.: Expected a finite number, got inf"
+    ):
+        fb.write(s, tmp_path / "m.xml", values={"m": float("inf")})
     with pytest.raises(fb.errors.FormatError, match="Expected a System to write, got 3"):
         fb.write(3, tmp_path / "m.xml")  # type: ignore[arg-type]

@@ -17,9 +17,11 @@ from typing import Any
 import sympy
 from sympy.core.function import AppliedUndef
 
+from ..describe.constants import is_number
 from ..describe.description import names_of, parameters_of
+from ..describe.names import finite
 from ..describe.system import System
-from ..errors import FormatError, nearest
+from ..errors import FormatError, nearest, shown
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector
 from ..space.mass import MassProperties
 from ..space.pose import Pose
@@ -127,7 +129,10 @@ class Machine:
             name = str(key)
             if name not in known:
                 raise FormatError(f"Unknown parameter '{name}' in values=; {nearest(name, known)}")
-            result[known[name].symbol] = float(value)
+            number = self.system.expression(value, f"the value of '{name}'")
+            if not is_number(number):
+                raise FormatError(f"Expected a number for '{name}' in values=, got {shown(value)}.")
+            result[known[name].symbol] = finite(number, f"the value of '{name}'")
         return result
 
     def number(self, expression: Any, what: str) -> Any:

@@ -96,6 +96,8 @@ class _Writer:
         body = SubElement(outer, "body", {"name": name, **pose_attributes(here)})
         self.elements[name] = body
         own = m.properties(held)
+        if name == "world":
+            m.refuse(what, "the format calls the ground so; give the body another name")
         if held.motions and not any(_heavy(m.properties(one)) for one in _welded(held)):
             m.refuse(
                 what, "MuJoCo moves no body without a mass and a moment of inertia about each axis; give it a "

@@ -22,6 +22,7 @@ from ...scalar.algebra import IDENTITY, ZERO, Vector
 from ...space.pose import Pose
 from ...space.rotation import Rotation
 from ..machine import Machine, Motion, text_of
+from ..xml_tree import identifier
 from .placing import pose_attributes
 from .write_contacts import Contacts
 
@@ -50,6 +51,7 @@ class Forces:
         self.machine, self.sections, self.elements = machine, sections, elements
         self.contacts = Contacts(machine, sections, elements)
         self.controls: set[Any] = set()
+        self.equalities: set[str] = set()  # names
         self.drags: dict[str, tuple[Motion, dict[str, tuple[Any, Any]]]] = {}
         m = machine
         self.sayings: dict[str, Callable[[Any], None]] = {
@@ -257,6 +259,7 @@ class Forces:
         )
         terms = [float(shifted.coeff_monomial(y.gen**k)) for k in range(HIGHEST + 1)]
         joints = {"joint1": follower.name} | ({"joint2": leader.name} if leader else {})
+        name = identifier(name, self.equalities)
         SubElement(self.sections["equality"], "joint", {"name": name, **joints, "polycoef": text_of(*terms)})
 
     # -- loops --------------------------------------------------------------------------------------
@@ -299,6 +302,7 @@ class Forces:
                 {"name": site, **pose_attributes(where if tag == "weld" else Pose(position=where.position))},
             )
             names.append(site)
+        name = identifier(name, self.equalities)
         SubElement(self.sections["equality"], tag, name=name, site1=names[0], site2=names[1])
 
 
