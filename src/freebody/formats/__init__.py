@@ -24,13 +24,10 @@ OPTIONS: dict[str, Any] = {
 """Options of robots' files, with their defaults."""
 ROBOTS = {".urdf": "urdf", ".xml": "mjcf", ".mjcf": "mjcf"}
 """Formats of robots' files."""
-WRITTEN = {".toml": ""}
+WRITTEN = {".toml": "", **dict.fromkeys(ROBOTS, "")}
 """Formats that are written."""
 READ = {
-    ".toml": "",
-    ".urdf": "",
-    ".xml": "",
-    ".mjcf": "",
+    **WRITTEN,
     ".xacro": "Expand its macros first: `xacro IN.urdf.xacro > OUT.urdf` (ROS), or `xacrodoc IN -o OUT.urdf` (PyPI).",
     ".sdf": "Convert it first, by sdformat's `gz sdf --print` and a converter to URDF such as sdformat_urdf.",
 }
@@ -172,8 +169,13 @@ def write(
     until: Any = None,
     tolerance: float | None = None,
     near: Mapping[str, Any] | None = None,
+    values: Mapping[Any, Any] | None = None,
 ) -> None:
-    """Write a system as a model file that :func:`read` reads back as the same system.
+    """Write a system as a model file that :func:`read` reads back as the same system, or as a robot in URDF or MJCF.
+
+    A robot's file has numbers: the defaults of the parameters, and ``values``. Its joints have the names of the
+    system's joints; those of a joint of several motions have the names of the coordinates. It holds what the format can
+    say, and the rest is refused by name (the page *Robots* of the documentation has the table).
 
     The file is replaced as a whole: an error leaves the old file in place.
 
@@ -181,7 +183,7 @@ def write(
     ----------
     system : System
     path : path-like
-        Ends in ``.toml``; its folder must exist.
+        Ends in ``.toml``, ``.urdf`` or ``.xml`` (MJCF); its folder must exist.
     initial : mapping of str to number or expression, optional
         Initial values by name, for the table ``[initial]``.
     until : number or expression, optional
@@ -189,11 +191,14 @@ def write(
     tolerance : float, optional
     near : mapping, optional
         For machines with constraints, for the table ``[near]``: an approximate closed configuration.
+    values : mapping of str to number, optional
+        Values of parameters in the file of a robot.
 
     Raises
     ------
     FormatError
-        An expression that has no text in the file's language, or a folder that cannot be written.
+        What the format cannot hold, part by part, each with the cure; an expression that has no text in the file's
+        language; a folder that cannot be written.
 
     Examples
     --------
@@ -206,13 +211,36 @@ def write(
     ...     fb.write(s, f"{folder}/ball.toml")
     ...     fb.read(f"{folder}/ball.toml")
     System 'ball': 1 body, 1 joint, 0 coordinates
-    """
-    from .toml.write import toml_text
 
+    A robot for another simulator, of a given mass:
+
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fb.write(s, f"{folder}/ball.xml", values={"m": 2.5})
+    ...     fb.read(f"{folder}/ball.xml", symbols="none").bodies["ball"].mass_properties.mass
+    Fraction(5, 2)
+    """
     file = _checked(path, WRITTEN)
-    text = toml_text(system, initial=initial, until=until, tolerance=tolerance, near=near)
+    run = {"initial": initial, "until": until, "tolerance": tolerance, "near": near}
+    if file.suffix.lower() in ROBOTS:
+        text = _robot_text(system, file, values, run)
+    elif values:
+        raise FormatError(f"{file.name}: values= is for robots' files; a .toml file keeps the parameters.")
+    else:
+        from .toml.write import toml_text
+
+        text = toml_text(system, **run)
     with replacing(file) as new:
         new.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _robot_text(system: System, file: Path, values: Mapping[Any, Any] | None, run: dict[str, Any]) -> str:
+    """Return the text of a robot's file."""
+    for name, value in run.items():
+        if value is not None:
+            raise FormatError(f"{file.name}: {name}= is for .toml files; a robot's file has no run.")
+    writer = import_module(f".{ROBOTS[file.suffix.lower()]}.write", __package__)
+    text: str = writer.text_of_system(system, values)
+    return text
 
 
 def _checked(path: str | os.PathLike[str], cures: Mapping[str, str]) -> Path:

@@ -144,7 +144,11 @@ class Builder:
             self.reading.left_out(what, line, "limits without a range between them stop nothing", detail)
         else:
             text = self.renamed(f"{name}_stop", self.joints)
-            ends = {"low": exact(low) - exact(ref), "high": exact(high) - exact(ref)}
+            ends = {
+                key: exact(end) - exact(ref)
+                for key, end in (("low", low), ("high", high))
+                if math.isfinite(end)
+            }
             self.s.stop(text, on, coordinate=index, **ends)
 
     def inside(self, what: str, line: int, text: str, limits: tuple[float, float]) -> None:

@@ -315,6 +315,19 @@ def of_point(model: Model, name: Any, point: Any, components: Any = None) -> Pro
     return Product(inputs, lambda r: record(r, place, chosen), shape, operational, looped, key)
 
 
+def operational_space(model: Model, point: Any, components: Any = None) -> Product:
+    """Return the product (Λ, μ) of a point by rows, the bias last; Λ is recorded once for both."""
+    inertia, mu = (of_point(model, f"operational_{name}", point, components) for name in ("inertia", "bias"))
+    count = inertia.shape(model)[0]
+
+    def record(r: Recording) -> list[Scalar]:
+        return [*inertia.record(r), *mu.record(r)]
+
+    return Product(
+        mu.inputs, record, lambda m: (count + 1, count), True, None, ("operational_space", *mu.key[1:])
+    )
+
+
 def _components(names: Any) -> list[int]:
     """Return the numbers of components; without names, those of all."""
     if names is None:

@@ -7,6 +7,9 @@ Each force is weighed by the standard deviation of its errors, which a first fit
 
     σ_j² = Σ e_j² / (N - n/n_u),      covariance of (β, p):  (Wᵀ Σ⁻¹ W)⁻¹
 
+Of a machine with constraints, G u + g = 0, the multipliers do no work in its motions: with u = N v + ... and G N = 0
+the equations are those of the independent speeds v, Nᵀ (Y_b β + ...) = Nᵀ τ. N is 1 in the rows of v.
+
 Source: J. Swevers et al., Optimal robot excitation and identification (1997); M. Gautier, Dynamic identification of
 robots with power model (1997).
 """
@@ -18,16 +21,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import qr
 
 from ..describe.system import System
 from ..errors import ModelError, arguments_named, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
+from ..program.closed_loops import SINGULAR
 from ..program.program import Program
+from ..space.mass import MassProperties
 from ..symbolic.inertia.base_parameters import BaseParameters, base_parameters
+from .feasible_inertia import feasible_parameters, mass_properties
 
 Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
+TRIED = 16
+"""States whose independent speeds are tried for all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +54,13 @@ class Identification:
     sigma : dict of str to float
         Standard deviation of the measured forces that are left unexplained, by speed [N, N m].
     residuals : ndarray (N, n_u)
-        Measured forces minus those of the fit.
+        Measured forces minus those of the fit; of a machine with constraints, on the independent speeds, (N, n_v).
     condition : float
         Condition number of the equations with columns of equal length: how well the motion tells the unknowns apart.
     base : BaseParameters
         What each base parameter is made of.
+    bodies : dict of str to MassProperties
+        With ``feasible=True`` the mass properties of the bodies, about their origins in their axes; else empty.
     """
 
     values: dict[str, float]
@@ -59,6 +70,7 @@ class Identification:
     residuals: Array
     condition: float
     base: BaseParameters
+    bodies: dict[str, MassProperties]
 
     def __repr__(self) -> str:
         width = max(map(len, self.values))
@@ -77,13 +89,14 @@ def identify(
     *,
     unknowns: Sequence[str] = (),
     values: Mapping[str, float] | None = None,
+    feasible: bool = False,
 ) -> Identification:
     """Return the inertia of the bodies, as far as the forces depend on it, from measured states and forces.
 
     Parameters
     ----------
     system : System or Model
-        A machine without closed loops and constraints.
+        A machine; its motors may close loops, by joints and constraints.
     q, u, udot : array (N, n_q), (N, n_u), (N, n_u)
         Measured coordinates, speeds and accelerations.
     forces : array (N, n_u)
@@ -93,12 +106,16 @@ def identify(
         be linear in them.
     values : dict of str to float, optional
         Values of the other parameters: lengths, gravity, known loads.
+    feasible : bool
+        True for the best fit among masses and inertias that bodies can have. What the forces leave open is then
+        nearest to the machine's own masses and inertias. The errors are those of the fit without this condition.
 
     Raises
     ------
     ModelError
-        If the machine has constraints, a shape does not fit, a number is not finite, an unknown is no parameter, is
-        part of a mass or of a place, or acts otherwise than linearly, or if the motion does not tell unknowns apart.
+        If a shape does not fit, a number is not finite, an unknown is no parameter, is part of a mass or of a place, or
+        acts otherwise than linearly, if the motion does not tell unknowns apart or passes a position in which
+        constraints depend on each other, or if ``feasible`` begins with a body that has no extent.
 
     Examples
     --------
@@ -117,37 +134,72 @@ def identify(
     {'bob.hx': 1.0, 'bob.hy': 0.0, 'bob.Izz': 0.5, 'c': 0.1}
     """
     model = system if isinstance(system, Model) else assemble(system)
-    if model.constraints:
-        raise ModelError(
-            f"Expected a machine without constraints to identify, but '{model.name}' has "
-            f"{', '.join(model.constraints)}: their forces are not measured. Identify the tree without them, with the "
-            "forces that act there."
-        )
     program, base = Program(model), base_parameters(model, values)
     x = [np.atleast_2d(np.asarray(a, float)) for a in (q, u, udot, forces)]
     _check(model, x)
     names = (*base.names, *unknowns)
     W, rest = _equations(model, program, base, x[:3], unknowns, dict(values or {}))
-    measured = x[3] - rest
-    N, n_u, n = W.shape
-    if N * n_u <= n:
-        raise ModelError(f"Expected more than {n} measured forces for {n} unknowns, got {N * n_u}.")
-    found, _, _ = _least_squares(W, measured, np.ones(n_u), names)
-    size = np.abs(x[3]).max(axis=0)
+    measured, size, speeds = x[3] - rest, np.abs(x[3]).max(axis=0), model.speed_names
+    if model.constraints:
+        independent, N = _motions(program, x[0], x[1], values)
+        W, measured = np.einsum("sji,sjk->sik", N, W), np.einsum("sji,sj->si", N, measured)
+        size, speeds = size[independent], tuple(speeds[i] for i in independent)
+    n = W.shape[-1]
+    if measured.size <= n:
+        raise ModelError(f"Expected more than {n} measured forces for {n} unknowns, got {measured.size}.")
+    found, _, _ = _least_squares(W, measured, np.ones(len(speeds)), names)
     sigma = _deviation(measured - W @ found, n)
     weights = 1 / np.maximum(sigma, EPS * np.where(size > 0, size, 1))
     found, covariance, condition = _least_squares(W, measured, weights, names)
+    bodies = {}
+    if feasible:
+        A = (W * weights[:, np.newaxis]).reshape(-1, n)
+        theta, found = feasible_parameters(model, base, A, (measured * weights).reshape(-1), values)
+        bodies = mass_properties(model, theta)
     residuals = measured - W @ found
     errors = np.sqrt(covariance.diagonal())
     return Identification(
         dict(zip(names, found.tolist(), strict=True)),
         dict(zip(names, errors.tolist(), strict=True)),
         covariance,
-        dict(zip(model.speed_names, _deviation(residuals, n).tolist(), strict=True)),
+        dict(zip(speeds, _deviation(residuals, n).tolist(), strict=True)),
         residuals,
         condition,
         base,
+        bodies,
     )
+
+
+def _motions(
+    program: Program, q: Array, u: Array, values: Mapping[str, float] | None
+) -> tuple[list[int], Array]:
+    """Return the independent speeds, and the motions N of all speeds per unit of each, (N, n_u, n_v).
+
+    The independent speeds are the same in all states: those whose choice in one of :data:`TRIED` states leaves the
+    conditions of the others best determined in all.
+    """
+    n_u, names = program.model.n_u, program.model.constraints
+    G = program.conditions(q, u, values=values)[..., :n_u]
+    singular = np.linalg.svd(G, compute_uv=False)
+    ranks = (singular > SINGULAR * singular[:, :1]).sum(axis=1)
+    rank = int(ranks.max())
+    if (ranks < rank).any():
+        row = int(np.argmax(ranks < rank))
+        raise ModelError(
+            f"Expected states in which the conditions {', '.join(names)} are as independent as in the others, got a "
+            f"singular position in row {row}. Leave the row out."
+        )
+    best: tuple[float, list[int]] = (0.0, [])
+    for k in np.linspace(0, len(G) - 1, TRIED).astype(int):
+        dependent = sorted(qr(G[k], pivoting=True)[2][:rank].tolist())
+        least = float(np.linalg.svd(G[:, :, dependent], compute_uv=False)[:, rank - 1].min())
+        best = max(best, (least, dependent))
+    dependent = best[1]
+    independent = [i for i in range(n_u) if i not in dependent]
+    N = np.zeros((len(G), n_u, len(independent)))
+    N[:, independent] = np.eye(len(independent))
+    N[:, dependent] = -np.linalg.pinv(G[:, :, dependent]) @ G[:, :, independent]
+    return independent, N
 
 
 def _check(model: Model, arrays: Sequence[Array]) -> None:

@@ -40,6 +40,14 @@ def test_functions_are_written_for_other_programs(freebody, tmp_path):
     assert np.asarray(function(np.array([0.3]))) == pytest.approx(expected, rel=1e-14)  # type: ignore[operator]
 
 
+def test_a_machine_is_written_as_a_robot(freebody, tmp_path):
+    code, out = freebody("export", "arm.xml", "--urdf", "--mjcf", "--set", "m_left_arm=3", "-o", "out")
+    assert code == 0, out
+    assert [Path(line).name for line in out.split()] == ["arm.urdf", "arm.xml"]
+    for name in ("arm.urdf", "arm.xml"):
+        assert fb.read(tmp_path / "out" / name, symbols="none").bodies["left_arm"].mass_properties.mass == 3
+
+
 def test_casadi_functions_are_saved(freebody, tmp_path):
     casadi = pytest.importorskip("casadi")
     code, _ = freebody("export", "arm.xml", "--casadi", "--product", "mass_matrix", "-o", ".")
@@ -59,7 +67,7 @@ def test_a_link_is_named_as_in_the_file(freebody):
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        (("export", "arm.xml"), "Expected a language: --c, --casadi, --numpy or --jax."),
+        (("export", "arm.xml"), "Expected a language: --c, --casadi, --numpy, --jax, --urdf or --mjcf."),
         (("equations", "arm.xml", "--link", "foot"), "Expected a link of 'arm', got 'foot'; "),
         (
             ("equations", "arm.xml", "--link", "world"),

@@ -11,6 +11,7 @@ import freebody as fb
 from freebody import dynamics
 from freebody.dynamics.kinematics import accelerations, place_of, point_acceleration, rotation
 from freebody.testing import random_state, random_system
+from freebody.testing.machines import random_chain
 from sampled import sampled
 
 EPS = np.finfo(float).eps
@@ -75,6 +76,46 @@ def test_loops_hold_what_they_hold():
     assert inertia.item() < 1 / (J[3] @ np.linalg.solve(program.mass_matrix(q), J[3])) * 10**6
     with pytest.raises(fb.FreebodyError, match="singular one"):
         program.operational_inertia("coupler", q, components="vx vy")
+
+
+@pytest.mark.parametrize("language", ["casadi", "jax"])
+@pytest.mark.parametrize("machine", ["tree", "loop"])
+def test_operational_space_and_rates_of_jacobians_in_other_languages(language, machine):
+    pytest.importorskip(language)
+    if machine == "loop":
+        program, q, u = fb.compile(four_bar(), at=[1.2, -0.7, 1.6]), [1.2, -0.7, 1.6], [1.0, -0.5, 0.3]
+        point, words = "coupler", "vx"
+    else:
+        program, point, words = fb.compile(random_chain(3, 7)), "b6", "wx wy wz vx vy vz"
+        q, u = np.random.default_rng(0).uniform(-1, 1, (2, 7))
+    names = (
+        f"jacobian_rate of {point}",
+        f"operational_inertia of {point}: {words}",
+        f"operational_bias of {point}: {words}",
+    )
+    expected = (
+        program.jacobian_rate(point, q, u),
+        program.operational_inertia(point, q, components=words),
+        program.operational_bias(point, q, u, components=words),
+    )
+    # the bias has its inertia from the same run
+    assert "operational_space" in repr(program)
+    t, p = 0.0, np.array([x for x in program.model.values({}).values()])
+    if language == "jax":
+        import jax
+
+        before = jax.config.jax_enable_x64
+        jax.config.update("jax_enable_x64", True)
+    try:
+        written = program.to_casadi(*names) if language == "casadi" else program.to_jax(*names)
+        for name, function, wanted in zip(names, written.values(), expected, strict=True):
+            inputs = (np.array(q),) if "inertia" in name else (np.array(q), np.array(u))
+            found = np.array(function(*inputs, t, p), float).reshape(wanted.shape)
+            condition = np.linalg.cond(expected[1])
+            assert abs(found - wanted).max() < 2**8 * EPS * condition * abs(wanted).max(), name
+    finally:
+        if language == "jax":
+            jax.config.update("jax_enable_x64", before)
 
 
 MASS = """<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>"""

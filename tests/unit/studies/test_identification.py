@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.dynamics.conditions.constrained import closed_coordinates
 from freebody.errors import ModelError
 
 
@@ -76,9 +77,154 @@ def test_a_load_that_is_not_linear_in_its_coefficient_is_refused():
         fb.identify(s, *measured(s), unknowns=["k"])
 
 
-def test_a_closed_loop_is_refused():
+# -- feasible inertia ---------------------------------------------------------------------------------------
+
+
+def pseudo_inertia(body):
+    """∫ (r, 1) (r, 1)ᵀ dm about the mass centre."""
+    inertia = np.array(body.inertia, float)
+    P = np.zeros((4, 4))
+    P[:3, :3], P[3, 3] = np.trace(inertia) / 2 * np.eye(3) - inertia, float(body.mass)
+    return P
+
+
+def true_base(s, found):
+    return found.base.matrix() @ [*fb.compile(s).inertial_parameters().values()]
+
+
+def other_masses(s):
+    """The same machine, described by rough masses, as one knows them before it is measured."""
+    rough = arm()
+    for body in rough.bodies.values():
+        object.__setattr__(body, "mass_properties", fb.sphere(1, 0.3))
+    return rough
+
+
+def test_feasible_inertia_from_exact_data_is_that_of_the_forces():
     s = arm()
-    s.constrain("shoulder - 2*elbow", name="gear")
-    q, u, udot, tau = measured(arm())
-    with pytest.raises(ModelError, match="without constraints to identify, but 'arm' has gear"):
-        fb.identify(s, q, u, udot, tau)
+    free, found = (
+        fb.identify(other_masses(s), *measured(s), unknowns=["c"], feasible=x) for x in (False, True)
+    )
+    expected = [*true_base(s, found), 0.2]
+    assert np.abs(np.array([*found.values.values()]) - expected).max() < 1e-12 * found.condition
+    for body in found.bodies.values():
+        assert np.linalg.eigvalsh(pseudo_inertia(body)).min() > 0
+    # what the forces need are the bodies that are returned
+    again = arm()
+    for name, body in again.bodies.items():
+        object.__setattr__(body, "mass_properties", found.bodies[name])
+    q, u, udot, tau = measured(s)
+    assert (
+        np.abs(fb.compile(again).inverse_dynamics(q, u, udot) - tau).max()
+        < 1e-12 * found.condition * np.abs(tau).max()
+    )
+    assert free.bodies == {}
+
+
+def test_what_the_forces_leave_open_stays_as_described():
+    """The divergence of the description from itself is 0: with its own forces it is the answer."""
+    s = arm()
+    found = fb.identify(s, *measured(s), feasible=True)
+    for name, body in found.bodies.items():
+        own = s.bodies[name].mass_properties.at({"m": 1.5})
+        assert float(body.mass) == pytest.approx(float(own.mass), rel=1e-9)
+        assert np.allclose(np.array(body.inertia, float), np.array(own.inertia, float), atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_gives_masses_that_bodies_can_have(seed):
+    s = arm()
+    q, u, udot, tau = measured(s, 12)
+    tau = tau + np.random.default_rng(seed).normal(scale=20, size=tau.shape)
+    free, found = (fb.identify(s, q, u, udot, tau, feasible=x) for x in (False, True))
+    assert min(free.values["upper.Iyy"], free.values["fore.Izz"]) < 0 or seed  # one of them is impossible
+    for body in found.bodies.values():
+        assert np.linalg.eigvalsh(pseudo_inertia(body)).min() > 0
+    cost = [(x.residuals**2 / np.array([*free.sigma.values()]) ** 2).sum() for x in (free, found)]
+    assert cost[1] > cost[0]
+
+
+def test_a_point_mass_is_no_start_of_feasible_inertia():
+    s = fb.System("pendulum")
+    s.gravity = (0, -9.81, 0)
+    s.hinge("pin", s.ground, s.body("bob", fb.particle(1)), to=(0, 1, 0))
+    q, u, udot = np.random.default_rng(0).uniform(-2, 2, (3, 50, 1))
+    tau = fb.compile(s).inverse_dynamics(q, u, udot)
+    with pytest.raises(
+        ModelError, match="Expected a mass and an inertia of body 'bob' that a body with extent"
+    ):
+        fb.identify(s, q, u, udot, tau, feasible=True)
+
+
+# -- closed loops -------------------------------------------------------------------------------------------
+
+
+def four_bar():
+    s = fb.System("four-bar")
+    s.gravity = (0, -9.81, 0)
+    crank, coupler, rocker = (
+        s.body(n, fb.MassProperties(m, (0.1, x, 0), ((m / 5, 0, 0), (0, m / 5, 0), (0, 0, m / 5))))
+        for n, m, x in (("crank", 1, 0.0), ("coupler", 2, 0.1), ("rocker", 1.5, -0.05))
+    )
+    s.hinge("a", s.ground, crank, coordinate="a")
+    s.hinge("b", crank, coupler, at=(0.5, 0, 0), coordinate="b")
+    s.hinge("d", s.ground, rocker, at=(1.5, 0, 0), coordinate="d")
+    s.parameters(c=0.3)
+    s.damper("friction", s.joints["d"], damping="c")
+    s.hinge("e", coupler, rocker, at=(1.6, 0, 0), to=(1, 0, 0))
+    return s
+
+
+def measured_loop(s, count=60):
+    """States of the crank's motion, and the torque of its motor."""
+    program = fb.compile(s, at=[0.3, 0.4, 1.5])
+    rng = np.random.default_rng(0)
+    rows = []
+    for angle in np.linspace(0.3, 6, count):
+        start = rows[-1][0].copy() if rows else np.array([0.3, 0.4, 1.5])
+        start[0] = angle
+        q = np.array(closed_coordinates(program.model, start.tolist(), fixed=[0]))
+        G = program.conditions(q, np.zeros(3))[:, :3]
+        N = np.linalg.svd(G)[2][-1]
+        u = N * rng.uniform(-2, 2)
+        udot = program.accelerations(q, u, {"a": rng.uniform(-3, 3)})
+        tau = np.zeros(3)
+        tau[0] = program.inverse_dynamics(q, u, udot, actuators=["a"])[0]
+        rows.append((q, u, udot, tau))
+    return [np.array(x) for x in zip(*rows, strict=True)]
+
+
+def test_a_closed_loop_is_identified_by_the_forces_of_its_motor():
+    s = four_bar()
+    found = fb.identify(s, *measured_loop(s), unknowns=["c"])
+    theta = np.array([*fb.compile(s).inertial_parameters().values()])
+    expected = [*found.base.matrix() @ theta, 0.3]
+    assert found.residuals.shape[1] == 1 and len(found.base.names) < len(fb.base_parameters(tree(s)).names)
+    assert np.abs(np.array([*found.values.values()]) - expected).max() < 1e-11 * found.condition
+    assert "couple the speeds" in found.base.text()
+    feasible = fb.identify(s, *measured_loop(s), unknowns=["c"], feasible=True)
+    assert np.abs(np.array([*feasible.values.values()]) - expected).max() < 1e-11 * found.condition
+
+
+def tree(s):
+    """The machine without its last joint."""
+    again = four_bar()
+    del again.joints["e"]
+    return again
+
+
+def test_a_singular_position_of_a_loop_is_refused():
+    s = fb.System("parallelogram")
+    bodies = [s.body(n, fb.sphere(1, 0.1)) for n in "xyz"]
+    s.hinge("a", s.ground, bodies[0])
+    s.hinge("b", bodies[0], bodies[1], at=(1, 0, 0))
+    s.hinge("d", s.ground, bodies[2], at=(2, 0, 0))
+    s.hinge("e", bodies[1], bodies[2], at=(2, 0, 0), to=(1, 0, 0))
+    q = np.array(
+        [[0.3, -0.3, 0.3], [0, 0, 0], *([0.3 + x, -0.3 - x, 0.3 + x] for x in np.linspace(0, 1, 30))]
+    )
+    u = np.full(q.shape, [1, -1, 1])
+    with pytest.raises(
+        ModelError, match=r"conditions e are as independent .* got a singular position in row 1\. Leave"
+    ):
+        fb.identify(s, q, u, 0 * u, 0 * u)

@@ -28,6 +28,8 @@ from .words import ATTRIBUTES, BODY_LEFT_OUT, NOTHING
 NOTHING_MASSIVE = MassProperties.as_given(0, ZERO, ((0, 0, 0),) * 3)
 JOINTS = ("hinge", "slide", "ball", "free")
 SINGLE = ("hinge", "slide")
+GREATEST = 10**10
+"""A limit of this size is none: a range has two ends, and MuJoCo takes no greater numbers."""
 
 
 @dataclass(frozen=True)
@@ -237,6 +239,8 @@ class Bodies:
         low, high = element.numbers("range", 2)
         if low == high == 0 and limited == "auto":
             return None
+        if low <= -GREATEST or high >= GREATEST:
+            low, high = (-math.inf if low <= -GREATEST else low, math.inf if high >= GREATEST else high)
         return (math.radians(low), math.radians(high)) if degrees else (low, high)
 
     # -- masses -------------------------------------------------------------------------------------

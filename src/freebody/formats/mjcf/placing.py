@@ -1,4 +1,4 @@
-"""Poses of elements: every way in which MJCF writes an orientation."""
+"""Poses of elements: every way in which MJCF writes an orientation, and the one in which we write it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from ...scalar.algebra import IDENTITY, Matrix, cross, dot, multiply
 from ...space.pose import Pose
 from ...space.rotation import Rotation
 from ..builder import whole
+from ..machine import text_of
 from ..xml_tree import Element
 from .document import ORIENTATIONS, Compiler
 
@@ -24,6 +25,19 @@ def pose(element: Element, compiler: Compiler) -> Pose:
 def place(element: Element) -> Any:
     """Return the position of an element."""
     return tuple(map(whole, element.numbers("pos", 3, (0, 0, 0))))
+
+
+def pose_attributes(pose: Pose) -> dict[str, str]:
+    """Return the attributes of a pose: ``xyaxes`` holds a rotation matrix without loss.
+
+    >>> pose_attributes(Pose(position=(0, 0, 1)))
+    {'pos': '0 0 1'}
+    """
+    result = {"pos": text_of(*pose.position)} if any(pose.position) else {}
+    R = pose.rotation.matrix
+    if R != IDENTITY:
+        result["xyaxes"] = text_of(*(row[0] for row in R), *(row[1] for row in R))
+    return result
 
 
 def orientation(element: Element, compiler: Compiler) -> Matrix:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import Any
@@ -22,6 +23,8 @@ from ..meshes import Meshes
 from ..reading import Reading
 from ..xml_tree import Element
 
+GREATEST = sys.float_info.max
+"""A limit of this size is none: the format demands limits of joints that have none."""
 DECIMALS = 10
 """Decimals with which a multiple of a right angle must be written to be taken as one."""
 RIGHT = math.pi / 2
@@ -312,8 +315,10 @@ def _limits(element: Element, joint: Joint, reading: Reading) -> tuple[float, fl
     limit = element.first("limit")
     if limit is None:
         return None
-    bounds = {key: limit.number(key) for key in (*ENDS, *DRIVE) if key in limit.attributes}
-    reading.limits[joint.name] = bounds
+    ends = {key: limit.number(key) for key in (*ENDS, *DRIVE) if key in limit.attributes}
+    bounds = {key: end for key, end in ends.items() if abs(end) < GREATEST}
+    if bounds:
+        reading.limits[joint.name] = bounds
     drive = ", ".join(f"{key} {bounds[key]:g}" for key in DRIVE if key in bounds)
     if drive:
         reading.left_out(
@@ -321,7 +326,11 @@ def _limits(element: Element, joint: Joint, reading: Reading) -> tuple[float, fl
         )
     if joint.kind not in ("revolute", "prismatic") or not any(key in bounds for key in ENDS):
         return None
-    return (bounds.get("lower", 0.0), bounds.get("upper", 0.0))
+    low, high = (
+        sign * math.inf if key in ends and key not in bounds else ends.get(key, 0.0)
+        for key, sign in zip(ENDS, (-1, 1), strict=True)
+    )
+    return (low, high)
 
 
 def _axis(element: Element, kind: str, what: str, reading: Reading) -> Vector:

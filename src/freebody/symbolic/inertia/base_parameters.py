@@ -50,6 +50,8 @@ class BaseParameters(Typeset):
         Inertial parameters on which no force depends.
     rounded : str
         A joint whose axes are rounded numbers, so that the coefficients are numbers in double precision; else "".
+    closed : tuple of str
+        Constraints of the machine; its forces are those on independent speeds, and the coefficients are numbers.
     """
 
     names: tuple[str, ...]
@@ -58,6 +60,7 @@ class BaseParameters(Typeset):
     without_influence: tuple[str, ...]
     rounded: str
     model: Model
+    closed: tuple[str, ...] = ()
 
     def matrix(self, values: Mapping[str, float] | None = None) -> Array:
         """Return K with β = K θ for values of the parameters, shape (n, 10 bodies)."""
@@ -78,6 +81,8 @@ class BaseParameters(Typeset):
             lines.append(f"without influence: {', '.join(self.without_influence)}")
         if self.rounded:
             lines.append(f"The coefficients are rounded, as the axes of joint '{self.rounded}' are.")
+        if self.closed:
+            lines.append(f"The coefficients are numbers, since {', '.join(self.closed)} couple the speeds.")
         return "\n".join(lines)
 
     def latex(self) -> str:
@@ -134,11 +139,13 @@ def base_parameters(system: System | Model, values: Mapping[str, float] | None =
 
     The coefficients are exact and hold the machine's symbols. If axes are given as rounded numbers, which are no
     rotation exactly, the coefficients are numbers for the ``values`` of the parameters, and ``rounded`` names a joint.
+    So they are for machines with constraints, whose forces are those on independent speeds, Nᵀ Y θ.
 
     Raises
     ------
     ModelError
-        If a root of coordinates occurs in a place or a displacement, or a value is missing for rounded axes.
+        If a root of coordinates occurs in a place or a displacement, if a value is missing for rounded axes or a
+        machine with constraints, or if no random configuration closes the loops.
 
     Examples
     --------
@@ -162,13 +169,13 @@ def base_parameters(system: System | Model, values: Mapping[str, float] | None =
     """
     model = system if isinstance(system, Model) else assemble(system)
     names, canonical = parameter_names(model), CanonicalModel(model)
-    rounded = rounded_joint(canonical)
+    rounded, closed = rounded_joint(canonical), tuple(model.constraints)
     independent, others = (
-        combinations_in_floats(model, values) if rounded else combinations_with_symbols(canonical)
+        combinations_in_floats(model, values) if rounded or closed else combinations_with_symbols(canonical)
     )
     combinations: dict[str, dict[str, Any]] = {names[k]: {names[k]: sympy.Integer(1)} for k in independent}
     for j, combination in others.items():
         for k, coefficient in combination.items():
             combinations[names[k]][names[j]] = coefficient
     alone = tuple(names[j] for j, combination in others.items() if not combination)
-    return BaseParameters(tuple(combinations), combinations, independent, alone, rounded, model)
+    return BaseParameters(tuple(combinations), combinations, independent, alone, rounded, model, closed)

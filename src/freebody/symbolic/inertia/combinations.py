@@ -27,8 +27,11 @@ import numpy as np
 import sympy
 from flint import fmpz, nmod_mat
 
+from ...dynamics.conditions.constrained import closed_coordinates
+from ...dynamics.conditions.constraints import linearized
 from ...dynamics.regressor import PARAMETERS, parameter_names, regressor
 from ...dynamics.state import float_state
+from ...errors import ModelError
 from ...model.model import GROUND, Model
 from ...scalar.algebra import IDENTITY, divide, dot, multiply, transpose
 from ..derivation.canonical_model import CanonicalModel
@@ -36,6 +39,8 @@ from .random_place import NoRootError, Place, Placed
 
 FIRST = 2**61
 """Primes are the next ones below."""
+MOST_OPEN = 100
+"""Most random configurations that do not close the loops of a machine."""
 LONG = 10**9
 """Whole numbers beyond it come from rounded decimals."""
 LEAST = math.sqrt(np.finfo(float).eps)
@@ -64,18 +69,38 @@ def combinations_in_floats(
 ) -> tuple[tuple[int, ...], dict[int, dict[int, Any]]]:
     """Return the independent columns and the coefficients of the others, from random states in floating point.
 
+    Of a machine with constraints the forces are those on its independent speeds, Nᵀ Y, in states that fulfil them.
+
     A column is dependent if what the columns before it leave of it is less than the square root of round-off of the
     longest column of its kind: of masses, first moments or moments of inertia.
+
+    Raises
+    ------
+    ModelError
+        If no random configuration closes the loops.
     """
     rng = np.random.default_rng(0)
-    rows: list[list[float]] = []
-    count = len(parameter_names(model))
+    rows: list[Any] = []
+    count, failures = len(parameter_names(model)), 0
     while len(rows) < count + model.n_u:
         q = rng.normal(size=model.n_q)
         for i in model.quaternions:
             q[i : i + 4] /= np.linalg.norm(q[i : i + 4])
-        state = float_state(model, [*q], [*rng.normal(size=model.n_u)], rng.uniform(), values)
-        rows += [[*map(float, row)] for row in regressor(model, state, [*rng.normal(size=model.n_u)])]
+        t = rng.uniform()
+        if model.constraints:
+            try:
+                q = np.array(closed_coordinates(model, [*q], t, values))
+            except ModelError:
+                failures += 1
+                if failures > MOST_OPEN:
+                    raise
+                continue
+        u, udot = rng.normal(size=(2, model.n_u))
+        N = np.eye(model.n_u)
+        if model.constraints:
+            N, u, udot = _in_constraints(model, q, u, udot, t, values)
+        state = float_state(model, [*q], [*u], t, values)
+        rows += [*(N.T @ np.array([[*map(float, row)] for row in regressor(model, state, [*udot])]))]
     Y = np.array(rows)
     sizes = np.linalg.norm(Y, axis=0).reshape(-1, len(PARAMETERS))
     kinds = np.repeat(
@@ -100,6 +125,22 @@ def combinations_in_floats(
         j: {k: sympy.Float(float(c)) for k, c in zip(independent, column, strict=True) if abs(c) > LEAST}
         for j, column in zip(dependent, C.T, strict=True)
     }
+
+
+def _in_constraints(
+    model: Model, q: Any, u: Any, udot: Any, t: float, values: Mapping[str, float] | None
+) -> tuple[Any, Any, Any]:
+    """Return the motions N that keep the constraints, G N = 0, and the nearest speeds and accelerations that do."""
+
+    def conditions(u: Any) -> Any:
+        return linearized(model, float_state(model, [*q], [*u], t, values))
+
+    G = np.array(conditions(u).matrix, float).reshape(-1, model.n_u)
+    u = u - np.linalg.lstsq(G, np.array(conditions(u).rate, float), rcond=LEAST)[0]
+    gamma = np.array(conditions(u).bias, float)
+    udot = udot - np.linalg.lstsq(G, G @ udot + gamma, rcond=LEAST)[0]
+    _, s, Vt = np.linalg.svd(G)
+    return Vt[(s > LEAST * s.max(initial=0)).sum() :].T, u, udot
 
 
 class Columns:

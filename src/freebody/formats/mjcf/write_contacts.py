@@ -1,0 +1,177 @@
+"""Writer of contacts in MJCF: shapes of bodies and planes of the ground as geoms that only named pairs let touch.
+
+A box has its eight corners, a mesh those of a convex hull; a cylinder is two circles of one radius on one axis.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
+
+from ...errors import ModelError
+from ...scalar.algebra import HALF, Vector, add, cross, scale, subtract
+from ...space.pose import Pose
+from ...space.rotation import TOLERANCE, Rotation
+from ..builder import normal, whole
+from ..contacts import hull_of
+from ..machine import Machine, text_of
+from .placing import pose_attributes
+
+UNSEEN = {"mass": "0", "contype": "0", "conaffinity": "0"}
+"""Attributes of a geom that has no mass, and that touches what a pair names only."""
+GROUP = {"group": "3"}
+"""Group of geoms that touch, which viewers do not show at first."""
+FIXED = "0.005 0.0001 0.0001"
+"""Coefficients of friction of a pair besides those of slip; they need a condim above 3."""
+
+
+class Contacts:
+    """Says contacts in the sections of a file."""
+
+    def __init__(self, machine: Machine, sections: dict[str, Element], elements: dict[str, Element]) -> None:
+        self.machine, self.sections, self.elements = machine, sections, elements
+        self.planes: dict[Any, str] = {}
+        self.waiting: list[tuple[str, Any, str, float]] = []  # name, shape, plane, friction
+
+    def add(self, pair: Any) -> None:
+        """Take a contact of a shape and a plane of the ground."""
+        m, title = self.machine, f"contact '{pair.name}'"
+        shape, plane = pair.feature, pair.surface
+        if shape.kind == "plane":
+            shape, plane = plane, shape
+        if plane.kind != "plane" or not plane.body.is_ground:
+            m.refuse(
+                title,
+                "bodies of such a file touch planes of the ground; keep it in Python or in a .toml file",
+            )
+            return
+        if pair.restitution != 0:
+            m.refuse(title, "its restitution; contacts of the format do not rebound, leave out restitution=")
+        if pair.static_friction != pair.friction:
+            m.refuse(title, "its static friction; leave out static_friction=")
+        at, up = m.vector(plane.at, title), m.vector(plane.normal, title)
+        if (at, up) not in self.planes:
+            name = f"plane{len(self.planes) + 1}"
+            self.planes[at, up] = name
+            pose = Pose(Rotation.trusted(normal(up)), at)
+            SubElement(
+                self.sections["worldbody"],
+                "geom",
+                {"name": name, "type": "plane", "size": "0 0 1", **pose_attributes(pose), **UNSEEN},
+            )
+        self.waiting.append(
+            (pair.name, shape, self.planes[at, up], self.machine.number(pair.friction, title))
+        )
+
+    def finish(self) -> None:
+        """Add the geoms and pairs."""
+        circles: dict[Any, tuple[str, Any]] = {}
+        for name, shape, plane, friction in self.waiting:
+            if shape.kind == "circle":
+                key = (shape.body.name, shape.radius, plane, friction)
+                if key not in circles:
+                    circles[key] = name, shape
+                    continue
+                shape = (circles.pop(key)[1], shape)
+            geom = self._geom(name, shape)
+            if geom is not None:
+                self._pair(name, shape, geom, plane, friction)
+        for name, _ in circles.values():
+            self.machine.refuse(
+                f"contact '{name}'",
+                "a circle alone; a cylinder of the format touches with the circles of both its ends",
+            )
+
+    def _pair(self, name: str, shape: Any, geom: dict[str, str], plane: str, friction: float) -> None:
+        body = (shape[0] if isinstance(shape, tuple) else shape).body
+        SubElement(self.elements[body.name], "geom", {"name": name, **geom, **UNSEEN, **GROUP})
+        laws = (
+            {"condim": "1"}
+            if friction == 0
+            else {"condim": "3", "friction": f"{text_of(friction, friction)} {FIXED}"}
+        )
+        SubElement(self.sections["contact"], "pair", {"geom1": name, "geom2": plane, **laws})
+
+    def _geom(self, name: str, shape: Any) -> dict[str, str] | None:
+        """Return the type, size and pose of a shape; None if it is refused."""
+        m, title = self.machine, f"contact '{name}'"
+        if isinstance(shape, tuple):
+            return self._cylinder(title, *shape)
+        frame = m.place(shape.body, Pose())
+        match shape.kind:
+            case "sphere" if not shape.inside:
+                at = frame.point(m.vector(shape.at, title))
+                return {"type": "sphere", "size": text_of(m.number(shape.radius, title)), "pos": text_of(*at)}
+            case "capsule":
+                ends = [frame.point(m.vector(end, title)) for end in shape.corners]
+                return {
+                    "type": "capsule",
+                    "size": text_of(m.number(shape.radius, title)),
+                    "fromto": text_of(*ends[1], *ends[0]),
+                }
+            case "ellipsoid":
+                pose = frame @ Pose(position=m.vector(shape.at, title))
+                return {
+                    "type": "ellipsoid",
+                    "size": text_of(*m.vector(shape.half_axes, title)),
+                    **pose_attributes(pose),
+                }
+            case "corners":
+                return self._corners(
+                    name, [m.vector(point.components, title) for point in shape.points], frame
+                )
+            case "box" | "hull":
+                return self._corners(name, [m.vector(corner, title) for corner in shape.corners], frame)
+        m.refuse(
+            title, f"a {shape.kind} of body '{shape.body.name}' is no shape of the format; use spheres, capsules, "
+            "ellipsoids, boxes, corners of a solid or the two circles of a cylinder",
+        )  # fmt: skip
+        return None
+
+    def _corners(self, name: str, points: list[Vector], frame: Pose) -> dict[str, str] | None:
+        """Return a box along the axes of the body, or a mesh."""
+        ranges = [sorted({point[i] for point in points}) for i in range(3)]
+        if len(set(points)) == 8 and all(len(one) == 2 for one in ranges):
+            middle: Any = tuple(whole((a + b) / 2) for a, b in ranges)
+            return {
+                "type": "box",
+                "size": text_of(*((b - a) / 2 for a, b in ranges)),
+                **pose_attributes(frame @ Pose(position=middle)),
+            }
+        try:
+            if len(hull_of(points)) < len(set(points)):
+                raise ModelError("corners within their convex hull never touch; leave them out")
+        except ModelError as error:
+            self.machine.refuse(
+                f"contact '{name}'", f"{str(error).rstrip('.')}; give the corners of a solid, or spheres"
+            )
+            return None
+        vertices = text_of(*(x for point in points for x in frame.point(point)))
+        SubElement(self.sections["asset"], "mesh", name=name, vertex=vertices)
+        return {"type": "mesh", "mesh": name}
+
+    def _cylinder(self, title: str, one: Any, two: Any) -> dict[str, str] | None:
+        """Return the cylinder between two circles of one axis."""
+        m = self.machine
+        frame = m.place(one.body, Pose())
+        ends = [m.vector(circle.at, title) for circle in (one, two)]
+        along = subtract(*ends)
+        length = math.hypot(*along)
+        axes = [m.vector(circle.axis, title) for circle in (one, two)]
+        if (
+            one.inside
+            or two.inside
+            or not length
+            or any(abs(x) > TOLERANCE * length for axis in axes for x in cross(along, axis))
+        ):
+            m.refuse(title, "two circles that are not the ends of a cylinder; put both on one axis")
+            return None
+        middle = scale(HALF, add(*ends))
+        x, y, z = (a / length for a in along)
+        pose = frame @ Pose(Rotation.trusted(normal((x, y, z))), middle)
+        return {
+            "type": "cylinder",
+            "size": text_of(m.number(one.radius, title), length / 2),
+            **pose_attributes(pose),
+        }
