@@ -23,7 +23,6 @@ from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model import Model
 from ...native import loop
-from ..cones.dense_problem import code
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Rates, outputs_at
 from . import places
@@ -45,6 +44,7 @@ _FUNCTIONS = (
 )  # fmt: skip
 _MODULES = tuple(loop.sibling(__name__, name) for name in ("closed_contacts", "mode_table"))
 _LABEL = _MODULES[0]
+_NEWTON = "motion.cones.newton"
 _SLIPPING = ("slip+", "slip-", "slip")
 
 
@@ -273,7 +273,9 @@ class Scene:
         held = [self.first[k] + j for k, j in self.conditions(modes)]
         m = len(held)
         order = np.zeros(m, dtype=np.int64)
-        code("factor")(seen.between(held), m, np.zeros(m * m), places.DEPENDENT, np.zeros(m), order)
+        loop.code(_NEWTON, "factor")(
+            seen.between(held), m, np.zeros(m * m), places.DEPENDENT, np.zeros(m), order
+        )
         return [self.candidates.own + i for i in np.flatnonzero(order).tolist()]
 
 
