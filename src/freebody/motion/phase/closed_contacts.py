@@ -613,8 +613,9 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
 @compiled
 def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Set ``out`` to what decides events: gaps, least reaches, rates, W u' + b without contact forces, u' so, W, the
-    change of u' per unit of each contact force, μ, μ_s, e, μ at rest, and the least rates of reaches that are zero. The machine's
-    own conditions are enforced.
+    change of u' per unit of each contact force, μ, μ_s, e, μ at rest, and the least rates of reaches that are zero.
+
+    The machine's own conditions are enforced.
     """
     T = table(c)
     n, E, m = T[places.N_U], T[places.CONTACTS], T[places.ROWS]
