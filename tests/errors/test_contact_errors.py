@@ -86,11 +86,6 @@ CONTACTS = {
         "The static friction of contact 'c' acts at rest and cannot depend on slip. Give its value, or leave it out: it "
         "is then the friction at slip = 0.",
     ),
-    "friction of unknown names": (
-        lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
-        {"friction": "mu*slipp"},
-        "In the friction of contact 'c': Expected a known name, got 'slipp'; did you mean 'slip'?",
-    ),
     "static below kinetic": (
         lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
         {"friction": 0.3, "static_friction": "mu"},

@@ -8,7 +8,7 @@ import sympy
 from scipy.integrate import solve_ivp
 
 import freebody as fb
-from freebody.errors import ModelError, SimulationError
+from freebody.errors import ExpressionError, ModelError, SimulationError
 from freebody.exact.contact import stribeck_time
 
 G = 9.81
@@ -165,6 +165,14 @@ def test_a_system_with_its_own_slip_is_refused():
     assert str(caught.value) == (
         "The friction of contact 'floor' is an expression of `slip`, the slip speed, but this system has a parameter "
         "'slip'. Give that another name."
+    )
+
+
+def test_unknown_names_are_refused_with_the_nearest():
+    with pytest.raises(ExpressionError) as caught:
+        block("mu*slipp")
+    assert str(caught.value).startswith(
+        "In the friction of contact 'floor': Expected a known name, got 'slipp'; did you mean 'slip'?"
     )
 
 
