@@ -261,7 +261,7 @@ def fit(
     weights = _weights(sigma, quantities, measured)
     low, high = _bounds(bounds, names, first)
     calls = [0]
-    sensitive = {} if model.contacts else {"sensitivities": names}
+    sensitive = None if model.contacts else names
 
     def motions(p: Array) -> list[Any]:
         calls[0] += 1
@@ -274,7 +274,7 @@ def fit(
             result.append(
                 simulate(
                     s, float(times.max()), initial={**fixed, **searched}, near=near, values=parameters, start=start,
-                    times=np.unique(times), tolerance=tolerance, progress=False, **sensitive, **options,
+                    times=np.unique(times), tolerance=tolerance, sensitivities=sensitive, progress=False, **options,
                 )
             )  # fmt: skip
         return result
