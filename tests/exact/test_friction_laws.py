@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 import sympy
+from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
 import freebody as fb
+from freebody.cli import command as program
 from freebody.errors import ExpressionError, ModelError, SimulationError
 from freebody.exact.contact import stribeck_time
 
@@ -146,6 +148,16 @@ def test_a_law_of_friction_goes_through_a_file(tmp_path):
     assert again.contacts["floor"].friction == s.contacts["floor"].friction
     assert again.contacts["floor"].static_friction == s.contacts["floor"].static_friction
     assert 'friction = "mu + (-mu + mu_s)*exp(-slip/v_s)"' in (tmp_path / "block.toml").read_text()
+
+
+def test_check_and_report_print_the_law(tmp_path):
+    s = block(STRIBECK)
+    fb.write(s, tmp_path / "block.toml")
+    said = CliRunner().invoke(program, ["check", str(tmp_path / "block.toml")], catch_exceptions=False)
+    law = "mu + (-mu + mu_s)*exp(-slip/v_s)"
+    assert said.exit_code == 0 and law in said.output
+    fb.report(s, fb.simulate(s, 1, initial={"x'": 1.0}), tmp_path / "block.html")
+    assert law in (tmp_path / "block.html").read_text(encoding="utf-8")
 
 
 def test_a_symbol_named_slip_is_the_slip_speed():
