@@ -155,7 +155,7 @@ class Field:
 
 
 @cache
-def nested_fields(kind: type[Record]) -> list[Field]:
+def nested_fields(kind: Any) -> list[Field]:
     """Return the fields of a record that are records."""
     return [field for field in kind.fields.values() if field.nested is not None]
 
