@@ -155,7 +155,7 @@ class Field:
 
 
 @cache
-def nested_fields(kind: Any) -> list[Field]:
+def nested_fields(kind: type[Record]) -> list[Field]:
     """Return the fields of a record that are records."""
     return [field for field in kind.fields.values() if field.nested is not None]
 
@@ -195,9 +195,8 @@ class Record:
             self.address = whole.address + begin - whole.begin
         self.arrays: dict[str, Any] = {}
         self.placed: Mapping[str, Any] = {}
-        self.parts = {
-            field.name: field.nested(memory, begin + field.place, self) for field in nested_fields(type(self))
-        }
+        parts = nested_fields(type(self))  # type: ignore[arg-type]
+        self.parts = {field.name: field.nested(memory, begin + field.place, self) for field in parts}
 
     def __getitem__(self, k: int) -> Self:
         """Return the record that stands k records further in memory."""
