@@ -199,6 +199,14 @@ def test_friction_that_vanishes_is_refused():
     assert caught.value.trajectory["x"][-1] == pytest.approx(0.2, abs=1e-6)
 
 
+def test_a_motion_that_ends_by_a_load_blames_no_friction():
+    s = block(0)
+    s.generalized_force("x", "sqrt(0.5 - x)")
+    with pytest.raises(SimulationError, match="is not a finite number") as caught:
+        fb.simulate(s, 5, initial={"x'": 1.0})
+    assert "friction" not in str(caught.value)
+
+
 def test_time_steps_know_constant_friction():
     with pytest.raises(SimulationError) as caught:
         fb.simulate(block("0.2 + x^2 + slip"), 1, method="timestepping", step=1e-2)
