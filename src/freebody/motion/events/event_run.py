@@ -71,8 +71,8 @@ DEAD = 16
 # Why a mode began.
 (
     NO_REASON, BLOW, GAP_CLOSED, NORMAL_ZERO, END_OF_SIDE, ONTO_SIDE, SLIP_STOPPED, CONE_REACHED, BOUNCES_BELOW,
-    BOUNCES_END, CHANGED,
-) = range(11)  # fmt: skip
+    BOUNCES_END, CHANGED, OTHER_FEATURES,
+) = range(12)  # fmt: skip
 
 # Kinds of rest: the limit of a series of bounces, bounces that crowd, slips that crowd.
 SERIES, QUIET, SLOWED = range(3)

@@ -254,7 +254,8 @@ class Kernels:
                     f"The families of contacts {names} have more than {UNROLLED} pairs, and a motion by events needs "
                     'code for each. Take method="timestepping" with step=, whose families may have any number.'
                 )
-            self.cache["unrolled"] = Kernels(model)
+            self.cache["unrolled"] = one = Kernels(model)
+            one.cache["rolled"] = self
         kernels: Kernels = self.cache["unrolled"]
         return kernels
 
