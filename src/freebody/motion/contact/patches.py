@@ -18,7 +18,7 @@ from ...errors import SimulationError
 from ...model.patched import CORNER_ON_FACE, EDGE_ON_EDGE, FACE_ON_CORNER
 from ...native.records import address
 from ..families import feature_changes
-from ..families.faces import FACE
+from ..families.faces import FACE, NOWHERE
 from ..families.family_record import POSE
 from ..families.feature_changes import Followed
 from ..families.memory import fill_members, link_poses
@@ -27,7 +27,7 @@ from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, outputs_at
 from ..phase.places import CLOSED
 
-PARALLEL = 1e-8
+PARALLEL = 1e-9
 """Sine of the angle of two edges that meet below which their normal has lost half of its digits."""
 
 
@@ -99,8 +99,10 @@ class Patches:
         found: list[tuple[int, ...]] = []
         if gap <= near:
             rows = patch.features[: 4 * patch.count].reshape(-1, 4).tolist()
-            found = list(dict.fromkeys(map(tuple, rows)))
-        if set(found) == set(places.values()) and (it.used[p] >= 0) == (gap <= near):
+            found = [one for one in dict.fromkeys(map(tuple, rows)) if one[1] != NOWHERE]
+            if not found and gap < -feature_changes.ROUNDED * it.limit[p]:
+                raise self._open_normal(pair, t)
+        if set(found) == set(places.values()):
             return False
         kept = {place: one for place, one in places.items() if one in found}
         free = [place for place in range(len(pair.kinds)) if place not in kept]
@@ -115,7 +117,7 @@ class Patches:
         for place in places.keys() - kept.keys():
             self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
         self.places[p] = kept
-        it.used[p] = len(kept) if gap <= near else -1
+        it.used[p] = len(kept) or -1
         start = 4 * self.most * p
         for k, one in enumerate(kept.values()):
             it.features[start + 4 * k : start + 4 * k + 4] = one
@@ -132,11 +134,7 @@ class Patches:
             sides = [side / np.linalg.norm(side) for side in sides]
             m = np.cross(*(pose[:9].reshape(3, 3) @ side for pose, side in zip(poses, sides, strict=True)))
             if not np.linalg.norm(m) > PARALLEL:
-                raise SimulationError(
-                    f"Two parallel edges of '{pair.whole.name}' meet at t = {t:.9g} s, and their normal is open: rigid "
-                    "bodies do not decide what happens there. Turn one of them a little, or take "
-                    'method="timestepping" with step=.'
-                )
+                raise self._open_normal(pair, t)
             middles = [self.it.families.one.middle, self.it.families.other.middle]
             side = 1.0 if m @ (middles[0] - middles[1]) > 0 else -1.0
             numbers = [*A[a[0]], 1.0, *sides[0], side, *B[b[0]], 1.0, *sides[1], side]
@@ -145,6 +143,14 @@ class Patches:
         else:
             numbers = [*_face(shapes[0], A, a[0]), *B[b[0]], 1.0]
         return dict(zip(pair.names[place], map(float, numbers), strict=True))
+
+    def _open_normal(self, pair: Any, t: float) -> SimulationError:
+        """Return the error for two edges that are parallel."""
+        return SimulationError(
+            f"Two parallel edges of '{pair.whole.name}' meet at t = {t:.9g} s, and the direction of their force is open: "
+            "rigid bodies do not decide what happens there. Turn one of them a little at the start, or take "
+            'method="timestepping" with step=.'
+        )
 
     def _links(self, p: int) -> list[int]:
         """Return the links of the members of a pair, the ground is 0."""

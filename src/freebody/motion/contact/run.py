@@ -91,6 +91,8 @@ def answered(work: ContactRun, question: int) -> None:
     elif question == event_run.STRUCK:
         blows(work)
         choose_features(work)
+    elif question == event_run.OTHER_PLACES:
+        choose_features(work)
     elif question != event_run.PAUSE:
         raise refusal(work, question)
 

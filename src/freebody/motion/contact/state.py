@@ -109,6 +109,7 @@ class ContactRun:
         search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
         it.moving, it.refuse = scene.candidates.moving, not self.shared
         it.sequential = request.impacts == "sequential"
+        it.followed = len(self.specs) + stops if stops else 0
         it.asked, it.crossed = self.asked, logged if self.asked else 0
         self.constants_kept = rates
         it.piece = loops.functions(self.method).functions["piece"].address

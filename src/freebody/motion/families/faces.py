@@ -13,11 +13,15 @@ from ...native.instructions import Integers, Reals, compiled, root
 from .family_record import Core, Families, Patch
 
 ALONG = 1e-11
-"""Overlap of sides, relative to the size of a face, that is round-off: a corner so far outside carries."""
+"""Distance, relative to the size of a solid, that is round-off."""
+BESIDE = 1e-8
+"""Distance outside a side of a face, relative to the size, up to which a corner carries: bricks of one width on each
+other. Edges that cross are then so far from parallel that their common normal keeps half of its digits."""
 FAR = 1e300
 HEAD = 3
-CORNER, FACE = -1, -2
-"""Second number of a feature that is a corner or a face; of an edge it is the greater corner."""
+CORNER, FACE, NOWHERE = -1, -2, -3
+"""Second number of a feature that is a corner or a face; of an edge it is the greater corner. A point that is only the
+deepest corner has no features."""
 
 
 @compiled
@@ -90,20 +94,20 @@ def cut(of: Families, core: Core, other: Core, limit: float, sign: float) -> Non
 
 @compiled
 def deepest(of: Families, core: Core, other: Core, height: float, limit: float, sign: float) -> None:
-    """Set the deepest corner, beside the face."""
-    patch, n, best, deepest = of.patch, of.patch.normal, FAR, 0
+    """Set the deepest corner, which is beside the face: two edges are parallel there up to round-off."""
+    patch, n, best = of.patch, of.patch.normal, FAR
     for v in range(other.count):
         x_v = other.corners[3 * v :]
         if along(n, x_v) < best:
-            best, deepest = along(n, x_v), v
+            best = along(n, x_v)
             for k in range(3):
                 patch.pair[k] = x_v[k]
     gap = best - height - core.radius - other.radius
     if gap <= limit and best <= height:
         for k in range(3):
             patch.trial[k] = patch.pair[k] - (other.radius + 0.5 * gap) * n[k]
-        patch.tags[0] = deepest
-        meet_features(of, core, other, 0, 0, sign)
+        for k in range(4):
+            patch.met[k] = NOWHERE
         add_point(patch, patch.trial, gap, sign)
 
 
@@ -173,7 +177,7 @@ def cut_side(patch: Patch, count: int, p: Reals, m: Reals, side: int) -> int:
     A corner has two tags: its number in the other core or -1, and the edge from it to the next corner: its number among
     those of the uncut polygon, or -1 - k for side k of the face.
     """
-    slack = ALONG * patch.extent * root(along(m, m))
+    slack = BESIDE * patch.extent * root(along(m, m))
     height, kept, tags, rest = along(m, p), 0, patch.tags, patch.rest_tags
     for k in range(count):
         last = (k + count - 1) % count

@@ -25,12 +25,14 @@ from ...native.instructions import (
     shifted,
 )
 from ...native.records import Count, Record, Row, Wholes, record
-from .faces import FACE, HEAD, along, face_normal
+from .faces import FACE, HEAD, NOWHERE, along, face_normal
 from .family_record import POSE, Core, Families
 from .patches import measure
 
 NEAR = 64
 """Size of a solid by the limit of the gaps that count."""
+ROUNDED = 1e-7
+"""Depth, relative to the limit, beyond which a pair without places is no longer at a parallel pair of edges."""
 (RUN, RECORD, RESULT, POSES, POSES_TO, VALUES, VALUES_AT, COUNT, OWN_AT) = range(9)
 """Numbers before the constants of the kernel :func:`values`: addresses of `follow`, of its record, of its result, of the
 kernel of poses and its outputs, of the kernel of the user's functions; first of their constants, their number, and first
@@ -66,7 +68,10 @@ def follow(it: Followed) -> int:
     approach = 1.0
     for p in range(it.pairs):
         if it.used[p] < 0:
-            approach = lesser(approach, measure(of, it.first[p], it.second[p], 0.0))
+            gap = measure(of, it.first[p], it.second[p], 0.0)
+            approach = lesser(approach, gap)
+            if gap < -ROUNDED * it.limit[p]:
+                changed = p
         else:
             measure(of, it.first[p], it.second[p], it.limit[p])
             if same(it, p) == 0:
@@ -81,7 +86,12 @@ def same(it: Followed, p: int) -> int:
     of, features = it.families, it.features[4 * it.most * p :]
     patch = of.patch
     for k in range(patch.count):
-        if patch.points[k, 6] <= it.limit[p] and among(patch.features[4 * k :], features, it.used[p]) == 0:
+        one = patch.features[4 * k :]
+        if (
+            patch.points[k, 6] <= it.limit[p]
+            and one[1] != NOWHERE
+            and among(one, features, it.used[p]) == 0
+        ):
             return 0
     for k in range(it.used[p]):
         one = features[4 * k :]
