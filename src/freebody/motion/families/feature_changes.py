@@ -25,7 +25,7 @@ from ...native.instructions import (
     shifted,
 )
 from ...native.records import Count, Record, Row, Wholes, record
-from .faces import FACE, HEAD, NOWHERE, along, face_normal
+from .faces import FACE, FAR, HEAD, NOWHERE, along, face_normal
 from .family_record import POSE, Core, Families
 from .patches import measure
 
@@ -73,7 +73,7 @@ def follow(it: Followed) -> int:
             if gap < -ROUNDED * it.limit[p]:
                 changed = p
         else:
-            measure(of, it.first[p], it.second[p], it.limit[p])
+            measure(of, it.first[p], it.second[p], FAR)
             if same(it, p) == 0:
                 changed = p
     it.result[0], it.result[1] = approach, 1.0 if changed < 0 else -1.0

@@ -149,7 +149,7 @@ def segments(p: Reals, q: Reals, r: Reals, s: Reals, result: Reals) -> float:
 
 @compiled
 def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch) -> None:
-    """Set distance, normal and feature for two cores that are apart: of two edges, or of a corner over a face.
+    """Set distance, normal and feature for two cores that are apart: of two edges, or of what lies over a face.
 
     ``flat`` is the greatest separation by a face, one of the core that ``wall`` says. If a corner over a face is
     nearest, it is over this one.
@@ -168,6 +168,9 @@ def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch
                 meet_edge(patch.met, 0, edges[2 + 2 * i], edges[3 + 2 * i])
                 meet_edge(patch.met, 2, edges_b[2 + 2 * j], edges_b[3 + 2 * j])
     distance = root(best)
+    if flat > 0.0 and distance <= flat + ALONG * patch.extent:  # along the face: the crossings of an edge with its sides
+        patch.apart, patch.kind = flat, wall
+        return
     if distance > 0.0:
         patch.apart, patch.kind = distance, EDGES
         for k in range(3):
