@@ -14,7 +14,7 @@ from typing import Any
 from ..describe.contacts.family import ContactFamily
 from ..describe.shapes.shape import ContactShape, have_law
 from ..describe.system import System
-from ..errors import ModelError
+from ..errors import SimulationError
 from ..scalar.algebra import IDENTITY, Expression, Vector
 from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
@@ -224,8 +224,8 @@ def unrolled(model: Model, most: int) -> Model | None:
 
     Raises
     ------
-    ModelError
-        Two members that touch in a patch by other features than corners, faces and edges: one of them is round.
+    SimulationError
+        Two members touch in a patch, and one of them is round.
     """
     contacts, parameters, patches = list(model.contacts), list(model.parameters), list[Patched]()
     for f, family in enumerate(model.families):
@@ -241,13 +241,13 @@ def unrolled(model: Model, most: int) -> Model | None:
                 elif b.endless:
                     contacts += corners_on(whole)
                 else:
-                    _check_sharp(family, whole)
+                    _check_sharp(whole)
                     kinds, start = places_of(a, b), len(contacts)
                     places = contacts_of(whole, kinds)
                     contacts += [contact for contact, _ in places]
                     parameters += [parameter for _, some in places for parameter in some]
                     names = tuple(tuple(parameter.name for parameter in some) for _, some in places)
-                    patches.append(Patched(f, first, second, whole, start, kinds, names))
+                    patches.append(Patched(model, f, first, second, whole, start, kinds, names))
                 if len(contacts) - len(model.contacts) > most:
                     return None
     return replace(
@@ -255,11 +255,11 @@ def unrolled(model: Model, most: int) -> Model | None:
     )
 
 
-def _check_sharp(family: Family, whole: Contact) -> None:
+def _check_sharp(whole: Contact) -> None:
     """Refuse two members that touch in a patch if one of them is round."""
-    round_one = next((x for x in (whole.feature, whole.surface) if not getattr(x, "faces", ())), None)
-    if round_one is not None:
-        raise ModelError(
-            f"Expected boxes and hulls in '{whole.name}' for a motion by events, got a {round_one.kind}: the features of "
-            f"round solids are not followed there. Take method=\"timestepping\" with step=, which has all solids."
-        )
+    for shape in (whole.feature, whole.surface):
+        if not getattr(shape, "faces", ()):
+            raise SimulationError(
+                f"Expected boxes and hulls in '{whole.name}' for a motion by events, got a {shape.kind}: solids and "
+                'round shapes touch each other in time steps only. Take method="timestepping" with step=.'
+            )

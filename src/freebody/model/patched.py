@@ -1,7 +1,7 @@
 """The contacts of two solids in a motion by events: a fixed number of places for the points of their patch.
 
-A place is a corner of one solid on a face of the other, or an edge on an edge. Which corner, face or edge it is stands in
-parameters of the place, so that equations, events and reactions are those of any contact, and nothing is derived or
+A place is a corner of one solid on a face of the other, or an edge on an edge. Which corner, face or edge it is stands
+in parameters of the place, so that equations, events and reactions are those of any contact, and nothing is derived or
 compiled again when the patch has other features.
 """
 
@@ -28,11 +28,13 @@ NUMBERS = {"used": 0, "side": 1}
 class Patched:
     """Two members of a family that touch in a patch.
 
-    ``family``, ``first``, ``second``    number of the family, members, and the contact of both as a whole
+    ``of``, ``whole``                    the model with the family, and the contact of both as a whole
+    ``family``, ``first``, ``second``    number of the family, and members
     ``start``, ``kinds``                 first contact among those of the model, and the kind of each place
     ``names``                            names of the parameters of each place
     """
 
+    of: Any
     family: int
     first: int
     second: int

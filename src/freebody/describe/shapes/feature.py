@@ -59,7 +59,9 @@ def edge_on_edge(at: Any, edge: Edge, other: Edge) -> Nearest:
     used = at(other.used)
     a, b = at.turned(edge.body, edge.along), at.turned(other.body, other.along)
     A, B = at.place(edge.body, edge.at), at.place(other.body, other.at)
-    m = add(scale(used, cross(a, b)), scale(1 - used, a))  # of a feature that is not used: any vector of length 1
+    m = add(
+        scale(used, cross(a, b)), scale(1 - used, a)
+    )  # of a feature that is not used: any vector of length 1
     square = dot(m, m)
     n = scale(divide(at(other.side), at.field.sqrt(square)), m)
     d, m = subtract(B, A), scale(divide(1, square), m)

@@ -1,9 +1,9 @@
 """The patches of solids in a run from event to event: features of their points, chosen where they change.
 
-A place of a pair of solids (`model.patched`) has the numbers of a feature: points, normals and directions in the axes of
-its bodies. The compiled loop stops where two solids meet and where the features of a patch change
-(`families.feature_changes`); here the places get the features of the patch that is there. A feature that stays keeps its
-place. The polygon in which two solids touch is continuous at such a change, so forces and speeds are too.
+A place of a pair of solids (`model.patched`) has the numbers of a feature: points, normals and directions in the axes
+of its bodies. The compiled loop stops where two solids meet and where the features of a patch change
+(`families.feature_changes`); here the places get the features of the patch that is there. A feature that stays keeps
+its place. The polygon in which two solids touch is continuous at such a change, so speeds are too.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, outputs_at
 from ..phase.places import CLOSED
 
+TURNED = 1e-6
+"""Sine of the angle from which two normals are different ones."""
 PARALLEL = 1e-9
 """Sine of the angle of two edges that meet below which their normal has lost half of its digits."""
 
@@ -39,7 +41,7 @@ class Patches:
     def __init__(self, kernels: Kernels, values: Mapping[str, float]) -> None:
         self.kernels, self.model = kernels, kernels.model
         self.pairs = self.model.patches
-        self.solids = kernels.cache["rolled"].model
+        self.solids = self.pairs[0].of
         members = [member.shape for family in self.solids.families for member in family.members]
         starts = np.cumsum([0, *(len(family.members) for family in self.solids.families)])
         points, most = max(map(most_points, members)), max(len(pair.kinds) for pair in self.pairs)
@@ -55,6 +57,7 @@ class Patches:
         self.poses, self.name = link_poses(kernels)
         self.functions = feature_changes.functions()
         self.values: dict[str, float] = {}
+        self.ready = False
         self.set_values(values)
 
     def set_values(self, values: Mapping[str, float]) -> None:
@@ -69,8 +72,12 @@ class Patches:
         self.cores: list[list[Array]] = []
         for p, pair in enumerate(self.pairs):
             shapes = (pair.whole.feature, pair.whole.surface)
-            self.cores.append([np.array([[float(state(x)) for x in c] for c in shape.corners]) for shape in shapes])
-            it.limit[p] = max(float(np.ptp(core, axis=0).max()) for core in self.cores[p]) / feature_changes.NEAR
+            self.cores.append(
+                [np.array([[float(state(x)) for x in c] for c in shape.corners]) for shape in shapes]
+            )
+            it.limit[p] = (
+                max(float(np.ptp(core, axis=0).max()) for core in self.cores[p]) / feature_changes.NEAR
+            )
 
     # -- the functions that stop the run ---------------------------------------------------------------
 
@@ -83,13 +90,17 @@ class Patches:
     def look(self, t: float, y: Array) -> None:
         """Set the poses of the links at a state."""
         links = self.it.families.links
-        links.poses[POSE:] = outputs_at(self.poses.address(self.name), self.poses.outputs(self.name), t, y, self.constants)
+        links.poses[POSE:] = outputs_at(
+            self.poses.address(self.name), self.poses.outputs(self.name), t, y, self.constants
+        )
 
     def changed(self, t: float, y: Array) -> bool:
         """Choose the features of all patches at a state; return True if a place has other ones now."""
         self.look(t, y)
         near = CLOSED * (1 + float(np.abs(y[: self.model.n_q + self.model.n_u]).max(initial=0)))
-        return any([self._choose(p, near, t) for p in range(len(self.pairs))])
+        changed = [self._choose(p, near, t) for p in range(len(self.pairs))]
+        self.ready = True
+        return any(changed)
 
     def _choose(self, p: int, near: float, t: float) -> bool:
         it, pair, places = self.it, self.pairs[p], self.places[p]
@@ -104,6 +115,8 @@ class Patches:
                 raise self._open_normal(pair, t)
         if set(found) == set(places.values()):
             return False
+        if found and self.ready and not places and self._several_normals(p):
+            raise self._open_normal(pair, t)
         kept = {place: one for place, one in places.items() if one in found}
         free = [place for place in range(len(pair.kinds)) if place not in kept]
         for one in found:
@@ -144,12 +157,27 @@ class Patches:
             numbers = [*_face(shapes[0], A, a[0]), *B[b[0]], 1.0]
         return dict(zip(pair.names[place], map(float, numbers), strict=True))
 
+    def _several_normals(self, p: int) -> bool:
+        """Return True if faces of different directions separate two solids that meet equally well."""
+        of, pair = self.it.families, self.pairs[p]
+        cores = [np.array(core.corners[: 3 * core.count]).reshape(-1, 3) for core in (of.one, of.other)]
+        best: list[tuple[float, Array]] = []
+        for k, shape in enumerate((pair.whole.feature, pair.whole.surface)):
+            own, other = cores[k], cores[1 - k]
+            for face in shape.faces:
+                n = np.cross(own[face[1]] - own[face[0]], own[face[2]] - own[face[0]])
+                n /= np.linalg.norm(n)
+                best.append((float((other @ n).min() - own[face[0]] @ n), n if k == 0 else -n))
+        most = max(apart for apart, _ in best)
+        ways = [n for apart, n in best if apart > most - feature_changes.ROUNDED * self.it.limit[p]]
+        return any(np.linalg.norm(np.cross(ways[0], n)) > TURNED for n in ways)
+
     def _open_normal(self, pair: Any, t: float) -> SimulationError:
         """Return the error for two edges that are parallel."""
         return SimulationError(
-            f"Two parallel edges of '{pair.whole.name}' meet at t = {t:.9g} s, and the direction of their force is open: "
-            "rigid bodies do not decide what happens there. Turn one of them a little at the start, or take "
-            'method="timestepping" with step=.'
+            f"Edges of '{pair.whole.name}' that are parallel, or an edge and a corner, meet at t = {t:.9g} s, and the "
+            "direction of their force is open: rigid bodies do not decide what happens there. Turn one of them a "
+            'little at the start, or take method="timestepping" with step=.'
         )
 
     def _links(self, p: int) -> list[int]:

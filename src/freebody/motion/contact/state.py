@@ -99,7 +99,10 @@ class ContactRun:
         run.relative[:], run.absolute[:] = relative, absolute
         run.required = len(self.specs)
         search.functions, search.c = self.program.address("watched"), self.phase
-        search.directions[:] = [*(spec.direction for spec in self.specs), *[-1] * (stops + len(scene.endings))]
+        search.directions[:] = [
+            *(spec.direction for spec in self.specs),
+            *[-1] * (stops + len(scene.endings)),
+        ]
         search.terminal[:] = [*(spec.terminal for spec in self.specs), *[1] * (stops + len(scene.endings))]
         logged = PIECE + most_events(m) + 1
         buffer = np.empty((PIECE + 1) * (2 + it.n_y))

@@ -34,9 +34,9 @@ NEAR = 64
 ROUNDED = 1e-7
 """Depth, relative to the limit, beyond which a pair without places is no longer at a parallel pair of edges."""
 (RUN, RECORD, RESULT, POSES, POSES_TO, VALUES, VALUES_AT, COUNT, OWN_AT) = range(9)
-"""Numbers before the constants of the kernel :func:`values`: addresses of `follow`, of its record, of its result, of the
-kernel of poses and its outputs, of the kernel of the user's functions; first of their constants, their number, and first
-of the constants of poses."""
+"""Numbers before the constants of the kernel :func:`values`: addresses of `follow`, of its record, of its result, of
+the kernel of poses and its outputs, of the kernel of the user's functions; first of their constants, their number, and
+first of the constants of poses."""
 
 
 @record
@@ -87,11 +87,7 @@ def same(it: Followed, p: int) -> int:
     patch = of.patch
     for k in range(patch.count):
         one = patch.features[4 * k :]
-        if (
-            patch.points[k, 6] <= it.limit[p]
-            and one[1] != NOWHERE
-            and among(one, features, it.used[p]) == 0
-        ):
+        if patch.points[k, 6] <= it.limit[p] and one[1] != NOWHERE and among(one, features, it.used[p]) == 0:
             return 0
     for k in range(it.used[p]):
         one = features[4 * k :]

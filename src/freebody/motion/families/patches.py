@@ -168,7 +168,9 @@ def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch
                 meet_edge(patch.met, 0, edges[2 + 2 * i], edges[3 + 2 * i])
                 meet_edge(patch.met, 2, edges_b[2 + 2 * j], edges_b[3 + 2 * j])
     distance = root(best)
-    if flat > 0.0 and distance <= flat + ALONG * patch.extent:  # along the face: the crossings of an edge with its sides
+    if (
+        flat > 0.0 and distance <= flat + ALONG * patch.extent
+    ):  # along the face: the crossings of an edge with its sides
         patch.apart, patch.kind = flat, wall
         return
     if distance > 0.0:
