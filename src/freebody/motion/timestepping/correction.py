@@ -2,9 +2,9 @@
 
     0 <= x ⟂ gap + W Δ >= 0,   φ + G Δ = 0,   Δ = M⁻¹ (Wᵀ x + Gᵀ λ)          again and again, until gap >= 0 and φ = 0
 
-Δ is the least displacement in the norm of the mass matrix. Speeds stay as they are, so the energy of the machine changes
-by the work of this displacement against its loads: V(q + Δ) - V(q) lifts bodies that have sunk into each other in the
-step. The displacement of each step is kept, and its work stands in the ledger (`Energy.correction`).
+Δ is the least displacement in the norm of the mass matrix. Speeds stay as they are, so the energy of the machine
+changes by the work of this displacement against its loads: V(q + Δ) - V(q) lifts bodies that have sunk into each other
+in the step. The displacement of each step is kept, and its work stands in the ledger (`Energy.correction`).
 """
 
 from __future__ import annotations

@@ -303,30 +303,8 @@ class InSteps:
         )
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
-        """Return a warning if the steps have made more energy than the machine had, or if corrections lift much."""
-        return (*self._made, *self._lifted)
-
-    @cached_property
-    def _lifted(self) -> tuple[MotionWarning, ...]:
-        """A warning if corrections add more than a quarter of T₀ + (range of V) + |W|, from the step where they do so."""
-        if not self.impulses.corrections.any():
-            return ()
-        path = self.path
-        T, V = self._observed(self.kernels.motion(), "energy", path.times, path.states).T
-        lifted = np.concatenate([[0.0], np.cumsum(self.corrected)])
-        work = np.abs(np.concatenate([[0.0], np.cumsum(self._work[:, 1])]))
-        had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + work
-        bad = np.flatnonzero(np.abs(lifted) > had / 4)
-        if not len(bad):
-            return ()
-        when, h = float(path.times[bad[0]]), self.stepping.step
-        return (
-            MotionWarning(
-                self.kernels.model.name, "energy", when, "the steps lift bodies out of each other", float(lifted[-1]),
-                ((when, float(path.end)),), "Rigid bodies do not overlap, and nothing lifts them",
-                f"Take a step shorter than {h:g} s: the work, energy.correction, is of first order in it.", "J",
-            ),
-        )  # fmt: skip
+        """Return a warning if the steps have made more energy than the machine had."""
+        return self._made
 
     @cached_property
     def _made(self) -> tuple[MotionWarning, ...]:

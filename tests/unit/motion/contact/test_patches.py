@@ -66,7 +66,9 @@ def test_a_place_has_the_gap_and_the_rate_of_the_patch(first, second):
         # the speed of a free body is in its own axes
         speeds[9:] = Rotation.from_quat(np.roll(y[10:14], -1)).inv().apply(way)
         rate = seen.matrix[first_row] @ speeds
-        assert (run.look(0.0, moved, values).gap[deepest] - seen.gap[deepest]) / step == pytest.approx(rate, abs=1e-6)
+        assert (run.look(0.0, moved, values).gap[deepest] - seen.gap[deepest]) / step == pytest.approx(
+            rate, abs=1e-6
+        )
         run.patches.places[0].clear()
         for names in run.patches.pairs[0].names:
             run.patches.values.update({name: 0.0 for name in names if name.endswith("used")})
