@@ -360,4 +360,4 @@ def test_solids_of_contacts_are_drawn_where_nothing_else_shows_them():
     assert [piece.kind for piece in pieces["seen"]] == ["box"]  # the solid of its mass, once
     (table,) = scenery_of(model, float_state(model), 1.0)
     assert table.kind == "box" and table["z"] == 1
-    assert 'class="scenery"' in str(fb.draw(s))
+    assert 'class="scenery"' in fb.draw(s).svg
