@@ -148,3 +148,13 @@ def test_it_is_drawn_along_the_tangents(run, sense):
     assert 'class="belt"' in fb.draw(s).svg
     page = fb.simulate(s, 0.01).animate().html
     assert '"name": "belt"' in page or '"name":"belt"' in page
+
+
+def test_the_search_for_short_labels_is_bounded():
+    """Roots in arguments of roots: the arguments of functions share the budget of the formula."""
+    s = fb.System("symbolic pulleys")
+    r, R, k = s.parameters(r=0.1, R=0.3, k=2000.0)
+    one = s.hinge("one", s.ground, s.body("small", fb.disk(1, r)), coordinate="p")
+    two = s.hinge("two", s.ground, s.body("large", fb.disk(9, R)), at=(1, 0, 0), coordinate="q")
+    s.belt("belt", (one, r), (two, R), stiffness=k, tension=100)
+    assert 'class="belt"' in fb.draw(s).svg

@@ -58,10 +58,10 @@ def _closed_form(x: Scalar, below: Scalar, ring: Ring) -> tuple[Sum, Ring] | Non
         return None
     half = half_angles(x, below)
     if half is None:
-        return ClosedForms.of(ring)(x, below), ring
+        return ClosedForms.of(ring).form(x, below), ring
     if not _is_short(half.top, half.below):
         return None
-    return ClosedForms.of(half.ring)(half.whole), half.ring
+    return ClosedForms.of(half.ring).form(half.whole), half.ring
 
 
 def _is_short(*elements: Scalar) -> bool:
@@ -79,7 +79,7 @@ class ClosedForms:
     def __init__(self, ring: Ring) -> None:
         self.ring = ring
         self.letters = Letters(ring)
-        self.products = Products(self.letters, self, self.factors_of)
+        self.products = Products(self.letters, self._shortest, self.factors_of)
         self.operations = Operations(ring)
         self.budget = SUMS
         self._parts: dict[Any, list[Product]] = {}
@@ -91,16 +91,19 @@ class ClosedForms:
         forms: ClosedForms = ring.cache.setdefault("closed forms", ClosedForms(ring))
         return forms
 
-    def __call__(self, x: Scalar, below: Scalar = 1) -> Sum:
-        """Return the form of ``x / below`` with the fewest operations."""
+    def form(self, x: Scalar, below: Scalar = 1) -> Sum:
+        """Return the form of ``x / below`` with the fewest operations that a bounded search finds."""
+        self.budget = SUMS
+        return self._shortest(x, below)
+
+    def _shortest(self, x: Scalar, below: Scalar = 1) -> Sum:
+        """Return the form with the fewest operations, within what is left of the budget: arguments share it."""
         if type(below) is Polynomial:
-            self.budget = SUMS
             return min(
                 map(self.sum_of, self._fractions(x, below)), key=lambda form: self.operations.sum(form).total
             )
         if type(x) is not Polynomial or below != 1:
             return arrange(x / Fraction(below), self.ring)
-        self.budget = SUMS
         forms = [self.sum_of(self.parts(terms)) for terms in self._variants(x)]
         plain = arrange(x, self.ring)
         if not any(g.kind == "sqrt" for g in self.ring.used(x)):
@@ -263,6 +266,8 @@ class ClosedForms:
         """Return forms with a square completed: a² - 2ab + b² + c = (a - b)² + c."""
         roots = {m: r for m, c in terms.items() if c > 0 and (r := _root(m, c)) is not None}
         for (m, (a, p)), (n, (b, q)) in combinations(roots.items(), 2):
+            if self.budget < 0:
+                return
             cross = _product(p, q)
             if cross not in terms or abs(terms[cross]) != 2 * a * b:
                 continue
