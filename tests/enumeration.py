@@ -24,8 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from freebody.motion.cones.cone_problem import ConeProblem
-from freebody.motion.cones.contacts import Touching
+from cone_problems import ConeProblem, Touching
 
 Array = NDArray[np.float64]
 

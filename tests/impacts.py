@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
+from cone_problems import contacts_of
 from freebody.motion.cones.collision import compiled_code
-from freebody.motion.cones.contacts import contacts_of
 
 
 def impact(A, before, contacts, restitution, law):

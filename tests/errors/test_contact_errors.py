@@ -73,17 +73,18 @@ CONTACTS = {
     "negative friction": (
         lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
         {"friction": -0.1},
-        "Expected a coefficient of 0 or more for the friction of contact 'c', got -0.1.",
+        "Expected a friction of 0 or more for contact 'c', got -0.1.",
     ),
     "negative default": (
         lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
         {"friction": "-mu"},
-        "Expected a coefficient of 0 or more for the friction of contact 'c', got -0.2.",
+        "Expected a friction of 0 or more for contact 'c', got -0.2.",
     ),
-    "friction that moves": (
+    "static friction of slip": (
         lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
-        {"friction": "x"},
-        "The friction of contact 'c' cannot depend on x. Use numbers and parameters.",
+        {"friction": "mu", "static_friction": "2*mu*exp(-slip)"},
+        "The static friction of contact 'c' acts at rest and cannot depend on slip. Give its value, or leave it out: it "
+        "is then the friction at slip = 0.",
     ),
     "static below kinetic": (
         lambda s, disk, bar: (disk.circle(1), s.ground.plane()),

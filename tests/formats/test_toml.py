@@ -483,7 +483,7 @@ def test_the_ball_of_the_page_touches_the_floor() -> None:
         (", radius = 0.05 }", " }", "Expected the key 'radius', but it is missing."),
         ("radius = 0.05 }", "radius = 0.05, inside = 1 }", "Expected true or false, got 1."),
         ('surface = { shape = "plane", normal = "y" }', "", "Expected the key 'surface', but it is missing."),
-        ("friction = 0.3", "friction = -0.3", "Expected a coefficient of 0 or more for the friction of contact 'floor', got -0.3."),
+        ("friction = 0.3", "friction = -0.3", "Expected a friction of 0 or more for contact 'floor', got -0.3."),
         ("friction = 0.3", "slip = 0.3", "Unknown key 'slip'"),
         ('{ shape = "plane", normal = "y" }', '{ shape = "segment", start = [0, 0, 0], normal = "y" }', "Expected the key 'end', but it is missing."),
         ('{ shape = "plane", normal = "y" }', '{ shape = "corners", points = 1 }', "Expected a list of points [[x, y, z], ...], got 1."),

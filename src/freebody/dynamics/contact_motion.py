@@ -26,8 +26,8 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, add, negate, scale
 from .composite import mass_matrix
 from .conditions.constrained import constrained_loading, with_wrenches
-from .conditions.constraints import linearized, rows, slip_direction
-from .conditions.contact import contact_rows, rows_of, touch, unit_forces
+from .conditions.constraints import friction_of_slip, linearized, rows, slip_direction
+from .conditions.contact import contact_rows, friction_coefficient, rows_of, touch, unit_forces
 from .kinematics import Spot
 from .linear import Factorization, applied, combined, products, scalar_product
 from .loads.actions import scaled
@@ -135,7 +135,8 @@ def contact_forces(
         if contact.held:
             sliding = model.loads.get(contact.tangent_names[0]) if contact.tangents else None
             d = sliding.direction if isinstance(sliding, Sliding) else 0
-            result[contact.name] = (1, -(state(contact.friction) * d))
+            mu = friction_coefficient(model, state, contact, (d,)) if d else 0
+            result[contact.name] = (1, -(mu * d))
     for row, value in zip(rows(model), multipliers, strict=True):
         if isinstance(model.constraints[row.owner], Touching):
             by_contact.setdefault(row.owner, []).append(value)
@@ -143,7 +144,7 @@ def contact_forces(
         touching = model.constraints[name]
         if touching.slips:
             (N,) = values
-            mu = state(touching.contact.friction)
+            mu = friction_of_slip(model, state, touching)
             values = [N, *(-(mu * N * d) for d in slip_direction(model, state, touching))]
         result[name] = (1, *values) if touching.contact.held else tuple(values)
     return result

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .elementary import arctan, cos, sin, sqrt, symbolic, tan
+from .elementary import arctan, cos, exp, log, sin, sqrt, symbolic, tan
 
 
 @dataclass(frozen=True)
@@ -203,6 +203,24 @@ def sliding_board(length: float, mu: float, beta: float, a: float, g: float = 9.
     """
     s, c = sin(beta), cos(beta)
     return (g * (2 * mu * s - c) - a * s) / (length / 6 + length / 2 * (s**2 + c**2 - 2 * mu * s * c))
+
+
+def stribeck_time(v: float, mu: float, mu_s: float, v_s: float, g: float = 9.81) -> float:
+    """Return the time in which a block with the speed v comes to rest on a floor with Stribeck's friction.
+
+        dv/dt = -g (μ + Δ e^(-v/v_s)),      Δ = μ_s - μ
+
+        t = (v + v_s ln((μ + Δ e^(-v/v_s))/(μ + Δ)))/(μ g)
+
+    since d/dv of the bracket is μ/(μ + Δ e^(-v/v_s)).
+
+    Examples
+    --------
+    >>> float(stribeck_time(9.0, 0.5, 0.5, 1.0, g=9.0))
+    2.0
+    """
+    fall = mu_s - mu
+    return (v + v_s * log((mu + fall * exp(-v / v_s)) / (mu + fall))) / (mu * g)
 
 
 @dataclass(frozen=True)

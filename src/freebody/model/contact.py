@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ..describe.contacts.coefficients import SLIP, at_rest, depends_on_slip
 from ..describe.contacts.contact import ContactPair
 from ..describe.contacts.gap import Gap
 from ..describe.loads.action import Action
@@ -40,7 +41,9 @@ class Contact:
     owner : str
         Name that the user gave to the contact.
     feature, surface : shapes
-    friction, static_friction, restitution : expressions of parameters
+    friction : expression
+        The kinetic coefficient, which may depend on SLIP.
+    static_friction, restitution : expressions
     impact : "newton" or "poisson"
     planar : unit vector or None
         Normal k of the plane of motion; the tangent is then n × k.
@@ -78,6 +81,16 @@ class Contact:
     def frictionless(self) -> bool:
         """True if there is no friction for any values of the parameters."""
         return bool(self.friction == 0 and self.static_friction == 0)
+
+    @property
+    def friction_at_rest(self) -> Expression:
+        """Coefficient of kinetic friction as slip begins."""
+        return at_rest(self.friction)
+
+    @property
+    def slows(self) -> bool:
+        """True if the coefficient of friction depends on the slip speed."""
+        return depends_on_slip(self.friction)
 
     @property
     def slipping(self) -> str:
@@ -150,7 +163,7 @@ def _gaps(model: Model, pair: Gap, names: set[str], taken: set[str]) -> list[Con
     """Return the elements of a contact that is known by its gaps."""
     result = []
     feature, surface = map(Side, pair.bodies)
-    static = pair.friction if pair.static_friction is None else pair.static_friction
+    static = at_rest(pair.friction) if pair.static_friction is None else pair.static_friction
     for ending, gap in pair.elements:
         name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
         names.add(name)
@@ -303,8 +316,12 @@ class Sliding(Load):
     def actions(self, at: Any) -> Iterator[Action]:
         """Yield the friction along the joint."""
         (row,) = self.law.tangents(at)
+        slip = (
+            self.direction * at.rate(self.law.joint, self.law.index) if depends_on_slip(self.friction) else 0
+        )
+        size = at.of(self.friction, {SLIP: slip})
         for action in row:
-            yield replace(action, value=-self.direction * at(self.friction) * action.value)
+            yield replace(action, value=-self.direction * size * action.value)
 
 
 MODES = ("open", "closed", "stick", "slip+", "slip-", "slip")

@@ -168,6 +168,12 @@ def fit(
     -------
     Fit
 
+    Notes
+    -----
+    The derivatives of the motion are those of :func:`freebody.simulate` with ``sensitivities=``. Motions with contacts
+    have none: two motions for each unknown give them as differences. Such a motion bends where an impact or a slip
+    moves over a measured time, and jumps where a contact is met or missed, so begin near, or give ``starts``.
+
     Raises
     ------
     SimulationError
@@ -255,6 +261,7 @@ def fit(
     weights = _weights(sigma, quantities, measured)
     low, high = _bounds(bounds, names, first)
     calls = [0]
+    sensitive = None if model.contacts else names
 
     def motions(p: Array) -> list[Any]:
         calls[0] += 1
@@ -267,12 +274,29 @@ def fit(
             result.append(
                 simulate(
                     s, float(times.max()), initial={**fixed, **searched}, near=near, values=parameters, start=start,
-                    times=np.unique(times), tolerance=tolerance, sensitivities=names, progress=False, **options,
+                    times=np.unique(times), tolerance=tolerance, sensitivities=sensitive, progress=False, **options,
                 )
             )  # fmt: skip
         return result
 
     memory: dict[bytes, _Computed] = {}
+
+    def compared(fitted: list[Any]) -> tuple[Array, list[Array]]:
+        """Residuals of motions, and their derivatives if the motions have some."""
+        residuals, rows = [], []
+        for (times, columns), motion, scales in zip(measured, fitted, weights, strict=True):
+            places = np.searchsorted(motion.t, times)
+            for name, array in columns.items():
+                finite = np.isfinite(array)
+                at = places[finite]
+                if at.size and at.max() >= len(motion.t):
+                    raise SimulationError(
+                        "A terminal event ended the motion before the last measurement. Leave it out."
+                    )
+                residuals.append((motion[name][at] - array[finite]) / scales[name][finite])
+                if sensitive:
+                    rows.append(motion.sensitivity.of(name)[at] / scales[name][finite][:, None])
+        return np.concatenate(residuals), rows
 
     def computed(p: Array) -> _Computed:
         """Motions at these unknowns, beside the measurement."""
@@ -280,20 +304,19 @@ def fit(
         if key not in memory:
             memory.clear()
             fitted = motions(p)
-            residuals, rows = [], []
-            for (times, columns), motion, scales in zip(measured, fitted, weights, strict=True):
-                places = np.searchsorted(motion.t, times)
-                for name, array in columns.items():
-                    finite = np.isfinite(array)
-                    at = places[finite]
-                    if at.size and at.max() >= len(motion.t):
-                        raise SimulationError(
-                            "A terminal event ended the motion before the last measurement. Leave it out."
-                        )
-                    residuals.append((motion[name][at] - array[finite]) / scales[name][finite])
-                    rows.append(motion.sensitivity.of(name)[at] / scales[name][finite][:, None])
-            memory[key] = _Computed(np.concatenate(residuals), np.concatenate(rows), fitted)
+            residuals, rows = compared(fitted)
+            J = np.concatenate(rows) if sensitive else differences(p)
+            memory[key] = _Computed(residuals, J, fitted)
         return memory[key]
+
+    def differences(p: Array) -> Array:
+        """Central differences over h = ε^⅓: their own error h² is as large as that of the motions, ε/h."""
+        columns, h = [], tolerance ** (1 / 3) * np.where(p != 0, np.abs(p), 1.0)
+        for j, step in enumerate(np.diag(h)):
+            ends = [np.clip(p + side * step, low, high) for side in (1, -1)]
+            after, before = (compared(motions(end))[0] for end in ends)
+            columns.append((after - before) / (ends[0][j] - ends[1][j]))
+        return np.column_stack(columns)
 
     from scipy.optimize import least_squares
 

@@ -222,3 +222,29 @@ def test_tables_that_say_too_little():
     )
     refused(lasting.set_index("time"), "'time', got dates or durations")
     refused(table["theta"], "Expected measured data by name")
+
+
+def test_a_fit_of_motions_with_contacts():
+    """A block that is thrown, bounces and slides to rest: friction, restitution and height, within their errors."""
+
+    def block():
+        s = fb.System("block")
+        s.parameters(mu=0.35, e=0.45)
+        s.gravity = (0, -9.81, 0)
+        body = s.body("block", fb.particle(2))
+        s.chain("plane", s.ground, body, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+        s.contact("floor", body.origin, s.ground.plane(), friction="mu", restitution="e")
+        return s
+
+    true = {"mu": 0.3, "e": 0.5}
+    s, t = block(), np.linspace(0, 1.5, 61)
+    motion = fb.simulate(s, 1.5, initial={"x'": 2.0, "y": 0.3}, values=true, times=t)
+    exact = {"time": t, "x": motion["x"], "y": motion["y"]}
+    guesses, sigma = {"mu": 0.35, "e": 0.45, "y": 0.29}, {"x": 1e-4, "y": 1e-4}
+    found = fb.fit(s, exact, guesses, initial={"x'": 2.0}, sigma=sigma)
+    assert found.values == pytest.approx({**true, "y": 0.3}, abs=1e-7)
+    rng = np.random.default_rng(0)
+    noisy = {"time": t, **{name: exact[name] + 1e-4 * rng.normal(size=61) for name in ("x", "y")}}
+    found = fb.fit(s, noisy, guesses, initial={"x'": 2.0}, sigma=sigma)
+    for name, value in {**true, "y": 0.3}.items():
+        assert abs(found.values[name] - value) < 4 * found.errors[name]

@@ -11,8 +11,9 @@ from ...errors import ModelError, shown
 from ...scalar.algebra import Expression
 from ..axes import UNIT, direction
 from ..constants import default_value
+from ..contacts.coefficients import coefficient
 from ..contacts.contact import ContactPair
-from ..contacts.system_contacts import coefficient, contact
+from ..contacts.system_contacts import contact
 from ..description import Description, claim, names_of
 from ..frame import Point, own_point
 from ..joints.joining import check_smooth, check_unbroken

@@ -10,16 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, dataclass_transform
+from typing import Any, ClassVar, TypeAlias, dataclass_transform
 
 from ...errors import ModelError, shown
-from ...scalar.algebra import Scalar
-from ..constants import default_value
+from ...scalar.algebra import Expression, Scalar
 from ..frame import Frame, Point
 from ..loads.action import Action
-from ..part import Constant, Part, register
+from ..part import SORTS, Constant, Part, register
+from .coefficients import bounce, friction_law, static_law
 from .system_contacts import IMPACTS
 
+FrictionLaw: TypeAlias = Expression
+"""A coefficient of friction, an expression that may depend on `slip` (`coefficients`)."""
 GAPS: dict[str, type[Gap]] = {}
 """Kinds of contacts by their gaps that model files know, by name."""
 
@@ -60,8 +62,8 @@ class Gap(Part):
     0.500
     """
 
-    friction: Constant = field(default=0, kw_only=True)
-    static_friction: Constant = field(default=None, kw_only=True)
+    friction: FrictionLaw = field(default=0, kw_only=True)
+    static_friction: FrictionLaw = field(default=None, kw_only=True)
     restitution: Constant = field(default=0, kw_only=True)
     impact: str = field(default="newton", kw_only=True)
 
@@ -152,26 +154,14 @@ class Gap(Part):
 def check_laws(gap: Gap) -> None:
     """Refuse coefficients that are out of range."""
     system: Any = gap.bodies[0].system
-    for name in ("friction", "static_friction"):
-        value = getattr(gap, name)
-        number = None if value is None else default_value(system, value)
-        if number is not None and number < 0:
-            raise ModelError(
-                f"Expected a {name.replace('_', ' ')} of 0 or more for {gap.title}, got {number:g}."
-            )
-    if gap.static_friction is not None:
-        kinetic, static = (default_value(system, x) for x in (gap.friction, gap.static_friction))
-        if kinetic is not None and static is not None and static < kinetic:
-            raise ModelError(
-                f"The static friction of {gap.title} is {static:g}, below its kinetic friction {kinetic:g}. Static "
-                f"friction is at least as large as kinetic friction: exchange them."
-            )
-    e = default_value(system, gap.restitution)
-    if e is not None and not 0 <= e <= 1:
-        raise ModelError(
-            f"Expected a restitution between 0 (no bounce) and 1 (full bounce) for {gap.title}, got {e:g}."
-        )
+    static_law(system, gap.static_friction, gap.friction, gap.title)
+    bounce(system, gap.restitution, gap.title)
     if gap.impact not in IMPACTS:
         raise ModelError(
             f"Expected impact='newton' or impact='poisson' for {gap.title}, got {shown(gap.impact)}."
         )
+
+
+SORTS["FrictionLaw"] = lambda system, value, gap, name: friction_law(
+    system, value, gap.title, name.replace("_", " ")
+)

@@ -57,18 +57,19 @@ def friction(
     coordinate: int = 0,
     coefficient: Expression = None,
 ) -> Gap:
-    """Let a joint have dry friction: it sticks exactly, and slips against a constant force or torque.
+    """Let a joint have dry friction: it sticks exactly, and slips against a force or torque.
 
     Parameters
     ----------
     name : str
         The friction on the joint is ``T_name``.
     joint : Joint
-    torque : expression of parameters [N m]
-        Of a joint that turns.
-    force : expression of parameters [N]
+    torque : expression [N m]
+        Of a joint that turns; it may depend on the speed of the slip by the name ``slip``, and on the state:
+        ``"T + (T_s - T)*exp(-slip/w)"``.
+    force : expression [N]
         Of a joint that slides.
-    static : expression of parameters, optional
+    static : expression, optional
         The greatest force or torque while the joint sticks, if it is greater than that of slip.
     coordinate : int, optional
         Which displacement, of a joint that has several.

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from ...errors import ModelError, shown
-from ...scalar.algebra import Expression, Scalar
-from ..constants import constant, default_value, is_number
+from ...scalar.algebra import Expression
+from ..constants import is_number
 from ..description import Description, claim
 from ..frame import Frame, Point
 from ..shapes.point import spot
 from ..shapes.shape import ContactShape, have_law, may_touch, partners
+from .coefficients import bounce, friction_law, static_law
 from .contact import ContactPair
 
 SHAPES = (
@@ -46,10 +47,11 @@ def contact(
         From ``body.point, sphere, ellipsoid, circle, segment, corners, box, hull, capsule, plane, cylinder,
         heightline``; the ground has them too. Solids touch each other in families, :meth:`System.contacts`.
         The choice of the feature only sets the sense of the forces.
-    friction : expression of parameters, optional
-        Coefficient of kinetic friction μ_k, and of static friction if ``static_friction`` is not given.
-    static_friction : expression of parameters, optional
-        μ_s ≥ μ_k.
+    friction : expression, optional
+        Coefficient of kinetic friction μ_k, which may depend on the slip speed by the name ``slip``, on coordinates,
+        speeds and time: ``"mu + (mu_s - mu)*exp(-slip/v)"``. Impacts take its value just before them.
+    static_friction : expression, optional
+        μ_s ≥ μ_k; by default μ_k at rest.
     restitution : expression of parameters, optional
         Between 0 and 1.
     impact : "newton" or "poisson"
@@ -85,18 +87,8 @@ def contact(
             f"The {first.kind} and the {second.kind} of {what} touch in patches, which families of contacts find: "
             f"s.contacts('{name}', [feature], against=surface), moved by method='timestepping'."
         )
-    kinetic = coefficient(system, friction, f"the friction of {what}")
-    static = (
-        kinetic
-        if static_friction is None
-        else coefficient(system, static_friction, f"the static friction of {what}")
-    )
-    k, s = (default_value(system, x) for x in (kinetic, static))
-    if k is not None and s is not None and s < k:
-        raise ModelError(
-            f"The static friction of {what} is {s:g}, below its kinetic friction {k:g}. Static friction is at "
-            f"least as large as kinetic friction: exchange them."
-        )
+    kinetic = friction_law(system, friction, what)
+    static = static_law(system, static_friction, kinetic, what)
     e = bounce(system, restitution, what)
     if impact not in IMPACTS:
         raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
@@ -144,35 +136,3 @@ def shape_of(system: Description, shape: Any, what: str) -> ContactShape:
     if not isinstance(shape, ContactShape):
         raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {shown(shape)}.")
     return shape.checked(system, what)
-
-
-def coefficient(system: Description, value: Expression, what: str) -> Scalar:
-    """Return a coefficient of friction as an expression of parameters.
-
-    Raises
-    ------
-    ModelError
-        An expression that varies, or whose default value is negative.
-    """
-    expression = constant(system, value, what)
-    number = default_value(system, expression)
-    if number is not None and number < 0:
-        raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {number:g}.")
-    return expression
-
-
-def bounce(system: Description, value: Expression, what: str) -> Scalar:
-    """Return a restitution as an expression of parameters.
-
-    Raises
-    ------
-    ModelError
-        An expression that varies, or whose default value is not between 0 and 1.
-    """
-    expression = constant(system, value, f"the restitution of {what}")
-    e = default_value(system, expression)
-    if e is not None and not 0 <= e <= 1:
-        raise ModelError(
-            f"Expected a restitution between 0 (no bounce) and 1 (full bounce) for {what}, got {e:g}."
-        )
-    return expression

@@ -12,8 +12,9 @@ from ..description import Description, changes_of, claim
 from ..frame import Frame
 from ..shapes.shape import ContactShape
 from ..table import Table
+from .coefficients import bounce, coefficient
 from .family import ContactFamily
-from .system_contacts import SHAPES, bounce, check_pair, coefficient, shape_of
+from .system_contacts import SHAPES, check_pair, shape_of
 
 
 class ContactTable(Table):

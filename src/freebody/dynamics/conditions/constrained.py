@@ -43,6 +43,7 @@ from ..state import State, float_state
 from .constraints import (
     Action,
     closed_forces,
+    friction_of_slip,
     linearized,
     residuals,
     rows,
@@ -202,7 +203,7 @@ def constraint_power(model: Model, state: State, multipliers: Sequence[Scalar]) 
         elif isinstance(owner, Touching) and owner.slips and not owner.contact.frictionless:
             slip = rows_of(model, state, (owner.contact,)).rate[1:]
             along = slip_direction(model, state, owner)
-            total = total - state(owner.contact.friction) * value * scalar_product(along, slip)
+            total = total - friction_of_slip(model, state, owner) * value * scalar_product(along, slip)
         elif isinstance(owner, Rope) and isinstance(owner.length, sympy.Basic):
             total = total - value * state(exact(owner.length.diff(TIME)))
     return total

@@ -56,7 +56,7 @@ from ..kinematics import (
 from ..linear import entries
 from ..loads.actions import scaled
 from ..state import State
-from .contact import ContactRows, rows_of, touch, unit_forces
+from .contact import ContactRows, friction_coefficient, rows_of, touch, unit_forces
 from .dependence import dependence, directions
 from .loop_ends import carrier_of, ends, last_link, loop_rows
 
@@ -364,7 +364,7 @@ def closed_forces(model: Model, state: State, touching: Touching) -> list[tuple[
                 if isinstance(one, PointForce)
             )
         else:
-            mu = state(contact.friction)
+            mu = friction_of_slip(model, state, touching)
             for d, row in zip(slip_direction(model, state, touching), found[1:], strict=True):
                 result[0] += tuple(scaled(action, -(mu * d)) for action in row)
     return result
@@ -377,7 +377,12 @@ def slip_friction(model: Model, state: State, touching: Touching) -> Vector:
     total: Vector = ZERO
     for d, t in zip(slip_direction(model, state, touching), tangents, strict=True):
         total = add(total, scale(d, t))
-    return scale(-state(contact.friction), total)
+    return scale(-friction_of_slip(model, state, touching), total)
+
+
+def friction_of_slip(model: Model, state: State, touching: Touching) -> Scalar:
+    """Return the coefficient of friction of a contact that slips."""
+    return friction_coefficient(model, state, touching.contact, touching.direction or ())
 
 
 def slip_direction(model: Model, state: State, touching: Touching) -> list[Scalar]:
@@ -512,7 +517,7 @@ class Linearized:
         result = list(self.matrix)
         for i, touching in self.touching:
             if touching.slips and not touching.contact.frictionless:
-                mu = self._state(touching.contact.friction)
+                mu = friction_of_slip(self._model, self._state, touching)
                 row = list(result[i])
                 directions = slip_direction(self._model, self._state, touching)
                 for d, tangent in zip(directions, self._contact_rows(touching).matrix[1:], strict=True):

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from ...describe.contacts.coefficients import SLIP
 from ...describe.contacts.gap import Gap
 from ...describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
 from ...describe.shapes.shape import law
@@ -293,6 +294,22 @@ def _rates(model: Model, state: State, contacts: Sequence[Contact]) -> list[Scal
         )
         result += [dot(e, v) for e in (geometry.normal, *geometry.tangents)]
     return result
+
+
+def friction_coefficient(
+    model: Model, state: State, contact: Contact, direction: Sequence[Any] = ()
+) -> Scalar:
+    """Return μ of slip at a state; the slip speed is d·γ along a known ``direction`` d, else |γ|."""
+    if not contact.slows:
+        return state(contact.friction)
+    slip = rows_of(model, state, (contact,)).rate[1:]
+    if direction:
+        speed: Scalar = sum((state(d) * x for d, x in zip(direction, slip, strict=True)), 0)
+    elif len(slip) == 1:
+        speed = state.field.apply("abs", slip[0])
+    else:
+        speed = state.field.sqrt(sum((x * x for x in slip), 0))
+    return state.with_values(contact.friction, {SLIP: speed})
 
 
 # --- forces ----------------------------------------------------------------------------------------

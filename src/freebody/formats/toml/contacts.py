@@ -22,6 +22,7 @@ from typing import Any
 
 import sympy
 
+from ...describe.contacts.coefficients import at_rest
 from ...describe.contacts.contact import ContactPair
 from ...describe.contacts.family import ContactFamily
 from ...describe.contacts.gap import GAPS, Gap
@@ -64,8 +65,10 @@ def read_contact(system: System, name: str, table: Table) -> None:
         for key in ("feature", "surface")
     )
     laws: dict[str, Any] = {
-        key: table.expression(key) for key in ("friction", "static_friction", "restitution") if table.has(key)
+        key: table.expression(key) for key in ("static_friction", "restitution") if table.has(key)
     }
+    if table.has("friction"):
+        laws["friction"] = table.law("friction")
     if table.has("impact"):
         laws["impact"] = table.text("impact")
     table.done()
@@ -154,8 +157,8 @@ def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
         return part_keys(writer, pair)
     keys = {"feature": _shape_text(writer, pair.feature), "surface": _shape_text(writer, pair.surface)}
     if pair.friction != 0:
-        keys["friction"] = writer.value(pair.friction)
-    if pair.static_friction != pair.friction:
+        keys["friction"] = writer.law(pair.friction)
+    if pair.static_friction != at_rest(pair.friction):
         keys["static_friction"] = writer.value(pair.static_friction)
     if pair.restitution != 0:
         keys["restitution"] = writer.value(pair.restitution)

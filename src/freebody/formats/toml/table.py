@@ -100,11 +100,19 @@ class Table:
             return default
         return self.read(self.raw(key), key)
 
+    def law(self, key: str) -> Any:
+        """Return a number or a text that may have names of its own, as a law of friction has `slip`."""
+        return self._plain(self.raw(key), key)
+
     def read(self, value: Any, key: str) -> Scalar:
         """Return a number or a text of the file as an expression of the system's names."""
+        plain = self._plain(value, key)
+        return self.guard(lambda: self.system.expression(plain, f"'{key}'"), key)
+
+    def _plain(self, value: Any, key: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
             self.fail(f"Expected a number or an expression in quotes, got {kind(value)}: {value!r}.", key)
-        return self.guard(lambda: self.system.expression(value, f"'{key}'"), key)
+        return value
 
     def vector(self, key: str, default: Any = None) -> Any:
         """Return three numbers or expressions."""

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from ...describe.contacts.coefficients import SLIP
 from ...describe.description import names_of
 from ...describe.frame import Point
 from ...describe.system import System
@@ -27,6 +28,12 @@ class ValueTexts:
         """Return a scalar as TOML: a number if that is exact, text otherwise."""
         number = toml_number(value)
         return repr(number) if number is not None else quoted(expression_text(value, self.texts))
+
+    def law(self, value: Scalar) -> str:
+        """Return a coefficient of friction, which may depend on `slip`."""
+        number = toml_number(value)
+        texts = {**self.texts, SLIP: SLIP.name}
+        return repr(number) if number is not None else quoted(expression_text(value, texts))
 
     def row(self, values: Iterable[Scalar]) -> str:
         """Return a list of scalars."""

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Annotated
 
 from ...native.records import Count, Real, Record, Row, Whole, Wholes, record
 from .contact_problem import ContactProblem, Newton
@@ -19,25 +14,6 @@ EXACT = 1e-10
 AWAY, PRESSED, FORWARDS, BACKWARDS = range(4)
 """Modes of a combination (`combinations`): open; closed, which is at rest or on a ray that is known; slip that begins,
 along the tangent or against it."""
-
-
-@dataclass(frozen=True)
-class Touching:
-    """One closed contact of the problem.
-
-    ``held``       True if its normal force is 1 and its normal row is zero
-    ``row``        its first row (normal), followed by its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless)
-    ``friction``   kinetic coefficient; ``static`` is the static coefficient
-    ``sliding``    unit direction of slip, shape (tangents,), if it already slips; None at rest
-    """
-
-    name: str
-    row: int
-    tangents: int
-    friction: float
-    static: float
-    sliding: NDArray[np.float64] | None = None
-    held: bool = False
 
 
 @record
@@ -99,33 +75,6 @@ class Contacts(Record):
     best: Annotated[Row, "most"]
     left: Annotated[Row, "most"]
     order: Annotated[Wholes, "most"]
-
-
-def contacts_of(
-    A: Any, c: Any, contacts: Sequence[Touching], low: Any = 0.0, equalities: Sequence[int] = (), impact: bool = False
-) -> Contacts:  # fmt: skip
-    """Return contacts in memory of their own.
-
-    In an ``impact``, which does not depend on earlier sticking or sliding, every contact has the cone of its kinetic
-    friction.
-    """
-    k, m = len(contacts), len(c)
-    it = contacts_room(k, m)
-    it.contacts, it.rows, it.equalities = k, m, len(equalities)
-    if m:
-        it.A[: m * m], it.given[:m], it.equal[: len(equalities)] = np.ravel(A), c, equalities
-    if k:
-        it.at[:], it.tangents[:] = [one.row for one in contacts], [one.tangents for one in contacts]
-        it.friction[:] = [one.friction for one in contacts]
-        it.static[:] = it.friction if impact else [one.static for one in contacts]
-        it.least[:] = low
-        if not impact:
-            it.least[[one.held for one in contacts]] = 1.0
-    for i, one in enumerate(contacts):
-        if one.sliding is not None and not impact:
-            it.slides[i] = 1
-            it.way[2 * i : 2 * i + one.tangents] = one.sliding
-    return it
 
 
 def contacts_room(k: int, rows: int) -> Contacts:

@@ -20,17 +20,15 @@ def unique(contacts: Contacts, n: int) -> int:
         w·w = δ·A δ <= Σ μ |δN| |H_T w| <= wᵀ (α PᵀP + H_TᵀH_T/α) w μ/2     for every α > 0
 
     with δN = P w, P = H_N (HᵀH)⁻¹, if no forces in balance have normal parts. So w = 0 where the greatest eigenvalue is
-    below 2/μ; α = |H_T|/|P|. The static coefficient must be the kinetic one. Friction with a given bound is monotone:
-    it adds nothing to the sum.
+    below 2/μ; α = |H_T|/|P|. Friction with a given bound is monotone: it adds nothing to the sum. A contact at rest has
+    its static friction; what slips under it is released to its kinetic friction afterwards (`decision`).
     """
     m, mu = contacts.rows, 0.0
     for i in range(contacts.contacts):
-        if contacts.slides[i] == 0 and contacts.static[i] != contacts.friction[i]:
-            return 0
         if is_held(contacts, i) == 0:
-            mu = greater(mu, contacts.friction[i])
+            mu = greater(mu, contacts.friction[i] if contacts.slides[i] != 0 else contacts.static[i])
     if mu == 0.0:
-        return 1 if n == m - held(contacts) or held(contacts) == contacts.contacts else 0
+        return 1
     across = normal_parts(contacts, n)
     if across < 0.0:
         return 0

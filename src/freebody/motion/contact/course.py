@@ -13,7 +13,6 @@ from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError, nearest
 from ..kernels.kernels import Program
 from ..ode.dense_output import Array, Path, observe
-from ..start.initial import number
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
 from ..trajectory.event import Happening
@@ -75,6 +74,8 @@ class ContactMotion:
         open, stick, slip+, slip- or slip.
     least : ndarray (n, 1 + tangents)
         (N, T...) [N]; of forces that the motion does not determine, those least in norm.
+    static_friction : ndarray (n,)
+        Coefficient of static friction μ_s.
     """
 
     gap: Array
@@ -84,6 +85,7 @@ class ContactMotion:
     margin: Array
     mode: Any
     least: Array
+    static_friction: Array
 
 
 class Timeline(list[Change]):
@@ -195,7 +197,9 @@ class Touching:
 
     def contacts(self, motion: ComputedMotion) -> dict[str, ContactMotion]:
         """Return gap, forces, slip and mode of every contact, by name."""
-        gaps, rates, forces = _by_phase(motion, "contact", ("gap", "rate", "force"))
+        gaps, rates, forces, static = _by_phase(
+            motion, "contact", ("gap", "rate", "force", "static_friction")
+        )
         path = phases_of(motion)
         segments, places = path.segments, path.places(motion.t)
         first, result = segments[0].kernels.scene, {}
@@ -205,9 +209,8 @@ class Touching:
             modes = np.array([segments[p].modes[k] for p in places])
             loose = np.array([segments[p].loose[at : at + 1 + n] for p in places]).reshape(-1, 1 + n)
             shown = np.where(loose, np.nan, lambdas)
-            mu = _static_friction(motion, contact)[places]
             T, slip = shown[:, 1:], rates[:, at + 1 : at + 1 + n]
-            margin = np.where(modes == "open", np.nan, mu * shown[:, 0] - np.linalg.norm(T, axis=1))
+            margin = np.where(modes == "open", np.nan, static[:, k] * shown[:, 0] - np.linalg.norm(T, axis=1))
             result[contact.name] = ContactMotion(
                 gaps[:, k],
                 shown[:, 0],
@@ -216,21 +219,9 @@ class Touching:
                 margin,
                 modes,
                 lambdas,
+                static[:, k],
             )
         return ByName("contact", result)
-
-
-def _static_friction(motion: ComputedMotion, contact: Any) -> Array:
-    """Return the static friction of a contact in each phase."""
-    model, known, result = motion.kernels.model, dict[int, float](), []
-    for segment in phases_of(motion).segments:
-        key = id(segment.parameters)
-        if key not in known:
-            parameters = segment.values(motion._parameters).tolist()
-            values = {p.name: x for p, x in zip(model.parameters, parameters, strict=True)}
-            known[key] = number(model, values, contact.static_friction, "a coefficient of friction")
-        result.append(known[key])
-    return np.array(result)
 
 
 def _by_phase(motion: ComputedMotion, name: str, functions: Sequence[str]) -> list[Array]:

@@ -89,8 +89,17 @@ def _trajectory(problem: Problem, history: History) -> Trajectory:
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
     """Raise unless the coefficients of friction and restitution are in their ranges."""
     for c in model.contacts:
-        mu = number(model, values, c.friction, f"the friction of contact '{c.name}'")
-        static = number(model, values, c.static_friction, f"the static friction of contact '{c.name}'")
+        laws = (c.friction_at_rest, c.static_friction)
+        varies = any(model.names.depends(law, "coordinate", "speed", "time") for law in laws)
+        words = (f"the {kind} of contact '{c.name}'" for kind in ("friction", "static friction"))
+        mu, static = (
+            (0.0, 0.0) if varies else (number(model, values, *law) for law in zip(laws, words, strict=True))
+        )
+        if c.slows and static == 0 and not varies:
+            raise SimulationError(
+                f"Expected a friction of contact '{c.name}' above 0 at rest, since it depends on slip; got 0 at "
+                f"slip = 0. A force that grows from 0 with the speed is a damper."
+            )
         e = number(model, values, c.restitution, f"the restitution of contact '{c.name}'")
         if not mu >= 0:
             raise SimulationError(f"Expected a friction of contact '{c.name}' of at least 0, got {mu:g}.")

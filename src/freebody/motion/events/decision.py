@@ -105,7 +105,7 @@ def decide(it: EventRun, contacts: Contacts) -> int:
     for k in range(it.contacts):
         ends = it.reason[k] == event_run.NORMAL_ZERO
         if it.reason[k] == event_run.CONE_REACHED:  # else the friction may be constant, up to round-off
-            ends = it.coefficients[3 * k + 1] > it.coefficients[3 * k]
+            ends = it.coefficients[4 * k + 1] > it.coefficients[4 * k + 3]
         it.ends[k] = it.reason[k] if ends and it.hit == 0 else event_run.NO_REASON
     why = solved_modes(it, contacts)
     turn = 0
@@ -324,7 +324,7 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
         if it.tied[k] != 0 and it.ends[k] == event_run.NO_REASON:
             fell = 0.0
             if it.hit == 0 and it.reason[k] == event_run.CONE_REACHED:
-                limit = it.coefficients[3 * k + 1] * it.force[it.first[k]]
+                limit = it.coefficients[4 * k + 1] * it.force[it.first[k]]
                 fell = now[e] - places.ROUNDED * (limit * limit if law == places.CONE else limit)
             if later[e] < lesser(fell, 0.0):
                 if law == places.NORMAL:

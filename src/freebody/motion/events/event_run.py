@@ -264,14 +264,14 @@ def event_run(scene: Any, n_y: int) -> EventRun:
     """Return the memory of a run with these contacts, without a log."""
     model, E, m = scene.model, len(scene.first), scene.rows
     n = model.n_u
-    seen = 6 * E + 2 * m + n + 2 * m * n
+    seen = 7 * E + 2 * m + n + 2 * m * n
     it = EventRun.made(
         n_q=model.n_q, n=n, n_y=n_y, contacts=E, rows=m, seen_size=seen, bounce_flags=BOUNCES * E
     )
     at = 0
     for name, size in (
         ("gap", E), ("reach", E), ("rate", m), ("c", m), ("free", n), ("W", m * n), ("X", m * n),
-        ("coefficients", 3 * E), ("away", E),
+        ("coefficients", 4 * E), ("away", E),
     ):  # fmt: skip
         setattr(it, name, it.seen[at : at + size])
         at += size

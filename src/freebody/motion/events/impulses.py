@@ -58,9 +58,10 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
     for i in range(it.count):
         k = it.chosen[i]
         contacts.at[i], contacts.tangents[i] = m, it.tangents[k]
-        contacts.friction[i], contacts.static[i] = it.coefficients[3 * k], it.coefficients[3 * k + 1]
-        contacts.least[i], contacts.slides[i] = 1.0 * it.held[k], 0
         speed = slip_speed(it, k)
+        contacts.friction[i] = it.coefficients[4 * k if speed > it.still else 4 * k + 3]
+        contacts.static[i] = it.coefficients[4 * k + 1]
+        contacts.least[i], contacts.slides[i] = 1.0 * it.held[k], 0
         if impact != 0:
             contacts.static[i] = contacts.friction[i]
         elif speed > it.still:
@@ -168,7 +169,7 @@ def together(it: EventRun, contacts: Contacts) -> int:
     newton, poisson = 0, 0
     for i in range(it.count):
         k = it.chosen[i]
-        contacts.restitution[i] = it.coefficients[3 * k + 2]
+        contacts.restitution[i] = it.coefficients[4 * k + 2]
         if normal_speed(it, k) < -it.still:
             newton, poisson = newton + 1 - it.poisson[k], poisson + it.poisson[k]
     if newton > 0 and poisson > 0:
@@ -201,8 +202,8 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
             contacts.contacts = it.count
             return 0
         k = it.chosen[place]
-        contacts.tangents[0], contacts.restitution[0] = it.tangents[k], it.coefficients[3 * k + 2]
-        contacts.friction[0] = contacts.static[0] = it.coefficients[3 * k]
+        contacts.tangents[0], contacts.restitution[0] = it.tangents[k], it.coefficients[4 * k + 2]
+        contacts.friction[0] = contacts.static[0] = it.coefficients[4 * k]
         contacts.poisson = it.poisson[k]
         copy(v, contacts.given, m)
         run_by(it.colliding, contacts)
@@ -275,7 +276,7 @@ def take_away(it: EventRun, contacts: Contacts) -> None:
                 count = add_row(it, count, at, -it.rate[at])
                 if rough and speed > it.still:
                     for j in range(n):
-                        it.ray[count - 1, j] = -it.coefficients[3 * k] * it.rate[at + 1 + j] / speed
+                        it.ray[count - 1, j] = -it.coefficients[4 * k] * it.rate[at + 1 + j] / speed
         elif it.closed[k] != 0 and abs(it.rate[at]) <= it.still:
             count = add_row(it, count, at, -it.rate[at])
     impelled(it, contacts, count)

@@ -66,7 +66,7 @@ def slip_speed(it: EventRun, k: int) -> float:
 @inlined
 def is_smooth(it: EventRun, k: int) -> Truth:
     """Return True if the coefficients of friction are zero in this run."""
-    return it.coefficients[3 * k] == 0.0 and it.coefficients[3 * k + 1] == 0.0
+    return it.coefficients[4 * k] == 0.0 and it.coefficients[4 * k + 1] == 0.0
 
 
 @compiled

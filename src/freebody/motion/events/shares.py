@@ -37,7 +37,7 @@ def forces_decide(it: EventRun, contacts: Contacts) -> int:
                 count = add_row(it, count, at + 1 + j, 0.0)
         elif rough and it.held[k] == 0:
             for j in range(n):
-                it.ray[count - 1, j] = -it.coefficients[3 * k] * it.rate[at + 1 + j] / speed
+                it.ray[count - 1, j] = -it.coefficients[4 * k] * it.rate[at + 1 + j] / speed
             if n == 2:
                 unsure = greater(unsure, NOISE * (1.0 + largest(it.y[it.n_q :], it.n)) / speed)
     return 1 if moved_by_shares(it, contacts, count) > 10.0 * unsure else 0

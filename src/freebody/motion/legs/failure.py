@@ -10,6 +10,7 @@ import numpy as np
 
 from ...describe.loads.action import Action, Couple, PointForce
 from ...dynamics.conditions.constraints import rows
+from ...dynamics.conditions.contact import friction_coefficient
 from ...dynamics.conditions.mobility import massless_motion
 from ...dynamics.loads.actions import actions
 from ...dynamics.state import State, float_state
@@ -28,6 +29,8 @@ from .independent_conditions import taking_over
 
 OF_EVENTS = (End.UNDEFINED, End.UNRESOLVED)
 """Ends for which an event is to blame."""
+NEGLIGIBLE = 1e-6
+"""Coefficient of friction, relative to 1 + μ_s, that counts as zero where a motion ends by it."""
 
 
 def culprit(path: SampledPath, kernels: Kernels) -> int:
@@ -78,6 +81,20 @@ def _loads_without_value(path: SampledPath, kernels: Kernels, trajectory: Trajec
         if not finite:
             names.append(f"'{name}'")
     return f" In the last good state {' and '.join(names)} has no finite value." if names else ""
+
+
+def _negative_friction(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
+    """Return the sentence about laws of friction that reach zero at the last state, up to the length of a step."""
+    state, model = _last_state(path, kernels, trajectory), kernels.model
+    names = [
+        f"'{c.name}'"
+        for c in model.contacts
+        if not friction_coefficient(model, state, c) > NEGLIGIBLE * (1 + state(c.static_friction))
+    ]
+    laws = (
+        f"The friction of contact {' and '.join(names)} falls to 0 there, and friction below 0 would drive."
+    )
+    return f" {laws} Write a law that stays above 0." if names else ""
 
 
 def _numbers(action: Action) -> Sequence[Any]:
@@ -203,6 +220,7 @@ def failure(
             f"the rate of '{name}' is not a finite number just after t = {path.end:.9g} s. A division by zero, a "
             "root or logarithm of a negative number, or a singular mass matrix does this: check the loads, masses "
             f"and angles there, or stop before with a terminal event.{_loads_without_value(path, kernels, trajectory)}"
+            f"{_negative_friction(path, kernels, trajectory)}"
         )
     elif path.status == End.COLLAPSED:
         what = (

@@ -2,7 +2,7 @@
 
     machine    q', D^-½ L⁻¹ f, D^-½, L of M = L D Lᵀ, power of loads, and of its own conditions residual, rate, γ and
                D^-½ L⁻¹ Gᵀ
-    group k    gap, reaches, μ, μ_s, e, rates, biases, entries of W of each contact between two bodies
+    group k    gap, reaches, μ, μ_s, e, μ at rest, rates, biases, entries of W of each contact between two bodies
 
 f are the generalized forces with u' = 0. A group is called only if one of its contacts is closed or watched. Solving
 with L is left to compiled code (`closed_contacts`), for the rows of the closed contacts alone.
@@ -21,7 +21,14 @@ from ...dynamics import State, coordinate_rates, traced_state
 from ...dynamics.composite import mass_matrix
 from ...dynamics.conditions.constrained import constraint_power
 from ...dynamics.conditions.constraints import linearized, rows
-from ...dynamics.conditions.contact import contact_layout, contact_rows, reaches_along, rows_of, touch
+from ...dynamics.conditions.contact import (
+    contact_layout,
+    contact_rows,
+    friction_coefficient,
+    reaches_along,
+    rows_of,
+    touch,
+)
 from ...dynamics.conditions.unilateral import NEGLIGIBLE, margins, sizes
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
@@ -29,6 +36,7 @@ from ...dynamics.linear import Factorization, entries, is_zero
 from ...dynamics.motion import Motion, all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
+from ...model.contact import Contact
 from ...scalar.algebra import divide
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels, Program
@@ -79,6 +87,12 @@ def layout_of(model: Model) -> tuple[list[int], list[int], int]:
     return first, tangents, len(layout)
 
 
+def coefficients(model: Model, state: State, contact: Contact) -> list[Any]:
+    """Return the coefficients of a contact: μ of its slip, μ_s, e, and μ of a slip that begins."""
+    at_rest = (contact.static_friction, contact.restitution, contact.friction_at_rest)
+    return [friction_coefficient(model, state, contact), *map(state, at_rest)]
+
+
 class Candidates:
     """The kernels of a machine with contacts, compiled when they are first used."""
 
@@ -127,10 +141,7 @@ class Candidates:
         outputs: list[list[Any]] = []
         for k, contact in enumerate(model.contacts):
             it, given = touch(model, state, contact), rows_of(model, state, (contact,))
-            coefficients = (
-                state(x) for x in (contact.friction, contact.static_friction, contact.restitution)
-            )
-            values = [it.gap, *it.reach, *coefficients, *given.rate, *given.bias]
+            values = [it.gap, *it.reach, *coefficients(model, state, contact), *given.rate, *given.bias]
             for along in given.matrix:
                 W = entries(along)
                 of_rows.append((len(columns), len(W), len(values)))

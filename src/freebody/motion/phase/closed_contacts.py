@@ -59,7 +59,7 @@ def gaps_at(t: float, y: Reals, c: Reals, T: Integers) -> None:
 
 @inlined
 def contact_at(c: Reals, T: Integers, k: int) -> Reals:
-    """Return the outputs of a contact: gap, reaches, μ, μ_s, e, rates, biases."""
+    """Return the outputs of a contact: gap, reaches, μ, μ_s, e, μ at rest, rates, biases."""
     one = T[places.CONTACT] + places.CONTACT_SIZE * k
     return shifted(c, T[one + places.AT])
 
@@ -68,14 +68,14 @@ def contact_at(c: Reals, T: Integers, k: int) -> Reals:
 def rates_of(c: Reals, T: Integers, k: int) -> Reals:
     """Return the gap's rate and the slip velocity of a contact."""
     one = T[places.CONTACT] + places.CONTACT_SIZE * k
-    return shifted(c, T[one + places.AT] + T[one + places.REACHES] + 4)
+    return shifted(c, T[one + places.AT] + T[one + places.REACHES] + 5)
 
 
 @inlined
 def biases_of(c: Reals, T: Integers, k: int) -> Reals:
     """Return b of d(W u + w)/dt = W u' + b of a contact."""
     one = T[places.CONTACT] + places.CONTACT_SIZE * k
-    return shifted(c, T[one + places.AT] + T[one + places.REACHES] + 5 + T[one + places.TANGENTS])
+    return shifted(c, T[one + places.AT] + T[one + places.REACHES] + 6 + T[one + places.TANGENTS])
 
 
 @compiled
@@ -142,13 +142,19 @@ def product(a: Reals, b: Reals, n: int) -> float:
     return total
 
 
+@inlined
+def positive(mu: float) -> float:
+    """Return a coefficient of friction; NAN if a law of friction gives a negative one."""
+    return mu if mu >= 0.0 else NAN
+
+
 @compiled
 def friction_along(c: Reals, T: Integers, one: int, j: int) -> float:
     """Return the friction of a slipping contact along tangent j, per unit of normal force: -μ d_j, at rest -μ_s d_j."""
     slip, k = T[one + places.SLIP], T[one + places.SOURCE]
     at = T[places.CONTACT] + places.CONTACT_SIZE * k
     seen = contact_at(c, T, k)
-    mu = seen[1 + T[at + places.REACHES]]
+    mu = positive(seen[1 + T[at + places.REACHES]])
     if slip == places.FIXED:
         return -seen[2 + T[at + places.REACHES]] * c[T[places.DIRECTION_AT] + 2 * k + j]
     if slip == places.PLUS:
@@ -304,7 +310,7 @@ def push(c: Reals, T: Integers, z: Reals) -> None:
             F[0] = 1.0
             if T[kind + places.PUSHED] != places.NO_SLIP:
                 spare = shifted(c, T[places.SPARE_AT])
-                F[1] = -contact_at(c, T, k)[1 + T[at + places.REACHES]]
+                F[1] = -positive(contact_at(c, T, k)[1 + T[at + places.REACHES]])
                 F[1] = F[1] if T[kind + places.PUSHED] == places.PLUS else -F[1]
                 row_taken(c, T, T[at + places.FIRST] + 1, spare)
                 forwarded(c, T, spare)
@@ -447,6 +453,16 @@ def gap(t: float, y: Reals, c: Reals, out: Reals) -> None:
     gaps_at(t, y, c, T)
     for k in range(T[places.CONTACTS]):
         out[k] = c[T[T[places.CONTACT] + places.CONTACT_SIZE * k + places.SEEN_AT]]
+
+
+@compiled
+def static_friction(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the coefficients of static friction of all contacts."""
+    T = table(c)
+    looked_at(shifted(T, T[places.CALLED]), t, y, c, T)
+    looked_at(shifted(T, T[places.WATCHED]), t, y, c, T)
+    for k in range(T[places.CONTACTS]):
+        out[k] = contact_at(c, T, k)[2 + T[T[places.CONTACT] + places.CONTACT_SIZE * k + places.REACHES]]
 
 
 @compiled
@@ -597,8 +613,9 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
 @compiled
 def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Set ``out`` to what decides events: gaps, least reaches, rates, W u' + b without contact forces, u' so, W, the
-    change of u' per unit of each contact force, μ, μ_s, e, and the least rates of reaches that are zero. The machine's
-    own conditions are enforced.
+    change of u' per unit of each contact force, μ, μ_s, e, μ at rest, and the least rates of reaches that are zero.
+
+    The machine's own conditions are enforced.
     """
     T = table(c)
     n, E, m = T[places.N_U], T[places.CONTACTS], T[places.ROWS]
@@ -616,13 +633,13 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
         one, seen = T[places.CONTACT] + places.CONTACT_SIZE * k, contact_at(c, T, k)
         v, b, reaches = rates_of(c, T, k), biases_of(c, T, k), T[one + places.REACHES]
         out[k], out[E + k] = seen[0], INFINITE
-        more[3 * E + k] = INFINITE
+        more[4 * E + k] = INFINITE
         for j in range(reaches):
             out[E + k] = lesser(out[E + k], seen[1 + j])
             if abs(seen[1 + j]) <= places.CLOSED * size:
-                more[3 * E + k] = lesser(more[3 * E + k], c[T[one + places.AWAY_AT] + j])
-        for j in range(3):
-            more[3 * k + j] = seen[1 + reaches + j]
+                more[4 * E + k] = lesser(more[4 * E + k], c[T[one + places.AWAY_AT] + j])
+        for j in range(4):
+            more[4 * k + j] = seen[1 + reaches + j]
         for j in range(1 + T[one + places.TANGENTS]):
             r = T[one + places.FIRST] + j
             out[2 * E + r] = v[j]

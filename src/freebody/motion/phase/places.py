@@ -73,7 +73,7 @@ from __future__ import annotations
 
 SEEN_AT, AT, TANGENTS, REACHES, FIRST, AWAY_AT = range(6)
 """Numbers of a contact: place of its gap and reaches among those of its pair, place of its own outputs (gap, reaches,
-μ, μ_s, e, rates, biases), tangents, reaches, first row, place of the rates of its reaches."""
+μ, μ_s, e, μ at rest, rates, biases), tangents, reaches, first row, place of the rates of its reaches."""
 CONTACT_SIZE, ROW_SIZE, KIND_SIZE = 6, 3, 4
 ROUGH, SIDE_OF, HELD, PUSHED = range(4)
 """More numbers of a contact: 1 if it may have friction, the side that it ends or -1, 1 if a normal force of 1 holds it

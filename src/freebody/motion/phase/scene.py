@@ -23,11 +23,10 @@ from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model import Model
 from ...native import loop
-from ..cones.dense_problem import code
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Rates, outputs_at
 from . import places
-from .candidates import Candidates
+from .candidates import Candidates, coefficients
 
 Modes = tuple[str, ...]
 """Mode of every contact: open, stick, slip+, slip-, slip, smooth, or limit and a direction (:func:`at_limit`)."""
@@ -40,11 +39,12 @@ KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH, LIMIT)
 """Kinds of modes, in the order of their numbers (`places`)."""
 NUMBERS = {kind: number for number, kind in enumerate(KINDS)}
 _FUNCTIONS = (
-    "rates", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force", "watched", "looked",
-    "set_modes",
+    "rates", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force", "static_friction",
+    "watched", "looked", "set_modes",
 )  # fmt: skip
 _MODULES = tuple(loop.sibling(__name__, name) for name in ("closed_contacts", "mode_table"))
 _LABEL = _MODULES[0]
+_NEWTON = "motion.cones.newton"
 _SLIPPING = ("slip+", "slip-", "slip")
 
 
@@ -190,7 +190,7 @@ class Scene:
         """The function ``looked`` of all contacts."""
         n, E, m = self.model.n_u, len(self.first), self.rows
         none = self.holding(("open",) * E, self.kernels.active)
-        return none.data({"looked": 6 * E + 2 * m + n + 2 * m * n})
+        return none.data({"looked": 7 * E + 2 * m + n + 2 * m * n})
 
     def constants(self, parameters: Array) -> Array:
         """Return the constants of the kernel for these parameters."""
@@ -208,9 +208,6 @@ class Scene:
         model, n = self.model, self.model.n_q
         state = float_state(model, y[:n].tolist(), y[n : n + model.n_u].tolist(), t, values)
         seen, problem = contact_rows(model, state), contact_problem(model, state, self.kernels.active)
-        coefficients = (
-            state(x) for c in model.contacts for x in (c.friction, c.static_friction, c.restitution)
-        )
         return np.array(
             [
                 *map(float, seen.gap),
@@ -220,7 +217,7 @@ class Scene:
                 *map(float, problem.free),
                 *(float(x) for row in seen.matrix for x in row),
                 *(float(x) for row in problem.responses for x in row),
-                *map(float, coefficients),
+                *(float(x) for c in model.contacts for x in coefficients(model, state, c)),
                 *(self._away(state, c, y[:n]) for c in model.contacts),
             ]
         )
@@ -235,11 +232,11 @@ class Scene:
         """Return the outputs of ``looked`` by their names."""
         n_u, E, m = self.model.n_u, len(self.first), self.rows
         parts, at = [], 0
-        for size in (E, E, m, m, n_u, m * n_u, m * n_u, 3 * E, E):
+        for size in (E, E, m, m, n_u, m * n_u, m * n_u, 4 * E, E):
             parts.append(values[at : at + size])
             at += size
-        gap, reach, rate, c, free, matrix, responses, coefficients, away = parts
-        friction, static, restitution = coefficients.reshape(E, 3).T.copy()
+        gap, reach, rate, c, free, matrix, responses, laws, away = parts
+        friction, static, restitution, _ = laws.reshape(E, 4).T.copy()
         return Snapshot(
             gap, reach, rate, c, free, matrix.reshape(m, n_u), responses.reshape(m, n_u), friction, static,
             restitution, away,
@@ -273,7 +270,9 @@ class Scene:
         held = [self.first[k] + j for k, j in self.conditions(modes)]
         m = len(held)
         order = np.zeros(m, dtype=np.int64)
-        code("factor")(seen.between(held), m, np.zeros(m * m), places.DEPENDENT, np.zeros(m), order)
+        loop.code(_NEWTON, "factor")(
+            seen.between(held), m, np.zeros(m * m), places.DEPENDENT, np.zeros(m), order
+        )
         return [self.candidates.own + i for i in np.flatnonzero(order).tolist()]
 
 
@@ -331,8 +330,13 @@ class Phase:
         )
 
     def contact(self) -> DataProgram:
-        """Functions ``gap`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""
-        sizes = {"gap": len(self.modes), **dict.fromkeys(("rate", "acceleration", "force"), self.scene.rows)}
+        """Functions ``gap``, ``static_friction`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""
+        E = len(self.modes)
+        sizes = {
+            "gap": E,
+            "static_friction": E,
+            **dict.fromkeys(("rate", "acceleration", "force"), self.scene.rows),
+        }
         return cast(DataProgram, self._program("contact", lambda: self.data(sizes)))
 
     def reactions(self) -> DataProgram:

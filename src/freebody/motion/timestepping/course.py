@@ -357,7 +357,7 @@ class InSteps:
             mode = np.array([contact.shown(x) for x in modes[:, e]])
             result[contact.name] = ContactMotion(
                 found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
-                np.where(mode == "open", np.nan, margin), mode, lam,
+                np.where(mode == "open", np.nan, margin), mode, lam, np.full(len(lam), mu),
             )  # fmt: skip
         if not model.families:
             return ByName("contact", result)

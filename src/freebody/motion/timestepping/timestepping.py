@@ -102,6 +102,12 @@ def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     model = kernels.model
     check_coefficients(model, values)
     for c in model.contacts:
+        moving = model.names.depends(c.friction, "coordinate", "speed", "time") + ["slip"] * c.slows
+        if moving:
+            raise SimulationError(
+                f"method='timestepping' knows constant friction, but that of contact '{c.name}' depends on "
+                f"{', '.join(moving)}. Take method='auto'."
+            )
         if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s"):
             raise SimulationError(
                 f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' also has a static "

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import sympy
 
+from ...dynamics.conditions.contact import friction_coefficient
 from ...model.contact import Contact
 from ...symbolic.derivation.contact_modes import modes_of
 from ...symbolic.equations import Equations
@@ -54,7 +55,10 @@ def _state(e: Equations, contact: Contact) -> tuple[str, str]:
         return "closed" if contact.law is not None else "closed, smooth", ""
     if mode == "stick":
         return "stick", rf"|T| \leq {latex(e.state(contact.static_friction), e.ring)}{N}"
-    return "slip", rf"|T| = {latex(e.state(contact.friction), e.ring)}{N}"
+    touching = e.model.constraints.get(contact.name)
+    direction = getattr(touching, "direction", None) or ()
+    mu = friction_coefficient(e.model, e.state, contact, direction)
+    return "slip", rf"|T| = {latex(mu, e.ring)}{N}"
 
 
 def _named(law: str, contacts: Sequence[Contact]) -> str:

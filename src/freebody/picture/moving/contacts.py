@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ...dynamics.conditions.contact import contact_layout, touches
 from ...dynamics.state import State
 from ...motion.ode.dense_output import observe
-from ...motion.start.initial import number
 from ...scalar.algebra import ZERO, Scalar
 
 if TYPE_CHECKING:
@@ -20,8 +19,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FRAME = 13
-"""Count of the numbers that describe a contact: gap (1), normal (3), two tangents (6), place (3)."""
+FRAME = 14
+"""Count of the numbers that describe a contact: gap, normal (3), two tangents (6), place (3), static friction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +39,7 @@ class Touched:
         Normal, and point of the feature [m], in ground axes.
     tangents : ndarray (n, contacts, 2, 3)
         Tangents in ground axes; the second is zero in a planar machine.
-    static : ndarray (contacts,)
+    static : ndarray (n, contacts)
         Coefficients of static friction.
     """
 
@@ -63,7 +62,7 @@ class Touched:
     def margin(self, k: int) -> Array:
         """Friction margin μ_s N - |T| of contact k, shape (n,) [N]."""
         components = self.forces[k]
-        return np.asarray(self.static[k] * components[:, 0] - np.linalg.norm(components[:, 1:], axis=1))
+        return np.asarray(self.static[:, k] * components[:, 0] - np.linalg.norm(components[:, 1:], axis=1))
 
 
 class Contacts:
@@ -82,9 +81,10 @@ class Contacts:
 
         def frames(state: State) -> dict[str, Sequence[Scalar]]:
             numbers: list[Scalar] = []
-            for touch in touches(model, state):
+            for contact, touch in zip(model.contacts, touches(model, state), strict=True):
                 first, second = (*touch.tangents, ZERO, ZERO)[:2]
                 numbers += [touch.gap, *touch.normal, *first, *second, *touch.on_feature]
+                numbers.append(state(contact.static_friction))
             return {"frames": numbers}
 
         self.program = kernels.program("contact frames", frames)
@@ -110,10 +110,6 @@ class Contacts:
     def touched(self, forces: Array, geometry: Array) -> Touched:
         """Return forces and geometry of all contacts at these moments together."""
         frame = geometry.reshape(len(geometry), len(self.widths), FRAME)
-        static = [
-            number(self.model, self.trajectory.values, contact.static_friction, "a coefficient of friction")
-            for contact in self.model.contacts
-        ]
         return Touched(
             tuple(contact.name for contact in self.model.contacts),
             [forces[:, at : at + n] for at, n in zip(self.first, self.widths, strict=True)],
@@ -121,5 +117,5 @@ class Contacts:
             frame[:, :, 1:4],
             frame[:, :, 4:10].reshape(len(frame), len(self.widths), 2, 3),
             frame[:, :, 10:13],
-            np.array(static),
+            frame[:, :, 13],
         )

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SimulationError, nearest
-from ...motion.start.initial import number
 from ..machine.shapes import machine_size
 from .plots import COLORS, PALE, _curve, _over_time, figure
 
@@ -80,7 +79,7 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
         _curve(ax, trajectory, values, shade, name, "-" if i < len(COLORS) else "--")
         undetermined = _undetermined(motion, values)
         if undetermined.any():
-            mu, least = _static(trajectory, name), motion.least
+            mu, least = motion.static_friction, motion.least
             margin = np.where(undetermined, mu * least[:, 0] - np.linalg.norm(least[:, 1:], axis=1), np.nan)
             _curve(ax, trajectory, margin, shade, f"{name} ({LEAST})", ":")
     units = {c.name: c.units for c in trajectory.kernels.model.contacts}
@@ -168,13 +167,6 @@ def contact_gaps(trajectory: Trajectory, contacts: Any = None, ax: Axes | None =
         ax.set_ylim(-reach, reach)
     _over_time(ax, "gap", {"m"}, "Gaps of contacts")
     return ax
-
-
-def _static(trajectory: Trajectory, name: str) -> float:
-    """Coefficient of static friction of a contact."""
-    model = trajectory.kernels.model
-    contact = next(contact for contact in model.contacts if contact.name == name)
-    return number(model, trajectory.values, contact.static_friction, "a coefficient of friction")
 
 
 def _undetermined(motion: Any, values: Array) -> Any:

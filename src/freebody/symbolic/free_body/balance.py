@@ -20,7 +20,7 @@ from ...describe.frame import Point
 from ...describe.loads.action import Couple, GeneralizedForce, JointForce, PointForce
 from ...describe.loads.load import Load
 from ...dynamics.armature import resistance, spin_rate
-from ...dynamics.conditions.constraints import Row, rows, slip_direction, torques
+from ...dynamics.conditions.constraints import Row, friction_of_slip, rows, slip_direction, torques
 from ...dynamics.conditions.contact import unit_forces
 from ...dynamics.coordinates import forces_on_free_displacements
 from ...dynamics.joints.freedom import on_path, unit_load_wrench
@@ -200,7 +200,7 @@ class BodyBalance:
         unit = unit_forces(e.model, e.state, contact)
         parts = [(row.name, "reaction", unit[names.index(row.name)], value)]
         if touching.slips and not contact.frictionless:
-            mu = e.state(contact.friction)
+            mu = friction_of_slip(e.model, e.state, touching)
             for name, d, acting in zip(
                 contact.tangent_names, slip_direction(e.model, e.state, touching), unit[1:], strict=True
             ):

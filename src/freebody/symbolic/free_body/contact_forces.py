@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import sympy
 
-from ...dynamics.conditions.constraints import Row, closed_forces, rows, slip_direction, slip_friction
+from ...dynamics.conditions.constraints import (
+    Row,
+    closed_forces,
+    friction_of_slip,
+    rows,
+    slip_direction,
+    slip_friction,
+)
 from ...dynamics.conditions.contact import touch, wrench_on_feature
 from ...dynamics.kinematics import Spot
 from ...model.contact import Touching
@@ -48,7 +55,7 @@ def sliding_friction(e: Derivation) -> dict[str, tuple[sympy.Symbol, Scalar, str
             continue
         if not touching.contact.held and row.name != touching.contact.normal_name:
             continue
-        mu = e.state(touching.contact.friction)
+        mu = friction_of_slip(e.model, e.state, touching)
         along = slip_direction(e.model, e.state, touching)
         for name, d in zip(touching.contact.tangent_names, along, strict=True):
             result[name] = (sympy.Symbol(name, real=True), -(mu * value * d), row.owner)
@@ -68,8 +75,9 @@ def contact_reaction(e: Derivation, touching: Touching) -> Reaction:
         value = e.ring.generator(symbol, "reaction")
         parts[row.name] = e.displayed(value)
         if touching.slips and not contact.frictionless:
+            mu = friction_of_slip(model, state, touching)
             for name, d in zip(contact.tangent_names, slip_direction(model, state, touching), strict=True):
-                parts[name] = e.displayed(-(state(contact.friction) * value * d))
+                parts[name] = e.displayed(-(mu * value * d))
         f, n = wrench_on_feature(model, state, contact, acting)
         force, moment = add(force, scale(value, f)), add(moment, scale(value, n))
     return Reaction(

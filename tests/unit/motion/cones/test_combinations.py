@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from cone_problems import ConeProblem, Touching, contacts_of
 from enumeration import distinct, solutions
-from freebody.motion.cones.cone_problem import ConeProblem
-from freebody.motion.cones.contacts import AWAY, EXACT, FORWARDS, PRESSED, Touching, contacts_of
+from freebody.motion.cones.contacts import AWAY, EXACT, FORWARDS, PRESSED
 from freebody.motion.events.code import code
 from impacts import impact
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from cone_problems import DenseProblem, code
 from freebody.motion.cones.contact_problem import EQUALITY, FIRST, LINE, NORMAL, SECOND
-from freebody.motion.cones.dense_problem import DenseProblem, code
 
 KINDS = [EQUALITY, NORMAL, LINE, NORMAL, FIRST, SECOND]
 MU = np.array([0, 0, 0.3, 0, 0.4, 0.4])

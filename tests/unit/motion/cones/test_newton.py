@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from freebody.motion.cones.dense_problem import DenseProblem, rows_of
+from cone_problems import DenseProblem, rows_of
 
 
 @pytest.mark.parametrize("tangents", [1, 2])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from cone_problems import DenseProblem
 from freebody.motion.cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Sweeping
-from freebody.motion.cones.dense_problem import DenseProblem
 from freebody.native import loop
 
 MOST = 20_000

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import freebody as fb
-from freebody.motion.cones.dense_problem import DenseProblem
+from cone_problems import DenseProblem
 
 
 def face(n, seed):

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cone_problems import ConeProblem, Touching, contacts_of
 from enumeration import distinct, solutions
 from freebody.motion.cones.collision import compiled_code
-from freebody.motion.cones.cone_problem import ConeProblem
-from freebody.motion.cones.contacts import EXACT, Touching, contacts_of
+from freebody.motion.cones.contacts import EXACT
 from freebody.motion.events.code import code
 from impacts import impact
 

@@ -1,0 +1,122 @@
+"""Coefficients of friction and restitution: expressions of parameters; friction also of `slip` and of the state.
+
+    T = -μ(γ) N γ/|γ|,      slip = |γ|
+
+`slip` is a name of the law and not of the system. Such a law has Stribeck's curve, a viscous part, ice behind a line.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from ...errors import ExpressionError, ModelError
+from ...scalar.algebra import Expression, Scalar
+from ...scalar.expression import exact
+from ...scalar.parser import parse
+from ..constants import constant, default_value
+from ..description import Description, names_of
+
+SLIP = sympy.Symbol("slip", real=True)
+"""The slip speed, by the name that an expression of friction knows it by [m/s] or [rad/s]."""
+
+
+def friction_law(system: Description, value: Expression, what: str, kind: str = "friction") -> Scalar:
+    """Return a coefficient of friction as an expression of the system's names and SLIP.
+
+    Raises
+    ------
+    ModelError
+        A coefficient that is negative at rest, or a name `slip` of the system's own.
+    """
+    names, title = names_of(system), f"the {kind} of {what}"
+    if isinstance(value, str):
+        try:
+            law = exact(parse(value, {**names.atoms, SLIP.name: SLIP}))
+        except ExpressionError as error:
+            raise ExpressionError(f"In {title}: {error}") from None
+    elif isinstance(value, sympy.Basic):
+        law = value.xreplace({x: SLIP for x in value.free_symbols if x.name == SLIP.name})
+    else:
+        law = value
+    if depends_on_slip(law) and SLIP.name in names.kinds:
+        raise ModelError(
+            f"The {kind} of {what} is an expression of `slip`, the slip speed, but this system has a "
+            f"{names.kinds[SLIP.name]} 'slip'. Give that another name."
+        )
+    if depends_on_slip(law):
+        system.expression(law.xreplace({SLIP: sympy.Integer(1)}), title)  # it refuses unknown names
+    else:
+        law = system.expression(value, title)
+    number = default_value(system, at_rest(law))
+    if number is not None and not number >= 0:
+        raise ModelError(f"Expected a {kind} of 0 or more for {what}, got {number:g}.")
+    return law
+
+
+def static_law(system: Description, value: Expression, friction: Scalar, what: str) -> Scalar:
+    """Return the coefficient of static friction: as given, or that of ``friction`` at rest.
+
+    Raises
+    ------
+    ModelError
+        A static friction that depends on slip, or is below the kinetic friction at rest.
+    """
+    if value is None:
+        return at_rest(friction)
+    law = friction_law(system, value, what, "static friction")
+    if depends_on_slip(law):
+        raise ModelError(
+            f"The static friction of {what} acts at rest and cannot depend on slip. Give its value, or leave it out: "
+            f"it is then the friction at slip = 0."
+        )
+    kinetic, static = (default_value(system, x) for x in (at_rest(friction), law))
+    if kinetic is not None and static is not None and static < kinetic:
+        raise ModelError(
+            f"The static friction of {what} is {static:g}, below its kinetic friction {kinetic:g}. Static friction is "
+            f"at least as large as kinetic friction: exchange them."
+        )
+    return law
+
+
+def coefficient(system: Description, value: Expression, what: str) -> Scalar:
+    """Return a coefficient of friction as an expression of parameters.
+
+    Raises
+    ------
+    ModelError
+        An expression that varies, or whose default value is negative.
+    """
+    expression = constant(system, value, what)
+    number = default_value(system, expression)
+    if number is not None and number < 0:
+        raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {number:g}.")
+    return expression
+
+
+def bounce(system: Description, value: Expression, what: str) -> Scalar:
+    """Return a restitution as an expression of parameters.
+
+    Raises
+    ------
+    ModelError
+        An expression that varies, or whose default value is not between 0 and 1.
+    """
+    expression = constant(system, value, f"the restitution of {what}")
+    e = default_value(system, expression)
+    if e is not None and not 0 <= e <= 1:
+        raise ModelError(
+            f"Expected a restitution between 0 (no bounce) and 1 (full bounce) for {what}, got {e:g}."
+        )
+    return expression
+
+
+def depends_on_slip(law: Any) -> bool:
+    """Return True if a coefficient is an expression of SLIP."""
+    return SLIP in getattr(law, "free_symbols", ())
+
+
+def at_rest(law: Any) -> Any:
+    """Return a coefficient of kinetic friction as slip begins."""
+    return exact(law.xreplace({SLIP: sympy.Integer(0)})) if depends_on_slip(law) else law

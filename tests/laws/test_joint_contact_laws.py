@@ -1,0 +1,87 @@
+"""Laws of stops and of dry friction in joints, on chains in random states: power, complementarity, stick, slip."""
+
+import numpy as np
+import pytest
+
+import freebody as fb
+
+RIGID, LAW = (1.2, 2.0), "(0.3 + 0.5*exp(-slip/0.4))*f"
+
+
+def chain(rng):
+    """Three hinges in space with dry friction, the second between stops; a slider at the end that has both."""
+    s = fb.System("chain")
+    s.parameters(f=1.0, e=float(rng.choice([0.0, 0.4])))
+    s.gravity = tuple(rng.normal(size=3) * 5)
+    parent, at = s.ground, (0, 0, 0)
+    for k in range(3):
+        axis = rng.normal(size=3)
+        link = s.body(f"b{k}", fb.box(1, (0.1, 0.2, 0.5)))
+        joint = s.hinge(f"h{k}", parent, link, at=at, to=(0, 0, 0.25), axis=tuple(axis), coordinate=f"q{k}")
+        force = {"torque": LAW} if k == 0 else {"torque": RIGID[0], "static": RIGID[1]}
+        s.friction(f"dry{k}", joint, **force)
+        if k == 1:
+            s.stop("stop", joint, low=-0.5, high=0.4, restitution="e")
+        parent, at = link, (0, 0, -0.25)
+    slide = s.body("slide", fb.particle(0.5))
+    guide = s.slider("guide", parent, slide, axis="z", coordinate="z")
+    s.stop("ends", guide, low=-0.1, high=0.1)
+    s.friction("rub", guide, force=0.5)
+    return s
+
+
+def limits(name, slip):
+    """Friction of slip and of stick."""
+    if name == "dry0":
+        return 0.3 + 0.5 * np.exp(-np.abs(slip) / 0.4), 0.8
+    return (0.5, 0.5) if name == "rub" else RIGID
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_laws_hold_at_every_moment(seed):
+    rng = np.random.default_rng(seed)
+    s = chain(rng)
+    start = {"q0": 0.3, "q1": 0.1, "q2": -0.4, **{f"q{k}'": float(3 * rng.normal()) for k in range(3)}}
+    motion = fb.simulate(s, 3, initial=start, samples=601, tolerance=1e-10)
+    energy = motion.energy
+    # the ledger has the heat of friction and the work of impacts; neither is ever given back
+    assert energy.relative_residual < 1e-7
+    assert (np.diff(energy.friction) <= 1e-9).all() and (np.diff(energy.impulses) <= 1e-12).all()
+    assert np.diff(energy.total).max() < 1e-7 * np.abs(energy.total).max()
+    seen = set()
+    for name, one in motion.contacts.items():
+        if name.startswith(("stop", "ends")):
+            assert one.gap.min() > -1e-11
+            assert one.least[:, 0].min() >= -1e-9
+            assert np.abs(one.gap * one.least[:, 0]).max() < 1e-9
+            seen |= set(one.mode)
+            continue
+        kinetic, static = limits(name, one.slip)
+        T, sticks = one.least[:, 1], one.mode == "stick"
+        assert (np.abs(T) <= np.where(sticks, static, kinetic) + 1e-8).all()
+        assert np.abs(one.slip[sticks]).max(initial=0) < 1e-9
+        fast = ~sticks & (np.abs(one.slip) > 1e-6)
+        np.testing.assert_allclose(T[fast], (-kinetic * np.sign(one.slip))[fast], rtol=1e-9)
+        seen |= set(one.mode)
+    assert {"open", "stick"} < seen and seen & {"slip+", "slip-"}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_forces_balance_the_accelerations(seed):
+    """Along each joint the inverse dynamics of the chain without contacts gives stop and friction forces."""
+    rng = np.random.default_rng(10 + seed)
+    s = chain(rng)
+    start = {"q0": 0.3, "q1": 0.1, "q2": -0.4, "q1'": 4.0, "q2'": float(rng.normal())}
+    motion = fb.simulate(s, 1, initial=start, times=np.linspace(0, 1, 41), tolerance=1e-10)
+    smooth = fb.compile(s)
+    names = ["q0", "q1", "q2", "z"]
+    forces = {k: v.least[:, 1] for k, v in motion.contacts.items() if k.startswith(("dry", "rub"))}
+    ends = motion.contacts
+    forces["dry1"] = forces["dry1"] + ends["stop_low"].least[:, 0] - ends["stop_high"].least[:, 0]
+    forces["rub"] = forces["rub"] + ends["ends_low"].least[:, 0] - ends["ends_high"].least[:, 0]
+    q = np.column_stack([motion[name] for name in names])
+    u = np.column_stack([motion[f"{name}'"] for name in names])
+    udot = np.column_stack([motion[f"{name}''"] for name in names])
+    needed = smooth.inverse_dynamics(q, u, udot)
+    given = np.column_stack([forces[name] for name in ("dry0", "dry1", "dry2", "rub")])
+    np.testing.assert_allclose(given, needed, atol=1e-8 * np.abs(needed).max())
