@@ -143,7 +143,100 @@ def test_solids_that_begin_inside_each_other_are_refused():
         moved(s, start, 0.1)
 
 
-def test_solids_do_not_move_by_events():
-    s, start = scene("events", [brick("a", {"z": 0.05}), brick("b", {"z": 0.15})])
-    with pytest.raises(fb.errors.SimulationError, match="timestepping"):
+# -- by events -------------------------------------------------------------------------------------------
+
+
+def ledger(motion):
+    return np.abs(motion.energy.residual).max()
+
+
+def test_boxes_rest_on_each_other_by_events():
+    s, start = scene("rest", [brick("a", {"z": 0.05}), brick("b", {"z": 0.15, "x": 0.05})])
+    motion = fb.simulate(s, 0.5, initial=start)
+    contact = motion.contacts["pile[a,b]"]
+    assert np.abs(motion.states - motion.states[0]).max() < 1e-12 and ledger(motion) < 1e-13
+    np.testing.assert_allclose(contact.normal, 2 * G, rtol=1e-11)
+    np.testing.assert_allclose(contact.gap, 0, atol=1e-12)
+    assert set(contact.mode) == {"stick"}
+    # corners carry: two of each, for the upper one reaches over the lower one
+    parts = [name for name, part in motion.contacts.items() if "[a,b]_" in name and part.mode[0] == "stick"]
+    assert len(parts) == 4
+
+
+def test_a_box_slides_off_over_an_edge_by_events():
+    """Slides, tips over the edge and lands on the floor: the limit of time steps, which are of first order."""
+    s, start = scene(
+        "over", [brick("table", {"z": 0.05}), brick("box", {"z": 0.15, "vx": 1.5})], friction=0.3
+    )
+    motion = fb.simulate(s, 0.25, initial=start)
+    assert ledger(motion) < 1e-8
+    assert any("other corners and edges" in change.why for change in motion.modes)
+    n = len(motion.kernels.model.coordinate_names)
+    errors = []
+    for step in (4e-4, 1e-4):
+        steps = moved(s, start, 0.25, step=step)
+        errors.append(np.abs(steps.states[-1, :n] - motion.states[-1, :n]).max())
+    assert errors[0] < 2e-3 and errors[1] < 0.5 * errors[0]
+
+
+def test_the_first_moment_of_tipping_by_events():
+    s, start = scene("tips", [brick("table", {"z": 0.05}), brick("box", {"z": 0.15, "x": 0.11})])
+    motion = fb.simulate(s, 0.008, initial=start)
+    # m g a cos θ = (I + m (a² + h²)) θ'' at θ = 0, with a = 1 cm, h = 5 cm
+    alpha = G * 0.01 / ((0.2**2 + 0.1**2) / 12 + 0.01**2 + 0.05**2)
+    assert float(motion["j_box_wy"][-1]) == pytest.approx(alpha * 0.008, rel=2e-3)
+
+
+def test_a_tilted_box_falls_on_another_one_and_comes_to_rest_by_events():
+    turn = Rotation.from_rotvec([0.3, 0.4, 0.2]).as_quat()
+    place = {"z": 0.35, "x": 0.05} | {f"e{k}": x for k, x in enumerate(np.roll(turn, 1))}
+    s, start = scene("fall", [brick("a", {"z": 0.05}), brick("b", place)])
+    motion = fb.simulate(s, 0.8, initial=start)
+    assert ledger(motion) < 1e-7
+    assert float(motion.energy.kinetic[-1]) < 1e-9
+    assert float(motion["j_b_z"][-1]) == pytest.approx(0.15, abs=1e-9)  # on the other one, flat
+
+
+@pytest.mark.slow
+def test_dominoes_fall_in_turn_by_events():
+    size = (0.02, 0.1, 0.2)
+    solids = [brick(f"d{k}", {"x": 0.1 * k, "z": 0.1, "wy": 3.0 if k == 0 else 0.0, "vx": 0.3 if k == 0 else 0.0}, size)
+              for k in range(4)]  # fmt: skip
+    s, start = scene("dominoes", solids)
+    motion = fb.simulate(s, 0.8, initial=start)
+    first = [float(motion.t[(np.abs(motion[f"j_d{k}_e2"]) > 0.2).argmax()]) for k in range(4)]
+    assert (np.diff(first) > 0).all() and ledger(motion) < 1e-7
+
+
+@pytest.mark.parametrize(
+    "shape", [lambda b: b.capsule((0, 0, 0), (0.1, 0, 0), 0.05), lambda b: b.sphere(0.05)]
+)
+def test_round_shapes_on_solids_do_not_move_by_events(shape):
+    solids = [brick("a", {"z": 0.05}), ("b", fb.box(1, BRICK), shape, {"z": 0.3})]
+    s, start = scene("events", solids)
+    with pytest.raises(
+        fb.errors.SimulationError, match=r"Expected boxes and hulls in 'pile\[a,b\]'.*timestepping"
+    ):
         fb.simulate(s, 0.1, initial=start)
+
+
+def test_a_wall_does_not_move_by_events():
+    s, start = scene("wall", [brick(f"b{k}", {"z": 0.05 + 0.1 * k}) for k in range(8)])
+    with pytest.raises(
+        fb.errors.SimulationError, match="at more than 200 points, 16 of them for two boxes.*timestepping"
+    ):
+        fb.simulate(s, 0.1, initial=start)
+
+
+def test_parallel_edges_that_meet_are_refused_by_events():
+    """An edge on an edge, parallel: rigid bodies have no normal there."""
+    tilt = np.roll(Rotation.from_rotvec([np.pi / 4, 0, 0]).as_quat(), 1)
+    turns = {f"e{k}": x for k, x in enumerate(tilt)}
+    s, start = scene(
+        "edges", [brick("a", turns), brick("b", {"z": 0.2, "vy": -1.0, "vz": -1.0, **turns})], floor=False
+    )
+    s.gravity = (0, 0, 0)
+    with pytest.raises(
+        fb.errors.SimulationError, match=r"Edges of 'pile\[a,b\]' that are parallel, .* meet at t = "
+    ):
+        fb.simulate(s, 0.2, initial=start)

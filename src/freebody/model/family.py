@@ -14,9 +14,11 @@ from typing import Any
 from ..describe.contacts.family import ContactFamily
 from ..describe.shapes.shape import ContactShape, have_law
 from ..describe.system import System
+from ..errors import SimulationError
 from ..scalar.algebra import IDENTITY, Expression, Vector
 from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
+from .patched import Patched, contacts_of, corners_on, places_of
 
 
 @dataclass(frozen=True)
@@ -218,15 +220,46 @@ def text_of_members(family: Family) -> str:
 
 
 def unrolled(model: Model, most: int) -> Model | None:
-    """Return the model with the pairs of its families as contacts; None if they are too many, or in patches."""
-    contacts = list(model.contacts)
-    for family in model.families:
-        if any(member.shape.patches for member in family.members):
-            return None
+    """Return the model with the pairs of its families as contacts; None if they are more than ``most``.
+
+    Raises
+    ------
+    SimulationError
+        Two members touch in a patch, and one of them is round.
+    """
+    contacts, parameters, patches = list(model.contacts), list(model.parameters), list[Patched]()
+    for f, family in enumerate(model.families):
         for i in range(len(family.members)):
             for j in range(i + 1, len(family.members)):
-                if family.meet(i, j):
-                    contacts.append(family.contact(*family.ordered(i, j)))
+                if not family.meet(i, j):
+                    continue
+                first, second = family.ordered(i, j)
+                whole = family.contact(first, second)
+                a, b = whole.feature, whole.surface
+                if not touch_in_patch(a, b):
+                    contacts.append(whole)
+                elif b.endless:
+                    contacts += corners_on(whole)
+                else:
+                    _check_sharp(whole)
+                    kinds, start = places_of(a, b), len(contacts)
+                    places = contacts_of(whole, kinds)
+                    contacts += [contact for contact, _ in places]
+                    parameters += [parameter for _, some in places for parameter in some]
+                    names = tuple(tuple(parameter.name for parameter in some) for _, some in places)
+                    patches.append(Patched(model, f, first, second, whole, start, kinds, names))
                 if len(contacts) - len(model.contacts) > most:
                     return None
-    return replace(model, contacts=tuple(contacts), families=())
+    return replace(
+        model, contacts=tuple(contacts), families=(), parameters=tuple(parameters), patches=tuple(patches)
+    )
+
+
+def _check_sharp(whole: Contact) -> None:
+    """Refuse two members that touch in a patch if one of them is round."""
+    for shape in (whole.feature, whole.surface):
+        if not getattr(shape, "faces", ()):
+            raise SimulationError(
+                f"Expected boxes and hulls in '{whole.name}' for a motion by events, got a {shape.kind}: solids and "
+                'round shapes touch each other in time steps only. Take method="timestepping" with step=.'
+            )

@@ -57,6 +57,9 @@ class Model:
     families: tuple[Any, ...] = ()
     """Families of contacts, in order of declaration."""
 
+    patches: tuple[Any, ...] = ()
+    """Pairs of solids whose points are contacts, of a model whose families are unrolled."""
+
     controllers: tuple[Any, ...] = ()
     """Sampled controllers, in order of declaration."""
 

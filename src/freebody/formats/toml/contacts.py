@@ -202,6 +202,7 @@ _WRITERS: dict[str, Callable[[ValueTexts, Any], str]] = {
     "expression": ValueTexts.value,
     "direction": _direction_text,
     "flag": lambda writer, value: "true" if value else "false",
+    "edges": ValueTexts.row,
     "points": lambda writer, value: f"[{', '.join(map(writer.row, value))}]",
     "text": lambda writer, value: f'"{expression_text(sympy.sympify(value), {**writer.texts, LINE: "x"})}"',
 }

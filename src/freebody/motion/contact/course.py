@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, cast
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from ...dynamics.conditions.unilateral import MotionWarning
 from ...errors import SimulationError, nearest
-from ..kernels.kernels import Program
+from ..families.pair_quantities import pair_quantities
+from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, Path, observe
 from ..trajectory.computed_motion import ComputedMotion
 from ..trajectory.course import Piece
@@ -221,7 +222,31 @@ class Touching:
                 lambdas,
                 static[:, k],
             )
+        for pair in motion.kernels.model.patches:
+            result[pair.whole.name] = _whole(motion, pair, result)
         return ByName("contact", result)
+
+
+def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]) -> ContactMotion:
+    """Return the contact of two solids as a whole: its gap, the slip where it is least, the sum of its forces."""
+    model = motion.kernels.model
+    rolled = motion.kernels.cache.setdefault("rolled", Kernels(pair.of))
+    values = {p.name: motion.values[p.name] for p in pair.of.parameters}
+    family = pair.of.families[pair.family]
+    gap, slip = pair_quantities(
+        rolled, values, family, (pair.first, pair.second), motion.t, motion.states[:, : model.n_q + model.n_u]
+    )
+    some = [parts[model.contacts[pair.start + k].name] for k in range(len(pair.kinds))]
+    forces = np.sum([part.least for part in some], axis=0)
+    modes = np.array([part.mode for part in some])
+    mode = np.where(
+        (modes == "open").all(axis=0), "open", np.where((modes == "stick").any(axis=0), "stick", "slip")
+    )
+    static = some[0].static_friction  # a family has one law
+    margin = static * forces[:, 0] - np.linalg.norm(forces[:, 1:], axis=1)
+    return ContactMotion(
+        gap, forces[:, 0], forces[:, 1:], slip, np.where(mode == "open", np.nan, margin), mode, forces, static
+    )
 
 
 def _by_phase(motion: ComputedMotion, name: str, functions: Sequence[str]) -> list[Array]:

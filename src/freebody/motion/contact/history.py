@@ -27,6 +27,7 @@ from .state import ContactRun
 WHY = {
     event_run.BLOW: "a blow",
     event_run.CHANGED: "a change of a signal or controller",
+    event_run.OTHER_FEATURES: "other corners and edges of the patch",
     event_run.GAP_CLOSED: "the gap closed",
     event_run.NORMAL_ZERO: "N reached 0",
     event_run.END_OF_SIDE: "the end of the side",

@@ -47,6 +47,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
     it = work.it
     it.y[:], it.t = [*state, 0.0, 0.0], begin
     it.stage, it.stale, it.most_phases = event_run.ARRIVE, 1, event_run.PHASES
+    choose_features(work)
     check_apart(work, np.array(it.y), work.look(begin, np.array(it.y)))
     loop, steps, clock = code("go_on"), FIRST, perf_counter()
     it.budget = steps
@@ -89,8 +90,26 @@ def answered(work: ContactRun, question: int) -> None:
         work.longer_log()
     elif question == event_run.STRUCK:
         blows(work)
+        choose_features(work)
+    elif question == event_run.OTHER_PLACES:
+        choose_features(work)
     elif question != event_run.PAUSE:
         raise refusal(work, question)
+
+
+def choose_features(work: ContactRun) -> None:
+    """Give the places of patches the features that meet now."""
+    it, patches = work.it, work.patches
+    if patches is None:
+        return
+    search, count = work.steps.search, work.steps.events
+    numbers = search.log_numbers[:count][search.log_times[:count] == it.t] - len(work.specs)
+    if 0 in numbers or 1 in numbers:
+        reason = event_run.GAP_CLOSED if 0 in numbers else event_run.OTHER_FEATURES
+        it.reason[np.array(it.reason) == event_run.BLOW] = reason
+    if patches.changed(it.t, np.array(it.y)):
+        work.set_values(patches.values)
+        it.stale = 1
 
 
 # -- blows -----------------------------------------------------------------------------------------------

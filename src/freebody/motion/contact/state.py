@@ -22,6 +22,7 @@ from ..ode.run import equip, memory, most_events
 from ..phase.scene import Phase, Scene, Snapshot, functions, scene_of
 from ..request import Problem
 from ..trajectory.event import expressions_of
+from .patches import Patches
 
 CHOICES = ("compliance", "refuse")
 """Values of ``indeterminate``: treatment of a motion that depends on the distribution of indeterminate forces."""
@@ -44,6 +45,7 @@ class ContactRun:
     ``shared``     True if indeterminate forces are those of equal compliance
     ``drives``     signals and controllers, or None
     ``changes``    number of a phase, and the parameters that hold from there
+    ``patches``    patches of solids, or None
     """
 
     def __init__(self, kernels: Kernels, values: Mapping[str, float], scene: Scene | None = None) -> None:
@@ -55,6 +57,7 @@ class ContactRun:
         self.shared = True
         self.drives: Drives | None = None
         self.changes: list[tuple[int, Array]] = []
+        self.patches = Patches(kernels, values) if self.model.patches else None
         self.it: EventRun = event_run(self.scene, self.n + self.n_u + 2)
         solvers = compiled_code()
         self.it.finding, self.it.colliding = solvers["find"].address, solvers["collided"].address
@@ -88,14 +91,19 @@ class ContactRun:
         phase = self.equip(watched)
         rates = phase.rates_of(self.program, self.phase)
         m = len(self.specs) + len(scene.endings)
+        stops = 0 if self.patches is None else self.patches.functions_count
+        m += stops
         self.steps, own = memory(self.method, it.n_y, m)
         run, search = self.steps, self.steps.search
         equip(run, own, rates)
         run.relative[:], run.absolute[:] = relative, absolute
         run.required = len(self.specs)
         search.functions, search.c = self.program.address("watched"), self.phase
-        search.directions[:] = [*(spec.direction for spec in self.specs), *[-1] * len(scene.endings)]
-        search.terminal[:] = [*(spec.terminal for spec in self.specs), *[1] * len(scene.endings)]
+        search.directions[:] = [
+            *(spec.direction for spec in self.specs),
+            *[-1] * (stops + len(scene.endings)),
+        ]
+        search.terminal[:] = [*(spec.terminal for spec in self.specs), *[1] * (stops + len(scene.endings))]
         logged = PIECE + most_events(m) + 1
         buffer = np.empty((PIECE + 1) * (2 + it.n_y))
         run.times, run.lengths = buffer[: PIECE + 1], buffer[PIECE + 1 : 2 * PIECE + 2]
@@ -104,6 +112,7 @@ class ContactRun:
         search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
         it.moving, it.refuse = scene.candidates.moving, not self.shared
         it.sequential = request.impacts == "sequential"
+        it.followed = len(self.specs) + stops if stops else 0
         it.asked, it.crossed = self.asked, logged if self.asked else 0
         self.constants_kept = rates
         it.piece = loops.functions(self.method).functions["piece"].address
@@ -119,7 +128,7 @@ class ContactRun:
         """Give the memory its kernels, compiled if they are not yet, with these functions of the user."""
         it, scene = self.it, self.scene
         phase = scene.holding(("open",) * len(self.names), self.kernels.active)
-        self.looking, self.program = scene.constants(self.parameters), phase.whole(watched)
+        self.looking, self.program = scene.constants(self.parameters), phase.whole(watched, self.patches)
         self.phase, self.table = self.program.constants(self.parameters), self.program.table.copy()
         self.phase.view(np.int64)[0] = address(self.table)  # the loop writes into it
         compiled, energy = functions(), self.kernels.motion()
@@ -138,6 +147,9 @@ class ContactRun:
 
     def set_values(self, values: Mapping[str, float]) -> None:
         """Go on with other values of the parameters."""
+        if self.patches is not None and self.patches.values is not values:
+            self.patches.set_values(values)
+            values = self.patches.values
         self.values, self.parameters = values, self.kernels.parameters(values)
         scene, energy = self.scene, self.kernels.motion()
         self.looking[:] = scene.constants(self.parameters)

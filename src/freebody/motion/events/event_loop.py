@@ -51,7 +51,7 @@ def go_on(it: EventRun, run: Run, contacts: Contacts) -> int:
         elif it.stage == event_run.SET_UP:
             code = setting(it, contacts)
         elif it.stage == event_run.LAUNCH:
-            launch(it, run, contacts)
+            code = launch(it, run, contacts)
         elif it.stage == event_run.FOLLOW:
             code = follow(it, run, contacts)
         else:
@@ -220,8 +220,8 @@ def hold(it: EventRun, contacts: Contacts) -> int:
 
 
 @compiled
-def launch(it: EventRun, run: Run, contacts: Contacts) -> None:
-    """Put the state onto the conditions and begin the steps, or go back to the event."""
+def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
+    """Put the state onto the conditions and begin the steps, or go back to the event; return why Python is asked."""
     project(it)
     look(it)
     lift(it, contacts)
@@ -229,15 +229,21 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> None:
     if it.resting == 0:
         if joined(it) != 0:
             it.stage = event_run.ARRIVE
-            return
+            return RUNNING
         k = fading(it)
         if k >= 0:
             it.stopping[k], it.stage, it.halting = 1, event_run.HALT, 1
-            return
+            return RUNNING
     elif not end > it.t:
         end_rest(it)
-        return
+        return RUNNING
+    if it.followed > 0:
+        it.watched(it.t, it.y, it.phase, it.watch)
+        if it.watch[it.followed - 1] < 0.0:  # a tie of features: the correction has decided it
+            it.stage = event_run.ARRIVE
+            return event_run.OTHER_PLACES
     begin_steps(it, run, end)
+    return RUNNING
 
 
 @compiled

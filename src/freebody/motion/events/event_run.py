@@ -59,7 +59,8 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED =
     SEQUENCE,  # sequential impacts do not end
     PASSED_OVER,  # a closing was passed over in a step
     TURNED,  # a change of the sense of slip was passed over
-) = range(100, 116)
+    OTHER_PLACES,  # a patch of solids has other features
+) = range(100, 117)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
 
@@ -71,8 +72,8 @@ DEAD = 16
 # Why a mode began.
 (
     NO_REASON, BLOW, GAP_CLOSED, NORMAL_ZERO, END_OF_SIDE, ONTO_SIDE, SLIP_STOPPED, CONE_REACHED, BOUNCES_BELOW,
-    BOUNCES_END, CHANGED,
-) = range(11)  # fmt: skip
+    BOUNCES_END, CHANGED, OTHER_FEATURES,
+) = range(12)  # fmt: skip
 
 # Kinds of rest: the limit of a series of bounces, bounces that crowd, slips that crowd.
 SERIES, QUIET, SLOWED = range(3)
@@ -90,6 +91,7 @@ class EventRun(Record):
     ``ready``                     1 if there are such kernels
     ``sequential``, ``refuse``    1 if contacts collide one after another; if indeterminate forces are refused
     ``events``                    functions of the user; the first ``shown`` are asked for, others call blows
+    ``followed``                  1 + number of the function that tells if patches keep their features, or 0
     ``watch``, ``watch_later``    outputs of ``watched``, now and a moment later
     ``final``                     1 for each function of the user that ends the run
     ``piece``, ``finding``, ``colliding``    addresses of `step_control.piece`, `contacts.find`, `collision.collided`
@@ -137,6 +139,7 @@ class EventRun(Record):
     refuse: Count
     events: Count
     asked: Count
+    followed: Count
     piece: Count
     finding: Count
     colliding: Count

@@ -157,7 +157,9 @@ class Patch(Record):
 
     ``kind``, ``face``       feature of the normal;  ``extent`` of the cores
     ``points``               place (3), normal from the second to the first body (3), gap
+    ``features``             what meets at each point, four numbers (`faces`);  ``met``: the same of one point
     ``pair``, ``trial``      two points, a vector or two points;  ``polygon``, ``rest``: a face that is cut
+    ``tags``, ``rest_tags``  two numbers for each of its corners;  ``towards``: number of that face, -1 for none
     """
 
     most: Count
@@ -171,6 +173,11 @@ class Patch(Record):
     trial: Annotated[Row, 6]
     polygon: Row
     rest: Row
+    tags: Wholes
+    rest_tags: Wholes
+    towards: Whole
+    met: Annotated[Wholes, 4]
+    features: Wholes
     points: Annotated[Rows, "points", 7]
 
 

@@ -150,7 +150,10 @@ def fill_members(of: Families, model: Model, values: Mapping[str, float]) -> Non
     corners = max((one[0] for one in mesh), default=1)
     for core in (of.one, of.other):
         core.corners = np.zeros(3 * max(corners, 1))
-    of.patch.polygon, of.patch.rest = np.zeros(6 * (corners + 2)), np.zeros(6 * (corners + 2))
+    patch, room = of.patch, 2 * (corners + 2)
+    patch.polygon, patch.rest = np.zeros(3 * room), np.zeros(3 * room)
+    patch.tags, patch.rest_tags = (np.zeros(2 * room, dtype=np.int64) for _ in range(2))
+    patch.features = np.zeros(4 * max(patch.most, 1), dtype=np.int64)
     members.bounded = sum(x != UNBOUNDED for x in bound)
     members.unbounded = n - members.bounded
     near: list[list[int]] = [[] for _ in bodies]

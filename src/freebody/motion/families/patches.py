@@ -6,26 +6,22 @@ the radius 0. Two cores that overlap are separated the least along a normal of a
     g = max over n of  (min over w of B  n·w - max over v of A  n·v) - r_A - r_B,      n: face normals, a × b of edges
 
 and g is the distance of their nearest features where they are apart (:func:`nearest`). If n is the normal of a face,
-the face of the other core that looks towards it is cut by its sides: the corners over it and the edge crossings carry,
-each with a gap of its own. Both bodies are pressed at one point, so that the forces of a pair are opposite in
-every sense.
+the face of the other core that looks towards it is cut by its sides (`faces`): the corners over it and the edge
+crossings carry, each with a gap of its own. Both bodies are pressed at one point, so that the forces of a pair are
+opposite in every sense.
 
-Sources: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the axes; I. E. Sutherland, G. W. Hodgman,
-Reentrant polygon clipping, Comm. ACM 17 (1974) 32-42.
+Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH (1996), for the axes.
 """
 
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, compiled, greater, lesser, root
+from .faces import ALONG, CORNER, FACE, FAR, HEAD, add_point, along, cut, face_normal, meet_edge
 from .family_record import POSE, Core, Families, Patch
 
 PARALLEL = 1e-12
 """Square of the sine of the angle up to which two edges count as parallel."""
-ALONG = 1e-11
-"""Overlap of sides, relative to the size of a face, that is round-off: a corner so far outside carries."""
-FAR = 1e300
 FACE_OF_A, FACE_OF_B, EDGES = 1, 2, 3
-HEAD = 3
 
 
 @compiled
@@ -54,18 +50,6 @@ def least(core: Core, n: Reals) -> float:
     for k in range(core.count):
         result = lesser(result, n[0] * v[3 * k] + n[1] * v[3 * k + 1] + n[2] * v[3 * k + 2])
     return result
-
-
-@compiled
-def face_normal(core: Core, face: Integers, n: Reals) -> None:
-    """Set the outward unit normal of a face, whose corners are given."""
-    p, q, s = core.corners[3 * face[0] :], core.corners[3 * face[1] :], core.corners[3 * face[2] :]
-    a, b, c = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-    d, e, f = s[0] - p[0], s[1] - p[1], s[2] - p[2]
-    n[0], n[1], n[2] = b * f - c * e, c * d - a * f, a * e - b * d
-    length = root(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
-    for j in range(3):
-        n[j] /= length
 
 
 @compiled
@@ -165,7 +149,7 @@ def segments(p: Reals, q: Reals, r: Reals, s: Reals, result: Reals) -> float:
 
 @compiled
 def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch) -> None:
-    """Set distance, normal and feature for two cores that are apart: of two edges, or of a corner over a face.
+    """Set distance, normal and feature for two cores that are apart: of two edges, or of what lies over a face.
 
     ``flat`` is the greatest separation by a face, one of the core that ``wall`` says. If a corner over a face is
     nearest, it is over this one.
@@ -181,7 +165,14 @@ def nearest(of: Families, a: Core, b: Core, flat: float, wall: int, patch: Patch
                 best = square
                 for k in range(6):
                     got[k] = patch.trial[k]
+                meet_edge(patch.met, 0, edges[2 + 2 * i], edges[3 + 2 * i])
+                meet_edge(patch.met, 2, edges_b[2 + 2 * j], edges_b[3 + 2 * j])
     distance = root(best)
+    if (
+        flat > 0.0 and distance <= flat + ALONG * patch.extent
+    ):  # along the face: the crossings of an edge with its sides
+        patch.apart, patch.kind = flat, wall
+        return
     if distance > 0.0:
         patch.apart, patch.kind = distance, EDGES
         for k in range(3):
@@ -280,17 +271,6 @@ def measure(of: Families, first: int, second: int, limit: float) -> float:
 
 
 @compiled
-def add_point(patch: Patch, x: Reals, gap: float, sign: float) -> None:
-    """Add a point; ``sign`` times the normal points from the second body to the first one."""
-    if patch.count < patch.most:
-        point = patch.points[patch.count]
-        point[6] = gap
-        for k in range(3):
-            point[k], point[3 + k] = x[k], sign * patch.normal[k]
-        patch.count += 1
-
-
-@compiled
 def over_plane(of: Families, plane: int, limit: float) -> float:
     """Return the gap of the first core over a plane, and set its corners with gaps up to ``limit``."""
     a, patch, members = of.one, of.patch, of.members
@@ -312,6 +292,7 @@ def over_plane(of: Families, plane: int, limit: float) -> float:
         if gap <= limit:
             for j in range(3):
                 patch.trial[j] = x[j] - (a.radius + 0.5 * gap) * n[j]
+            patch.met[0], patch.met[1], patch.met[2], patch.met[3] = v, CORNER, 0, FACE
             add_point(patch, patch.trial, gap, 1.0)
     return best
 
@@ -336,98 +317,8 @@ def crossing(of: Families, a: Core, b: Core, patch: Patch) -> None:
                         best = square
                         for k in range(6):
                             patch.pair[k] = patch.trial[k]
-
-
-@compiled
-def along(n: Reals, x: Reals) -> float:
-    """Return n·x."""
-    return n[0] * x[0] + n[1] * x[1] + n[2] * x[2]
-
-
-@compiled
-def cut(of: Families, core: Core, other: Core, limit: float, sign: float) -> None:
-    """Set the points of the other core over the face of a core that is nearest to it."""
-    patch, n = of.patch, of.patch.normal
-    mesh = of.members.mesh[core.mesh :]
-    face = mesh[mesh[HEAD + patch.face] :]
-    sides = mesh[HEAD + patch.face + 1] - mesh[HEAD + patch.face]
-    face_normal(core, face, n)
-    count = towards(of, other, patch)
-    for k in range(sides):
-        p, q = core.corners[3 * face[k] :], core.corners[3 * face[(k + 1) % sides] :]
-        x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-        m = patch.trial
-        m[0], m[1], m[2] = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
-        count = cut_side(patch, count, p, m)
-    p = core.corners[3 * face[0] :]
-    height, r = along(n, p), core.radius + other.radius
-    for v in range(count):
-        x_v = patch.polygon[3 * v :]
-        gap = along(n, x_v) - height - r
-        if gap <= limit:
-            for k in range(3):
-                patch.trial[k] = x_v[k] - (other.radius + 0.5 * gap) * n[k]
-            add_point(patch, patch.trial, gap, sign)
-    if patch.count == 0:  # the deepest corner, beside the face
-        best = FAR
-        for v in range(other.count):
-            x_v = other.corners[3 * v :]
-            if along(n, x_v) < best:
-                best = along(n, x_v)
-                for k in range(3):
-                    patch.pair[k] = x_v[k]
-        gap = best - height - r
-        if gap <= limit and best <= height:
-            for k in range(3):
-                patch.trial[k] = patch.pair[k] - (other.radius + 0.5 * gap) * n[k]
-            add_point(patch, patch.trial, gap, sign)
-
-
-@compiled
-def towards(of: Families, core: Core, patch: Patch) -> int:
-    """Set the polygon to the face of a core that looks most against the normal; return the number of its corners.
-
-    A core without faces gives its corners.
-    """
-    mesh, best, chosen = of.members.mesh[core.mesh :], FAR, -1
-    for f in range(mesh[1]):
-        face_normal(core, mesh[mesh[HEAD + f] :], patch.trial)
-        if along(patch.normal, patch.trial) < best:
-            best, chosen = along(patch.normal, patch.trial), f
-    count = core.count
-    if chosen >= 0:
-        count = mesh[HEAD + chosen + 1] - mesh[HEAD + chosen]
-    for k in range(count):
-        corner = k
-        if chosen >= 0:
-            corner = mesh[mesh[HEAD + chosen] + k]
-        for j in range(3):
-            patch.polygon[3 * k + j] = core.corners[3 * corner + j]
-    return count
-
-
-@compiled
-def cut_side(patch: Patch, count: int, p: Reals, m: Reals) -> int:
-    """Cut the polygon at the plane through p at right angles to m, which points out of it; return what is left."""
-    slack = ALONG * patch.extent * root(along(m, m))
-    height, kept = along(m, p), 0
-    for k in range(count):
-        x = patch.polygon[3 * k :]
-        before = patch.polygon[3 * ((k + count - 1) % count) :]
-        here, there = along(m, x) - height, along(m, before) - height
-        open_end = 1 if count < 3 and k == 0 else 0
-        if open_end == 0 and ((here > slack and there < -slack) or (here < -slack and there > slack)):
-            part = there / (there - here)
-            for j in range(3):
-                patch.rest[3 * kept + j] = before[j] + part * (x[j] - before[j])
-            kept += 1
-        if here <= slack:
-            for j in range(3):
-                patch.rest[3 * kept + j] = x[j]
-            kept += 1
-    for k in range(3 * kept):
-        patch.polygon[k] = patch.rest[k]
-    return kept
+                        meet_edge(patch.met, 0, edges[2 + 2 * i], edges[3 + 2 * i])
+                        meet_edge(patch.met, 2, edges_b[2 + 2 * j], edges_b[3 + 2 * j])
 
 
 @compiled

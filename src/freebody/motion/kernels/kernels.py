@@ -61,8 +61,8 @@ from .switches import value_of
 
 Array = NDArray[np.float64]
 
-UNROLLED = 100
-"""Limit of the pairs of families in a motion by events, whose code is 15 ms for each."""
+UNROLLED = 200
+"""Limit of the contacts of families in a motion by events, whose code is 15 ms for each; two boxes have 16."""
 LOOSE = 100
 """Factor by which a dependent condition must exceed an independent one before it replaces that condition."""
 
@@ -244,15 +244,16 @@ class Kernels:
         Raises
         ------
         SimulationError
-            More than `UNROLLED` pairs.
+            More than `UNROLLED` contacts, or round solids that touch in patches.
         """
         if "unrolled" not in self.cache:
             model = unrolled(self.model, UNROLLED)
             if model is None:
                 names = " and ".join(repr(family.name) for family in self.model.families)
                 raise SimulationError(
-                    f"The families of contacts {names} have more than {UNROLLED} pairs, and a motion by events needs "
-                    'code for each. Take method="timestepping" with step=, whose families may have any number.'
+                    f"The families of contacts {names} may touch at more than {UNROLLED} points, 16 of them for two "
+                    "boxes and 8 for a box and a plane, and a motion by events needs code for each. Take "
+                    'method="timestepping" with step=, whose families may have any number.'
                 )
             self.cache["unrolled"] = Kernels(model)
         kernels: Kernels = self.cache["unrolled"]

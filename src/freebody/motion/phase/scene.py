@@ -357,19 +357,22 @@ class Phase:
             ),
         )
 
-    def whole(self, expressions: Sequence[Any]) -> DataProgram:
+    def whole(self, expressions: Sequence[Any], patches: Any = None) -> DataProgram:
         """Functions ``rates``, ``projection`` and ``watched`` with room for any modes.
 
-        The last gives the user's expressions, then the functions that end the phase (:attr:`Scene.endings`).
+        The last gives the user's expressions, approach and kept of the ``patches`` of the run, if it has any, then the
+        functions that end the phase (:attr:`Scene.endings`).
         """
 
         def make() -> DataProgram:
-            values = self.scene.kernels.expressions(expressions) if expressions else None
+            values: Any = self.scene.kernels.expressions(expressions) if expressions else None
             moved, count = self.model.n_q + self.model.n_u, len(expressions)
+            if patches is not None:
+                values, count = patches.with_values(values, count), count + patches.functions_count
             sizes = {"rates": self.size, "projection": moved, "watched": count + len(self.scene.endings)}
             return self.data(sizes, values=values, count=count, whole=True)
 
-        return cast(DataProgram, self._program(tuple(expressions), make))
+        return make() if patches is not None else cast(DataProgram, self._program(tuple(expressions), make))
 
     def rates_of(self, program: DataProgram, constants: Array) -> Rates:
         """Return the right-hand side, and the projection, of a program with these constants."""
@@ -407,7 +410,7 @@ class Phase:
         self,
         outputs: Mapping[str, int],
         derived: tuple[str, Program] | None = None,
-        values: Program | None = None,
+        values: Any = None,
         count: int = 0,
         whole: bool = False,
     ) -> DataProgram:

@@ -1,0 +1,101 @@
+"""The contacts of two solids in a motion by events: a fixed number of places for the points of their patch.
+
+A place is a corner of one solid on a face of the other, or an edge on an edge. Which corner, face or edge it is stands
+in parameters of the place, so that equations, events and reactions are those of any contact, and nothing is derived or
+compiled again when the patch has other features.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import sympy
+
+from ..describe.description import Parameter
+from ..describe.shapes.feature import Corner, Edge, Face, Feature
+from .contact import Contact
+
+CORNER_ON_FACE, FACE_ON_CORNER, EDGE_ON_EDGE = 0, 1, 2
+"""Kinds of places, the feature of the first body named first."""
+KINDS = ((Corner, Face), (Face, Corner), (Edge, Edge))
+VECTORS = {"at": (0, 0, 0), "normal": (0, 0, 1), "along": (1, 0, 0)}
+NUMBERS = {"used": 0, "side": 1}
+"""Data of features, and their values while a place is not used."""
+
+
+@dataclass(frozen=True)
+class Patched:
+    """Two members of a family that touch in a patch.
+
+    ``of``, ``whole``                    the model with the family, and the contact of both as a whole
+    ``family``, ``first``, ``second``    number of the family, and members
+    ``start``, ``kinds``                 first contact among those of the model, and the kind of each place
+    ``names``                            names of the parameters of each place
+    """
+
+    of: Any
+    family: int
+    first: int
+    second: int
+    whole: Contact
+    start: int
+    kinds: tuple[int, ...]
+    names: tuple[tuple[str, ...], ...]
+
+
+def places_of(a: Any, b: Any) -> tuple[int, ...]:
+    """Return the kinds of the places of two solids: what a face cut by a face, or two edges, may need."""
+    most = [max((len(face) for face in shape.faces), default=0) for shape in (a, b)]
+    return (
+        *(CORNER_ON_FACE,) * most[0],
+        *(FACE_ON_CORNER,) * most[1],
+        *(EDGE_ON_EDGE,) * (most[0] + most[1]),
+    )
+
+
+def contacts_of(whole: Contact, kinds: tuple[int, ...]) -> list[tuple[Contact, list[Parameter]]]:
+    """Return the contacts of the places of two solids, with their parameters."""
+    result = []
+    for i, kind in enumerate(kinds, start=1):
+        name, parameters = f"{whole.name}_{i}", list[Parameter]()
+        shapes = [
+            _feature(which, shape.body, f"{name}_{side}", parameters)
+            for which, shape, side in zip(KINDS[kind], (whole.feature, whole.surface), "AB", strict=True)
+        ]
+        result.append((_part(whole, i, *shapes), parameters))
+    return result
+
+
+def corners_on(whole: Contact) -> list[Contact]:
+    """Return the contacts of a solid and a plane: one for each corner."""
+    parts = whole.feature.parts(whole.surface)
+    return [_part(whole, i, part, whole.surface) for i, part in enumerate(parts, start=1)]
+
+
+def _part(whole: Contact, i: int, feature: Any, surface: Any) -> Contact:
+    """Return the contact of two parts of two members."""
+    return Contact(
+        f"{whole.name}_{i}", whole.name, feature, surface, whole.friction, whole.static_friction, whole.restitution,
+        whole.impact, whole.planar, whole.upright, f"{whole.normal_name}_{i}",
+        tuple(f"{name}_{i}" for name in whole.tangent_names),
+    )  # fmt: skip
+
+
+def _feature(kind: type[Feature], body: Any, name: str, parameters: list[Parameter]) -> Feature:
+    """Return a feature whose data are parameters, which are appended to the list."""
+
+    def parameter(label: str, default: float) -> Any:
+        symbol = sympy.Symbol(f"{name}_{label}", real=True)
+        parameters.append(Parameter(symbol.name, symbol, float(default)))
+        return symbol
+
+    data: dict[str, Any] = {}
+    for field in fields(kind):
+        if field.name in VECTORS:
+            data[field.name] = tuple(
+                parameter(f"{field.name}_{k}", x) for k, x in enumerate(VECTORS[field.name])
+            )
+        elif field.name in NUMBERS:
+            data[field.name] = parameter(field.name, NUMBERS[field.name])
+    return kind(body, **data)

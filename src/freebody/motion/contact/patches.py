@@ -1,0 +1,242 @@
+"""The patches of solids in a run from event to event: features of their points, chosen where they change.
+
+A place of a pair of solids (`model.patched`) has the numbers of a feature: points, normals and directions in the axes
+of its bodies. The compiled loop stops where two solids meet and where the features of a patch change
+(`families.feature_changes`); here the places get the features of the patch that is there. A feature that stays keeps
+its place. The polygon in which two solids touch is continuous at such a change, so speeds are too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.state import float_state
+from ...errors import SimulationError
+from ...model.patched import CORNER_ON_FACE, EDGE_ON_EDGE, FACE_ON_CORNER
+from ...native.records import address
+from ..families import feature_changes
+from ..families.faces import FACE, NOWHERE
+from ..families.family_record import POSE
+from ..families.feature_changes import Followed
+from ..families.memory import fill_members, link_poses
+from ..families.meshes import most_points
+from ..kernels.kernels import Kernels, Program
+from ..ode.dense_output import Array, outputs_at
+from ..phase.places import CLOSED
+
+TURNED = 1e-6
+"""Sine of the angle from which two normals are different ones."""
+PARALLEL = 1e-9
+"""Sine of the angle of two edges that meet below which their normal has lost half of its digits."""
+
+
+class Patches:
+    """The patches of one run, and its memory of them."""
+
+    functions_count = 2
+
+    def __init__(self, kernels: Kernels, values: Mapping[str, float]) -> None:
+        self.kernels, self.model = kernels, kernels.model
+        self.pairs = self.model.patches
+        self.solids = self.pairs[0].of
+        members = [member.shape for family in self.solids.families for member in family.members]
+        starts = np.cumsum([0, *(len(family.members) for family in self.solids.families)])
+        points, most = max(map(most_points, members)), max(len(pair.kinds) for pair in self.pairs)
+        self.it = Followed.made(members=len(members), pairs=len(self.pairs), points=points)
+        it, self.most = self.it, most
+        it.families.pairs.most, it.families.patch.most = 1, points
+        it.pairs, it.most, it.features = len(self.pairs), most, np.zeros(4 * most * len(self.pairs), np.int64)
+        it.first[:], it.second[:] = (
+            [getattr(pair, name) + starts[pair.family] for pair in self.pairs] for name in ("first", "second")
+        )
+        it.used[:] = -1
+        self.places: list[dict[int, tuple[int, ...]]] = [{} for _ in self.pairs]
+        self.poses, self.name = link_poses(kernels)
+        self.functions = feature_changes.functions()
+        self.values: dict[str, float] = {}
+        self.ready = False
+        self.set_values(values)
+
+    def set_values(self, values: Mapping[str, float]) -> None:
+        """Go on with other values of the parameters."""
+        it, own = self.it, {name for pair in self.pairs for names in pair.names for name in names}
+        self.values = {**values, **{name: x for name, x in self.values.items() if name in own}}
+        fill_members(it.families, self.solids, {p.name: values[p.name] for p in self.solids.parameters})
+        it.families.links.poses = np.zeros(POSE * (1 + len(self.model.links)))
+        it.families.links.poses[[0, 4, 8]] = 1
+        self.constants = self.poses.constants(self.kernels.parameters(values))
+        state = float_state(self.model, values=self.values)
+        self.cores: list[list[Array]] = []
+        for p, pair in enumerate(self.pairs):
+            shapes = (pair.whole.feature, pair.whole.surface)
+            self.cores.append(
+                [np.array([[float(state(x)) for x in c] for c in shape.corners]) for shape in shapes]
+            )
+            it.limit[p] = (
+                max(float(np.ptp(core, axis=0).max()) for core in self.cores[p]) / feature_changes.NEAR
+            )
+
+    # -- the functions that stop the run ---------------------------------------------------------------
+
+    def with_values(self, values: Program | None, count: int) -> Watching:
+        """Return the program of the user's functions, followed by approach and kept."""
+        return Watching(self, values, count)
+
+    # -- features --------------------------------------------------------------------------------------
+
+    def look(self, t: float, y: Array) -> None:
+        """Set the poses of the links at a state."""
+        links = self.it.families.links
+        links.poses[POSE:] = outputs_at(
+            self.poses.address(self.name), self.poses.outputs(self.name), t, y, self.constants
+        )
+
+    def changed(self, t: float, y: Array) -> bool:
+        """Choose the features of all patches at a state; return True if a place has other ones now."""
+        self.look(t, y)
+        near = CLOSED * (1 + float(np.abs(y[: self.model.n_q + self.model.n_u]).max(initial=0)))
+        changed = [self._choose(p, near, t) for p in range(len(self.pairs))]
+        self.ready = True
+        return any(changed)
+
+    def _choose(self, p: int, near: float, t: float) -> bool:
+        it, pair, places = self.it, self.pairs[p], self.places[p]
+        limit = 2 * float(it.limit[p])
+        gap = self.functions["measure"](it.families, it.first[p], it.second[p], limit)
+        patch = it.families.patch
+        found: list[tuple[int, ...]] = []
+        if gap <= near:
+            rows = patch.features[: 4 * patch.count].reshape(-1, 4).tolist()
+            found = [one for one in dict.fromkeys(map(tuple, rows)) if one[1] != NOWHERE]
+            if not found and gap < -feature_changes.ROUNDED * it.limit[p]:
+                raise self._open_normal(pair, t)
+        if set(found) == set(places.values()):
+            return False
+        if found and self.ready and not places and self._several_normals(p):
+            raise self._open_normal(pair, t)
+        kept = {place: one for place, one in places.items() if one in found}
+        free = [place for place in range(len(pair.kinds)) if place not in kept]
+        for one in found:
+            if one not in kept.values():
+                kind = kind_of(one)
+                place = next((k for k in free if pair.kinds[k] == kind), None)
+                assert place is not None, (one, pair.kinds)
+                free.remove(place)
+                kept[place] = one
+                self.values.update(self._numbers(p, place, one, t))
+        for place in places.keys() - kept.keys():
+            self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
+        self.places[p] = kept
+        it.used[p] = len(kept) or -1
+        start = 4 * self.most * p
+        for k, one in enumerate(kept.values()):
+            it.features[start + 4 * k : start + 4 * k + 4] = one
+        return True
+
+    def _numbers(self, p: int, place: int, one: tuple[int, ...], t: float) -> dict[str, float]:
+        """Return the parameters of a place for its features."""
+        pair, kind = self.pairs[p], self.pairs[p].kinds[place]
+        (A, B), shapes = self.cores[p], (pair.whole.feature, pair.whole.surface)
+        a, b = one[:2], one[2:]
+        poses = [self.it.families.links.poses[POSE * k :] for k in self._links(p)]
+        if kind == EDGE_ON_EDGE:
+            sides = [core[feature[1]] - core[feature[0]] for core, feature in ((A, a), (B, b))]
+            sides = [side / np.linalg.norm(side) for side in sides]
+            m = np.cross(*(pose[:9].reshape(3, 3) @ side for pose, side in zip(poses, sides, strict=True)))
+            if not np.linalg.norm(m) > PARALLEL:
+                raise self._open_normal(pair, t)
+            middles = [self.it.families.one.middle, self.it.families.other.middle]
+            side = 1.0 if m @ (middles[0] - middles[1]) > 0 else -1.0
+            numbers = [*A[a[0]], 1.0, *sides[0], side, *B[b[0]], 1.0, *sides[1], side]
+        elif kind == CORNER_ON_FACE:
+            numbers = [*A[a[0]], 1.0, *_face(shapes[1], B, b[0])]
+        else:
+            numbers = [*_face(shapes[0], A, a[0]), *B[b[0]], 1.0]
+        return dict(zip(pair.names[place], map(float, numbers), strict=True))
+
+    def _several_normals(self, p: int) -> bool:
+        """Return True if faces of different directions separate two solids that meet equally well."""
+        of, pair = self.it.families, self.pairs[p]
+        cores = [np.array(core.corners[: 3 * core.count]).reshape(-1, 3) for core in (of.one, of.other)]
+        best: list[tuple[float, Array]] = []
+        for k, shape in enumerate((pair.whole.feature, pair.whole.surface)):
+            own, other = cores[k], cores[1 - k]
+            for face in shape.faces:
+                n = np.cross(own[face[1]] - own[face[0]], own[face[2]] - own[face[0]])
+                n /= np.linalg.norm(n)
+                best.append((float((other @ n).min() - own[face[0]] @ n), n if k == 0 else -n))
+        most = max(apart for apart, _ in best)
+        ways = [n for apart, n in best if apart > most - feature_changes.ROUNDED * self.it.limit[p]]
+        return any(np.linalg.norm(np.cross(ways[0], n)) > TURNED for n in ways)
+
+    def _open_normal(self, pair: Any, t: float) -> SimulationError:
+        """Return the error for two edges that are parallel."""
+        return SimulationError(
+            f"Edges of '{pair.whole.name}' that are parallel, or an edge and a corner, meet at t = {t:.9g} s, and the "
+            "direction of their force is open: rigid bodies do not decide what happens there. Turn one of them a "
+            'little at the start, or take method="timestepping" with step=.'
+        )
+
+    def _links(self, p: int) -> list[int]:
+        """Return the links of the members of a pair, the ground is 0."""
+        link = self.it.families.members.link
+        return [int(link[k]) for k in (self.it.first[p], self.it.second[p])]
+
+
+def kind_of(one: tuple[int, ...]) -> int:
+    """Return the kind of a place with these features."""
+    if one[1] == FACE:
+        return FACE_ON_CORNER
+    return CORNER_ON_FACE if one[3] == FACE else EDGE_ON_EDGE
+
+
+def _face(shape: Any, corners: Array, k: int) -> list[float]:
+    """Return a point of a face of a solid, 1 for used, and its normal."""
+    p, q, r = (corners[i] for i in shape.faces[k][:3])
+    n = np.cross(q - p, r - p)
+    return [*p, 1.0, *(n / np.linalg.norm(n))]
+
+
+class Watching:
+    """The program of the functions of the user, then approach and kept of the patches of a run."""
+
+    def __init__(self, patches: Patches, own: Program | None, count: int) -> None:
+        self.patches, self.own, self.count = patches, own, count
+
+    @property
+    def compiled(self) -> Watching:
+        """The program itself, which has a number of constants as compiled ones have."""
+        return self
+
+    @property
+    def hoisted(self) -> int:
+        """Number of its constants."""
+        own = 0 if self.own is None else self.own.compiled.hoisted
+        return int(feature_changes.OWN_AT + 1 + own + self.patches.poses.compiled.hoisted)
+
+    def address(self, name: str) -> int:
+        """Address of the kernel."""
+        return int(self.patches.functions[name].address)
+
+    def constants(self, parameters: Array) -> Array:
+        """Return its constants."""
+        patches, it = self.patches, self.patches.it
+        own = np.zeros(0) if self.own is None else self.own.constants(parameters)
+        poses = patches.poses.constants(parameters)
+        head = np.zeros(feature_changes.OWN_AT + 1, dtype=np.int64)
+        for place, value in {
+            feature_changes.RUN: patches.functions["follow"].address,
+            feature_changes.RECORD: it.address,
+            feature_changes.RESULT: address(it.result),
+            feature_changes.POSES: patches.poses.address(patches.name),
+            feature_changes.POSES_TO: address(it.families.links.poses),
+            feature_changes.VALUES: 0 if self.own is None else self.own.address("values"),
+            feature_changes.VALUES_AT: len(head),
+            feature_changes.COUNT: self.count,
+            feature_changes.OWN_AT: len(head) + len(own),
+        }.items():
+            head[place] = value
+        return np.concatenate([head.view(float), own, poses])
