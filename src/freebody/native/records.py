@@ -248,23 +248,21 @@ class Record:
 
         Rows must stand in the record's own memory.
         """
-        memory, first = self.memory.view(np.int64).copy(), address(self.memory)
+        words, first = self.memory.view(np.int64).copy(), address(self.memory)
+        at = _words_of_rows(type(self)) + self.begin // WORD  # type: ignore[arg-type]
+        at = at[words[at] != 0]
+        if ((words[at] < first) | (words[at] >= first + words.nbytes)).any():
+            raise ValueError("Expected rows in the memory of the record, got one elsewhere.")
+        words[at] += base - first
+        return words.tobytes()
 
-        def rebased(word: int) -> None:
-            if memory[word]:
-                if not 0 <= memory[word] - first < self.memory.nbytes:
-                    raise ValueError("Expected rows in the memory of the record, got one elsewhere.")
-                memory[word] += base - first
-
-        def visit(part: Record) -> None:
-            for field in part.fields.values():
-                if field.nested is not None:
-                    visit(part.parts[field.name])
-                elif field.kind in _DIMENSIONS:
-                    rebased((part.begin + field.place) // WORD)
-
-        visit(self)
-        return memory.tobytes()
+    def copied(self) -> Self:
+        """Return a record with these numbers and with rows of its own, which stand in the record's memory here too."""
+        memory = zeros(self.memory.size)
+        memory.view(np.int64)[:] = np.frombuffer(self.image_at(address(memory)), dtype=np.int64)
+        result = type(self)(memory, self.begin)
+        result._place(self.placed)
+        return result
 
     def places_of(self, *names: str) -> dict[str, tuple[int, str, tuple[int, ...]]]:
         """Return for each field its place in the memory [bytes], its kind, and the shape of its row.
@@ -296,6 +294,18 @@ class Record:
                 )
         letters = "".join(ASSIGNED.get(field.kind, "q" * _WORDS[field.kind]) for field in fields)
         return struct.Struct(letters), fields[0].place
+
+
+@cache
+def _words_of_rows(record: type[Record]) -> Any:
+    """Return the words of a record, and of records in it, that are addresses of rows."""
+    words: list[int] = []
+    for field in record.fields.values():
+        if field.nested is not None:
+            words += (_words_of_rows(field.nested) + field.place // WORD).tolist()
+        elif field.kind in _DIMENSIONS:
+            words.append(field.place // WORD)
+    return np.array(words, dtype=np.int64)
 
 
 @dataclass(frozen=True)

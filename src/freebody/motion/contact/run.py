@@ -23,7 +23,7 @@ from ..events import event_run
 from ..events.code import code
 from ..legs.blow import Blow, strike
 from ..ode.dense_output import Array, outputs_at
-from ..phase.places import CLOSED, OPEN
+from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS, Snapshot
 from .state import ContactRun
 

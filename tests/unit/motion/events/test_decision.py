@@ -7,7 +7,7 @@ from cone_problems import Touching, contacts_of
 from freebody.motion.cones.collision import compiled_code
 from freebody.motion.cones.contacts import EXACT
 from freebody.motion.events.decision import AMPLIFIED, NEAR
-from freebody.motion.phase import places
+from freebody.motion.phase import laws
 from freebody.native import loop
 
 
@@ -47,7 +47,7 @@ def test_near_solutions_show_contacts_at_rest(near):
         rates = np.abs(it.after[: it.rows]).max() / np.abs(it.given[: it.rows]).max()
         if rates <= AMPLIFIED * it.residual:
             shown += 1
-            assert [mode(it, k) for k in range(it.contacts)] == [places.STICK] * it.contacts
+            assert [mode(it, k) for k in range(it.contacts)] == [laws.STICK] * it.contacts
     assert shown
 
 
