@@ -248,21 +248,26 @@ class Record:
 
         Rows must stand in the record's own memory.
         """
-        words, first = self.memory.view(np.int64).copy(), address(self.memory)
+        words: bytes = self._moved(self.memory.view(np.int64).copy(), base).tobytes()
+        return words
+
+    def copied_memory(self) -> Any:
+        """Return a copy of the memory of a record made with its rows, which stand in the copy then."""
+        memory = zeros(self.memory.size)
+        memory[:] = self.memory
+        self._moved(memory.view(np.int64), address(memory))
+        return memory
+
+    def _moved(self, words: Any, base: int) -> Any:
+        """Return the words of a copy of the memory at another address, after those that address rows are changed."""
+        first = address(self.memory)
         at = _words_of_rows(type(self)) + self.begin // WORD  # type: ignore[arg-type]
         at = at[words[at] != 0]
-        if ((words[at] < first) | (words[at] >= first + words.nbytes)).any():
+        rows = words[at] - first
+        if ((rows < 0) | (rows >= words.nbytes)).any():
             raise ValueError("Expected rows in the memory of the record, got one elsewhere.")
-        words[at] += base - first
-        return words.tobytes()
-
-    def copied(self) -> Self:
-        """Return a record with these numbers and with rows of its own, which stand in the record's memory here too."""
-        memory = zeros(self.memory.size)
-        memory.view(np.int64)[:] = np.frombuffer(self.image_at(address(memory)), dtype=np.int64)
-        result = type(self)(memory, self.begin)
-        result._place(self.placed)
-        return result
+        words[at] = rows + base
+        return words
 
     def places_of(self, *names: str) -> dict[str, tuple[int, str, tuple[int, ...]]]:
         """Return for each field its place in the memory [bytes], its kind, and the shape of its row.

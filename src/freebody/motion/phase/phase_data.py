@@ -46,11 +46,11 @@ class DataProgram:
         key = parameters.tobytes()
         last = self._last[0] if self._last else (b"", None)  # another thread may replace it meanwhile
         if last[1] is None or last[0] != key:
-            data = self.data.copied()
+            data = PhaseData(self.data.copied_memory())
             self.set_parameters(data.memory, parameters)
             last = key, data
             self._last[:] = [last]
-        return last[1].copied().memory
+        return last[1].copied_memory()
 
     def set_parameters(self, c: Array, parameters: Array) -> None:
         """Write the constants of the kernels for these parameters into c."""
