@@ -251,12 +251,14 @@ class Record:
         words: bytes = self._moved(self.memory.view(np.int64).copy(), base).tobytes()
         return words
 
-    def copied_memory(self) -> Any:
-        """Return a copy of the memory of a record made with its rows, which stand in the copy then."""
+    def copied(self) -> Self:
+        """Return a copy of a record made with its rows, in memory of its own."""
         memory = zeros(self.memory.size)
         memory[:] = self.memory
         self._moved(memory.view(np.int64), address(memory))
-        return memory
+        result = type(self)(memory, self.begin)
+        result._place(self.placed)
+        return result
 
     def _moved(self, words: Any, base: int) -> Any:
         """Return the words of a copy of the memory at another address, after those that address rows are changed."""

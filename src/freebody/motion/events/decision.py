@@ -296,11 +296,8 @@ def close(it: EventRun, contacts: Contacts, i: int, r: float) -> None:
 @compiled
 def go_straight(it: EventRun) -> float:
     """Set ``trial`` to the state a moment later, with the accelerations of the decision; return how much later."""
-    machine, state, length = (
-        PhaseData(it.looking),
-        it.trial,
-        event_run.MOMENT / (1.0 + largest(it.y[it.n_q :], it.n)),
-    )
+    machine, state = PhaseData(it.looking), it.trial
+    length = event_run.MOMENT / (1.0 + largest(it.y[it.n_q :], it.n))
     evaluated(it.t, it.y, machine)
     copy(it.y, state, it.n_y)
     for i in range(it.n_q):

@@ -27,6 +27,7 @@ from ..ode.dense_output import Array, Rates, outputs_at
 from .candidates import Candidates, coefficients
 from .laws import CLOSED, DEPENDENT
 from .phase_data import DataProgram, phase_data
+from .phase_record import PhaseData
 
 Modes = tuple[str, ...]
 """Mode of every contact: open, stick, slip+, slip-, slip, smooth, or limit and a direction (:func:`at_limit`)."""
@@ -128,6 +129,7 @@ class Scene:
         self.held = tuple(int(c.held) for c in self.model.contacts)
         self.names = tuple(row.name for row in contact_layout(self.model.contacts))
         self._phases: dict[Any, Phase] = {}
+        self.layouts: dict[Any, PhaseData] = {}
         self.ends = _ends(self.model)
 
     @cached_property
