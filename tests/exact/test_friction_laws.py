@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 import sympy
+from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
 import freebody as fb
+from freebody.cli import command as program
 from freebody.errors import ExpressionError, ModelError, SimulationError
 from freebody.exact.contact import stribeck_time
 
@@ -148,6 +150,16 @@ def test_a_law_of_friction_goes_through_a_file(tmp_path):
     assert 'friction = "mu + (-mu + mu_s)*exp(-slip/v_s)"' in (tmp_path / "block.toml").read_text()
 
 
+def test_check_and_report_print_the_law(tmp_path):
+    s = block(STRIBECK)
+    fb.write(s, tmp_path / "block.toml")
+    said = CliRunner().invoke(program, ["check", str(tmp_path / "block.toml")], catch_exceptions=False)
+    law = "mu + (-mu + mu_s)*exp(-slip/v_s)"
+    assert said.exit_code == 0 and law in said.output
+    fb.report(s, fb.simulate(s, 1, initial={"x'": 1.0}), tmp_path / "block.html")
+    assert law in (tmp_path / "block.html").read_text(encoding="utf-8")
+
+
 def test_a_symbol_named_slip_is_the_slip_speed():
     slip = sympy.Symbol("slip", positive=True)
     s = block(0.2 + 0.2 * sympy.exp(-slip / 0.1))
@@ -185,6 +197,14 @@ def test_friction_that_vanishes_is_refused():
         caught.value
     )
     assert caught.value.trajectory["x"][-1] == pytest.approx(0.2, abs=1e-6)
+
+
+def test_a_motion_that_ends_by_a_load_blames_no_friction():
+    s = block(0)
+    s.generalized_force("x", "sqrt(0.5 - x)")
+    with pytest.raises(SimulationError, match="is not a finite number") as caught:
+        fb.simulate(s, 5, initial={"x'": 1.0})
+    assert "friction" not in str(caught.value)
 
 
 def test_time_steps_know_constant_friction():

@@ -29,9 +29,10 @@ def check(model: str) -> None:
     assembled = assemble(system)
 
     def text(value: Any) -> str:
+        from ..describe.contacts.coefficients import SLIP
         from ..describe.description import names_of
 
-        return expression_text(value, names_of(system).texts)
+        return expression_text(value, {**names_of(system).texts, SLIP: SLIP.name})
 
     if system.reading is not None:
         click.echo(f"{system.reading}\n")
@@ -121,12 +122,13 @@ def _constraints(system: System, text: Any) -> None:
 def _contacts(system: System, text: Any) -> None:
     if not system.contacts:
         return
+    from ..describe.contacts.coefficients import at_rest
 
     grid = Grid("Contact", "Feature", "Surface", "Friction", "Restitution")
     for name, pair in system.contacts.items():
         shapes = pair.parts
         friction = text(pair.friction)
-        if pair.static_friction not in (None, pair.friction):
+        if pair.static_friction not in (None, at_rest(pair.friction)):
             friction += f", static {text(pair.static_friction)}"
         bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
         grid.row(name, *shapes, friction, bounce)

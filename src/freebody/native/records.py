@@ -154,6 +154,12 @@ class Field:
         return array
 
 
+@cache
+def nested_fields(kind: type[Record]) -> list[Field]:
+    """Return the fields of a record that are records."""
+    return [field for field in kind.fields.values() if field.nested is not None]
+
+
 class Record:
     """Base of all records: their memory, seen from Python."""
 
@@ -173,20 +179,24 @@ class Record:
             cls.widths[lanes] = _declared(cls, fields, cls.widths[1].size * lanes, lanes, cls.widths)
         return cls.widths.get(lanes, cls)
 
-    def __init__(self, memory: Any, begin: int = 0) -> None:
-        """Take the record at byte ``begin`` of ``memory``, an array of real numbers, which it keeps alive."""
+    def __init__(self, memory: Any, begin: int = 0, whole: Record | None = None) -> None:
+        """Take the record at byte ``begin`` of ``memory``, an array of real numbers, which it keeps alive.
+
+        ``whole`` is the record that it is a part of.
+        """
         self.memory, self.begin = memory, begin
         self.keep: Any = None  # the owner of what fields point to
-        view = memoryview(memory).cast("B")
-        self.reals, self.wholes = view.cast("d"), view.cast("q")
-        self.address = address(memory) + begin
+        if whole is None:
+            view = memoryview(memory).cast("B")
+            self.reals, self.wholes = view.cast("d"), view.cast("q")
+            self.address = address(memory) + begin
+        else:
+            self.reals, self.wholes = whole.reals, whole.wholes
+            self.address = whole.address + begin - whole.begin
         self.arrays: dict[str, Any] = {}
         self.placed: Mapping[str, Any] = {}
-        self.parts = {
-            field.name: field.nested(memory, begin + field.place)
-            for field in self.fields.values()
-            if field.nested is not None
-        }
+        parts = nested_fields(type(self))  # type: ignore[arg-type]
+        self.parts = {field.name: field.nested(memory, begin + field.place, self) for field in parts}
 
     def __getitem__(self, k: int) -> Self:
         """Return the record that stands k records further in memory."""

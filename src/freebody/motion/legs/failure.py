@@ -27,6 +27,7 @@ from ..trajectory.phases import Phases
 from ..trajectory.trajectory import Trajectory
 from .independent_conditions import taking_over
 
+MOVING = ("coordinate", "speed", "time")
 OF_EVENTS = (End.UNDEFINED, End.UNRESOLVED)
 """Ends for which an event is to blame."""
 NEGLIGIBLE = 1e-6
@@ -86,9 +87,10 @@ def _loads_without_value(path: SampledPath, kernels: Kernels, trajectory: Trajec
 def _negative_friction(path: SampledPath, kernels: Kernels, trajectory: Trajectory) -> str:
     """Return the sentence about laws of friction that reach zero at the last state, up to the length of a step."""
     state, model = _last_state(path, kernels, trajectory), kernels.model
+    varying = [c for c in model.contacts if c.slows or model.names.depends(c.friction, *MOVING)]
     names = [
         f"'{c.name}'"
-        for c in model.contacts
+        for c in varying
         if not friction_coefficient(model, state, c) > NEGLIGIBLE * (1 + state(c.static_friction))
     ]
     laws = (

@@ -12,11 +12,13 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...describe.contacts.coefficients import SLIP, depends_on_slip
 from ...describe.description import about_of, parameters_of
 from ...describe.system import System
-from ...dynamics.state import float_state
+from ...dynamics.state import State, float_state
 from ...errors import FormatError, ModelError, SimulationError, TooManyTermsError, path_of
 from ...formats.files import replacing
+from ...formats.text import expression_text
 from ...model.assemble import assemble
 from ...model.family import text_of_members
 from ...model.model import Model
@@ -318,6 +320,13 @@ def _or_refusal(part: Callable[[], str]) -> str:
         return f"<p>{escape(str(error))}</p>"
 
 
+def _coefficient(model: Model, state: State, law: Any) -> str:
+    """A coefficient of a contact: its value, or the law by which it depends on slip and on the state."""
+    if not depends_on_slip(law) and not model.names.depends(law, "coordinate", "speed", "time"):
+        return f"{float(state(law)):.6g}"
+    return expression_text(law, {**model.names.texts, SLIP: SLIP.name})
+
+
 def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
     """Tables of bodies, joints, contacts, loads, constraints and parameters."""
     model = trajectory.kernels.model
@@ -352,7 +361,8 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
             (
                 contact.name,
                 f"{contact.feature.body.name} – {contact.surface.body.name}",
-                *(f"{float(state(x)):.6g}" for x in (contact.friction, contact.restitution)),
+                _coefficient(model, state, contact.friction),
+                _coefficient(model, state, contact.restitution),
             )
             for contact in model.contacts
         ]
