@@ -214,3 +214,23 @@ def test_of_second_order_in_flight(seed):
         errors.append(np.abs(y - np.concatenate([exact.q, exact.u])).max())
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (abs(orders - 2) < 0.1).all(), (errors, orders)
+
+
+def test_what_lifts_bodies_out_of_each_other_is_a_named_work(tmp_path):
+    """A ball lands between two steps: the correction lifts it by its displacement, m g Δz, and the ledger closes."""
+    s = fb.System("ball")
+    s.gravity = (0, 0, -9.81)
+    ball = s.body("ball", fb.sphere(2, 0.1))
+    s.free("f", s.ground, ball)
+    s.contact("floor", ball.sphere(0.1), s.ground.plane(normal="z"))
+    times = np.linspace(0, 0.5, 51)  # the ends of the steps
+    motion = fb.simulate(s, 0.5, initial={"f_z": 0.5}, method="timestepping", step=1e-2, times=times)
+    energy, lifted = motion.energy, motion.course.impulses.corrections[:, 2]
+    assert 0 < lifted.sum() < 2 * 1e-2 * np.sqrt(2 * 9.81 * 0.4)  # v h for each of two steps
+    assert energy.correction[-1] == pytest.approx(2 * 9.81 * lifted.sum(), rel=1e-12)
+    np.testing.assert_allclose(energy.residual, 0, atol=1e-13)
+    motion.save(tmp_path / "ball.nc")
+    loaded = fb.Trajectory.load(tmp_path / "ball.nc")
+    np.testing.assert_array_equal(loaded.energy.correction, energy.correction)
+    smooth = fb.simulate(s, 0.5, initial={"f_z": 0.5})
+    assert smooth.energy.correction is None

@@ -251,7 +251,12 @@ def unrolled(model: Model, most: int) -> Model | None:
                 if len(contacts) - len(model.contacts) > most:
                     return None
     return replace(
-        model, contacts=tuple(contacts), families=(), parameters=tuple(parameters), patches=tuple(patches)
+        model,
+        contacts=tuple(contacts),
+        families=(),
+        unrolled=model.families,
+        parameters=tuple(parameters),
+        patches=tuple(patches),
     )
 
 

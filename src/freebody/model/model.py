@@ -57,6 +57,9 @@ class Model:
     families: tuple[Any, ...] = ()
     """Families of contacts, in order of declaration."""
 
+    unrolled: tuple[Any, ...] = ()
+    """Families whose pairs are contacts, for a motion by events."""
+
     patches: tuple[Any, ...] = ()
     """Pairs of solids whose points are contacts, of a model whose families are unrolled."""
 
@@ -159,7 +162,8 @@ class Model:
     def touching(self) -> tuple[Any, ...]:
         """Shapes that may touch: features and surfaces of contacts, and members of families."""
         pairs = [shape for contact in self.contacts for shape in (contact.feature, contact.surface)]
-        return (*pairs, *(member.shape for family in self.families for member in family.members))
+        families = (*self.families, *self.unrolled)
+        return (*pairs, *(member.shape for family in families for member in family.members))
 
     @property
     def signals(self) -> tuple[Any, ...]:

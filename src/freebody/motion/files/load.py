@@ -173,7 +173,8 @@ def _course(
         modes = read.integers("modes", (steps, E), 5)
         impulses = Impulses(
             read.reals("contacts", (steps, m)), read.reals("constraints", (steps, len(rows(model)))),
-            read.reals("works", (steps, 2)), modes, _blows(model, about["blows"]), _pairs(model, read, steps),
+            read.reals("works", (steps, 2)), read.reals("corrections", (steps, model.n_q)), modes,
+            _blows(model, about["blows"]), _pairs(model, read, steps),
         )  # fmt: skip
         stepping = Stepping(*(float(about[x.name]) for x in fields(Stepping)))
         return InSteps(kernels, values, path, impulses, stepping, (first, tangents))

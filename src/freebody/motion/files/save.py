@@ -34,7 +34,7 @@ from ..trajectory.trajectory import Trajectory
 from .replacing import replacing
 
 GROUP = "freebody"
-FORM = 1
+FORM = 2
 """Version of the contents of the group."""
 
 PATHS: dict[str, type[Path]] = {"smooth": Path, "leap": Leap, "steps": Steps}
@@ -150,6 +150,7 @@ def group_contents(motion: Trajectory) -> dict[str, Any]:
             "contacts": impulses.contacts,
             "constraints": impulses.constraints,
             "works": impulses.works,
+            "corrections": impulses.corrections,
             "modes": impulses.modes,
         }
         if motion.kernels.model.families:

@@ -2,7 +2,9 @@
 
     0 <= x ⟂ gap + W Δ >= 0,   φ + G Δ = 0,   Δ = M⁻¹ (Wᵀ x + Gᵀ λ)          again and again, until gap >= 0 and φ = 0
 
-Δ is the least displacement in the norm of the mass matrix.
+Δ is the least displacement in the norm of the mass matrix. Speeds stay as they are, so the energy of the machine
+changes by the work of this displacement against its loads: V(q + Δ) - V(q) lifts bodies that have sunk into each other
+in the step. The displacement of each step is kept, and its work stands in the ledger (`Energy.correction`).
 """
 
 from __future__ import annotations
@@ -31,7 +33,9 @@ TINY = 1e-300
 @compiled
 def correct(run: Run, t: float) -> int:
     """Move z to gaps >= 0 and φ = 0, the least way in the norm of the mass matrix; return a failure or NONE."""
-    depth, error = 0.0, math.inf
+    depth, error, moved, n_q = 0.0, math.inf, run.moved[run.done], run.machine.n_q
+    for i in range(n_q):
+        moved[i] = run.z[i]
     for _ in range(CLOSINGS):
         depth = overlap(run, t)
         error = depth
@@ -46,6 +50,8 @@ def correct(run: Run, t: float) -> int:
     if not error <= DEEP:
         return OVERLAP if math.isfinite(error) else NOT_FINITE
     run.depth = greater(run.depth, depth)
+    for i in range(n_q):
+        moved[i] = run.z[i] - moved[i]
     return NONE
 
 

@@ -76,7 +76,8 @@ class Impulses:
     """Impulses, work and contact modes of every step.
 
     ``contacts`` (m) and ``constraints`` (all conditions): impulses [N s]. ``works`` [J]: of contacts and blows; of
-    loads and constraints. ``modes`` (E): indices into :data:`MODES`. ``blows``: for each step with blows, a list of
+    loads and constraints. ``corrections`` (n_q): changes of q at the end of a step, without those of speeds, that
+    separate bodies. ``modes`` (E): indices into :data:`MODES`. ``blows``: for each step with blows, a list of
     (name, [(point, impulse, moment impulse)]). ``pairs``: for each step, an entry for each pair of families that
     presses (`families.family_record.ENTRY`).
     """
@@ -84,6 +85,7 @@ class Impulses:
     contacts: Array
     constraints: Array
     works: Array
+    corrections: Array
     modes: Any
     blows: Mapping[int, Sequence[tuple[str, Any]]]
     pairs: tuple[Array, ...] = ()
@@ -259,20 +261,46 @@ class InSteps:
 
     def work_until(self, times: Array) -> Array:
         """Return the total work since the start, and the part by contacts and blows, shape (n, 2) [J]."""
-        total = np.concatenate([[[0.0, 0.0]], np.cumsum(self._work, axis=0)])
-        columns = [np.interp(times, self.path.times, column) for column in total.T]
+        columns = [self._until(times, column) for column in self._work.T]
         return np.column_stack([columns[0] + columns[1], columns[0]])
 
+    def _until(self, times: Array, work: Array) -> Array:
+        """Return the work in every step as its sum since the start."""
+        total: Array = np.interp(times, self.path.times, np.concatenate([[0.0], np.cumsum(work)]))
+        return total
+
+    @cached_property
+    def corrected(self) -> Array:
+        """Energy that the correction at the end of every step adds, V(q) - V(q - Δ) and its like for T [J]."""
+        moved, path = self.impulses.corrections, self.path
+        result = np.zeros(len(moved))
+        steps = np.flatnonzero(moved.any(axis=1))
+        if len(steps):
+            after = path.states[steps + 1]
+            before = after.copy()
+            before[:, : moved.shape[1]] -= moved[steps]
+            energies = [
+                self._observed(self.kernels.motion(), "energy", path.times[steps + 1], states).sum(axis=1)
+                for states in (before, after)
+            ]
+            with np.errstate(invalid="ignore"):  # a motion that has blown up
+                result[steps] = energies[1] - energies[0]
+        return result
+
     def energy(self, motion: ComputedMotion) -> Energy:
-        """Return the energy ledger; its residual is the error of the method, of first order in the step (second in
-        flight).
+        """Return the energy ledger; its residual is the error of the method, of second order in the step.
+
+        The correction at the end of steps, which moves overlapping bodies apart, does work of first order.
         """
         times = np.concatenate([[self.path.start], motion.t])
         states = np.concatenate([self.path.states[:1], motion.states])
         both = self._observed(self.kernels.motion(), "energy", times, states)
-        work = self.work_until(times)
-        residual = both.sum(axis=1) - both[0].sum() - work[:, 0]
-        return Energy(both[1:, 0], both[1:, 1], work[1:, 0], residual[1:], work[1:, 1])
+        work, corrected = self.work_until(times), self._until(times, self.corrected)
+        total = work[:, 0] + corrected
+        residual = both.sum(axis=1) - both[0].sum() - total
+        return Energy(
+            both[1:, 0], both[1:, 1], total[1:], residual[1:], work[1:, 1], correction=corrected[1:]
+        )
 
     def warnings(self, motion: ComputedMotion) -> tuple[MotionWarning, ...]:
         """Return a warning if the steps have made more energy than the machine had."""

@@ -148,7 +148,8 @@ class _Run:
         self.asked = len(specs)
         self.specs = [*specs, *calls]
         self.expressions = [*problem.expressions, *expressions_of(model, calls)]
-        self.parts: list[list[Array]] = [[], [], [], [], []]  # states, impulses, works, modes, logs of pairs
+        # states, impulses, works, changes of q by corrections, modes, logs of pairs
+        self.parts: list[list[Array]] = [[], [], [], [], [], []]
         self.blows: dict[int, list[tuple[str, Any]]] = {}
         self.done = 0
 
@@ -284,9 +285,9 @@ class _Run:
         self.blows[self.done] = told
 
     def _steps(self, y: Array, size: int) -> list[Any]:
-        """Return states, impulses, works and modes of the next steps; ``y`` becomes the last state."""
+        """Return what `_Run.parts` lists of the next steps; ``y`` becomes the last state."""
         E, width = len(self.first), self.rows + len(self.shape.held)
-        found: list[Any] = [np.empty((size, columns)) for columns in (len(y), width, 2)]
+        found: list[Any] = [np.empty((size, columns)) for columns in (len(y), width, 2, self.model.n_q)]
         found += [np.empty((size, E), dtype=np.int64), np.empty(size, dtype=object)]
         t, run = self.begin + self.done * self.h, self.memory
         got, sweeps, bound = 0, SWEEPS, RESIDUAL
@@ -322,7 +323,7 @@ class _Run:
         """Run the loop until the arrays are full or a step fails; return the number of steps done."""
         run = self.memory
         run.t, run.tolerance, run.most_sweeps, run.steps = t, tolerance, most_sweeps, len(results[0])
-        run.y, (run.states, run.impulses, run.works, run.modes, logs) = y, results
+        run.y, (run.states, run.impulses, run.works, run.moved, run.modes, logs) = y, results
         run.log_end = np.zeros(max(run.steps, 1), dtype=np.int64)
         done = int(self.march(run, self.islands))
         if self.pairs:
@@ -333,12 +334,12 @@ class _Run:
 
     def _trajectory(self, status: End, stop: Crossing | None) -> Trajectory:
         n, E, held, h = len(self.start), len(self.first), len(self.shape.held), self.h
-        widths = (n, self.rows + held, 2, E)
-        states, impulses, works, modes = (
+        widths = (n, self.rows + held, 2, self.model.n_q, E)
+        states, impulses, works, corrections, modes = (
             np.concatenate([np.empty((0, width)), *part])
-            for width, part in zip(widths, self.parts[:4], strict=True)
+            for width, part in zip(widths, self.parts[:5], strict=True)
         )
-        logs = [np.empty((0, ENTRY)) if one is None else one for part in self.parts[4] for one in part]
+        logs = [np.empty((0, ENTRY)) if one is None else one for part in self.parts[5] for one in part]
         states = np.concatenate([self.start[None], states])
         moments = self.begin + h * np.arange(len(states), dtype=np.float64)
         if len(states) == self.count + 1:
@@ -351,6 +352,8 @@ class _Run:
                 np.append(moments[:k], stop.time),
             )
             impulses, works, modes, logs = impulses[:k].copy(), works[:k].copy(), modes[:k], logs[:k]
+            corrections = corrections[:k].copy()
+            corrections[-1] = 0  # that of this step is at its end
             impulses[-1] *= part
             works[-1] *= part
             logs[-1][:, IMPULSES] *= part
@@ -368,7 +371,7 @@ class _Run:
         constraints[:, self.shape.held] = impulses[:, self.rows :]
         steps = range(len(impulses))
         did = Impulses(
-            impulses[:, : self.rows], constraints, works, modes.astype(np.int64),
+            impulses[:, : self.rows], constraints, works, corrections, modes.astype(np.int64),
             {k: told for k, told in self.blows.items() if k in steps}, tuple(logs),
         )  # fmt: skip
         run = self.memory

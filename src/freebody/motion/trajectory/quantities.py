@@ -21,7 +21,8 @@ class Energy:
 
     ``work`` is the work done since the start by loads without potential and by drives; ``residual`` is the error of the
     ledger, (T + V) - (T₀ + V₀) - W, zero except for the error of the integration. ``impulses`` is the part of the work
-    done by blows and impacts, ``friction`` the part done by friction of contacts; each is None if there are none.
+    done by blows and impacts, ``friction`` the part done by friction of contacts, ``correction`` the part of a motion
+    in time steps that moves overlapping bodies apart at the ends of steps; each is None if there are none.
     """
 
     kinetic: Array
@@ -30,6 +31,7 @@ class Energy:
     residual: Array
     impulses: Array | None = None
     friction: Array | None = None
+    correction: Array | None = None
 
     @property
     def total(self) -> Array:

@@ -66,24 +66,27 @@ def rolling_planes(m: MachineDrawing) -> None:
 def surfaces(m: MachineDrawing) -> None:
     """Draw the surfaces of the ground that bodies may touch: planes, sides, round walls and edges."""
     drawn: list[Any] = []
-    for contact in getattr(m.model, "contacts", ()):
-        for shape in (contact.feature, contact.surface):
-            if not shape.body.is_ground or any(shape == other for other in drawn):
-                continue
-            drawn.append(shape)
-            look = shape.look
-            if look == "plane":
-                _ground(m, fixed(m, shape.at), fixed(m, shape.normal))
-            elif look == "side" and m.view.planar:
-                start, end = (m.page(fixed(m, point)) for point in (shape.start, shape.end))
-                _edge(m, start, end, m.view(fixed(m, shape.normal)))
-            elif look in ROUND and m.view.planar:
-                _wall_round(m, shape)
-            elif look == "spot" and m.view.planar:  # an edge of the ground, seen along it
-                at = m.page(fixed(m, shape.components))
-                m.labels.append((f"${latex_name(contact.name)}$", [(at, None)], 9.5, GREY))
-                if m.model.scenery is None:
-                    m.add(symbols.pin_on_ground(at, m.down), class_="plane")
+    names = {
+        s: contact.name for contact in m.model.contacts[::-1] for s in (contact.feature, contact.surface)
+    }
+    for shape in m.model.touching:
+        if not shape.body.is_ground or any(shape == other for other in drawn):
+            continue
+        drawn.append(shape)
+        look = shape.look
+        if look == "plane":
+            _ground(m, fixed(m, shape.at), fixed(m, shape.normal))
+        elif look == "side" and m.view.planar:
+            start, end = (m.page(fixed(m, point)) for point in (shape.start, shape.end))
+            _edge(m, start, end, m.view(fixed(m, shape.normal)))
+        elif look in ROUND and m.view.planar:
+            _wall_round(m, shape)
+        elif look == "spot" and m.view.planar:  # an edge of the ground, seen along it
+            at = m.page(fixed(m, shape.components))
+            if shape in names:
+                m.labels.append((f"${latex_name(names[shape])}$", [(at, None)], 9.5, GREY))
+            if m.model.scenery is None:
+                m.add(symbols.pin_on_ground(at, m.down), class_="plane")
 
 
 def feet(m: MachineDrawing) -> None:

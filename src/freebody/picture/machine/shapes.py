@@ -184,8 +184,9 @@ def hidden(model: Model) -> set[str]:
 
 
 def scenery_of(model: Model, state: State, size: float) -> list[Primitive]:
-    """Pieces of the scenery, in ground axes."""
-    return [] if model.scenery is None else _pieces(state, model.scenery, size)
+    """Pieces of the scenery, and solids of the ground that bodies touch, in ground axes."""
+    pieces = [] if model.scenery is None else _pieces(state, model.scenery, size)
+    return pieces + _solids(model, state, "ground", pieces, size)
 
 
 def fill_of(model: Model, body: str) -> str:
@@ -278,6 +279,7 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
     pieces = [] if shape is None else _pieces(state, shape, size)
     if not pieces:
         pieces = _wheels(model, state, name) or _skins(model, state, name)
+    pieces += _solids(model, state, name, pieces, size)
     if not pieces:
         return _unknown(state, place, center, points, size)
     solid = [piece for piece in pieces if not piece.hole]
@@ -411,6 +413,31 @@ def _skins(model: Model, state: State, body: str) -> list[Primitive]:
             axes = axes_along(np.array([float(x) for x in axis]))
             skins[shape] = Primitive("sphere" if look == "ball" else "disk", radius, at, axes)
     return list(skins.values())
+
+
+def _solids(model: Model, state: State, body: str, pieces: list[Primitive], size: float) -> list[Primitive]:
+    """Boxes, hulls and capsules by which a body touches others, as far as its other pieces do not show them."""
+    found: list[Primitive] = []
+    for shape in dict.fromkeys(s for s in model.touching if s.look == "solid" and s.body.name == body):
+        corners = np.array([[float(state(x)) for x in corner] for corner in shape.corners])
+        around = float(state(shape.radius))
+        if around > 0:
+            (a, b), along = corners, float(np.linalg.norm(corners[1] - corners[0]))
+            round_side = {"radius": around, "length": along}
+            solid = [Primitive("cylinder", round_side, (a + b) / 2, axes_along(b - a))]
+            solid += [Primitive("sphere", {"radius": around}, corner) for corner in corners]
+        else:
+            faces = [
+                (face[0], b, c) for face in shape.faces for b, c in zip(face[1:], face[2:], strict=False)
+            ]
+            middle, (low, high) = corners.mean(axis=0), (corners.min(axis=0), corners.max(axis=0))
+            solid = [Primitive("mesh", {"vertices": corners - middle, "faces": np.array(faces)}, middle)]
+            if len(corners) == 8 and ((corners == low) | (corners == high)).all():
+                solid = [Primitive("box", dict(zip("xyz", (high - low).tolist(), strict=True)), middle)]
+        hidden_by = [piece for piece in pieces if not piece.hole]
+        if not all(any(holds(piece, corner, 0.01 * size) for piece in hidden_by) for corner in corners):
+            found += solid
+    return found
 
 
 def _unknown(state: State, place: Place, center: Array, points: list[Array], size: float) -> list[Primitive]:

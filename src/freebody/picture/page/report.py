@@ -439,11 +439,16 @@ def png(picture: Any) -> bytes:
 
 def _footer(trajectory: Trajectory, scene: Mapping[str, Any]) -> str:
     """Version, number of steps, and accuracy."""
-    keys = len(base64.b64decode(scene["t"])) // 4
+    keys, lifted = len(base64.b64decode(scene["t"])) // 4, trajectory.energy.correction
+    apart = ""
+    if lifted is not None and lifted.any():
+        apart = (
+            f"Its work includes {lifted[-1]:.3g} J that moved overlapping bodies apart at the ends of steps. "
+        )
     return (
         f"<footer>Made by freebody {escape(VERSION)}. {trajectory.steps} integration steps, relative tolerance "
         f"{float(min(trajectory.tolerances)):.1g}, energy ledger balanced to "
-        f"{trajectory.energy.relative_residual:.1e}. "
+        f"{trajectory.energy.relative_residual:.1e}. {apart}"
         f"{keys} keyframes; between them the page interpolates to {scene['tolerance']:.1g} of the extent or the "
         "greatest value. Its numbers are 32-bit floats.</footer>"
     )

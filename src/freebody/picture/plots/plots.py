@@ -210,8 +210,12 @@ def energy(trajectory: Trajectory, ax: Axes | None = None) -> Any:
     curves = {"kinetic T": ledger.kinetic, "potential V": ledger.potential, "T + V": ledger.total}
     if trajectory.kernels.works or np.any(ledger.work):
         curves["work W"] = ledger.work
+    if ledger.correction is not None and ledger.correction.any():
+        curves["moved apart, part of W"] = ledger.correction
     ax = figure(8, 4).subplots() if ax is None else ax
-    for (shown, values), color, dashes in zip(curves.items(), COLORS, ("-", "-", "--", ":"), strict=False):
+    for (shown, values), color, dashes in zip(
+        curves.items(), COLORS, ("-", "-", "--", ":", "-."), strict=False
+    ):
         _curve(ax, trajectory, values, color, shown, dashes)
     _over_time(ax, "energy", {"J"}, "Energy ledger")
     return ax

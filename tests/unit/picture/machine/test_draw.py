@@ -22,7 +22,7 @@ from freebody.picture.machine.configuration import configuration
 from freebody.picture.machine.draw import draw
 from freebody.picture.machine.machine_drawing import WIDE
 from freebody.picture.machine.outlines import hull
-from freebody.picture.machine.shapes import attachments, colors, hidden, shapes
+from freebody.picture.machine.shapes import attachments, colors, hidden, scenery_of, shapes
 from freebody.picture.paper.labels import outline, size_of
 from freebody.picture.paper.palette import pale
 from freebody.picture.paper.placing import inside
@@ -334,3 +334,30 @@ def test_a_joint_by_functions_shows_its_curve():
     points = np.array([float(x) for x in re.findall(r"-?[0-9.]+", curve[1])]).reshape(-1, 2)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     assert len(points) == 49 and steps == pytest.approx(3.0, rel=0.1)
+
+
+def test_solids_of_contacts_are_drawn_where_nothing_else_shows_them():
+    s = fb.System("solids")
+    numbers = fb.MassProperties(1, (0, 0, 0), [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    bodies = {name: s.body(name, numbers) for name in ("box", "stone", "pill")}
+    seen = s.body("seen", fb.box(1, (2, 1, 1)))
+    for name, body in {**bodies, "seen": seen}.items():
+        s.free(f"f_{name}", s.ground, body)
+    shapes_of = [
+        bodies["box"].box((0.4, 0.2, 0.1), at=(0.1, 0, 0)),
+        bodies["stone"].hull((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        bodies["pill"].capsule((0, 0, -1), (0, 0, 1), 0.5),
+        seen.box((2, 1, 1)),
+        s.ground.box((3, 3, 1), at=(0, 0, -0.5)),
+    ]
+    s.contacts("pile", shapes_of)
+    model = fb.assemble(s)
+    pieces = shapes(model)
+    assert [piece.kind for piece in pieces["box"]] == ["box"] and pieces["box"][0]["x"] == 0.4
+    np.testing.assert_allclose(pieces["box"][0].center, (0.1, 0, 0), atol=1e-15)
+    assert [piece.kind for piece in pieces["stone"]] == ["mesh"] and len(pieces["stone"][0]["faces"]) == 4
+    assert [piece.kind for piece in pieces["pill"]] == ["cylinder", "sphere", "sphere"]
+    assert [piece.kind for piece in pieces["seen"]] == ["box"]  # the solid of its mass, once
+    (table,) = scenery_of(model, float_state(model), 1.0)
+    assert table.kind == "box" and table["z"] == 1
+    assert 'class="scenery"' in fb.draw(s).svg
