@@ -18,7 +18,8 @@ from ..ending import ENDS, End
 from ..events import event_run
 from ..ode.dense_output import Array, Crossing, Path
 from ..phase import laws
-from ..phase.scene import KINDS, Phase, Snapshot, at_limit, direction_of
+from ..phase.scene import KINDS, Phase, at_limit, direction_of
+from ..phase.snapshot import Snapshot
 from ..trajectory.event import Happening
 from ..trajectory.phases import Phases, Segment
 from .course import Change, Leap, Timeline, shown

@@ -18,7 +18,8 @@ from ..legs.driven import Drives
 from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.run import equip, memory, most_events
-from ..phase.scene import Phase, Scene, Snapshot, functions, scene_of
+from ..phase.scene import Phase, Scene, functions, scene_of
+from ..phase.snapshot import Snapshot
 from ..request import Problem
 from ..trajectory.event import expressions_of
 from .patches import Patches

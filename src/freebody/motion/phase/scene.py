@@ -28,6 +28,7 @@ from .candidates import Candidates, coefficients
 from .laws import CLOSED, DEPENDENT
 from .phase_data import DataProgram, phase_data
 from .phase_record import PhaseData
+from .snapshot import Snapshot
 
 Modes = tuple[str, ...]
 """Mode of every contact: open, stick, slip+, slip-, slip, smooth, or limit and a direction (:func:`at_limit`)."""
@@ -48,38 +49,6 @@ _MODULES = tuple(
 )
 _LABEL = _MODULES[0]
 _NEWTON = "motion.cones.newton"
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """The contacts at one moment: E elements, m rows in the order of :func:`contact_layout`.
-
-    ``c`` are the derivatives of the rates without contact forces, ``free`` the accelerations u' so, ``matrix`` is W,
-    and ``responses`` the change of u' per unit of each contact force. ``away`` are the least rates of reaches that are
-    zero.
-    """
-
-    gap: Array
-    reach: Array
-    rate: Array
-    c: Array
-    free: Array
-    matrix: Array
-    responses: Array
-    friction: Array
-    static: Array
-    restitution: Array
-    away: Array
-
-    @cached_property
-    def A(self) -> Array:
-        """A = W M⁻¹ Wᵀ, rates per unit of each force; symmetric."""
-        return self.between(range(len(self.rate)))
-
-    def between(self, rows: Sequence[int]) -> Array:
-        """Return the rows and columns of A."""
-        chosen = list(rows)
-        return self.matrix[chosen] @ self.responses[chosen].T
 
 
 def at_limit(direction: Sequence[float]) -> str:
