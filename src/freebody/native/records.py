@@ -274,11 +274,11 @@ class Record:
         """Return the words of a copy of the memory at another address, after those that address rows are changed."""
         first = address(self.memory)
         at = _words_of_rows(type(self)) + self.begin // WORD  # type: ignore[arg-type]
-        at = at[words[at] != 0]
-        rows = words[at] - first
-        if ((rows < 0) | (rows >= words.nbytes)).any():
+        rows = words[at]
+        inside = (rows - first).view(np.uint64) < words.nbytes
+        if not (inside | (rows == 0)).all():
             raise ValueError("Expected rows in the memory of the record, got one elsewhere.")
-        words[at] = rows + base
+        words[at] = rows + inside * (base - first)
         return words
 
     def places_of(self, *names: str) -> dict[str, tuple[int, str, tuple[int, ...]]]:
