@@ -253,40 +253,45 @@ class Record:
         result.keep = self
         return result
 
-    def image_at(self, base: int, outside: Sequence[int] = (), others: Sequence[Record] = ()) -> bytes:
+    def image_at(self, base: int, others: Sequence[Record] = ()) -> bytes:
         """Return the memory of a record made with its rows as it is at another address, for another memory.
 
-        Rows must stand in the memory of the record or in that of ``others``, which follow it. ``outside`` are places
-        [bytes] of further words of the record that hold addresses in these memories.
+        Rows must stand in the memory of the record or in that of ``others``, which follow it.
         """
-        images, starts, end = [], [], base
+        moves, end, images = [], base, []
         for one in (self, *others):
-            images.append(one.memory.view(np.int64).copy())
-            starts.append(end)
-            end += _rounded(images[-1].nbytes)
+            moves.append((address(one.memory), one.memory.nbytes, end))
+            end += _rounded(one.memory.nbytes)
+        for one in (self, *others):
+            words = one._moved(one.memory.view(np.int64).copy(), moves)
+            images.append(words.tobytes().ljust(_rounded(words.nbytes), b"\0"))
+        return b"".join(images)
 
-        def rebased(memory: Any, word: int) -> None:
-            if not memory[word]:
-                return
-            for one, start in zip((self, *others), starts, strict=True):
-                place = int(memory[word]) - address(one.memory)
-                if 0 <= place < one.memory.nbytes:
-                    memory[word] = start + place
-                    return
+    def copied(self) -> Self:
+        """Return a copy of a record made with its rows, in memory of its own."""
+        memory = zeros(self.memory.size)
+        memory[:] = self.memory
+        self._moved(memory.view(np.int64), [(address(self.memory), memory.nbytes, address(memory))])
+        result = type(self)(memory, self.begin)
+        result._place(self.placed)
+        return result
+
+    def _moved(self, words: Any, moves: Sequence[tuple[int, int, int]]) -> Any:
+        """Return the words of a copy of the memory with the addresses of its rows changed.
+
+        ``moves`` are the address, the size [bytes] and the new address of each memory in which they may stand.
+        """
+        at = _words_of_rows(type(self)) + self.begin // WORD  # type: ignore[arg-type]
+        rows = words[at]
+        known, result = rows == 0, rows.copy()
+        for first, size, new in moves:
+            inside = (rows - first).view(np.uint64) < size
+            result += inside * (new - first)
+            known |= inside
+        if not known.all():
             raise ValueError("Expected rows in the memory of the record, got one elsewhere.")
-
-        def visit(part: Record, memory: Any) -> None:
-            for field in part.fields.values():
-                if field.nested is not None:
-                    visit(part.parts[field.name], memory)
-                elif field.kind in _DIMENSIONS:
-                    rebased(memory, (part.begin + field.place) // WORD)
-
-        for one, memory in zip((self, *others), images, strict=True):
-            visit(one, memory)
-        for place in outside:
-            rebased(images[0], place // WORD)
-        return b"".join(memory.tobytes().ljust(_rounded(memory.nbytes), b"\0") for memory in images)
+        words[at] = result
+        return words
 
     def places_of(self, *names: str) -> dict[str, tuple[int, str, tuple[int, ...]]]:
         """Return for each field its place in the memory [bytes], its kind, and the shape of its row.
@@ -318,6 +323,18 @@ class Record:
                 )
         letters = "".join(ASSIGNED.get(field.kind, "q" * _WORDS[field.kind]) for field in fields)
         return struct.Struct(letters), fields[0].place
+
+
+@cache
+def _words_of_rows(record: type[Record]) -> Any:
+    """Return the words of a record, and of records in it, that are addresses of rows."""
+    words: list[int] = []
+    for field in record.fields.values():
+        if field.nested is not None:
+            words += (_words_of_rows(field.nested) + field.place // WORD).tolist()
+        elif field.kind in _DIMENSIONS:
+            words.append(field.place // WORD)
+    return np.array(words, dtype=np.int64)
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,19 @@ def a_run() -> Run:
     return run
 
 
+@record
+class Inner:
+    n: Annotated[Wholes, 3]
+
+
+@record
+class Tailed:
+    width: Count
+    x: Annotated[Row, "width"]
+    tail: Row
+    inner: Inner
+
+
 def test_python_and_machine_code_find_every_field_at_one_place():
     """Machine code copies each field into the next number of a row. Python wrote other numbers into all of them."""
 
@@ -405,6 +418,19 @@ def test_a_record_takes_the_numbers_and_rows_of_another():
     other.take(run)
     assert (other.t, other.search.count, other.k[1, 2], other.other.signs[1]) == (2.5, 7, 3.0, -1)
     assert other.given is None and other.memory.ctypes.data != run.memory.ctypes.data
+
+
+def test_a_copy_has_rows_and_parts_of_rows_of_its_own():
+    it = Tailed.made(width=4)
+    it.x[:], it.tail, it.inner.n[:] = [1.0, 2.0, 3.0, 4.0], it.x[2:], 7
+    other = it.copied()
+    tail = np.frombuffer(ctypes.string_at(other.wholes[Tailed.fields["tail"].place // 8], 16))
+    assert tail.tolist() == [3.0, 4.0] and other.inner.n.tolist() == [7, 7, 7]
+    it.x[:], it.inner.n[:] = 0.0, 0
+    assert other.x.tolist() == [1.0, 2.0, 3.0, 4.0] and other.inner.n.tolist() == [7, 7, 7]
+    it.tail = np.zeros(2)
+    with pytest.raises(ValueError, match="Expected rows in the memory of the record, got one elsewhere"):
+        it.copied()
 
 
 def test_several_fields_are_assigned_at_once():

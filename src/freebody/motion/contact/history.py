@@ -17,8 +17,9 @@ from ...dynamics.state import float_state
 from ..ending import ENDS, End
 from ..events import event_run
 from ..ode.dense_output import Array, Crossing, Path
-from ..phase import places
-from ..phase.scene import KINDS, Phase, Snapshot, at_limit, direction_of
+from ..phase import laws
+from ..phase.scene import KINDS, Phase, at_limit, direction_of
+from ..phase.snapshot import Snapshot
 from ..trajectory.event import Happening
 from ..trajectory.phases import Phases, Segment
 from .course import Change, Leap, Timeline, shown
@@ -81,8 +82,8 @@ class History:
         """Return the names of modes; ``directions`` has two numbers for each contact at its limit of friction."""
         result, at = [], 0
         for mode in numbers:
-            result.append(at_limit(directions[at : at + 2].tolist()) if mode == places.LIMIT else KINDS[mode])
-            at += 2 * (mode == places.LIMIT)
+            result.append(at_limit(directions[at : at + 2].tolist()) if mode == laws.LIMIT else KINDS[mode])
+            at += 2 * (mode == laws.LIMIT)
         return tuple(result)
 
     # -- the path ----------------------------------------------------------------------------------
@@ -192,7 +193,7 @@ class History:
         work, E, n_y = self.work, len(self.work.names), self.work.it.n_y
         hit, compliance = marks[:2]
         t, y = float(numbers[0]), numbers[1 : 1 + n_y]
-        measures = numbers[1 + n_y + 2 * sum(mode == places.LIMIT for mode in marks[2 : 2 + E]) :]
+        measures = numbers[1 + n_y + 2 * sum(mode == laws.LIMIT for mode in marks[2 : 2 + E]) :]
         for i in range(0, len(marks) - 2 - E, 4):
             k, before, after, code = marks[2 + E + i : 6 + E + i]
             name, unit, why = work.names[k], work.model.contacts[k].units["tangential"], ""
@@ -201,7 +202,7 @@ class History:
             why = why or (
                 "the start" if before < 0 else "an impact" if hit else "a change at another contact"
             )
-            if compliance and after != places.OPEN:
+            if compliance and after != laws.OPEN:
                 why += "; equal compliance shares the forces"
             if k in current:
                 current[k][3] = t
@@ -333,18 +334,18 @@ def loose_forces(work: ContactRun, phase: Phase, dead: list[bool], seen: Snapsho
     """
     rows, columns, signs = [], [], {"slip+": 1.0, "slip-": -1.0}
     for k, mode in enumerate(phase.modes):
-        if mode == KINDS[places.OPEN] and not dead[k]:
+        if mode == KINDS[laws.OPEN] and not dead[k]:
             continue
         at, n = work.scene.first[k], work.scene.tangents[k]
         held = work.scene.held[k]
         if not held:  # else the normal force is given
             rows.append([at])
             columns.append(seen.responses[at])
-        if mode == KINDS[places.STICK] or (dead[k] and n == 1):
+        if mode == KINDS[laws.STICK] or (dead[k] and n == 1):
             for i in range(at + 1, at + 1 + n):
                 rows.append([i])
                 columns.append(seen.responses[i])
-        elif not held and mode != KINDS[places.OPEN] and n > 0 and not work.smooth(seen, k):
+        elif not held and mode != KINDS[laws.OPEN] and n > 0 and not work.smooth(seen, k):
             v = np.array([signs[mode]] if mode in signs else direction_of(mode) or work.slip(seen, k))
             speed = float(np.linalg.norm(v))
             if speed > 0:

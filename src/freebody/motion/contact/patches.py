@@ -25,7 +25,7 @@ from ..families.memory import fill_members, link_poses
 from ..families.meshes import most_points
 from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import Array, outputs_at
-from ..phase.places import CLOSED
+from ..phase.laws import CLOSED
 
 TURNED = 1e-6
 """Sine of the angle from which two normals are different ones."""

@@ -23,8 +23,9 @@ from ..events import event_run
 from ..events.code import code
 from ..legs.blow import Blow, strike
 from ..ode.dense_output import Array, outputs_at
-from ..phase.places import CLOSED, OPEN
-from ..phase.scene import KINDS, Snapshot
+from ..phase.laws import CLOSED, OPEN
+from ..phase.scene import KINDS
+from ..phase.snapshot import Snapshot
 from .state import ContactRun
 
 PIECE, FIRST = 0.05, 1 << 10

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ...native.records import address
 from ..cones.collision import compiled_code
 from ..cones.contacts import contacts_room
 from ..events.event_run import PIECE, EventRun, event_run
@@ -19,7 +18,8 @@ from ..legs.driven import Drives
 from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.run import equip, memory, most_events
-from ..phase.scene import Phase, Scene, Snapshot, functions, scene_of
+from ..phase.scene import Phase, Scene, functions, scene_of
+from ..phase.snapshot import Snapshot
 from ..request import Problem
 from ..trajectory.event import expressions_of
 from .patches import Patches
@@ -30,7 +30,7 @@ KERNELS = {
     "looked": "looked", "rates_at": "rate", "rates": "rates", "projection": "projection",
     "accelerations": "acceleration", "forces": "force", "watched": "watched",
 }  # fmt: skip
-"""Functions of `closed_contacts` that the loop calls."""
+"""Functions of `phase_kernels` and its kin that the loop calls."""
 AT_ONCE = 300
 """Number of rows up to which the contact problem has room for all of them from the start."""
 LOG = 1 << 12
@@ -129,8 +129,7 @@ class ContactRun:
         it, scene = self.it, self.scene
         phase = scene.holding(("open",) * len(self.names), self.kernels.active)
         self.looking, self.program = scene.constants(self.parameters), phase.whole(watched, self.patches)
-        self.phase, self.table = self.program.constants(self.parameters), self.program.table.copy()
-        self.phase.view(np.int64)[0] = address(self.table)  # the loop writes into it
+        self.phase = self.program.constants(self.parameters)
         compiled, energy = functions(), self.kernels.motion()
         for name, kernel in KERNELS.items():
             setattr(it, name, compiled[kernel].address)
@@ -152,9 +151,9 @@ class ContactRun:
             values = self.patches.values
         self.values, self.parameters = values, self.kernels.parameters(values)
         scene, energy = self.scene, self.kernels.motion()
-        self.looking[:] = scene.constants(self.parameters)
+        scene.program.set_parameters(self.looking, self.parameters)
         self.energy_constants[:] = energy.constants(self.parameters)
-        self.phase[1:] = self.program.constants(self.parameters)[1:]  # the first is the address of the table
+        self.program.set_parameters(self.phase, self.parameters)
         self.changes.append((self.it.phases, self.parameters))
 
     def parameters_of(self, phase: int) -> Array | None:

@@ -18,8 +18,9 @@ from ..cones.combinations import combinations, motions, take_first, typical_forc
 from ..cones.contacts import EXACT, Contacts
 from ..cones.newton import factor
 from ..cones.uniqueness import held, is_held, unique
-from ..phase import places
-from ..phase.mode_table import evaluated, table
+from ..phase import laws
+from ..phase.contact_outputs import evaluated
+from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulses import gather
@@ -122,7 +123,7 @@ def decide(it: EventRun, contacts: Contacts) -> int:
 def solved_modes(it: EventRun, contacts: Contacts) -> int:
     """Set modes, directions and forces with the laws that ``ends`` says to end. Return why there are none, or 0."""
     for k in range(it.contacts):
-        it.mode[k], it.way[k, 0], it.way[k, 1] = places.OPEN, 0.0, 0.0
+        it.mode[k], it.way[k, 0], it.way[k, 1] = laws.OPEN, 0.0, 0.0
     for r in range(it.rows):
         it.force[r] = 0.0
     it.ties = 0
@@ -200,7 +201,7 @@ def released(contacts: Contacts) -> int:
     found = 0
     for i in range(contacts.contacts):
         if (
-            mode_of(contacts, i) == places.SLIDE
+            mode_of(contacts, i) == laws.SLIDE
             and contacts.slides[i] == 0
             and contacts.static[i] > contacts.friction[i]
         ):
@@ -223,13 +224,13 @@ def mode_of(contacts: Contacts, i: int) -> int:
     if is_held(contacts, i) == 0 and greatest(contacts.forces[at:], 1 + n) <= alike * greatest(
         contacts.forces, m
     ):
-        return places.OPEN
+        return laws.OPEN
     if n == 0 or contacts.static[i] == 0.0 or contacts.slides[i] != 0:
-        return places.SLIDE
+        return laws.SLIDE
     square = 0.0
     for j in range(n):
         square += contacts.after[at + 1 + j] * contacts.after[at + 1 + j]
-    return places.SLIDE if root(square) > slow else places.STICK
+    return laws.SLIDE if root(square) > slow else laws.STICK
 
 
 @compiled
@@ -246,13 +247,13 @@ def name(it: EventRun, contacts: Contacts) -> None:
         for j in range(1 + n):
             it.force[it.first[k] + j] = contacts.forces[at + j]
         if not margin(contacts, i, it.mode[k], f, r) > rounded(contacts, event_run.SMALL):
-            if it.mode[k] == places.OPEN:
+            if it.mode[k] == laws.OPEN:
                 it.tied[k] = 1 if it.ends[k] != event_run.NORMAL_ZERO else 0
-            elif it.mode[k] == places.STICK:
+            elif it.mode[k] == laws.STICK:
                 # those at their limits of friction slip together
                 limit = size_of(contacts.forces[at + 1 :], n) * f > event_run.SMALL
                 if slipping > 0 and limit and cone_margin(contacts, i) * f <= event_run.SMALL:
-                    it.mode[k] = places.SLIDE
+                    it.mode[k] = laws.SLIDE
                 else:
                     it.tied[k] = 1
             else:
@@ -260,7 +261,7 @@ def name(it: EventRun, contacts: Contacts) -> None:
         name_slip(it, contacts, i)
     for i in range(contacts.contacts):
         k = it.chosen[i]
-        if it.tied[k] != 0 and it.mode[k] == places.OPEN:
+        if it.tied[k] != 0 and it.mode[k] == laws.OPEN:
             close(it, contacts, i, r)
     for i in range(contacts.contacts):
         it.ties += it.tied[it.chosen[i]]
@@ -270,9 +271,9 @@ def name(it: EventRun, contacts: Contacts) -> None:
 def name_slip(it: EventRun, contacts: Contacts, i: int) -> None:
     """Set the direction of the slip of a contact, or that it has no friction."""
     k = it.chosen[i]
-    if it.mode[k] == places.SLIDE and it.rough[k] != 0:
+    if it.mode[k] == laws.SLIDE and it.rough[k] != 0:
         if contacts.tangents[i] == 0 or contacts.static[i] == 0.0:
-            it.mode[k] = places.SMOOTH
+            it.mode[k] = laws.SMOOTH
         else:
             set_way(it, contacts, i)
 
@@ -285,7 +286,7 @@ def close(it: EventRun, contacts: Contacts, i: int, r: float) -> None:
         it.tied[k] = 0
         return
     rests = contacts.slides[i] == 0 and r * size_of(contacts.after[at + 1 :], n) <= ALIKE
-    it.mode[k] = places.STICK if rests and n > 0 and contacts.static[i] > 0.0 else places.SLIDE
+    it.mode[k] = laws.STICK if rests and n > 0 and contacts.static[i] > 0.0 else laws.SLIDE
     name_slip(it, contacts, i)
 
 
@@ -295,11 +296,12 @@ def close(it: EventRun, contacts: Contacts, i: int, r: float) -> None:
 @compiled
 def go_straight(it: EventRun) -> float:
     """Set ``trial`` to the state a moment later, with the accelerations of the decision; return how much later."""
-    T, state, length = table(it.looking), it.trial, event_run.MOMENT / (1.0 + largest(it.y[it.n_q :], it.n))
-    evaluated(it.t, it.y, it.looking, T)
+    machine, state = PhaseData(it.looking), it.trial
+    length = event_run.MOMENT / (1.0 + largest(it.y[it.n_q :], it.n))
+    evaluated(it.t, it.y, machine)
     copy(it.y, state, it.n_y)
     for i in range(it.n_q):
-        state[i] += length * it.looking[T[places.MACHINE_AT] + i]
+        state[i] += length * machine.q_dot[i]
     for i in range(it.n):
         change = it.free[i]
         for r in range(it.rows):
@@ -316,20 +318,20 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
     """
     set_up(it, contacts)
     length = go_straight(it)
-    T, found, now, later = table(it.phase), 0, it.watch, it.watch_later
+    phase, found, now, later = PhaseData(it.phase), 0, it.watch, it.watch_later
     it.watched(it.t, it.y, it.phase, now)
     it.watched(it.t + length, it.trial, it.phase, later)
-    for i in range(T[places.ENDINGS]):
-        k, law, e = it.ending[i], T[T[places.ENDING] + places.ENDING_SIZE * i + places.LAW], it.events + i
+    for i in range(phase.endings):
+        k, law, e = it.ending[i], phase.law[i], it.events + i
         if it.tied[k] != 0 and it.ends[k] == event_run.NO_REASON:
             fell = 0.0
             if it.hit == 0 and it.reason[k] == event_run.CONE_REACHED:
                 limit = it.coefficients[4 * k + 1] * it.force[it.first[k]]
-                fell = now[e] - places.ROUNDED * (limit * limit if law == places.CONE else limit)
+                fell = now[e] - laws.ROUNDED * (limit * limit if law == laws.CONE else limit)
             if later[e] < lesser(fell, 0.0):
-                if law == places.NORMAL:
+                if law == laws.NORMAL:
                     it.ends[k], found = event_run.NORMAL_ZERO, found + 1
-                elif law == places.CONE or law == places.LINE_CONE:
+                elif law == laws.CONE or law == laws.LINE_CONE:
                     it.ends[k], found = event_run.CONE_REACHED, found + 1
     return found
 
@@ -373,10 +375,10 @@ def margin(contacts: Contacts, i: int, mode: int, f: float, r: float) -> float:
     """Return by how much the laws of a contact hold; f and r are the reciprocals of typical forces and rates."""
     at, n = contacts.at[i], contacts.tangents[i]
     rests = contacts.slides[i] == 0 and n > 0 and contacts.static[i] > 0.0
-    if mode == places.OPEN:
+    if mode == laws.OPEN:
         return contacts.after[at] * r
     least = contacts.forces[at] * f if is_held(contacts, i) == 0 else 1.0
-    if mode == places.STICK:
+    if mode == laws.STICK:
         least = lesser(least, f * cone_margin(contacts, i))
     elif rests:
         least = lesser(least, r * size_of(contacts.after[at + 1 :], n))
@@ -395,7 +397,7 @@ def set_way(it: EventRun, contacts: Contacts, i: int) -> None:
     """Set the direction of slip of a contact."""
     at, n, k = contacts.at[i], contacts.tangents[i], it.chosen[i]
     speed, friction = size_of(contacts.after[at + 1 :], n), size_of(contacts.forces[at + 1 :], n)
-    begins = mode_of(contacts, i) == places.STICK  # friction has reached its limit
+    begins = mode_of(contacts, i) == laws.STICK  # friction has reached its limit
     for j in range(n):
         if contacts.slides[i] != 0:
             it.way[k, j] = contacts.way[2 * i + j]
@@ -404,4 +406,4 @@ def set_way(it: EventRun, contacts: Contacts, i: int) -> None:
         else:
             it.way[k, j] = contacts.after[at + 1 + j] / speed
     if n == 1:
-        it.mode[k] = places.SLIDE_BACK if it.way[k, 0] < 0.0 else places.SLIDE_ON
+        it.mode[k] = laws.SLIDE_BACK if it.way[k, 0] < 0.0 else laws.SLIDE_ON

@@ -15,8 +15,8 @@ from ...native.instructions import compiled, lesser, root, run_by
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED, RUNNING, TERMINAL
 from ..ode.run import Run
-from ..phase import places
-from ..phase.mode_table import table
+from ..phase import laws
+from ..phase.phase_record import PhaseData
 from . import event_run
 from .bounces import limited
 from .decision import begin_to_leave, decide
@@ -220,7 +220,7 @@ def hold(it: EventRun, contacts: Contacts) -> int:
         return 0
     for k in range(it.contacts):
         if begins_slip(it, k) != 0:
-            it.mode[k] = places.LIMIT
+            it.mode[k] = laws.LIMIT
     return 1
 
 
@@ -257,9 +257,9 @@ def launch(it: EventRun, run: Run, contacts: Contacts) -> int:
 @compiled
 def begin_steps(it: EventRun, run: Run, end: float) -> None:
     """Begin the steps of a phase."""
-    T = table(it.phase)
+    phase = PhaseData(it.phase)
     for k in range(it.contacts):
-        it.phase[T[places.BAND_AT] + k] = lesser(it.gap[k], 0.0)
+        phase.band[k] = lesser(it.gap[k], 0.0)
     find_flights(it)
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t
@@ -355,16 +355,12 @@ def depth(it: EventRun) -> int:
     look(it)
     near, slow, first = it.near, 1e3 * it.still, it.first_row
     for k in range(it.contacts):
-        v = (
-            it.rate[it.first[k] + 1]
-            if it.mode[k] == places.SLIDE_ON or it.mode[k] == places.SLIDE_BACK
-            else 0.0
-        )
-        if (v < -slow and it.mode[k] == places.SLIDE_ON) or (v > slow and it.mode[k] == places.SLIDE_BACK):
+        v = it.rate[it.first[k] + 1] if it.mode[k] == laws.SLIDE_ON or it.mode[k] == laws.SLIDE_BACK else 0.0
+        if (v < -slow and it.mode[k] == laws.SLIDE_ON) or (v > slow and it.mode[k] == laws.SLIDE_BACK):
             it.blame = k
             return event_run.TURNED
     for k in range(it.contacts):
-        if it.gap[k] < -near and it.reach[k] > 0.0 and it.mode[k] == places.OPEN and it.times[first] < it.t:
+        if it.gap[k] < -near and it.reach[k] > 0.0 and it.mode[k] == laws.OPEN and it.times[first] < it.t:
             t, gap = it.t, it.gap[k]
             copy(it.y, it.kept, it.n_y)
             it.t = it.times[first]
@@ -385,7 +381,7 @@ def depth(it: EventRun) -> int:
 @compiled
 def reasons(it: EventRun, run: Run) -> int:
     """Note why the modes end; return TERMINAL if the user's event ends the run, STRUCK for a blow, else RUNNING."""
-    search, called, T = run.search, 0, table(it.phase)
+    search, called, phase = run.search, 0, PhaseData(it.phase)
     for e in range(run.events):
         number = search.log_numbers[e]
         if number < it.events and search.log_times[e] == it.t:
@@ -399,8 +395,8 @@ def reasons(it: EventRun, run: Run) -> int:
         for e in range(run.events):
             i = search.log_numbers[e] - it.events
             if i >= 0:
-                law = T[T[places.ENDING] + places.ENDING_SIZE * i + places.LAW]
-                if (turn == 0) == (law == places.NORMAL):
+                law = phase.law[i]
+                if (turn == 0) == (law == laws.NORMAL):
                     set_reason(it, i, law)
     it.stage, it.halting = event_run.HALT, 0
     return event_run.STRUCK if called != 0 else RUNNING
@@ -410,15 +406,15 @@ def reasons(it: EventRun, run: Run) -> int:
 def set_reason(it: EventRun, i: int, law: int) -> None:
     """Note why the mode of the contact of an ending ends."""
     k, why = it.ending[i], event_run.SLIP_STOPPED
-    if law == places.GAP:
+    if law == laws.GAP:
         why = event_run.GAP_CLOSED
-    elif law == places.NORMAL:
+    elif law == laws.NORMAL:
         why = event_run.NORMAL_ZERO
-    elif law == places.REACH:
+    elif law == laws.REACH:
         why = event_run.END_OF_SIDE
-    elif law == places.SIDE:
+    elif law == laws.SIDE:
         why = event_run.ONTO_SIDE
-    elif law == places.LINE_CONE or law == places.CONE:
+    elif law == laws.LINE_CONE or law == laws.CONE:
         why = event_run.CONE_REACHED
         it.forces(it.t, it.y, it.phase, it.speeds)
         square = 0.0
@@ -427,11 +423,11 @@ def set_reason(it: EventRun, i: int, law: int) -> None:
         it.measure[k] = root(square)
     it.reason[k] = why
     # the corner takes over from its side, or the side from the corner
-    if law == places.REACH or law == places.SIDE:
+    if law == laws.REACH or law == laws.SIDE:
         for j in range(it.contacts):
             if it.side[j] == k and it.end_of[j] == it.place[i]:
                 it.reason[j] = why
-    if law == places.STOP:
+    if law == laws.STOP:
         it.stopping[k] = 1
 
 
@@ -464,7 +460,7 @@ def stop_slips(it: EventRun, run: Run, contacts: Contacts) -> int:
 @compiled
 def judge(it: EventRun, run: Run) -> int:
     """Keep the state without slip if the contact sticks in it; otherwise the slip has only just begun."""
-    sticks = it.mode[it.begun] == places.STICK
+    sticks = it.mode[it.begun] == laws.STICK
     copy_wholes(it.before, it.mode, it.contacts)
     it.stage = event_run.HALT
     if sticks:

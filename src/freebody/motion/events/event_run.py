@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from ...native.records import Count, Kernel, Real, Record, Row, Rows, Whole, Wholes, record
 from ..ending import End
-from ..phase.places import STOPPED
+from ..phase.laws import STOPPED
 
 ORDERS = ("simultaneous", "sequential")
 """Orders of the impacts at one moment."""
@@ -111,7 +111,7 @@ class EventRun(Record):
     ``impulses``                  work of impacts and blows
     ``budget``, ``steps_left``    steps until the next pause, and until the run is given up
 
-    ``seen``                      outputs of `closed_contacts.looked`, whose parts follow
+    ``seen``                      outputs of `phase_kernels.looked`, whose parts follow
     ``near``, ``still``           gap and speed that are zero
     ``closed``, ``chosen``        1 for each closed contact; the contacts of the contact problem
     ``left``                      1 for each contact that begins to leave the end of its side at this moment

@@ -24,8 +24,8 @@ from __future__ import annotations
 
 from ...native.instructions import compiled, greater, lesser, run_by
 from ..cones.contacts import EXACT, Contacts
-from ..phase.mode_table import evaluated, table
-from ..phase.places import MACHINE_AT
+from ..phase.contact_outputs import evaluated
+from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_row, impelled
@@ -379,17 +379,17 @@ def lift(it: EventRun, contacts: Contacts) -> None:
     if below == 0:
         return
     impelled(it, contacts, count)
-    T, state = table(it.looking), it.trial
+    machine, state = PhaseData(it.looking), it.trial
     copy(it.y, state, it.n_y)
     for i in range(n):
         state[it.n_q + i] = 0.0
-    evaluated(it.t, state, it.looking, T)
-    copy(it.looking[T[MACHINE_AT] :], it.step, it.n_q)
+    evaluated(it.t, state, machine)
+    copy(machine.q_dot, it.step, it.n_q)
     for r in range(it.rows):
         if it.whole[r] != 0.0:
             for i in range(n):
                 state[it.n_q + i] += it.whole[r] * it.X[r * n + i]
-    evaluated(it.t, state, it.looking, T)
+    evaluated(it.t, state, machine)
     for i in range(it.n_q):
-        it.y[i] += it.looking[T[MACHINE_AT] + i] - it.step[i]
+        it.y[i] += machine.q_dot[i] - it.step[i]
     look(it)

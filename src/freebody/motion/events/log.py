@@ -7,7 +7,7 @@ numbers    of the entries, one after another
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled
-from ..phase.places import LIMIT
+from ..phase.laws import LIMIT
 from . import event_run
 from .event_run import EventRun
 from .moment import copy

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, Truth, compiled, greater, inlined, root
-from ..phase.places import CLOSED
+from ..phase.laws import CLOSED
 from .event_run import STILL, EventRun
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from ...native.instructions import compiled, lesser, root
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
-from ..phase import places
-from ..phase.mode_table import conditions_of, set_modes, table
+from ..phase import laws
+from ..phase.mode_conditions import conditions_of, set_modes
+from ..phase.phase_record import PhaseData
 from .event_run import LOW, SMALL, EventRun
 from .impulse_system import add_row, impelled
 from .moment import largest, product_of, row_of, slip_speed
@@ -15,23 +16,21 @@ from .moment import largest, product_of, row_of, slip_speed
 @compiled
 def set_up(it: EventRun, contacts: Contacts) -> None:
     """Write the equations of the modes: independent conditions, endings, and how the modes are shown."""
-    T = table(it.phase)
+    phase = PhaseData(it.phase)
     find_dead(it, contacts)
     find_active(it, contacts)
-    set_modes(T, it.mode, it.dead, it.active, it.actives)
+    set_modes(phase, it.mode, it.dead, it.active, it.actives)
     for r in range(it.rows):
-        it.phase[T[places.FORCE_AT] + r] = 0.0
+        phase.force[r] = 0.0
     for k in range(it.contacts):
         mode = it.mode[k]
-        it.phase[T[places.BAND_AT] + k] = lesser(it.gap[k], 0.0)
+        phase.band[k] = lesser(it.gap[k], 0.0)
         for j in range(2):
-            it.phase[T[places.DIRECTION_AT] + 2 * k + j] = it.way[k, j]
-        if mode == places.LIMIT or (
-            it.dead[k] != 0 and (mode == places.SLIDE_ON or mode == places.SLIDE_BACK)
-        ):
-            mode = places.STICK
-        elif mode == places.SMOOTH:
-            mode = places.SLIDE
+            phase.direction[k, j] = it.way[k, j]
+        if mode == laws.LIMIT or (it.dead[k] != 0 and (mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK)):
+            mode = laws.STICK
+        elif mode == laws.SMOOTH:
+            mode = laws.SLIDE
         it.shown[k] = mode
 
 
@@ -55,7 +54,7 @@ def find_active(it: EventRun, contacts: Contacts) -> None:
     for a in range(count):
         for b in range(count):
             A[a * count + b] = product_of(row_of(it, it.W, it.list[a]), row_of(it, it.X, it.list[b]), it.n)
-    factor(A, count, contacts.factors, places.DEPENDENT, contacts.left, contacts.order)
+    factor(A, count, contacts.factors, laws.DEPENDENT, contacts.left, contacts.order)
     it.actives = 0
     for a in range(count):
         if contacts.order[a] != 0 and it.actives < it.n:
@@ -73,9 +72,9 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
     found, count = 0, listed(it)
     for k in range(it.contacts):
         mode, it.dead[k] = it.mode[k], 0
-        if mode == places.OPEN:
+        if mode == laws.OPEN:
             it.dead[k] = 1 if abs(it.gap[k]) <= it.near else 0
-        elif mode == places.SLIDE_ON or mode == places.SLIDE_BACK:
+        elif mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK:
             it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
         found += it.dead[k]
     if found == 0 or count == 0:
@@ -84,7 +83,7 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
         return
     for k in range(it.contacts):
         if it.dead[k] != 0:
-            r = it.first[k] if it.mode[k] == places.OPEN else it.first[k] + 1
+            r = it.first[k] if it.mode[k] == laws.OPEN else it.first[k] + 1
             if depends(it, contacts, r, count) == 0:
                 it.dead[k] = 0
 
@@ -109,8 +108,7 @@ def depends(it: EventRun, contacts: Contacts, r: int, count: int) -> int:
 @compiled
 def project(it: EventRun) -> None:
     """Move the state onto the conditions of the phase."""
-    T = table(it.phase)
-    if T[places.ACTIVE] == 0:
+    if PhaseData(it.phase).active == 0:
         return
     for _ in range(3):
         it.projection(it.t, it.y, it.phase, it.step)
@@ -138,7 +136,7 @@ def find_flights(it: EventRun) -> int:
     """
     low, leaving, unseen = LOW * (1.0 + largest(it.y, it.n_q)), 0, 0
     for k in range(it.contacts):
-        leaves = it.mode[k] == places.OPEN and abs(it.gap[k]) <= it.near and it.rate[it.first[k]] > it.still
+        leaves = it.mode[k] == laws.OPEN and abs(it.gap[k]) <= it.near and it.rate[it.first[k]] > it.still
         it.taking[k], it.flight[k] = 0, 1.0 if leaves else 0.0
         leaving += 1 if leaves else 0
     if leaving == 0:
@@ -167,5 +165,5 @@ def shortest_flight(it: EventRun) -> float:
 @compiled
 def begins_slip(it: EventRun, k: int) -> int:
     """Return 1 if a slip of a contact in space begins at rest, else 0."""
-    slides = it.mode[k] == places.SLIDE and it.tangents[k] == 2 and it.rough[k] != 0
+    slides = it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and it.rough[k] != 0
     return 1 if slides and slip_speed(it, k) <= it.still else 0

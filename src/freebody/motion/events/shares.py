@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, greater
 from ..cones.contacts import Contacts
-from ..phase import places
+from ..phase import laws
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_row, ray_product
@@ -26,13 +26,13 @@ def forces_decide(it: EventRun, contacts: Contacts) -> int:
     for k in range(it.contacts):
         n, mode, at = it.tangents[k], it.mode[k], it.first[k]
         rough, speed = n > 0 and not is_smooth(it, k), slip_speed(it, k)
-        if mode == places.OPEN:
+        if mode == laws.OPEN:
             continue
-        if mode != places.STICK and rough and speed <= it.still:
+        if mode != laws.STICK and rough and speed <= it.still:
             return 0  # no direction yet
         if it.held[k] == 0:
             count = add_row(it, count, at, 0.0)
-        if mode == places.STICK:
+        if mode == laws.STICK:
             for j in range(n):
                 count = add_row(it, count, at + 1 + j, 0.0)
         elif rough and it.held[k] == 0:

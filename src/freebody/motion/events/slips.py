@@ -7,8 +7,9 @@ from __future__ import annotations
 from ...native.instructions import compiled, greater, lesser, root
 from ..cones.contacts import Contacts
 from ..ode.layout import FINISHED
-from ..phase import places
-from ..phase.mode_table import evaluated, table
+from ..phase import laws
+from ..phase.contact_outputs import evaluated
+from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulse_system import add_row, impelled
@@ -74,9 +75,9 @@ def nudge(it: EventRun, contacts: Contacts) -> int:
     """Give a slip that begins without acceleration the speed `NUDGE`; return 0 if others prevent it, else 1."""
     count = 0
     for k in range(it.contacts):
-        if it.mode[k] != places.OPEN:
+        if it.mode[k] != laws.OPEN:
             count, begins = add_row(it, count, it.first[k], 0.0), begins_slip(it, k)
-            if it.mode[k] == places.STICK or begins != 0:
+            if it.mode[k] == laws.STICK or begins != 0:
                 for j in range(it.tangents[k]):
                     goal = event_run.NUDGE * it.way[k, j] if begins != 0 else 0.0
                     count = add_row(it, count, it.first[k] + 1 + j, goal)
@@ -93,7 +94,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> 
     if least < 0.0:
         return 0
     n_q, n = it.n_q, it.n
-    if least <= event_run.SMALL * scale_of(it) or least * longest < 4.0 * places.STOPPED:
+    if least <= event_run.SMALL * scale_of(it) or least * longest < 4.0 * laws.STOPPED:
         if nudge(it, contacts) == 0:
             return 0
         work = it.impulses
@@ -101,21 +102,21 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> 
         it.impulses = work
         look(it)
         return 1
-    length = lesser(greater(4.0 * places.STOPPED / least, 1e-9), end - it.t)
+    length = lesser(greater(4.0 * laws.STOPPED / least, 1e-9), end - it.t)
     copy(it.y, it.start, it.n_y)
     for i in range(n):
         change = it.free[i]
         for r in range(it.rows):
             change += it.force[r] * it.X[r * n + i]
         it.step[n_q + i] = length * change
-    T, state = table(it.looking), it.trial
+    machine, state = PhaseData(it.looking), it.trial
     for i in range(n):
         state[n_q + i] = it.y[n_q + i] + it.step[n_q + i] / 2.0
         it.y[n_q + i] += it.step[n_q + i]
     copy(it.start, state, n_q)
-    evaluated(it.t, state, it.looking, T)
+    evaluated(it.t, state, machine)
     for i in range(n_q):
-        it.y[i] += length * it.looking[T[places.MACHINE_AT] + i]
+        it.y[i] += length * machine.q_dot[i]
     leap(it, contacts, length)
     return 1
 
@@ -155,16 +156,16 @@ def fading(it: EventRun) -> int:
     """
     slow = 0
     for k in range(it.contacts):
-        if it.mode[k] == places.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
-            slow += 1 if it.still < slip_speed(it, k) <= places.STOPPED else 0
+        if it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
+            slow += 1 if it.still < slip_speed(it, k) <= laws.STOPPED else 0
     if slow == 0:
         return -1
     it.accelerations(it.t, it.y, it.phase, it.speeds)
     for k in range(it.contacts):
-        if it.mode[k] == places.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
+        if it.mode[k] == laws.SLIDE and it.tangents[k] == 2 and not is_smooth(it, k):
             r = it.first[k] + 1
             if (
-                it.still < slip_speed(it, k) <= places.STOPPED
+                it.still < slip_speed(it, k) <= laws.STOPPED
                 and product_of(it.rate[r:], it.speeds[r:], 2) < 0.0
             ):
                 return k
@@ -176,7 +177,7 @@ def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
     """Cancel the slip of the contacts ``stopped``; closed contacts stay so. With ``keep`` 1 the work is not counted."""
     count = 0
     for k in range(it.contacts):
-        if it.mode[k] != places.OPEN:
+        if it.mode[k] != laws.OPEN:
             count = add_row(it, count, it.first[k], -it.rate[it.first[k]])
         if it.stopped[k] != 0:
             for j in range(1, 3):
@@ -221,8 +222,8 @@ def halt(it: EventRun, contacts: Contacts, k: int) -> int:
     it.t = begun + length
     look(it)
     for j in range(it.contacts):
-        slides = it.mode[j] == places.SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
-        if slides and it.measure[j] <= FADES * places.STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
+        slides = it.mode[j] == laws.SLIDE and it.tangents[j] == 2 and it.rough[j] != 0
+        if slides and it.measure[j] <= FADES * laws.STOPPED and slip_speed(it, j) <= it.measure[j] / ALIKE:
             it.stopped[j] = 1
     stop(it, contacts, 0)  # the slip that remains after a straight step is of second order in its length
     log_leap(it, begun, length)

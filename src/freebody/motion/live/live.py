@@ -14,7 +14,7 @@ from ..cones.collision import collided
 from ..cones.solution import find
 from ..ode import dop853
 from ..ode.layout import RUNNING
-from ..phase import closed_contacts
+from ..phase import endings, phase_kernels, projection
 from ..start.closing_record import MET
 from ..start.gauss_newton import close
 from .memory import OTHERS, Live
@@ -174,10 +174,11 @@ def functions(closes: bool, touches: bool) -> dict[str, Compiled]:
 
 def called() -> dict[str, Compiled]:
     """Return the functions that the loop of a machine with contacts calls by their addresses."""
-    of_contacts = ("looked", "rate", "rates", "projection", "acceleration", "force", "watched", "derived")
+    kernels = ("looked", "rate", "rates", "acceleration", "force", "derived")
     return {
         "piece": piece, "find": find, "collided": collided,
-        **{name: getattr(closed_contacts, name) for name in of_contacts},
+        "projection": projection.projection, "watched": endings.watched,
+        **{name: getattr(phase_kernels, name) for name in kernels},
     }  # fmt: skip
 
 

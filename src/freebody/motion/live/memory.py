@@ -26,7 +26,7 @@ class Touching(Record):
 
     ``run``, ``problem``       memory of an `EventRun` and of its contact problem (`Contacts`)
     ``fresh``                  the first of these as it is before all runs; ``kept``: 1 if it is written
-    ``phase``, ``looking``     constants of the present phase, and of the functions of all contacts (`phase.places`)
+    ``phase``, ``looking``     memory of the present phase, and of the functions of all contacts (`PhaseData`)
     ``of_phase``, ``of_looking``    places in these of the constants of kernels
     ``observing``              kernel of what a caller wants to see, of the state in the present phase
     ``fades``                  power of two by which there are fewer frames than at first
@@ -40,10 +40,8 @@ class Touching(Record):
     kept: Whole
     observing: Kernel
     fades: Whole
-    table: Annotated[Wholes, "n_table"]
-    table_looking: Annotated[Wholes, "n_table_looking"]
-    phase: Annotated[Row, "n_phase"]
-    looking: Annotated[Row, "n_looking"]
+    phase: Row
+    looking: Row
     of_phase: Annotated[Wholes, "n_of_phase"]
     n_of_phase: Count
     of_looking: Annotated[Wholes, "n_of_looking"]
@@ -92,7 +90,7 @@ class Live(Record):
     ``events``, ``event_times``, ``event_numbers``, ``event_signs``, ``event_states``    events in order of time
     ``answers``       numbers that depend on p and on the start
     ``phases``, ``phase_times``, ``phase_frames``, ``modes``    of a machine with contacts: number of phases; of each,
-                      its start, its first frame, and the modes of all contacts (`phase.places`)
+                      its start, its first frame, and the modes of all contacts (`phase.laws`)
 
     The rest is the machine's: number of coordinates and speeds (``n_state``), kernels, and memory of
     `gauss_newton.close` and of the run.

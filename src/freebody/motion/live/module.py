@@ -10,7 +10,7 @@ import hashlib
 from typing import Any
 
 from ...native import cache, sources
-from ...native.records import WORD, Record
+from ...native.records import Record
 from ...program.export.wasm import WasmModule
 from ...program.export.wasm_linking import base_of_image, linked
 from ...program.export.wasm_object import TARGET, optimised, version, wasm_object
@@ -39,14 +39,11 @@ def module_of(
     addresses = {name: k for k, name in enumerate(["prologue", *names, *called], 1)}
     live = machine.memory(addresses, header["hoisted"])
     base = base_of_image(code)
+    touching = machine.touching
     others: tuple[Record, ...] = ()
-    outside = []
-    if machine.touching is not None:
-        others = machine.touching.run, machine.touching.problem
-        outside = [
-            WORD * live.touching.placed[name][0] for name in ("phase", "looking")
-        ]  # addresses of tables
-    image = live.image_at(base, outside, others)
+    if touching is not None:
+        others = touching.run, touching.problem, touching.of_phase.data, touching.of_looking.data
+    image = live.image_at(base, others)
     module = linked(code, [EXPORT], table, image, len(image))
     places = live.places_of(*READ)
     return WasmModule(

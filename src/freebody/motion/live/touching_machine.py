@@ -4,7 +4,7 @@
     power                         of drives and of moving conditions
     observation                   what a caller wants to see, of state, accelerations, contact forces and multipliers
 
-The functions of `phase.closed_contacts` call them, with tables of integers for the modes.
+The functions of `phase.phase_kernels` call them, with modes as data (`PhaseData`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from ...dynamics import State
-from ...native.records import address
 from ...scalar.algebra import Scalar
 from ..cones.contacts import Contacts, contacts_room
 from ..events import event_run
@@ -32,7 +31,7 @@ OF_RUN = {
     "looked": "looked", "rates_at": "rate", "rates": "rates", "projection": "projection",
     "accelerations": "acceleration", "forces": "force", "watched": "watched",
 }  # fmt: skip
-"""Functions of `closed_contacts` that the loop calls, by the fields of `EventRun`."""
+"""Functions of `phase_kernels` that the loop calls, by the fields of `EventRun`."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Placed:
 
 
 SIZES = (
-    "n_fresh", "n_table", "n_table_looking", "n_phase", "n_looking", "n_of_phase", "n_of_looking", "n_endings",
+    "n_fresh", "n_of_phase", "n_of_looking", "n_endings",
     "n_final", "n_watched", "n_marks", "n_numbers_logged", "n_logged", "n_states_logged", "n_found", "room_of_phases",
     "room_of_modes",
 )  # fmt: skip
@@ -124,9 +123,8 @@ class TouchingMachine:
         marks = 16 * (16 + 4 * E + m) + 8 * crossed
         numbers = 16 * (16 + 4 * n_y + 4 * E + 4 * m) + 2 * (n_y + 1) * crossed
         return dict(zip(SIZES, (
-            self.run.memory.size, self.of_phase.table.size, self.of_looking.table.size, self.of_phase.size,
-            self.of_looking.size, len(self.of_phase.parts), len(self.of_looking.parts), len(scene.endings), count + 1,
-            count + len(scene.endings), marks, numbers, rows, rows * n_y, found, MOST_PHASES, MOST_PHASES * E,
+            self.run.memory.size, len(self.of_phase.programs), len(self.of_looking.programs), len(scene.endings),
+            count + 1, count + len(scene.endings), marks, numbers, rows, rows * n_y, found, MOST_PHASES, MOST_PHASES * E,
         ), strict=True))  # fmt: skip
 
     def equip(self, live: Live, addresses: Mapping[str, int]) -> None:
@@ -136,11 +134,10 @@ class TouchingMachine:
         hold.run, hold.problem = it.memory, self.problem.memory
         hold.observing = addresses["derived"]
         for name, program in (("phase", self.of_phase), ("looking", self.of_looking)):
-            table = getattr(hold, "table" if name == "phase" else "table_looking")
-            table[:] = program.table
-            c = getattr(hold, name)
-            c.view(np.int64)[0] = address(table)
-            getattr(hold, f"of_{name}")[:] = [at for at, _ in program.parts]
+            setattr(hold, name, program.data.memory)
+            getattr(hold, f"of_{name}")[:] = [
+                program.data.placed[f"{kernel}_c"][0] for kernel in program.programs
+            ]
         hold.ending[:] = [end.contact for end in scene.endings]
         hold.place[:] = [end.place for end in scene.endings]
         hold.final[:] = [*(spec.terminal for spec in setting.specs), 0]

@@ -1,7 +1,7 @@
 """Compiled kernels of all candidate contacts of a machine, whatever their modes, and the pattern of their outputs.
 
-    machine    q', D^-½ L⁻¹ f, D^-½, L of M = L D Lᵀ, power of loads, and of its own conditions residual, rate, γ and
-               D^-½ L⁻¹ Gᵀ
+    machine    q', D^-½ L⁻¹ f, D^-½, L of M = L D Lᵀ, power of loads, and of its own conditions the residuals, the
+               rates, γ and D^-½ L⁻¹ Gᵀ
     group k    gap, reaches, μ, μ_s, e, μ at rest, rates, biases, entries of W of each contact between two bodies
 
 f are the generalized forces with u' = 0. A group is called only if one of its contacts is closed or watched. Solving
@@ -13,7 +13,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from itertools import accumulate
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,14 +45,31 @@ from ..kernels.kernels import Kernels, Program
 Integers = Any  # array of int64
 
 
+class ContactPattern(NamedTuple):
+    """Places of a contact in the outputs of the kernels.
+
+    ``pair``, ``gap``      pair of bodies, and place of the gap in its outputs; the reaches follow
+    ``reaches``            number of reaches
+    ``laws``, ``rates``, ``biases``, ``away``    places in the contact's own outputs of μ, of the rates, of their
+                           biases and of the rates of the reaches
+    """
+
+    pair: int
+    gap: int
+    reaches: int
+    laws: int
+    rates: int
+    biases: int
+    away: int
+
+
 @dataclass(frozen=True, eq=False)
 class Pattern:
     """Places in the outputs of the kernels, the same at every state.
 
     ``order``      speed at each place of the order of elimination
     ``starts``     first entry of each column of L, and the end; ``below`` has the row of each entry
-    ``contacts``   for each contact: pair of bodies, place in its outputs, tangents, reaches, first row, place of the
-                   rates of its reaches in its own outputs
+    ``contacts``   for each contact, by name
     ``rows``       for each row: first entry in ``columns``, number of entries, place of the first in the outputs
     ``columns``    place in the order of elimination of each entry of W
     ``sizes``      number of outputs of each contact; ``pairs``: of each pair of bodies
@@ -60,7 +78,7 @@ class Pattern:
     order: tuple[int, ...]
     starts: tuple[int, ...]
     below: tuple[int, ...]
-    contacts: tuple[tuple[int, ...], ...]
+    contacts: tuple[ContactPattern, ...]
     rows: tuple[tuple[int, ...], ...]
     columns: tuple[int, ...]
     sizes: tuple[int, ...]
@@ -116,9 +134,10 @@ class Candidates:
 
         if self.kernels.active:
             conditions, kinds = linearized(model, state), rows(model)
-            for i in self.kernels.active:
-                residual = 0 if kinds[i].on_speeds else conditions.residual[i]
-                own += [residual, conditions.rate[i], conditions.bias[i], *row(conditions.matrix[i])]
+            active = self.kernels.active
+            own += [0 if kinds[i].on_speeds else conditions.residual[i] for i in active]
+            own += [conditions.rate[i] for i in active] + [conditions.bias[i] for i in active]
+            own += [x for i in active for x in row(conditions.matrix[i])]
         place = {j: k for k, j in enumerate(M.order)}
         below = [sorted(column) for column in M.L]
         machine = [
@@ -129,7 +148,8 @@ class Candidates:
             load_power(model, state),
             *own,
         ]
-        contacts: dict[int, tuple[int, ...]] = {}
+        gaps: dict[int, tuple[int, int]] = {}
+        contacts: list[ContactPattern] = []
         of_rows: list[tuple[int, ...]] = []
         columns: list[int] = []
         pairs: list[list[Any]] = []
@@ -137,18 +157,20 @@ class Candidates:
             pairs.append([])
             for k in pair:
                 it = touch(model, state, model.contacts[k])
-                contacts[k] = (len(pairs) - 1, len(pairs[-1]), self.tangents[k], len(it.reach), self.first[k])
+                gaps[k] = len(pairs) - 1, len(pairs[-1])
                 pairs[-1] += [it.gap, *it.reach]
         outputs: list[list[Any]] = []
         for k, contact in enumerate(model.contacts):
             it, given = touch(model, state, contact), rows_of(model, state, (contact,))
-            values = [it.gap, *it.reach, *coefficients(model, state, contact), *given.rate, *given.bias]
+            parts = [it.gap, *it.reach], coefficients(model, state, contact), given.rate, given.bias
+            laws, rates, biases, _ = accumulate(map(len, parts))
+            values = [x for part in parts for x in part]
             for along in given.matrix:
                 W = entries(along)
                 of_rows.append((len(columns), len(W), len(values)))
                 columns += [place[i] for i, _ in W]
                 values += [x for _, x in W]
-            contacts[k] = (*contacts[k], len(values))
+            contacts.append(ContactPattern(*gaps[k], len(it.reach), laws, rates, biases, len(values)))
             if it.reach:
                 values += [rate for _, rate, _ in reaches_along(model, state, contact, [0] * model.n_u)]
             outputs.append(values)
@@ -156,7 +178,7 @@ class Candidates:
             tuple(M.order),
             tuple(np.cumsum([0, *map(len, below)]).tolist()),
             tuple(i for column in below for i in column),
-            tuple(contacts[k] for k in range(len(contacts))),
+            tuple(contacts),
             tuple(of_rows),
             tuple(columns),
             tuple(map(len, outputs)),

@@ -3,20 +3,19 @@
 scene    gap, speeds and accelerations of all contacts, their rows W and the change of u' per unit of force
 phase    a set of modes: right-hand side, contact forces, and the functions that end the phase
 
-A phase needs no code of its own: it is a table of integers (`places`) for the functions of `closed_contacts`.
+A phase needs no code of its own: it is data (`PhaseData`) for the functions of `phase_kernels`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from ...dynamics import State
-from ...dynamics.conditions.constraints import rows
 from ...dynamics.conditions.contact import contact_layout, contact_rows, reaches_along, touches
 from ...dynamics.contact_motion import contact_problem
 from ...dynamics.state import float_state
@@ -25,8 +24,11 @@ from ...model import Model
 from ...native import loop
 from ..kernels.kernels import Kernels
 from ..ode.dense_output import Array, Rates, outputs_at
-from . import places
 from .candidates import Candidates, coefficients
+from .laws import CLOSED, DEPENDENT
+from .phase_data import DataProgram, phase_data
+from .phase_record import PhaseData
+from .snapshot import Snapshot
 
 Modes = tuple[str, ...]
 """Mode of every contact: open, stick, slip+, slip-, slip, smooth, or limit and a direction (:func:`at_limit`)."""
@@ -36,92 +38,17 @@ SMOOTH = "smooth"
 LIMIT = "limit"
 """Mode of a contact in space at its limit of friction that the others hold at rest: -T/|T| is a fixed direction."""
 KINDS = ("open", "stick", "slip+", "slip-", "slip", SMOOTH, LIMIT)
-"""Kinds of modes, in the order of their numbers (`places`)."""
+"""Kinds of modes, in the order of their numbers (`laws`)."""
 NUMBERS = {kind: number for number, kind in enumerate(KINDS)}
 _FUNCTIONS = (
     "rates", "projection", "derived", "multipliers", "gap", "rate", "acceleration", "force", "static_friction",
     "watched", "looked", "set_modes",
 )  # fmt: skip
-_MODULES = tuple(loop.sibling(__name__, name) for name in ("closed_contacts", "mode_table"))
+_MODULES = tuple(
+    loop.sibling(__name__, name) for name in ("phase_kernels", "projection", "endings", "mode_conditions")
+)
 _LABEL = _MODULES[0]
 _NEWTON = "motion.cones.newton"
-_SLIPPING = ("slip+", "slip-", "slip")
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """The contacts at one moment: E elements, m rows in the order of :func:`contact_layout`.
-
-    ``c`` are the derivatives of the rates without contact forces, ``free`` the accelerations u' so, ``matrix`` is W,
-    and ``responses`` the change of u' per unit of each contact force. ``away`` are the least rates of reaches that are
-    zero.
-    """
-
-    gap: Array
-    reach: Array
-    rate: Array
-    c: Array
-    free: Array
-    matrix: Array
-    responses: Array
-    friction: Array
-    static: Array
-    restitution: Array
-    away: Array
-
-    @cached_property
-    def A(self) -> Array:
-        """A = W M⁻¹ Wᵀ, rates per unit of each force; symmetric."""
-        return self.between(range(len(self.rate)))
-
-    def between(self, rows: Sequence[int]) -> Array:
-        """Return the rows and columns of A."""
-        chosen = list(rows)
-        return self.matrix[chosen] @ self.responses[chosen].T
-
-
-@dataclass(frozen=True, eq=False)
-class DataProgram:
-    """Functions of (t, y, c) whose constants c are the data of a phase (`places`).
-
-    ``functions``  address and number of outputs of each
-    ``table``      integers of the phase
-    ``size``       length of c
-    ``parts``      a place in c and the program whose constants stand there; ``numbers``: a place and a number
-    """
-
-    functions: Mapping[str, tuple[int, int]]
-    table: Any
-    size: int
-    parts: Sequence[tuple[int, Any]]
-    numbers: Sequence[tuple[int, float]]
-    _last: list[tuple[bytes, Any]] = field(default_factory=list)
-
-    def address(self, name: str) -> int:
-        """Address of a function."""
-        return self.functions[name][0]
-
-    def outputs(self, name: str) -> int:
-        """Number of outputs of a function."""
-        return self.functions[name][1]
-
-    def constants(self, parameters: Array) -> Array:
-        """Return c for these parameters; it is memory of the functions too, so no two threads may share it."""
-        key = parameters.tobytes()
-        last: tuple[bytes, Any] = (
-            self._last[0] if self._last else (b"", None)
-        )  # another thread may replace it meanwhile
-        if last[1] is None or last[0] != key:
-            c = np.zeros(self.size)
-            c.view(np.int64)[0] = loop.address(self.table)
-            for at, program in self.parts:
-                own = program.constants(parameters)
-                c[at : at + own.size] = own
-            for at, number in self.numbers:
-                c[at] = number
-            last = key, c
-            self._last[:] = [last]
-        return cast(Array, last[1].copy())
 
 
 def at_limit(direction: Sequence[float]) -> str:
@@ -138,9 +65,9 @@ def functions() -> dict[str, Any]:
     """Return the compiled functions of this room."""
 
     def named() -> dict[str, Any]:
-        from . import closed_contacts, mode_table
+        from . import endings, mode_conditions, phase_kernels, projection
 
-        return vars(closed_contacts) | vars(mode_table)
+        return vars(phase_kernels) | vars(projection) | vars(endings) | vars(mode_conditions)
 
     return loop.made(_LABEL, _MODULES, _FUNCTIONS, named, short=True).functions
 
@@ -171,6 +98,7 @@ class Scene:
         self.held = tuple(int(c.held) for c in self.model.contacts)
         self.names = tuple(row.name for row in contact_layout(self.model.contacts))
         self._phases: dict[Any, Phase] = {}
+        self.layouts: dict[Any, PhaseData] = {}
         self.ends = _ends(self.model)
 
     @cached_property
@@ -179,9 +107,7 @@ class Scene:
         result: list[Ending] = []
         for k, n in enumerate(self.tangents):
             result += [Ending(k), *[Ending(k)] * (2 * (n == 1) + (n == 2))]
-            result += [
-                Ending(k, place) for place in range(self.candidates.pattern.contacts[k][places.REACHES])
-            ]
+            result += [Ending(k, place) for place in range(self.candidates.pattern.contacts[k].reaches)]
             result += [Ending(side, place) for side, place in self.ends.get(k, ())]
         return tuple(result)
 
@@ -224,7 +150,7 @@ class Scene:
 
     def _away(self, state: State, contact: Any, q: Array) -> float:
         """Return the least rate of the reaches of a contact that are zero."""
-        near, still = places.CLOSED * (1 + float(np.abs(q).max(initial=0))), [0.0] * self.model.n_u
+        near, still = CLOSED * (1 + float(np.abs(q).max(initial=0))), [0.0] * self.model.n_u
         reaches = reaches_along(self.model, state, contact, still)
         return min((float(rate) for value, rate, _ in reaches if abs(value) <= near), default=np.inf)
 
@@ -270,9 +196,7 @@ class Scene:
         held = [self.first[k] + j for k, j in self.conditions(modes)]
         m = len(held)
         order = np.zeros(m, dtype=np.int64)
-        loop.code(_NEWTON, "factor")(
-            seen.between(held), m, np.zeros(m * m), places.DEPENDENT, np.zeros(m), order
-        )
+        loop.code(_NEWTON, "factor")(seen.between(held), m, np.zeros(m * m), DEPENDENT, np.zeros(m), order)
         return [self.candidates.own + i for i in np.flatnonzero(order).tolist()]
 
 
@@ -419,7 +343,7 @@ class Phase:
 
         Parameters
         ----------
-        outputs     function of `closed_contacts` -> number of its outputs; ``watched`` needs endings
+        outputs     function of a phase -> number of its outputs; ``watched`` needs endings
         derived     name and program of a function of the state, accelerations, forces and multipliers
         values      program of the ``count`` functions of the user
         whole       True for room for any modes
@@ -427,35 +351,26 @@ class Phase:
         """
         candidates = self.scene.candidates
         code, program, power = source or Source.here(candidates)
-        table = _Table(self, "watched" in outputs, whole)
-        parts: list[tuple[int, Any]] = []
-        table.kernel(places.MACHINE, program.address("machine"))
-        table.constants(places.CONSTANTS, program, parts)
-        pattern = candidates.pattern
-        table.list(places.PAIRS, [program.address(f"pair {p}") for p in range(len(pattern.pairs))])
-        table.list(places.TOUCHES, [program.address(f"contact {k}") for k in range(len(pattern.sizes))])
-        if power is not None:
-            table.kernel(places.POWER, power.address("power"))
-            table.constants(places.POWER_CONSTANTS, power, parts)
+        programs = {"machine": (program, "machine")}
         found = {name: (code(name), size) for name, size in outputs.items()}
+        if power is not None:
+            programs["power"] = power, "power"
         if values is not None:
-            table.kernel(places.VALUES, values.address("values"))
-            table.constants(places.VALUES_CONSTANTS, values, parts)
-            table.head[places.EXPRESSIONS] = count
+            programs["values"] = values, "values"
         if derived is not None:
             name, of_forces = derived
-            table.kernel(places.DERIVED, of_forces.address(name))
-            table.constants(places.DERIVED_CONSTANTS, of_forces, parts)
+            programs["derived"] = of_forces, name
             found[name] = code("derived"), of_forces.outputs(name)
-        at = table.head[places.DIRECTION_AT]
-        numbers = [
-            (at + 2 * k + j, x) for k, mode in enumerate(self.modes) for j, x in enumerate(direction_of(mode))
-        ]
-        return DataProgram(found, table.finished(), table.size, parts, numbers)
+        data = phase_data(self, programs, "watched" in outputs, whole)
+        data.expressions = count
+        modes = np.array([NUMBERS[mode.partition(" ")[0]] for mode in self.modes], dtype=np.int64)
+        active = np.array([i - candidates.own for i in self.active[len(self.own) :]], dtype=np.int64)
+        functions()["set_modes"](data, modes, np.zeros_like(modes), active, active.size)
+        return DataProgram(found, data, {name: program for name, (program, _) in programs.items()})
 
 
 class Source(NamedTuple):
-    """Address of each function of `closed_contacts`, and programs of the candidates and of the power of drives."""
+    """Address of each function of `phase_kernels`, and programs of the candidates and of the power of drives."""
 
     code: Callable[[str], int]
     candidates: Any
@@ -466,114 +381,6 @@ class Source(NamedTuple):
         """Return the functions and kernels on this computer."""
         power = candidates.power() if candidates.driven else None
         return cls(lambda name: functions()[name].address, candidates.program(), power)
-
-
-class _Table:
-    """The table of integers of a phase while it is written.
-
-    ``endings``    True if the end of the phase is watched
-    ``whole``      True for room for all modes, which compiled code may write then
-    """
-
-    def __init__(self, phase: Phase, endings: bool, whole: bool) -> None:
-        self.head = [0] * places.HEAD
-        self.tail: list[int] = []
-        self.size, self.phase = 1, phase
-        scene, candidates, model = phase.scene, phase.scene.candidates, phase.model
-        pattern, own = candidates.pattern, phase.own
-        kinds, first, n, m = rows(model), len(own), model.n_u, scene.rows
-        E, a, count, slipping = len(model.contacts), len(phase.active), first + len(phase.conditions), 0
-        if whole:
-            a, count, slipping = min(first + m, n), first + m, E
-        else:
-            slipping = sum(mode in _SLIPPING or mode.startswith(LIMIT) for mode in phase.modes)
-        for place, value in {
-            places.N_Q: model.n_q, places.N_U: n, places.CONTACTS: E, places.ROWS: m, places.OWN: first,
-            places.ALL_OWN: candidates.own, places.ENDINGS: len(scene.endings) if endings else 0,
-            places.PAIR_COUNT: len(pattern.pairs), places.HELD_COUNT: sum(scene.held),
-        }.items():  # fmt: skip
-            self.head[place] = value
-        L = len(pattern.below)
-        for place, size in (
-            (places.MACHINE_AT, model.n_q), (places.FREE_AT, n), (places.SCALE_AT, n), (places.L_AT, L),
-            (places.LOAD_AT, 1), (places.OWN_AT, len(own) * (3 + n)), (places.Y_AT, count * n),
-            (places.K_AT, slipping * n), (places.RIGHT_AT, count), (places.LAMBDA_AT, count),
-            (places.WEIGHT_AT, count), (places.SQUARE_AT, 2 * a * a + a), (places.G_AT, 2 * a * count),
-            (places.STEP_AT, n), (places.SPARE_AT, n), (places.BAND_AT, E),
-            (places.DIRECTION_AT, 2 * E), (places.STATE_AT, model.n_q + n), (places.UDOT_AT, n),
-            (places.FORCE_AT, m), (places.MULTIPLIER_AT, candidates.own),
-        ):  # fmt: skip
-            self.room(place, size)
-        at_pair, blocks = list(map(self._more, pattern.pairs)), list(map(self._more, pattern.sizes))
-        self.list(places.PAIR_AT, at_pair)
-        self.list(
-            places.CONTACT,
-            [
-                x
-                for at, (pair, seen, n_t, reaches, row, away) in zip(blocks, pattern.contacts, strict=True)
-                for x in (at_pair[pair] + seen, at, n_t, reaches, row, at + away)
-            ],
-        )
-        sides = {k: side for k, ((side, _),) in scene.ends.items()}
-        self.list(
-            places.KIND,
-            [
-                x
-                for k, c in enumerate(model.contacts)
-                for x in (int(not c.frictionless), sides.get(k, -1), int(c.held), 0)
-            ],
-        )
-        of_row = [at for at, n_t in zip(blocks, scene.tangents, strict=True) for _ in range(1 + n_t)]
-        self.list(
-            places.ROW,
-            [x for at, (start, size, place) in zip(of_row, pattern.rows, strict=True)
-             for x in (start, size, at + place)],
-        )  # fmt: skip
-        self.list(places.COLUMNS, pattern.columns)
-        self.list(places.ORDER, pattern.order)
-        self.list(places.STARTS, pattern.starts)
-        self.list(places.PLACES, pattern.below)
-        self.list(places.INDEPENDENT, [0] * (first + count))
-        self.list(places.HOLONOMIC, [0] * (1 + first + count))
-        self.list(places.OWN_NUMBER, own)
-        self.list(places.OWN_HOLONOMIC, [int(not kinds[i].on_speeds) for i in own])
-        self.list(places.CONDITION, [0] * (places.CONDITION_SIZE * count))
-        self.list(
-            places.ENDING, [x for end in scene.endings if endings for x in (0, end.contact, 0, end.place)]
-        )
-        self.list(places.CALLED, [0] * (1 + E))
-        self.list(places.WATCHED, [0] * (1 + E))
-
-    def _more(self, size: int) -> int:
-        self.size += size
-        return self.size - size
-
-    def room(self, place: int, size: int) -> None:
-        """Reserve numbers in c."""
-        self.head[place] = self._more(size)
-
-    def list(self, place: int, numbers: Sequence[int]) -> None:
-        """Append a list to the table."""
-        self.head[place] = places.HEAD + len(self.tail)
-        self.tail += numbers
-
-    def kernel(self, place: int, address: int) -> None:
-        """Write the address of a kernel."""
-        self.head[place] = address
-
-    def constants(self, place: int, program: Any, parts: Any) -> None:
-        """Reserve the constants of a kernel."""
-        parts.append((self._more(program.compiled.hoisted), program))
-        self.head[place] = parts[-1][0]
-
-    def finished(self) -> Any:
-        """Return the table, for the modes of the phase."""
-        table, phase = np.array([*self.head, *self.tail], dtype=np.int64), self.phase
-        modes = np.array([NUMBERS[mode.partition(" ")[0]] for mode in phase.modes], dtype=np.int64)
-        first, own = len(phase.own), phase.scene.candidates.own
-        active = np.array([i - own for i in phase.active[first:]], dtype=np.int64)
-        functions()["set_modes"](table, modes, np.zeros_like(modes), active, active.size)
-        return table
 
 
 def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:

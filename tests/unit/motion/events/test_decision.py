@@ -7,7 +7,7 @@ from cone_problems import Touching, contacts_of
 from freebody.motion.cones.collision import compiled_code
 from freebody.motion.cones.contacts import EXACT
 from freebody.motion.events.decision import AMPLIFIED, NEAR
-from freebody.motion.phase import places
+from freebody.motion.phase import laws
 from freebody.native import loop
 
 
@@ -47,9 +47,9 @@ def test_near_solutions_show_contacts_at_rest_or_a_slip_against_their_friction(n
         small = 2 * it.residual * it.problem.reference
         for k in range(it.contacts):
             (T_1, T_2), (r_1, r_2) = (x[3 * k + 1 : 3 * k + 3] for x in (it.forces, it.after))
-            at_rest += mode(it, k) == places.STICK
+            at_rest += mode(it, k) == laws.STICK
             assert abs(T_1 * r_2 - T_2 * r_1) <= small * np.hypot(T_1, T_2)
-            if mode(it, k) == places.SLIDE:
+            if mode(it, k) == laws.SLIDE:
                 assert T_1 * r_1 + T_2 * r_2 < 0
     assert at_rest
 

@@ -15,8 +15,10 @@ from freebody.dynamics.conditions.contact import contact_rows
 from freebody.dynamics.contact_motion import contact_forces, in_modes
 from freebody.dynamics.motion import all_reactions, motion, total_power, transmitting
 from freebody.motion.kernels.kernels import Kernels, kernels_of
-from freebody.motion.ode.dense_output import observe
+from freebody.motion.ode.dense_output import observe, outputs_at
+from freebody.motion.phase.phase_record import PhaseData
 from freebody.motion.phase.scene import SMOOTH, at_limit, phase_of, scene_of
+from freebody.native.records import address
 
 
 def cart_and_box():
@@ -167,6 +169,32 @@ def test_new_modes_derive_and_compile_nothing(monkeypatch):
     for modes in itertools.product(("open", "stick", "slip", at_limit((0.6, 0.8))), repeat=5):
         phase = scene.phase(modes)
         phase.rates(p), phase.whole(()), phase.reactions()
+
+
+def test_constants_share_no_memory():
+    """Two runs of one phase may go on side by side, and one with other parameters leaves the other as it is."""
+    s = tumbling_box()
+    kernels = kernels_of(s)
+    scene, model = scene_of(kernels), kernels.model
+    p, n_q = kernels.parameters(kernels.values(None)), model.n_q
+    program = scene.phase(("stick", "stick", "open", "slip", "open")).motion()
+    y = np.concatenate([[0.1, 0.2, 0.3, 0.6, 0.0, 0.8, 0.0, 0.4], np.linspace(1, 2, model.n_u), [0.0, 0.0]])
+    assert len(y) == n_q + model.n_u + 2
+
+    def rates(c):
+        return outputs_at(program.address("rates"), program.outputs("rates"), 0.0, y, c)
+
+    first, second = program.constants(p), program.constants(p)
+    wanted = rates(first)
+    assert np.isfinite(wanted).all()
+    ends = [(address(c), address(c) + c.nbytes) for c in (first, second)]
+    rows = [f.place // 8 for f in PhaseData.fields.values() if f.kind in ("Row", "Rows", "Wholes")]
+    for c, (begin, end) in zip((first, second), ends, strict=True):
+        assert all(begin <= at < end for at in c.view(np.int64)[rows] if at)
+    program.set_parameters(second, 2 * p)
+    first[:] = np.nan
+    assert (program.constants(p) != second).any()
+    assert rates(program.constants(p)) == pytest.approx(wanted, abs=0, rel=0)
 
 
 def test_the_limit_of_friction_is_a_force_of_fixed_direction():

@@ -1,0 +1,127 @@
+"""What the kernels of a machine and of its contacts give at a state, by contact and by row, in compiled code."""
+
+from __future__ import annotations
+
+from ...native.instructions import Integers, Reals, call, compiled, inlined
+from .phase_record import PhaseData
+
+
+@inlined
+def evaluated(t: float, y: Reals, phase: PhaseData) -> None:
+    """Call the kernel of the machine."""
+    phase.machine(t, y, phase.machine_c, phase.q_dot)
+
+
+@compiled
+def touched(contacts: Integers, count: int, t: float, y: Reals, phase: PhaseData) -> None:
+    """Call the kernels of some contacts."""
+    for i in range(count):
+        k = contacts[i]
+        call(phase.touching[k], t, y, 0, phase.machine_c, phase.touch, phase.touch_at[k])
+
+
+@inlined
+def closed_touched(t: float, y: Reals, phase: PhaseData) -> None:
+    """Call the kernels of the closed contacts."""
+    touched(phase.closed, phase.closed_count, t, y, phase)
+
+
+@inlined
+def open_touched(t: float, y: Reals, phase: PhaseData) -> None:
+    """Call the kernels of the open contacts."""
+    touched(phase.open, phase.open_count, t, y, phase)
+
+
+@compiled
+def gaps_found(t: float, y: Reals, phase: PhaseData) -> None:
+    """Call the kernels of the gaps and reaches of all contacts."""
+    for p in range(phase.pairs):
+        call(phase.gaps_of[p], t, y, 0, phase.machine_c, phase.gaps, phase.gaps_at[p])
+
+
+# --- contacts ------------------------------------------------------------------------------------
+
+
+@inlined
+def friction(phase: PhaseData, k: int) -> float:
+    """Return μ of the slip of a contact."""
+    return phase.touch[phase.laws_at[k]]
+
+
+@inlined
+def static_friction_of(phase: PhaseData, k: int) -> float:
+    """Return μ_s of a contact."""
+    return phase.touch[phase.laws_at[k] + 1]
+
+
+@inlined
+def rates_of(phase: PhaseData, k: int) -> Reals:
+    """Return the gap's rate and the slip velocity of a contact."""
+    return phase.touch[phase.rates_at[k] :]
+
+
+@inlined
+def biases_of(phase: PhaseData, k: int) -> Reals:
+    """Return b of d(W u + w)/dt = W u' + b of a contact."""
+    return phase.touch[phase.biases_at[k] :]
+
+
+@inlined
+def force_of(phase: PhaseData, k: int) -> Reals:
+    """Return the normal force and the friction of a contact."""
+    return phase.force[phase.first[k] :]
+
+
+# --- rows ----------------------------------------------------------------------------------------
+
+
+@compiled
+def forwarded(phase: PhaseData, v: Reals) -> None:
+    """Replace v, in the order of elimination, by D^-½ L⁻¹ v."""
+    L, below = phase.L, phase.below
+    for k in range(phase.n):
+        x = v[k]
+        if x != 0.0:
+            for p in range(phase.starts[k], phase.starts[k + 1]):
+                v[below[p]] -= L[p] * x
+            v[k] = phase.scale[k] * x
+
+
+@compiled
+def moved(phase: PhaseData, v: Reals, step: Reals) -> None:
+    """Set ``step``, in the order of the speeds, to L⁻ᵀ D^-½ v; v is in the order of elimination and is overwritten."""
+    L, below = phase.L, phase.below
+    for k in range(phase.n - 1, -1, -1):
+        x = v[k] * phase.scale[k]
+        for p in range(phase.starts[k], phase.starts[k + 1]):
+            x -= L[p] * v[below[p]]
+        v[k] = x
+        step[phase.order[k]] = x
+
+
+@compiled
+def row_taken(phase: PhaseData, r: int, v: Reals) -> None:
+    """Set v to row r of the contacts, in the order of elimination."""
+    for k in range(phase.n):
+        v[k] = 0.0
+    columns, W = phase.columns[phase.entry[r] :], phase.touch[phase.W_at[r] :]
+    for p in range(phase.entries[r]):
+        v[columns[p]] = W[p]
+
+
+@compiled
+def row_along(phase: PhaseData, r: int, u: Reals) -> float:
+    """Return row r of the contacts times u, in the order of the speeds."""
+    columns, W, total = phase.columns[phase.entry[r] :], phase.touch[phase.W_at[r] :], 0.0
+    for p in range(phase.entries[r]):
+        total += W[p] * u[phase.order[columns[p]]]
+    return total
+
+
+@inlined
+def product(a: Reals, b: Reals, n: int) -> float:
+    """Return a · b."""
+    total = 0.0
+    for k in range(n):
+        total += a[k] * b[k]
+    return total

@@ -1,0 +1,139 @@
+"""Modes as data of a phase: its conditions, the contacts to evaluate, and its endings, written in compiled code."""
+
+from __future__ import annotations
+
+from ...native.instructions import Integers, compiled
+from . import laws
+from .phase_record import PhaseData
+
+
+@compiled
+def direction_kind(phase: PhaseData, k: int, mode: int) -> int:
+    """Return the kind of direction in which friction acts on a contact."""
+    result = laws.NO_SLIP
+    if phase.rough[k] != 0:
+        if mode == laws.SLIDE:
+            result = laws.ALONG
+        elif mode == laws.SLIDE_ON:
+            result = laws.PLUS
+        elif mode == laws.SLIDE_BACK:
+            result = laws.MINUS
+        elif mode == laws.LIMIT:
+            result = laws.FIXED
+    return result
+
+
+@compiled
+def conditions_of(tangents: int, mode: int, held: int) -> int:
+    """Return the number of conditions of a contact; its normal is none if it is ``held``."""
+    if mode == laws.OPEN:
+        return 0
+    return 1 - held + (tangents if mode == laws.STICK else 0)
+
+
+@compiled
+def set_modes(phase: PhaseData, modes: Integers, dead: Integers, active: Integers, count: int) -> None:
+    """Write the conditions and the endings of these modes.
+
+    ``active``    the independent ones among the ``count`` conditions of contacts that are; those of the machine are so
+    ``dead``      1 for each contact that the others hold in place: the end of its mode is not watched
+    """
+    own = phase.own
+    for i in range(own):
+        set_condition(phase, i, -1 - i, 0, laws.NO_SLIP)
+    at, slipping = own, 0
+    for k in range(phase.contacts):
+        slip, held = direction_kind(phase, k, modes[k]), phase.held[k]
+        phase.pushed[k] = slip if held != 0 else laws.NO_SLIP
+        normal = at
+        for j in range(conditions_of(phase.tangents[k], modes[k], held)):
+            set_condition(phase, at, k, j + held, slip)
+            if j > 0 and held == 0:
+                phase.normal_of[at] = normal
+            if slip != laws.NO_SLIP:
+                phase.force_row[at] = phase.most_conditions + slipping
+                slipping += 1
+            at += 1
+    phase.conditions, phase.active, phase.slipping = at, own + count, 1 if slipping > 0 else 0
+    phase.holonomics = 0
+    for a in range(own + count):
+        i = a if a < own else own + active[a - own]
+        phase.independent[a] = i
+        if phase.on_coordinates[a] != 0 if a < own else phase.row_of[i] == 0:
+            phase.holonomic[phase.holonomics] = i
+            phase.holonomics += 1
+    if phase.endings > 0:
+        set_endings(phase, modes, dead)
+    set_closed(phase, modes)
+
+
+@compiled
+def set_condition(phase: PhaseData, i: int, source: int, row: int, slip: int) -> None:
+    """Write a condition without a row of K of its own."""
+    phase.source[i], phase.row_of[i], phase.slip[i] = source, row, slip
+    phase.normal_of[i], phase.force_row[i] = -1, i
+
+
+@compiled
+def set_closed(phase: PhaseData, modes: Integers) -> None:
+    """List the closed contacts, and the open ones."""
+    closed, opened = 0, 0
+    for k in range(phase.contacts):
+        if modes[k] != laws.OPEN:
+            phase.closed[closed] = k
+            closed += 1
+        else:
+            phase.open[opened] = k
+            opened += 1
+    phase.closed_count, phase.open_count = closed, opened
+
+
+# -- endings ---------------------------------------------------------------------------------------------
+
+
+@compiled
+def elsewhere(phase: PhaseData, modes: Integers, k: int) -> int:
+    """Return 1 if the foot is on the side that this corner ends, or on a corner of this side; else 0."""
+    side = phase.side[k]
+    if side >= 0 and modes[side] != laws.OPEN:
+        return 1
+    if phase.reaches[k] > 0:
+        for j in range(phase.contacts):
+            if phase.side[j] == k and modes[j] != laws.OPEN:
+                return 1
+    return 0
+
+
+@compiled
+def set_ending(phase: PhaseData, i: int, law: int, sign: int) -> int:
+    """Write the law of an ending; return the number of the next."""
+    phase.law[i], phase.sign[i] = law, sign
+    return i + 1
+
+
+@compiled
+def set_endings(phase: PhaseData, modes: Integers, dead: Integers) -> None:
+    """Write the laws of the endings of every contact, in the order of :func:`freebody.motion.phase.scene.endings`."""
+    i = 0
+    for k in range(phase.contacts):
+        n, mode, law = phase.tangents[k], modes[k], laws.NORMAL
+        if mode == laws.OPEN:
+            law = laws.NEVER if dead[k] != 0 or elsewhere(phase, modes, k) != 0 else laws.GAP
+        elif phase.held[k] != 0:
+            law = laws.NEVER
+        i = set_ending(phase, i, law, 0)
+        law, sign, last = laws.NEVER, 0, laws.NEVER
+        if mode == laws.STICK:
+            law = laws.LINE_CONE if n == 1 else (laws.CONE if n == 2 else laws.NEVER)
+            sign, last = 1, laws.LINE_CONE
+        elif (mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK) and dead[k] == 0:
+            law, sign = laws.LINE_STOP, 1 if mode == laws.SLIDE_ON else -1
+        elif mode == laws.SLIDE and n == 2 and phase.rough[k] != 0:
+            law = laws.STOP
+        if n > 0:
+            i = set_ending(phase, i, law, sign)
+        if n == 1:
+            i = set_ending(phase, i, last, -1)
+        while i < phase.endings and phase.place[i] >= 0:
+            met = laws.REACH if phase.owner[i] == k else laws.SIDE
+            i = set_ending(phase, i, laws.NEVER if mode == laws.OPEN else met, 0)

@@ -1,0 +1,199 @@
+"""The kernels of a phase at a state: rates, forces, and what decides events, in compiled code.
+
+Each has the signature of a kernel, f(t, y, c, out); y = (q, u, work, heat of friction), and c is `PhaseData`.
+"""
+
+from __future__ import annotations
+
+from ...native.instructions import Reals, compiled, greater, inlined, lesser
+from . import laws
+from .closed_contacts import NAN, independent, solve
+from .contact_outputs import (
+    biases_of,
+    closed_touched,
+    force_of,
+    forwarded,
+    gaps_found,
+    moved,
+    open_touched,
+    product,
+    rates_of,
+    row_along,
+    row_taken,
+    static_friction_of,
+)
+from .phase_record import PhaseData
+
+INFINITE = float("inf")
+
+
+@compiled
+def heat_of_friction(phase: PhaseData) -> float:
+    """Return the heat of friction per second, -T·v of all contacts that slip."""
+    heat = 0.0
+    if phase.slipping != 0:
+        for i in range(phase.conditions):
+            if phase.slip[i] != laws.NO_SLIP:
+                k = phase.source[i]
+                F, v = force_of(phase, k), rates_of(phase, k)
+                for j in range(phase.tangents[k]):
+                    heat -= F[1 + j] * v[1 + j]
+    if phase.held_count > 0:
+        for k in range(phase.contacts):
+            if phase.pushed[k] != laws.NO_SLIP:
+                heat -= force_of(phase, k)[1] * rates_of(phase, k)[1]
+    return heat
+
+
+@inlined
+def extended(y: Reals, phase: PhaseData) -> None:
+    """Write the state before the accelerations, forces and multipliers."""
+    for i in range(phase.n_q + phase.n):
+        phase.state[i] = y[i]
+
+
+@compiled
+def rates(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to q', u', the power of all that does work, and the heat of friction per second."""
+    phase = PhaseData(c)
+    good = solve(t, y, phase)
+    n_q, n = phase.n_q, phase.n
+    for i in range(n_q):
+        out[i] = phase.q_dot[i]
+    for i in range(n):
+        out[n_q + i] = phase.udot[i] if good != 0 else NAN
+    power, heat = phase.load[0], heat_of_friction(phase)
+    if phase.driven != 0:
+        extended(y, phase)
+        phase.power(t, phase.state, phase.power_c, out[n_q + n :])
+        power += out[n_q + n]
+    out[n_q + n] = power - heat
+    out[n_q + n + 1] = heat
+
+
+@compiled
+def derived(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Call a kernel of the state, accelerations, contact forces and multipliers."""
+    phase = PhaseData(c)
+    solve(t, y, phase)
+    extended(y, phase)
+    phase.derived(t, phase.state, phase.derived_c, out)
+
+
+@compiled
+def multipliers(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the multipliers of all conditions of the machine itself."""
+    phase = PhaseData(c)
+    solve(t, y, phase)
+    for i in range(phase.all_own):
+        out[i] = phase.multiplier[i]
+
+
+@compiled
+def force(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the forces of all contacts."""
+    phase = PhaseData(c)
+    solve(t, y, phase)
+    for r in range(phase.rows):
+        out[r] = phase.force[r]
+
+
+@compiled
+def acceleration(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the derivatives of the rates of all contacts."""
+    phase = PhaseData(c)
+    solve(t, y, phase)
+    open_touched(t, y, phase)
+    for k in range(phase.contacts):
+        b = biases_of(phase, k)
+        for j in range(1 + phase.tangents[k]):
+            r = phase.first[k] + j
+            out[r] = row_along(phase, r, phase.udot) + b[j]
+
+
+@compiled
+def gap(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the gaps of all contacts."""
+    phase = PhaseData(c)
+    gaps_found(t, y, phase)
+    for k in range(phase.contacts):
+        out[k] = phase.gaps[phase.gap_at[k]]
+
+
+@compiled
+def static_friction(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the coefficients of static friction of all contacts."""
+    phase = PhaseData(c)
+    closed_touched(t, y, phase)
+    open_touched(t, y, phase)
+    for k in range(phase.contacts):
+        out[k] = static_friction_of(phase, k)
+
+
+@compiled
+def rate(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to the rates of all contacts."""
+    phase = PhaseData(c)
+    closed_touched(t, y, phase)
+    open_touched(t, y, phase)
+    for k in range(phase.contacts):
+        v = rates_of(phase, k)
+        for j in range(1 + phase.tangents[k]):
+            out[phase.first[k] + j] = v[j]
+
+
+# --- all contacts at one moment ------------------------------------------------------------------
+
+
+@compiled
+def response(phase: PhaseData, v: Reals, X: Reals) -> None:
+    """Set X to M⁻¹ v with the conditions of the phase enforced; v, in the order of elimination, is overwritten."""
+    n = phase.n
+    forwarded(phase, v)
+    for i in range(phase.conditions):
+        phase.right[i] = -product(phase.G[i], v, n)
+    if phase.active > 0 and independent(phase, phase.independent, phase.active, 0) != 0:
+        for i in range(phase.conditions):
+            G = phase.G[i]
+            for p in range(n):
+                v[p] += phase.lam[i] * G[p]
+    moved(phase, v, X)
+
+
+@compiled
+def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    """Set ``out`` to what decides events: gaps, least reaches, rates, W u' + b without contact forces, u' so, W, the
+    change of u' per unit of each contact force, μ, μ_s, e, μ at rest, and the least rates of reaches that are zero.
+
+    The machine's own conditions are enforced.
+    """
+    phase = PhaseData(c)
+    n, E, m, spare, near = phase.n, phase.contacts, phase.rows, phase.spare, 1.0
+    gap, reach, rate = out, out[E:], out[2 * E :]
+    change, free = rate[m:], rate[2 * m :]
+    W, X = free[n:], free[n + m * n :]
+    coefficients, away = X[m * n :], X[m * n + 4 * E :]
+    solve(t, y, phase)
+    open_touched(t, y, phase)
+    for i in range(n):
+        free[i] = phase.udot[i]
+    for i in range(phase.n_q):
+        near = greater(near, 1.0 + abs(y[i]))
+    near *= laws.CLOSED
+    for k in range(E):
+        seen, v, b = phase.touch[phase.touch_at[k] :], rates_of(phase, k), biases_of(phase, k)
+        gap[k], reach[k], away[k] = seen[0], INFINITE, INFINITE
+        for j in range(phase.reaches[k]):
+            reach[k] = lesser(reach[k], seen[1 + j])
+            if abs(seen[1 + j]) <= near:
+                away[k] = lesser(away[k], phase.touch[phase.away_at[k] + j])
+        for j in range(4):
+            coefficients[4 * k + j] = phase.touch[phase.laws_at[k] + j]
+        for j in range(1 + phase.tangents[k]):
+            r = phase.first[k] + j
+            rate[r] = v[j]
+            change[r] = row_along(phase, r, free) + b[j]
+            row_taken(phase, r, spare)
+            for p in range(n):
+                W[r * n + phase.order[p]] = spare[p]
+            response(phase, spare, X[r * n :])

@@ -1,0 +1,171 @@
+"""Memory of a phase of contacts, from which its kernels compute (`phase_kernels`). It needs no compiler."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from ...native.records import Count, Kernel, Record, Row, Rows, Whole, Wholes, record
+
+
+@record
+class PhaseData(Record):
+    """The constants c of the kernels of a phase: kernels that these call, modes as data, and working memory.
+
+    ``n_q``, ``n``              coordinates and speeds
+    ``contacts``, ``rows``      candidate contacts, and their rows: normal and tangents of each
+    ``pairs``                   pairs of bodies with contacts
+    ``own``, ``all_own``        conditions of the machine itself: active ones, and all
+    ``endings``                 functions that may end the phase
+    ``expressions``             functions of the user before them
+    ``held_count``              contacts that a normal force of 1 holds
+    ``driven``                  1 if there is a kernel ``power``
+
+    Kernels, each with its constants:
+
+    ``machine``                 the machine at a state; its outputs begin with ``q_dot``
+    ``values``                  functions of the user
+    ``power``                   drives and moving conditions
+    ``derived``                 a function of the state, accelerations, forces and multipliers
+    ``gaps_of``, ``touching``   addresses of kernels: gaps and reaches between the bodies of each pair, and all of each
+                                contact, with the constants of ``machine``
+
+    Outputs of ``machine``, one after another:
+
+    ``q_dot``, ``free``         q' and D^-½ L⁻¹ f
+    ``scale``, ``L``            D^-½ and L of M = L D Lᵀ, whose columns begin at ``starts`` with rows ``below``;
+                                ``order`` has the speed at each place of the order of elimination
+    ``load``                    power of loads
+    ``residual``, ``rate``, ``gamma``, ``own_G``    of the machine's active conditions; ``number``: of each among all,
+                                ``on_coordinates``: 1 for each that restricts coordinates
+
+    Contacts:
+
+    ``gaps``, ``gaps_at``       outputs of the kernels of pairs, and places of the first of each
+    ``touch``, ``touch_at``     outputs of the kernels of contacts (gap, reaches, μ, μ_s, e, μ at rest, rates, biases,
+                                W, rates of reaches), and places of the first of each
+    ``gap_at``                  place of the gap of a contact in ``gaps``; its reaches follow
+    ``laws_at``, ``rates_at``, ``biases_at``, ``away_at``    places in ``touch`` of μ, of the rates, of their biases and
+                                of the rates of the reaches of a contact
+    ``first``, ``tangents``, ``reaches``    first row, number of tangents and of reaches
+    ``rough``, ``side``         1 if it may have friction, and the side that it ends or -1
+    ``held``, ``pushed``        1 if a normal force of 1 holds it (its normal is no condition), and the direction in
+                                which it then slips
+    ``band``                    gap at which it closes: 0, or the gap at the start if that is negative
+    ``direction``               fixed direction of a contact at its limit of friction
+    ``entry``, ``entries``, ``W_at``    of each row: place of the first of its entries in ``columns``, their number, and
+                                place of their values in ``touch``
+    ``columns``                 place in the order of elimination of each entry
+    ``closed``, ``closed_count``, ``open``, ``open_count``    the closed contacts and the open ones
+
+    Conditions of the phase, those of the machine first:
+
+    ``conditions``, ``active``, ``independent``    their number, the number of independent ones, and these
+    ``holonomics``, ``holonomic``    independent conditions on coordinates
+    ``slipping``                1 if a contact slips with friction
+    ``source``, ``row_of``      contact, or -1 - the machine's condition; row of the contact
+    ``slip``                    direction of slip
+    ``normal_of``               condition of the normal of a tangent or -1
+    ``G``, ``force_row``        rows D^-½ L⁻¹ Gᵀ of conditions, then D^-½ L⁻¹ Kᵀ of slipping contacts; the row of K of
+                                each condition
+    ``right``, ``lam``, ``weight``    right-hand sides, λ, and the diagonal of W
+    ``S``, ``Q``                G M⁻¹ Kᵀ and G M⁻¹ Gᵀ; for each condition, a number for each active one
+    ``square``, ``spare_square``, ``nu``    equations of active conditions, a copy, and their right-hand sides
+
+    ``law``, ``owner``, ``sign``, ``place``    of each ending: its law, contact, sign, and reach or -1
+
+    ``step``, ``spare``         numbers for each speed
+    ``state``                   q and u; ``udot``, ``force`` and ``multiplier`` of all conditions of the machine follow
+    """
+
+    n_q: Count
+    n: Count
+    contacts: Count
+    rows: Count
+    pairs: Count
+    own: Count
+    all_own: Count
+    endings: Count
+    expressions: Count
+    held_count: Count
+    driven: Count
+    machine: Kernel
+    values: Kernel
+    power: Kernel
+    derived: Kernel
+    machine_c: Annotated[Row, "of_machine"]
+    values_c: Annotated[Row, "of_values"]
+    power_c: Annotated[Row, "of_power"]
+    derived_c: Annotated[Row, "of_derived"]
+    gaps_of: Annotated[Wholes, "pairs"]
+    touching: Annotated[Wholes, "contacts"]
+    q_dot: Annotated[Row, "machine_outputs"]
+    free: Row
+    scale: Row
+    L: Row
+    load: Row
+    residual: Row
+    rate: Row
+    gamma: Row
+    own_G: Rows
+    starts: Annotated[Wholes, "after_speeds"]
+    below: Annotated[Wholes, "entries_of_L"]
+    order: Annotated[Wholes, "n"]
+    number: Annotated[Wholes, "own"]
+    on_coordinates: Annotated[Wholes, "own"]
+    gaps: Annotated[Row, "pair_outputs"]
+    gaps_at: Annotated[Wholes, "pairs"]
+    touch: Annotated[Row, "contact_outputs"]
+    touch_at: Annotated[Wholes, "contacts"]
+    gap_at: Annotated[Wholes, "contacts"]
+    laws_at: Annotated[Wholes, "contacts"]
+    rates_at: Annotated[Wholes, "contacts"]
+    biases_at: Annotated[Wholes, "contacts"]
+    away_at: Annotated[Wholes, "contacts"]
+    first: Annotated[Wholes, "contacts"]
+    tangents: Annotated[Wholes, "contacts"]
+    reaches: Annotated[Wholes, "contacts"]
+    rough: Annotated[Wholes, "contacts"]
+    side: Annotated[Wholes, "contacts"]
+    held: Annotated[Wholes, "contacts"]
+    pushed: Annotated[Wholes, "contacts"]
+    band: Annotated[Row, "contacts"]
+    direction: Annotated[Rows, "contacts", 2]
+    entry: Annotated[Wholes, "rows"]
+    entries: Annotated[Wholes, "rows"]
+    W_at: Annotated[Wholes, "rows"]
+    columns: Annotated[Wholes, "entries_of_W"]
+    closed: Annotated[Wholes, "contacts"]
+    closed_count: Whole
+    open: Annotated[Wholes, "contacts"]
+    open_count: Whole
+    conditions: Whole
+    active: Whole
+    independent: Annotated[Wholes, "most_conditions"]
+    holonomics: Whole
+    holonomic: Annotated[Wholes, "most_conditions"]
+    slipping: Whole
+    source: Annotated[Wholes, "most_conditions"]
+    row_of: Annotated[Wholes, "most_conditions"]
+    slip: Annotated[Wholes, "most_conditions"]
+    normal_of: Annotated[Wholes, "most_conditions"]
+    force_row: Annotated[Wholes, "most_conditions"]
+    G: Annotated[Rows, "rows_of_G_and_K", "n"]
+    most_conditions: Count
+    right: Annotated[Row, "most_conditions"]
+    lam: Annotated[Row, "most_conditions"]
+    weight: Annotated[Row, "most_conditions"]
+    S: Annotated[Rows, "most_conditions", "most_active"]
+    Q: Annotated[Rows, "most_conditions", "most_active"]
+    square: Annotated[Row, "square_of_active"]
+    spare_square: Annotated[Row, "square_of_active"]
+    nu: Annotated[Row, "most_active"]
+    law: Annotated[Wholes, "endings"]
+    owner: Annotated[Wholes, "endings"]
+    sign: Annotated[Wholes, "endings"]
+    place: Annotated[Wholes, "endings"]
+    step: Annotated[Row, "n"]
+    spare: Annotated[Row, "n"]
+    state: Annotated[Row, "extended_state"]
+    udot: Row
+    force: Row
+    multiplier: Row
