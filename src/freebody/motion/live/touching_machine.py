@@ -124,7 +124,8 @@ class TouchingMachine:
         numbers = 16 * (16 + 4 * n_y + 4 * E + 4 * m) + 2 * (n_y + 1) * crossed
         return dict(zip(SIZES, (
             self.run.memory.size, len(self.of_phase.programs), len(self.of_looking.programs), len(scene.endings),
-            count + 1, count + len(scene.endings), marks, numbers, rows, rows * n_y, found, MOST_PHASES, MOST_PHASES * E,
+            count + 1, count + len(scene.endings), marks, numbers, rows, rows * n_y, found, MOST_PHASES,
+            MOST_PHASES * E,
         ), strict=True))  # fmt: skip
 
     def equip(self, live: Live, addresses: Mapping[str, int]) -> None:
