@@ -68,6 +68,14 @@ class Element:
             )
         return values
 
+    def bound(self, name: str) -> float:
+        """Return an attribute that is a limit: infinite from 1e60 on, as files write a limit that is none."""
+        try:
+            value = float(self.get(name))
+        except ValueError:
+            value = math.nan
+        return self.number(name) if not abs(value) >= GREATEST else math.copysign(math.inf, value)
+
     def number(self, name: str, default: float | None = None) -> float:
         """Return an attribute that is a number."""
         return self.numbers(name, 1, None if default is None else (default,))[0]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import Any
@@ -23,8 +22,6 @@ from ..meshes import Meshes
 from ..reading import Reading
 from ..xml_tree import Element
 
-GREATEST = sys.float_info.max
-"""A limit of this size is none: the format demands limits of joints that have none."""
 DECIMALS = 10
 """Decimals with which a multiple of a right angle must be written to be taken as one."""
 RIGHT = math.pi / 2
@@ -315,8 +312,8 @@ def _limits(element: Element, joint: Joint, reading: Reading) -> tuple[float, fl
     limit = element.first("limit")
     if limit is None:
         return None
-    ends = {key: limit.number(key) for key in (*ENDS, *DRIVE) if key in limit.attributes}
-    bounds = {key: end for key, end in ends.items() if abs(end) < GREATEST}
+    ends = {key: limit.bound(key) for key in (*ENDS, *DRIVE) if key in limit.attributes}
+    bounds = {key: end for key, end in ends.items() if math.isfinite(end)}
     if bounds:
         reading.limits[joint.name] = bounds
     drive = ", ".join(f"{key} {bounds[key]:g}" for key in DRIVE if key in bounds)

@@ -18,9 +18,8 @@ from ...scalar.algebra import Vector
 from ...space.pose import Pose
 from ...space.rotation import Rotation
 from ..machine import GROUND, Held, Machine, Motion, text_of
-from ..xml_tree import identifier
+from ..xml_tree import GREATEST, identifier
 from .read import GRAVITY
-from .robot import GREATEST
 
 BETWEEN = "the format has no forces but those of joints; keep it in Python or in a .toml file"
 CANNOT = {

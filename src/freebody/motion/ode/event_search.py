@@ -146,8 +146,8 @@ def tabulate(run: Run) -> int:
 
 @part
 def doubt(run: Run, points: int) -> float:
-    """Return how far the points of the window fall short of showing where the functions have zeros: 1 or more if they
-    do not show it.
+    """Return how far the points of the window fall short of showing where the required functions have zeros: 1 or more
+    if they do not show it.
 
     The polynomial through the values at the ends of the equal parts is in error by r: the value in the middle by
     Δ⁸ / 70, that at MARGIN by its distance from the value there, which shows vibrations in step with the points. Where
@@ -157,7 +157,7 @@ def doubt(run: Run, points: int) -> float:
     search, table, worst = run.search, run.search.table, 0.0
     if points < PARTS + 2:
         return 1.0
-    for e in range(search.count):
+    for e in range(run.required):
         near, far, crossed = abs(table[0, e]), 0.0, 0
         clear = greater(near, abs(table[1, e]))
         for k in range(1, points + 1):
@@ -168,8 +168,6 @@ def doubt(run: Run, points: int) -> float:
                 crossed = 1
         error = error_between(run, e)
         if crossed == 0 and CLEAR * error < HALF_AS_MANY * near or error <= CLEAR * CLEAR * EPS * far:
-            continue
-        if error != error:  # the rate of an extreme need not have values everywhere
             continue
         short = CLEAR * error / clear if clear > 0.0 else math.inf
         if (crossed != 0 or near <= CLEAR * error) and not search.decay > 1.0:

@@ -154,7 +154,7 @@ def part(name, change):
 
 
 DAMAGE = {
-    "form": about(form=2),
+    "form": about(form=3),
     "kind": about(kind="other"),
     "values": about(values={}),
     "event": about(specs=[]),
