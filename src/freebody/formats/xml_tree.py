@@ -74,7 +74,7 @@ class Element:
             value = float(self.get(name))
         except ValueError:
             value = math.nan
-        return self.number(name) if not abs(value) >= GREATEST else math.copysign(math.inf, value)
+        return self.number(name) if not abs(value) >= float(GREATEST) else math.copysign(math.inf, value)
 
     def number(self, name: str, default: float | None = None) -> float:
         """Return an attribute that is a number."""
