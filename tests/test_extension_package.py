@@ -167,6 +167,7 @@ until = 0.2
 """
 
 
+@pytest.mark.slow
 def test_joints_of_the_package_in_every_command(installed, tmp_path):
     path = installed / "walker.toml"
     path.write_text(WALKER)

@@ -15,6 +15,7 @@ from freebody.cli import main
 from freebody.errors import ModelError
 from freebody.gallery import entries
 from freebody.studies.analysis import OutOfTimeError, analysis, plain_latex, within
+from sampled import sampled
 
 OSCILLATOR = """\
 name = "oscillator"
@@ -178,9 +179,8 @@ LONG = ("prob-6-7", "sec-6-10", "sec-6-9")
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=pytest.mark.slow) if name in LONG else name
-        for name in entries()
-        if name != "whipple-bicycle"
+        *sampled([name for name in entries() if name not in (*LONG, "whipple-bicycle")], 3),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in LONG),
     ],
 )
 def test_every_system_of_the_gallery(name: str, freebody) -> None:  # type: ignore[no-untyped-def]

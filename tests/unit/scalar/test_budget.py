@@ -146,7 +146,7 @@ def test_long_divisions_in_turns_give_the_same_remainder(monkeypatch):
     assert value(1) == whole  # one leading monomial at a time
 
 
-@pytest.mark.parametrize("links", [20, 100])
+@pytest.mark.parametrize("links", [20, pytest.param(100, marks=pytest.mark.slow)])
 def test_equations_of_a_chain_are_printed_in_seconds(links):
     begun = time.perf_counter()
     text = fb.equations(chain(links)).text()

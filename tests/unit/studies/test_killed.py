@@ -188,6 +188,7 @@ def killed(folder: Path, count: int, seed: int) -> Killer:
     return killer
 
 
+@pytest.mark.slow  # of a process of a crew: `blocks.test_crew`
 def test_a_few_kills_lose_no_block_and_change_no_bit(tmp_path) -> None:
     assert sum(killed(tmp_path, 1, 2).kills.values()) == 1
 
