@@ -55,9 +55,12 @@ function sliders(root, list, length, symbols, moved) {
     hold(units, forces) {
       const least = 1e-9 * Math.max(...forces.map(Math.abs), 0);
       Object.entries(units).forEach(([name, unit], k) => {
-        if (!places[name]) return;
-        places[name].tail.textContent = `${Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3))} ${unit}`;
-        places[name].tail.title = `holds the machine at rest with this ${name}`;
+        const place = places[name];
+        if (!place) return;
+        place.unit ??= place.tail.textContent;
+        const force = `${Math.abs(forces[k]) <= least ? 0 : Number(forces[k].toPrecision(3))} ${unit}`;
+        place.tail.textContent = `${place.unit} (${force})`.trim();
+        place.tail.title = `${force} holds the machine at rest with this ${name}`;
       });
     },
     reset() {
