@@ -40,8 +40,8 @@ HOME = "127.0.0.1"
 def view(model: str, port: int, settings: tuple[tuple[str, str], ...], browser: bool) -> None:
     """Show MODEL in a page with sliders for its parameters and initial values; every change gives a new motion.
 
-    Behind the unit of each coordinate stands the force or torque that holds the machine at rest where it starts. A robot's file is
-    read with numbers: --read symbols=masses gives sliders for masses, too.
+    Behind the unit of each coordinate stands the force or torque that holds the machine at rest where it starts. A
+    robot's file is read with numbers: --read symbols=masses gives sliders for masses, too.
 
     Only this computer can reach the page. Close it with its button or with Ctrl-C.
     """
