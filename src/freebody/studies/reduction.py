@@ -70,7 +70,7 @@ class Reduced:
     def deliver(self, job: Job, source: Any, part: Results, report: Report) -> Any:
         """Return the states of a block, and its failures."""
         ended = ~part.waiting
-        lanes, status = np.arange(part.low, part.high)[ended], part.outcomes[ended, 0]
+        lanes, status = np.arange(part.low, part.high)[ended], part.status[ended]
         weights = source.weights(part.low, part.high)
         weights = None if weights is None else weights[ended]
         columns = {name: x[ended] for name, x in columns_of(job, source, part).items()}

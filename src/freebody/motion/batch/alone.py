@@ -80,7 +80,7 @@ class Alone:
             warnings = () if motion is None or reason else motion.warnings
             results.texts[row, -1] = reason or " ".join(map(str, warnings))
         if motion is None:
-            results.outcomes[row] = (End.NO_START, 0, 0, 0)
+            results.status[row] = End.NO_START
             return
         if job.unknowns:
             missing = self.keep_slopes(row, motion)
@@ -90,7 +90,8 @@ class Alone:
         self.keep(row, motion)
         results.end_times[row] = path.end
         ended = path.status if path.status in STATUS else End.REFUSED
-        results.outcomes[row] = (ended, motion.steps, path.rejected, blame)
+        results.status[row], results.blame[row] = ended, blame
+        results.steps[row], results.rejected[row] = motion.steps, path.rejected
 
     def keep(self, row: int, motion: Trajectory) -> None:
         """Put the outputs of a motion, and the times of its events, in place."""

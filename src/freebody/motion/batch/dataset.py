@@ -174,8 +174,8 @@ def arrays_of(job: Job, part: Results) -> dict[str, Any]:
     result |= part.slopes
     for i, name in enumerate(job.texts):
         result[name] = part.texts[:, i]
-    result["end"], result["steps"], result["blame"] = part.end_times, part.outcomes[:, 1], part.outcomes[:, 3]
-    result["status"] = part.outcomes[:, 0]
+    result["end"], result["steps"], result["blame"] = part.end_times, part.steps, part.blame
+    result["status"] = part.status
     return result
 
 

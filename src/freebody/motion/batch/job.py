@@ -22,7 +22,6 @@ from ..ending import End
 from ..events.event_run import ORDERS
 from ..kernels.kernels import Kernels
 from ..kernels.methods import FINE, first_method
-from ..lanes import batch_memory as at
 from ..legs.blow import blows_of
 from ..legs.sensitivity import check_sensitive
 from ..legs.variation import unknowns_of
@@ -202,11 +201,14 @@ class Job:
         sizes = {"time": self.times.size, "event": len(self.specs), "by": len(self.unknowns)}
         n, events, outputs = high - low, len(self.expressions), self.outputs
         times = self.times.size if outputs.timed else 0
-        outcomes = np.empty((n, at.OUTCOME_SIZE), dtype=np.int64)
-        outcomes[:, 0] = End.WAITING
+        status, (steps, rejected, blame) = (
+            np.full(n, End.WAITING, dtype=np.int64),
+            np.empty((3, n), dtype=np.int64),
+        )
         return Results(
-            low, high, np.empty((n, times, len(outputs.timed))), np.empty((n, len(outputs.reduced), at.EXTREMES)),
-            np.empty((n, events, 2)), np.empty((n, events), dtype=np.int64), outcomes, np.empty(n),
+            low, high, np.empty((n, times, len(outputs.timed))), np.empty((n, len(outputs.reduced), 4)),
+            np.empty((n, events, 2)), np.empty((n, events), dtype=np.int64), status, steps, rejected, blame,
+            np.empty(n),
             np.full((n, len(self.texts)), "", dtype=object),
             {name: np.empty((n, *(sizes[d] for d in dims))) for name, dims in self.slopes.items()}, self.begin,
         )  # fmt: skip

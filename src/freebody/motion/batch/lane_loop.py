@@ -21,7 +21,7 @@ from ..ode.dense_output import Array, Rates
 from ..ode.run import COEFFICIENTS, POINTS, Series, equip, most_events, own_memory, sizes
 from .job import Job
 from .kernels import BatchProgram
-from .results import Results
+from .results import LANE_BY_LANE, Results
 from .threads import share
 
 BEFORE_SWITCHING = 20_000
@@ -166,24 +166,32 @@ class LaneLoop:
         new = job.results(0, n)
         batch, *lanes_of_thread = memory
         batch.initial, batch.parameters = initial, parameters
-        batch.values, batch.reduced = new.values.reshape(-1), new.reduced.reshape(-1, at.EXTREMES)
+        batch.values, extremes = new.values.reshape(-1), np.full((4, n, len(job.outputs.reduced)), np.nan)
+        batch.greatest, batch.smallest, batch.first, batch.last = extremes
         batch.event_times, batch.event_counts = new.event_times.reshape(-1, 2), new.counts.reshape(-1)
-        batch.outcomes, batch.ends = new.outcomes.reshape(-1), new.end_times
+        batch.status, batch.steps, batch.rejected, batch.blame = (
+            new.status,
+            new.steps,
+            new.rejected,
+            new.blame,
+        )
+        batch.ends = new.end_times
         first, last = lanes_of_thread
         self.function(0, n, batch, first, last)
-        others = np.flatnonzero(new.outcomes[:, 0] != End.FINISHED)
+        others = np.flatnonzero(new.status != End.FINISHED)
         if others.size:
-            others = others[np.isin(new.outcomes[others, 0], BLAMED)]
+            others = others[np.isin(new.status[others], BLAMED)]
         for k in others:
             rates = job.kernels.rates(parameters[k])
-            known = self.method != "taylor" or new.outcomes[k, 0] == End.NOT_FINITE
-            reported = int(new.outcomes[k, 3]) if known else None
-            new.outcomes[k, 3] = to_blame(
+            known = self.method != "taylor" or new.status[k] == End.NOT_FINITE
+            reported = int(new.blame[k]) if known else None
+            new.blame[k] = to_blame(
                 job.kernels, reported, rates, float(new.end_times[k]), initial[k, : self.n]
             )
         if new.values.size:
             results.values[rows[:, None], self.order] = new.values
-        for name in ("reduced", "event_times", "counts", "end_times", "outcomes"):
+        results.reduced[rows] = np.moveaxis(extremes, 0, -1)
+        for name in LANE_BY_LANE:
             getattr(results, name)[rows] = getattr(new, name)
 
     def run(self, lanes: NDArray[np.int64], between: Callable[[float], None]) -> None:

@@ -51,7 +51,7 @@ class LargeTrees:
                 until_stiff=job.request.method == "auto",
                 program=program,
             ).run(lanes, between)
-            ended = results.outcomes[lanes - results.low, 0]
+            ended = results.status[lanes - results.low]
             lanes = lanes[~np.isin(ended, (End.FINISHED, End.WAITING))]
             results.clear(lanes - results.low)
         if len(lanes):

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from ..ending import End
 from ..ode.dense_output import Array
 
-_ARRAYS = ("values", "reduced", "event_times", "counts", "outcomes", "end_times", "texts")
+LANE_BY_LANE = ("event_times", "counts", "status", "steps", "rejected", "blame", "end_times")
+"""Arrays in which the compiled loop writes a row for each lane."""
+_ARRAYS = ("values", "reduced", *LANE_BY_LANE, "texts")
 REASON = "reason"
 """Variable that tells why a lane failed."""
 
@@ -25,7 +27,7 @@ class Results:
     ``reduced``       greatest, smallest, first and last value of each quantity of the whole run
     ``event_times``   first and last time of each event
     ``counts``        how often each event happened
-    ``outcomes``      code of the status, steps, rejected steps, component or event to blame
+    ``status``        code of the end; ``steps``, ``rejected``: numbers of steps; ``blame``: component or event
     ``end_times``     time at which the run ended
     ``slopes``        derivatives by the unknowns, by the name of their variable; the unknowns are the last axis
     ``texts``         results that are texts: the timeline of modes, the reason of a failure
@@ -38,7 +40,10 @@ class Results:
     reduced: Array
     event_times: Array
     counts: NDArray[np.int64]
-    outcomes: NDArray[np.int64]
+    status: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    rejected: NDArray[np.int64]
+    blame: NDArray[np.int64]
     end_times: Array
     texts: NDArray[Any]
     slopes: Mapping[str, Array] = field(default_factory=dict)
@@ -70,10 +75,11 @@ class Results:
             array[rows] = np.nan
         self.end_times[rows] = self.begin
         self.texts[rows] = ""
-        self.counts[rows] = 0
-        self.outcomes[rows] = (End.WAITING, 0, 0, 0)
+        self.status[rows] = End.WAITING
+        for whole in (self.counts, self.steps, self.rejected, self.blame):
+            whole[rows] = 0
 
     @property
     def waiting(self) -> NDArray[np.bool_]:
         """True for each lane that was not run."""
-        return self.outcomes[:, 0] == End.WAITING
+        return self.status == End.WAITING

@@ -42,13 +42,13 @@ def _judge_limits(job: Job, results: Results) -> None:
         (End.FINISHED, End.UNPHYSICAL),
         (End.TERMINAL, End.STOPPED_UNPHYSICAL),
     ):
-        rows = surely.any(axis=1) & (results.outcomes[:, 0] == physical)
-        results.outcomes[rows, 0], results.outcomes[rows, 3] = unphysical, earliest[rows]
+        rows = surely.any(axis=1) & (results.status == physical)
+        results.status[rows], results.blame[rows] = unphysical, earliest[rows]
 
 
 def _run_loop(job: Job, results: Results, between: Callable[[float], None]) -> None:
     """Run lanes by the compiled loop, stiff ones again by an implicit method, and lanes it cannot follow alone."""
-    low, high, outcomes = results.low, results.high, results.outcomes
+    low, high, status = results.low, results.high, results.status
     until_stiff = job.request.method == "auto" and not np.min(job.tolerances, initial=1.0) < FINE
     left_out = {*job.no_start, *job.apart}
     lanes = np.arange(low, high, dtype=np.int64)
@@ -56,7 +56,7 @@ def _run_loop(job: Job, results: Results, between: Callable[[float], None]) -> N
         lanes = np.array([k for k in lanes.tolist() if k not in left_out], dtype=np.int64)
     for lane in job.no_start:
         if low <= lane < high:
-            outcomes[lane - low, 0] = End.NO_START
+            status[lane - low] = End.NO_START
     loop = LaneLoop(job, job.first_method, results, until_stiff)
     # a single run changes its conditions on the way
     lost: tuple[int, ...] = _CONDITIONS_LOST if loop.program.dropped else ()
@@ -68,18 +68,18 @@ def _run_loop(job: Job, results: Results, between: Callable[[float], None]) -> N
         lost = (*lost, End.TOO_MANY_STEPS, End.COLLAPSED)
     try:
         loop.run(lanes, between)
-        stiff = np.flatnonzero(outcomes[:, 0] == End.STIFF)
+        stiff = np.flatnonzero(status == End.STIFF)
         if stiff.size:
             results.clear(stiff)
             # with signals, a single run changes its method in the leg that is stiff
             again = Alone(job, results) if job.kernels.model.signals else LaneLoop(job, "radau", results)
             again.run(stiff + low, between)
         rows = [k - low for k in job.apart if low <= k < high]
-        if lost and not (outcomes[:, 0] == End.FINISHED).all():
-            rows += np.flatnonzero(np.isin(outcomes[:, 0], lost)).tolist()
+        if lost and not (status == End.FINISHED).all():
+            rows += np.flatnonzero(np.isin(status, lost)).tolist()
         if rows:
             results.clear(rows)
             Alone(job, results).run(np.array(rows, dtype=np.int64) + low, between)
-    except KeyboardInterrupt:  # lanes with these outcomes were to be run again
-        results.clear(np.flatnonzero(np.isin(outcomes[:, 0], (End.STIFF, *lost))))
+    except KeyboardInterrupt:  # lanes that ended so were to be run again
+        results.clear(np.flatnonzero(np.isin(status, (End.STIFF, *lost))))
         raise

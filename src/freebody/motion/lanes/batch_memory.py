@@ -44,9 +44,10 @@ class Batch(Record):
                             energy
     ``initial``, ``parameters``     rows of each lane
     ``values``              outputs of each lane at each time; nan after the end of the lane
-    ``reduced``             of each lane and quantity: greatest, smallest, first and last value
+    ``greatest``, ``smallest``, ``first``, ``last``    of each lane: values of each quantity with extremes
     ``event_times``, ``event_counts``    of each lane and event: first and last time, number of occurrences
-    ``outcomes``, ``ends``  of each lane: status, steps, rejected steps, component to blame; time of the end
+    ``status``, ``blame``, ``ends``    of each lane: how it ended, the component to blame, the time
+    ``steps``, ``rejected`` of each lane: numbers of steps
     """
 
     prologue: Kernel
@@ -86,10 +87,16 @@ class Batch(Record):
     initial: Rows
     parameters: Rows
     values: Row
-    reduced: Rows
+    greatest: Rows
+    smallest: Rows
+    first: Rows
+    last: Rows
     event_times: Rows
     event_counts: Wholes
-    outcomes: Wholes
+    status: Wholes
+    steps: Wholes
+    rejected: Wholes
+    blame: Wholes
     ends: Row
     lane_parameters: Annotated[Row, "n_parameters"]
     spare: Annotated[Row, "spare_size"]
@@ -121,12 +128,6 @@ if TYPE_CHECKING:
     OneLane = Lane
 else:
     OneLane = Alone(Lane)  # the memory of one lane, in a function of eight
-
-# Places of what is stored for each quantity, and of what is stored for each lane.
-GREATEST, SMALLEST, FIRST, LAST = 0, 1, 2, 3
-STATUS, STEPS_TAKEN, STEPS_REJECTED, BLAMED = 0, 1, 2, 3
-EXTREMES = 4  # numbers stored per quantity: greatest, smallest, first, last
-OUTCOME_SIZE = 4  # integers stored per lane: status, steps, rejected steps, component to blame
 
 # Status codes of a lane, besides those in `layout`.
 TOO_MANY, CONTRADICTED = int(End.TOO_MANY_STEPS), int(End.CONTRADICTED)

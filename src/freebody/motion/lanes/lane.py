@@ -16,7 +16,7 @@ from ...native.instructions import EPS, Parts, Reals, greater
 from ..ode.layout import FINISHED, RUNNING, TERMINAL
 from ..ode.states import normalise
 from ..ode.step_control import clear, launch, look
-from .batch_memory import GREATEST, LAST, SMALLEST, Batch, OneLane
+from .batch_memory import Batch, OneLane
 
 part = Parts()
 
@@ -54,24 +54,26 @@ def widen(batch: Batch, lane: OneLane, t: float, y: Reals) -> None:
 
     A quantity without a value at a state keeps the value nan.
     """
+    number = lane.number
+    greatest, smallest, last = batch.greatest[number], batch.smallest[number], batch.last[number]
     batch.reductions(t, y, lane.run.c, batch.spare)
     for k in range(batch.n_reduced):
-        x, row = batch.spare[k], batch.reduced[lane.number * batch.n_reduced + k]
-        if x > row[GREATEST] or x != x:
-            row[GREATEST] = x
-        if x < row[SMALLEST] or x != x:
-            row[SMALLEST] = x
-        row[LAST] = x
+        x = batch.spare[k]
+        if x > greatest[k] or x != x:
+            greatest[k] = x
+        if x < smallest[k] or x != x:
+            smallest[k] = x
+        last[k] = x
 
 
 @part
 def begin_extremes(batch: Batch, lane: OneLane) -> None:
     """Set all extremes of a lane to the values at its start."""
+    number = lane.number
     batch.reductions(lane.run.t, lane.run.y, lane.run.c, batch.spare)
     for k in range(batch.n_reduced):
-        row = batch.reduced[lane.number * batch.n_reduced + k]
-        for i in range(4):
-            row[i] = batch.spare[k]
+        batch.greatest[number, k] = batch.smallest[number, k] = batch.spare[k]
+        batch.first[number, k] = batch.last[number, k] = batch.spare[k]
 
 
 @part

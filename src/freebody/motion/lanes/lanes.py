@@ -32,18 +32,7 @@ from ..ode.step_control import (
     pass_step,
 )
 from . import lane as one_lane
-from .batch_memory import (
-    BLAMED,
-    CONTRADICTED,
-    OUTCOME_SIZE,
-    STATUS,
-    STEPS_REJECTED,
-    STEPS_TAKEN,
-    TOO_MANY,
-    Batch,
-    Lane,
-    OneLane,
-)  # fmt: skip
+from .batch_memory import CONTRADICTED, TOO_MANY, Batch, Lane, OneLane
 from .lane import begin_leg, contradicted, direction_of, log_step_events, widen, write_outputs
 
 __all__ = ["functions"]
@@ -253,9 +242,8 @@ def end_lane(batch: Batch, wide: Lane, lane: int, code: int) -> None:
     run, number = wide.run, wide.number[lane]
     for i in range(run.n):
         batch.initial[number, i] = run.y[i][lane]
-    outcome, batch.ends[number] = batch.outcomes[OUTCOME_SIZE * number :], run.t[lane]
-    outcome[STATUS], outcome[STEPS_TAKEN] = code, wide.steps[lane] + run.taken[lane]
-    outcome[STEPS_REJECTED], outcome[BLAMED] = run.rejected[lane], run.blame[lane]
+    batch.status[number], batch.blame[number], batch.ends[number] = code, run.blame[lane], run.t[lane]
+    batch.steps[number], batch.rejected[number] = wide.steps[lane] + run.taken[lane], run.rejected[lane]
     wide.number[lane] = -1
     run.h[lane], run.until[lane] = 0.0, run.t[lane]
 

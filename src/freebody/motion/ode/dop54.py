@@ -15,8 +15,9 @@ from __future__ import annotations
 from ...native.functions import unrolled
 from ...native.instructions import Real, compiled, greater, where
 from ...native.rows import chain, combination
+from .method import Method, cubic, lift_stages
 from .run import Run
-from .step_control import Functions, Method, cubic, lift_stages
+from .step_control import Functions
 
 C = (0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0)
 A = (

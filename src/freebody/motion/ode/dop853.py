@@ -27,8 +27,9 @@ from collections.abc import Mapping
 from ...native.functions import unrolled
 from ...native.instructions import Real, compiled, greater, root, where
 from ...native.rows import chain, combination
+from .method import Method, cubic, lift_stages
 from .run import Run
-from .step_control import Functions, Method, cubic, lift_stages
+from .step_control import Functions
 
 C = (
     0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274,

@@ -31,8 +31,9 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ...native.instructions import Compiled, Parts, Reals, Truth, compiled, greater
+from .method import Method
 from .run import Collocation, Run
-from .step_control import Functions, Method
+from .step_control import Functions
 
 # Bound by a method: number of stages and tables; the change, in units of the tolerance, at which the iteration may
 # stop; the maximum number of iterations; and the change, relative to the state, that may be round-off.

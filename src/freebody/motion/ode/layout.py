@@ -19,7 +19,7 @@ EXPLICIT: dict[str, int] = {"dop853": 8, "dop54": 5, "tsit5": 5}
 """Explicit methods, which need nothing but the rates, and their orders. A new one is a file, and a place in this
 list; a user's own method is a value (`tableau.RungeKutta`)."""
 ORDERS = {**EXPLICIT, "radau": 5, "gauss": 16, "structure": 6, "taylor": 16, "crossing": 16}
-"""All methods and their orders (`step_control.Method`); each is the file of its name."""
+"""All methods and their orders (`method.Method`); each is the file of its name."""
 
 SINGLE_STEPS = ("crossing",)
 """Methods whose states between the ends of a step come from the step as a whole."""

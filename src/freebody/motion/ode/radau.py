@@ -27,8 +27,9 @@ import numpy as np
 
 from ...native.functions import unrolled
 from ...native.instructions import Reals, Truth, compiled, greater, lesser
+from .method import Method
 from .run import Newton, Run
-from .step_control import Functions, Method
+from .step_control import Functions
 
 _ROOT = 6**0.5
 C1, C2 = (4 - _ROOT) / 10, (4 + _ROOT) / 10

@@ -11,8 +11,9 @@ from ...native.functions import unrolled
 from ...native.instructions import Parts, Real
 from ...native.rows import chain, combination
 from .dop54 import judge
+from .method import Method, cubic, lift_stages
 from .run import Run
-from .step_control import Functions, Method, cubic, lift_stages
+from .step_control import Functions
 from .tableau import RungeKutta
 
 part = Parts()

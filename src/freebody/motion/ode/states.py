@@ -16,7 +16,7 @@ from .run import Run
 part = Parts()
 
 method: Any = None
-"""The method (`step_control.Method`), in the functions below."""
+"""The method (`method.Method`), in the functions below."""
 
 
 @compiled

@@ -22,8 +22,9 @@ import math
 
 from ...native.instructions import Truth, compiled
 from .gauss import bound_to
+from .method import Method, cubic
 from .run import Hamiltonian, Run
-from .step_control import Functions, Method, cubic
+from .step_control import Functions
 
 STAGES = 3
 _bound = bound_to(STAGES, goal=0.0, most=60)

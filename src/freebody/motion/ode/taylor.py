@@ -49,9 +49,10 @@ from ...native.instructions import (
     with_bits,
 )  # fmt: skip
 from .layout import ORDERS
+from .method import Method
 from .run import OneRun, Run, Series
 from .states import not_finite
-from .step_control import Functions, Method
+from .step_control import Functions
 
 P = ORDERS["taylor"]
 TERMS = 6

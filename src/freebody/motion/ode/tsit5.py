@@ -16,8 +16,9 @@ from ...native.functions import unrolled
 from ...native.instructions import Real, compiled
 from ...native.rows import chain, combination
 from .dop54 import judge
+from .method import Method, lift_stages
 from .run import Run
-from .step_control import Functions, Method, lift_stages
+from .step_control import Functions
 
 C = (0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0)
 A = (

@@ -112,7 +112,7 @@ class Ready:
             run_lanes(job, replace(part, low=0, high=high - low), lambda done: between(low + done))
         except FreebodyError as error:
             if high - low == 1:
-                part.outcomes[0] = (End.REFUSED, 0, 0, 0)
+                part.status[0] = End.REFUSED
                 report.reasons[low] = str(error)
                 return
             middle = (low + high) // 2
@@ -128,7 +128,7 @@ class Ready:
 
 def finished(report: Report, part: Results, content: Any, clock: float) -> Report:
     """Return the report of a block that began at a time and has these results."""
-    codes, counts = np.unique(part.outcomes[:, 0], return_counts=True)
+    codes, counts = np.unique(part.status, return_counts=True)
     report.ended = dict(zip(codes.tolist(), counts.tolist(), strict=True))
     report.done = int((~part.waiting).sum())
     report.content, report.seconds = content, perf_counter() - clock

@@ -53,7 +53,7 @@ class Memory:
     def lose(self, lost: dict[int, str]) -> None:
         """Note lanes that are lost, and why."""
         self.lost |= lost
-        self.results.outcomes[list(lost), 0] = End.LOST
+        self.results.status[list(lost)] = End.LOST
 
     def enough(self) -> bool:
         """Return False: all lanes are kept."""
@@ -78,8 +78,8 @@ class Flagged(Memory):
         """Return the results; the reasons of lanes that failed stand beside them."""
         import xarray
 
-        self.results.clear(np.flatnonzero(self.results.waiting | (self.results.outcomes[:, 0] == End.LOST)))
-        self.results.outcomes[list(self.lost), 0] = End.LOST
+        self.results.clear(np.flatnonzero(self.results.waiting | (self.results.status == End.LOST)))
+        self.results.status[list(self.lost)] = End.LOST
         job = self.whole()
         arrays = arrays_of(job, self.results)
         variables = {
