@@ -101,7 +101,7 @@ class Alone:
             reached = (job.times >= first) & (job.times <= last)
             results.values[row, reached] = values(motion, outputs.timed_values)
         if outputs.reduced:
-            results.reduced[row] = extremes(motion, outputs.reduced_values)
+            results.reduced[row] = extremes(motion, outputs)
         for crossing in motion.path.crossings:
             if job.specs[crossing.number].terminal and crossing.time == job.begin:
                 continue  # it did not end the run

@@ -226,8 +226,8 @@ def tell_waiting(data: xarray.Dataset, codes: Any) -> None:
 
 
 def blamable(job: Job) -> list[str]:
-    """Return the names of what may be to blame for a lane that failed: coordinates, speeds, then events."""
-    return [*job.kernels.names, *(spec.name for spec in job.specs)]
+    """Return the names of what may be to blame for a lane that failed: coordinates, speeds, events, quantities."""
+    return [*job.kernels.names, *(spec.name for spec in job.specs), *job.outputs.reduced]
 
 
 def blamed(codes: Any, blame: Any, job: Job) -> Any:

@@ -127,7 +127,7 @@ def _recorded(
 
     quantities = [value(x) for x in reduced]
     changes = forward(tape, quantities, [state.t, *y], [1, *rates])
-    watched = [*map(value, events), *(x for x in changes if not (isinstance(x, int) and x == 0))]
+    watched = [*map(value, events), *changes]
     functions: dict[str, Sequence[Any]] = {
         **({"series": rates} if series else {}),
         **({} if series and not may_bend(kernels) else {"rates": rates}),

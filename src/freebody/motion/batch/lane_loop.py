@@ -179,6 +179,9 @@ class LaneLoop:
         first, last = lanes_of_thread
         self.function(0, n, batch, first, last)
         others = np.flatnonzero(new.status != End.FINISHED)
+        # behind the events and all limits of one-sided forces come the rates of quantities with extremes
+        rates_begin = len(job.expressions)
+        new.blame[(new.status == End.UNRESOLVED) & (new.blame >= rates_begin)] -= rates_begin - len(job.specs)
         if others.size:
             others = others[np.isin(new.status[others], BLAMED)]
         for k in others:

@@ -99,6 +99,7 @@ class ContactRun:
         run.relative[:], run.absolute[:] = relative, absolute
         run.required = len(self.specs)
         search.functions, search.c = self.program.address("watched"), self.phase
+        search.guarded = m - len(self.specs)
         search.directions[:] = [
             *(spec.direction for spec in self.specs),
             *[-1] * (stops + len(scene.endings)),

@@ -159,7 +159,9 @@ class NumberDerivatives:
         path = self.motion.path
         ascent = sign if path.end >= path.start else -sign
         rows, best = [np.empty((0, 4))], -math.inf
-        for _, times, curved in search_blocks(path):
+        for _, times, curved in search_blocks(
+            path, lambda t, _: self._values(program, t, dense=True)[:, :1], [name]
+        ):
             f, r = np.array([[sign], [ascent]]) * self._values(program, times, dense=curved).T
             best = max(best, float(np.fmax.reduce(f)))
             i = np.flatnonzero((r[:-1] >= 0) & (r[1:] <= 0))

@@ -150,7 +150,7 @@ class TouchingMachine:
             run.longest, run.required = np.inf, count
             run.times, run.lengths, run.states = live.step_times, live.step_lengths, live.step_states
         search = live.run.search
-        search.functions, search.c = addresses["watched"], hold.phase
+        search.functions, search.c, search.guarded = addresses["watched"], hold.phase, len(scene.endings)
         search.directions[:] = [*(spec.direction for spec in setting.specs), *[-1] * len(scene.endings)]
         search.terminal[:] = [*(spec.terminal for spec in setting.specs), *[1] * len(scene.endings)]
         search.log_times, search.log_states = hold.event_times, hold.event_states

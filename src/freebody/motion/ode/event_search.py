@@ -17,21 +17,14 @@ import math
 
 from ...native.functions import unrolled
 from ...native.instructions import EPS, Parts, greater, lesser, root
-from .run import MARGIN, PARTS, Run
+from .run import AT_MARGIN, CLEAR, MARGIN, PARTS, Run
 from .states import dense_state, state_in_step
 
 part = Parts()
 
 
-# Values at the ends of the equal parts of a window lie in these rows of the table. `AT_MARGIN` are the weights by which
-# the polynomial through them, of degree 8, gives the value at MARGIN.
 EVEN = (0, *range(2, PARTS + 1), PARTS + 2)
-AT_MARGIN = tuple(
-    math.prod((PARTS * MARGIN - j) / (k - j) for j in range(PARTS + 1) if j != k) for k in range(PARTS + 1)
-)
-CLEAR = 16.0
-"""Multiple of its error within which a function may have zeros that the points do not show: a vibration is resolved by
-six points in a period."""
+"""Rows of the table of the values at the ends of the equal parts of a window."""
 FINEST = 1.0 / 4096.0
 """Shortest window, of which a step may hold MOST that do not resolve a function: it may have a jump, pole or bend."""
 MOST = 64
@@ -146,8 +139,8 @@ def tabulate(run: Run) -> int:
 
 @part
 def doubt(run: Run, points: int) -> float:
-    """Return how far the points of the window fall short of showing where the required functions have zeros: 1 or more
-    if they do not show it.
+    """Return how far the points of the window fall short of showing where the functions that are not guarded have
+    zeros: 1 or more if they do not show it.
 
     The polynomial through the values at the ends of the equal parts is in error by r: the value in the middle by
     Δ⁸ / 70, that at MARGIN by its distance from the value there, which shows vibrations in step with the points. Where
@@ -157,7 +150,7 @@ def doubt(run: Run, points: int) -> float:
     search, table, worst = run.search, run.search.table, 0.0
     if points < PARTS + 2:
         return 1.0
-    for e in range(run.required):
+    for e in range(search.count - search.guarded):
         near, far, crossed = abs(table[0, e]), 0.0, 0
         clear = greater(near, abs(table[1, e]))
         for k in range(1, points + 1):

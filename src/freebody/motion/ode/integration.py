@@ -229,6 +229,7 @@ class _Run:
                 search.c = rates.constants if watch.constants is None else watch.constants
                 search.directions[:], search.terminal[:] = watch.directions, watch.terminal
                 self.named = self.m if watch.named is None else watch.named
+                search.guarded = self.m - self.named
             self.relative[:] = common.relative
             self.function = loops.use(common.method)
         if self.absolute_of is not absolute:

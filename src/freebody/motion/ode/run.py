@@ -5,6 +5,7 @@ Nothing in this file needs a compiler. A run with compiled code on the disk does
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from ...native.records import (
@@ -30,6 +31,13 @@ STAGES = 16
 # MARGIN is the distance of these two points from the ends, as a fraction of the window: they show the slope there.
 PARTS, MARGIN = 8, 0.001
 POINTS, EVENLY = PARTS + 3, PARTS + 1
+AT_MARGIN = tuple(
+    math.prod((PARTS * MARGIN - j) / (k - j) for j in range(PARTS + 1) if j != k) for k in range(PARTS + 1)
+)
+"""Weights by which the polynomial of degree 8 through the values at the ends of the parts gives the value at MARGIN."""
+CLEAR = 16.0
+"""Multiple of its error within which a function may have zeros that the points do not show: a vibration is resolved by
+six points in a period."""
 COEFFICIENTS = ORDERS["taylor"] + 1
 """Number of coefficients of a series."""
 
@@ -40,6 +48,8 @@ class Search(Record):
 
     ``zero_x``, ``zero_number``, ``zero_sign``    events of the step in order of time: fraction of the step, number of
                                                   the function, sign after the zero
+    ``guarded``              number of functions, the last ones, which the loop from event to event guards by itself, so
+                             that a search need not show how they run
     ``reach``, ``culprit``   fraction of the step up to which all required functions have values (2: all of it), and the
                              function without a value
     ``seen``, ``span``       fraction of the step that has been searched (1 between two steps), and length of the next
@@ -54,6 +64,7 @@ class Search(Record):
     functions: Kernel
     c: Row
     count: Count
+    guarded: Count
     reach: Real
     seen: Real
     span: Real

@@ -1,28 +1,41 @@
 """Quantities of a motion at its output times, and their extremes over the whole run.
 
-Extremes are sought at the ends of all steps and at seven points within each, on both sides of every jump. If one of
-these values is greater than its neighbours, the bracket around it is halved eight times, at states that are as accurate
-as the steps, and a parabola gives the vertex.
+Extremes are sought in windows, first the steps of the run, on both sides of every jump. A window is halved until the
+polynomial through nine points of it describes each quantity that may be greatest or smallest there (`_unseen`). Where a
+value exceeds its neighbours, the bracket around it is halved eight times, at states that are as accurate as the steps,
+and a parabola gives the vertex.
 """
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ...errors import SimulationError
 from ..ode.dense_output import Array
+from ..ode.run import AT_MARGIN, CLEAR, MARGIN, PARTS
 from .computed_motion import ComputedMotion
-from .outputs import CONTACT_MODES, ENERGIES, OfContact, OfReaction, Quantity
+from .outputs import CONTACT_MODES, ENERGIES, OfContact, OfReaction, Output, Quantity
 from .phases import Phases
 
-_PARTS = 8  # parts of a step at whose ends extremes are sought
 _HALVINGS = 8
-_BRACKETS = 4  # brackets that are refined, for one quantity in one block
+_BRACKETS = 64  # brackets that are refined together
 _BLOCK = 1000  # steps that are searched together
+_FINEST = 12  # times that a step is halved; windows that short may hold a bend or a jump
+_MOST = 64  # of them in a step, on average
+_EVEN = np.arange(PARTS + 1) / PARTS
+_FRACTIONS = np.array([*_EVEN, MARGIN, 1 - MARGIN])
+_NINTH = np.array([(-1) ** k * math.comb(PARTS, k) for k in range(PARTS + 1)])  # Δ⁸
+_ALMOST = np.array([AT_MARGIN, AT_MARGIN[::-1]])  # the polynomial at MARGIN and 1 - MARGIN
+_RESOLVED = 1e-10  # error of the polynomial, as a fraction of the greatest value, that is none
+
+Function = Callable[[Array], Array]
+"""Quantities at some times, shape (times, quantities)."""
 
 
 def values(motion: ComputedMotion, quantities: tuple[Quantity, ...]) -> Array:
@@ -68,14 +81,25 @@ def _of_contact(motion: Any, quantity: OfContact) -> Any:
     return result if result.ndim == 1 else result[:, quantity.component]
 
 
-def extremes(motion: ComputedMotion, quantities: tuple[Quantity, ...]) -> Array:
-    """Return greatest, smallest, first and last value of each quantity over a motion, shape (quantities, 4)."""
+def extremes(motion: ComputedMotion, outputs: Output) -> Array:
+    """Return greatest, smallest, first and last value of each reduced quantity over a motion, shape (quantities, 4).
+
+    Raises
+    ------
+    SimulationError
+        A quantity changes more often than can be told apart in one step.
+    """
+    quantities = outputs.reduced_values
     ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), quantities)
     best = np.full((2, len(quantities)), -np.inf)  # greatest values of the quantities, and of their negatives
-    for leg, times, curved in search_blocks(motion.path):
+
+    def function(moments: Array, leg: Any) -> Array:
+        return values(_at(motion, moments, leg), quantities)
+
+    for leg, times, curved in search_blocks(motion.path, function, outputs.reduced):
 
         def both_signs(moments: Array, leg: Any = leg) -> Array:
-            result = values(_at(motion, moments, leg), quantities)
+            result = function(moments, leg)
             return np.stack([result, -result])
 
         samples = both_signs(times)
@@ -86,23 +110,29 @@ def extremes(motion: ComputedMotion, quantities: tuple[Quantity, ...]) -> Array:
     return np.stack([best[0], -best[1], *ends], axis=1)
 
 
-def _refined(times: Array, samples: Array, best: Array, function: Callable[[Array], Array]) -> Array:
+def _refined(times: Array, samples: Array, best: Array, function: Function) -> Array:
     """Return the greatest values, with values between the times where a bracket can hold a greater one."""
     a, b, c = samples[:, :-2], samples[:, 1:-1], samples[:, 2:]
-    with np.errstate(invalid="ignore"):
-        reach = np.where((b >= a) & (b >= c), 2 * b - np.minimum(a, c), -np.inf)
-        reach[~(reach > best[:, None])] = -np.inf
-    signs, places, columns = [], [], []
-    for k in range(2):
-        for j in range(best.shape[1]):
-            highest = np.argsort(reach[k, :, j])[-_BRACKETS:]
-            highest = highest[np.isfinite(reach[k, highest, j])]
-            signs += [k] * len(highest)
-            places += highest.tolist()
-            columns += [j] * len(highest)
-    if not places:
-        return best
-    K, i, J, rows = np.array(signs), np.array(places), np.array(columns), np.arange(len(places))
+    left, right = np.diff(times)[None, :-1, None], np.diff(times)[None, 1:, None]
+    with np.errstate(all="ignore"):  # the parabola rises by slope² / (2 curvature) above b
+        before, after = (b - a) / left, (c - b) / right
+        slope = (before * right + after * left) / (left + right)
+        gain = slope * slope * (left + right) / np.abs(4 * (after - before))
+        reach = np.where((b >= a) & (b >= c), b + 2 * np.fmin(gain, b - np.minimum(a, c)), -np.inf)
+    chosen = np.argwhere(reach > best[:, None]).T
+    chosen = chosen[:, np.argsort(-reach[tuple(chosen)])]
+    while chosen.size:
+        best = _narrowed(times, samples, best, function, *chosen[:, :_BRACKETS])
+        rest = chosen[:, _BRACKETS:]
+        chosen = rest[:, reach[tuple(rest)] > best[rest[0], rest[2]]]
+    return best
+
+
+def _narrowed(times: Array, samples: Array, best: Array, function: Function, K: Any, i: Any, J: Any) -> Array:
+    """Return the greatest values, with the vertices in brackets around the (i + 1)th times, of quantities J with signs
+    K.
+    """
+    rows = np.arange(len(K))
     t = np.stack([times[i], times[i + 1], times[i + 2]])
     f = np.stack([samples[K, i, J], samples[K, i + 1, J], samples[K, i + 2, J]])
 
@@ -128,8 +158,13 @@ def _refined(times: Array, samples: Array, best: Array, function: Callable[[Arra
     return best
 
 
-def search_blocks(whole: Any) -> Iterator[tuple[Any, Array, bool]]:
-    """Yield parts of a path between jumps, in blocks: the part, times to search, True if it is curved between them."""
+def search_blocks(
+    whole: Any, quantities: Callable[[Array, Any], Array], names: Sequence[str]
+) -> Iterator[tuple[Any, Array, bool]]:
+    """Yield parts of a path between jumps, in blocks: the part, times to search, True if it is curved between them.
+
+    ``quantities`` returns the values of those called ``names`` at some times of a part, shape (times, quantities).
+    """
     segments = whole.segments if isinstance(whole, Phases) else (None,)
     for segment in segments:
         path = whole if segment is None else segment.path
@@ -139,8 +174,62 @@ def search_blocks(whole: Any) -> Iterator[tuple[Any, Array, bool]]:
             continue
         for low in range(0, path.steps, _BLOCK):
             starts = path.times[max(0, low - 1) : low + _BLOCK + 1]  # blocks overlap by one step
-            inner = starts[:-1, None] + np.diff(starts)[:, None] * np.arange(_PARTS) / _PARTS
-            yield leg, np.append(inner.ravel(), starts[-1]), True
+            yield leg, _resolved(starts, lambda moments, leg=leg: quantities(moments, leg), names), True  # type: ignore[misc]
+
+
+def _resolved(steps: Array, function: Function, names: Sequence[str]) -> Array:
+    """Return times of some steps, in their order, that show where quantities may be greatest or smallest."""
+    begins, spans, found, best = steps[:-1], np.diff(steps), [steps[-1:]], np.array([[-np.inf]])
+    for halvings in range(_FINEST + 1):
+        times = begins[:, None] + spans[:, None] * _FRACTIONS
+        samples = function(times.ravel()).reshape(*times.shape, -1)
+        both = np.stack([samples, -samples])
+        best = np.fmax(best, np.fmax.reduce(both, axis=(1, 2)))
+        unseen = _unseen(both, best)
+        rough = unseen.any(axis=1)
+        if halvings > 2 and rough.any():
+            rough[rough] = ~_is_noise(begins[rough], spans[rough], samples[rough], function)
+        if halvings == _FINEST:
+            if rough.sum() > _MOST * (len(steps) - 1):
+                name = names[int(np.argmax(unseen[rough].sum(axis=0)))]
+                raise SimulationError(
+                    f"Expected a quantity whose extremes can be told apart, but between t = {times[rough].min():.9g} s "
+                    f"and {times[rough].max():.9g} s '{name}' has more of them than {2**_FINEST} parts of a step show. "
+                    "Pass a smaller max_step=, or ask for a quantity that changes less often."
+                )
+            rough[:] = False
+        found.append(times[~rough, :PARTS])
+        spans = np.repeat(spans[rough] / 2, 2)
+        begins = np.repeat(begins[rough], 2) + spans * (np.arange(len(spans)) % 2)
+        if not len(begins):
+            break
+    result = np.unique(np.concatenate([x.ravel() for x in found]))
+    return result if steps[-1] >= steps[0] else result[::-1]
+
+
+def _error(samples: Array) -> Array:
+    """Return the error of the polynomial through the even points of windows, as `event_search.error_between` does."""
+    even = samples[..., : PARTS + 1, :]
+    middle = np.abs(np.einsum("k,...kq->...q", _NINTH, even)) / 70
+    ends = np.abs(np.einsum("ek,...kq->...eq", _ALMOST, even) - samples[..., PARTS + 1 :, :]).max(axis=-2)
+    return np.asarray(np.maximum(middle, ends / (PARTS * PARTS * MARGIN)))
+
+
+def _unseen(both: Array, best: Array) -> Any:
+    """Return in which windows which quantity, or its negative, may exceed ``best`` unseen."""
+    with np.errstate(invalid="ignore"):
+        error = _error(both)
+        higher = both.max(axis=2) + CLEAR * error > best[:, None]
+        return (higher & (error > _RESOLVED * np.abs(best).max(axis=0))).any(axis=0)
+
+
+def _is_noise(begins: Array, spans: Array, samples: Array, function: Function) -> Any:
+    """Return the windows in which the error comes from round-off, as `event_search.is_noise` does."""
+    times = begins[:, None] + spans[:, None] * (_EVEN[:-1] + 0.5 / PARTS)
+    shortest = 64 * np.spacing(np.abs(times) + np.abs(spans[:, None])) * np.sign(spans[:, None])
+    now, then = (function(x.ravel()).reshape(*x.shape, -1) for x in (times, times + shortest))
+    with np.errstate(invalid="ignore"):
+        return (_error(samples) <= CLEAR * CLEAR * np.abs(then - now).max(axis=1)).all(axis=1)
 
 
 def _at(motion: ComputedMotion, times: Array, leg: Any = None) -> ComputedMotion:

@@ -86,7 +86,7 @@ class Trajectory(ComputedMotion):
         if not reduction(name)[0]:
             return None
         outputs = outputs_of(self.kernels.model, [name])
-        return float(outputs.number(name, extremes(self, outputs.reduced_values)[None])[0])
+        return float(outputs.number(name, extremes(self, outputs)[None])[0])
 
     @cached_property
     def data(self) -> xarray.Dataset:

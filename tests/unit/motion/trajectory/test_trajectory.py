@@ -60,6 +60,40 @@ def test_the_greatest_of_a_run_is_that_of_an_output():
     assert motion["max(theta')"] > motion["theta'"].max()
 
 
+def wheel():
+    s = fb.System("wheel")
+    s.hinge("axle", s.ground, s.body("wheel", fb.disk(1, 1)), axis="z", coordinate="theta")
+    return s
+
+
+def test_extremes_of_a_fast_quantity_in_one_step():
+    """A wheel that turns by 3 rad: the last crest and trough are the greatest, tan 500 θ = -500 (10 + θ)."""
+    s, fast = wheel(), "sin(500*theta)*(1+theta/10)"
+    motion = fb.simulate(s, 1, initial={"theta'": 3})
+    lanes = fb.simulate(s, 1, initial={"theta'": [3]}, outputs=[f"max({fast})", f"min({fast})"])
+    assert motion.steps == 1
+    for how, crest in (("max", 2 * np.pi * 238 + np.pi / 2), ("min", 2 * np.pi * 238 - np.pi / 2)):
+        theta = crest / 500
+        for _ in range(3):  # Newton's method for 500 (1 + θ/10) cos 500 θ + sin 500 θ / 10
+            u, wide = 500 * theta, 1 + theta / 10
+            theta -= (500 * wide * np.cos(u) + np.sin(u) / 10) / (
+                -250000 * wide * np.sin(u) + 100 * np.cos(u)
+            )
+        exact = np.sin(500 * theta) * (1 + theta / 10)
+        assert motion[f"{how}({fast})"] == pytest.approx(exact, rel=1e-12)
+        assert lanes[f"{how}({fast})"].values == pytest.approx([exact], rel=1e-12)
+
+
+def test_a_quantity_too_fast_for_its_extremes_is_refused_by_name():
+    motion = fb.simulate(wheel(), 1, initial={"theta'": 3})
+    with pytest.raises(
+        SimulationError, match=r"'sin\(1e9\*theta\)' has more of them than 4096 parts of a step"
+    ):
+        motion["max(sin(1e9*theta))"]
+    lanes = fb.simulate(wheel(), 1, initial={"theta'": [3]}, outputs=["max(sin(1e9*theta))"])
+    assert lanes.status.values == ["event not resolved"] and lanes.blame.values == ["sin(1e9*theta)"]
+
+
 def test_one_argument_of_max_has_no_other_meaning():
     s = pendulum()
     with pytest.raises(
