@@ -95,7 +95,7 @@ def test_description(name: str) -> None:
         assert unit and about
 
 
-@pytest.mark.parametrize("name", sampled(NAMES, 4))
+@pytest.mark.parametrize("name", sampled(NAMES, 6))
 def test_run_with_defaults(name: str) -> None:
     entry, found = GALLERY[name], outcome(name)
     assert found.trajectory.t[-1] == entry.until
@@ -163,7 +163,7 @@ def same_motion(a: Outcome, b: Outcome) -> bool:
     )
 
 
-@pytest.mark.parametrize("name", sampled(NAMES, 4))
+@pytest.mark.parametrize("name", sampled(NAMES, 6))
 def test_length_and_tolerance_of_the_run(name: str) -> None:
     """A shorter, coarser run gives the same answers, as far as it is exact; answers do not end with the plot."""
     found = GALLERY[name].run({}, 0.05, 1e-8)

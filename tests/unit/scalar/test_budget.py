@@ -234,6 +234,7 @@ def test_all_prints_have_the_same_lines():
     assert r"\ddot{\phi}_{link2}" in e.latex().replace(r"\mathrm", "") or "phi" in e.latex()
 
 
+@pytest.mark.slow
 def test_four_elastic_links_are_handed_over_to_numbers():
     found = fb.steady_motions(chain(4, springs=True), values={})
     assert "Expected the steady motions in closed form to need no expression of more than" in found.reason

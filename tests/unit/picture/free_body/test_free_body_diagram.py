@@ -59,7 +59,7 @@ def machine(name: str) -> tuple[Any, dict[str, Any]]:
     return e, {key: x for key, x in entry.near.items() if key in e.model.coordinate_names}
 
 
-@pytest.fixture(scope="module", params=sampled([*NAMES, *CONTACTS], 6))
+@pytest.fixture(scope="module", params=sampled([*NAMES, *CONTACTS], 9))
 def drawn(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:
     """Equations, and a diagram of every body."""
     e, near = machine(request.param)

@@ -122,6 +122,7 @@ def test_an_executor_that_takes_no_more_leaves_what_it_has_done() -> None:
     assert data.attrs["interrupted"] == f"8 of 9 lanes were not run; {why}"
 
 
+@pytest.mark.slow
 def test_where_no_lane_was_run_it_is_an_error() -> None:
     options = {"initial": {"x": [0.6, 0.7]}, "samples": 2, "progress": False}
     with (
