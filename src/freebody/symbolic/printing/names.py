@@ -12,18 +12,21 @@ GREEK = {
     "Gamma": "Γ", "Delta": "Δ", "Theta": "Θ", "Lambda": "Λ", "Xi": "Ξ", "Pi": "Π", "Sigma": "Σ",
     "Upsilon": "Υ", "Phi": "Φ", "Psi": "Ψ", "Omega": "Ω",
 }  # fmt: skip
+SPELLED = {"lam": "lambda", "lamda": "lambda"}
+"""Letters by what they are called in Python, where the word itself is reserved."""
 
 
 @cache
 def parts(name: str) -> tuple[str, str]:
     """Return (base, subscript): ``theta_1`` and ``theta1`` are θ with subscript 1, ``j_wx`` is j with wx.
 
-    >>> parts("theta1"), parts("I_xx"), parts("arm_2_x"), parts("T1_floor"), parts("mass")
-    (('theta', '1'), ('I', 'xx'), ('arm', '2, x'), ('T', '1, floor'), ('mass', ''))
+    >>> parts("theta1"), parts("I_xx"), parts("arm_2_x"), parts("T1_floor"), parts("mass"), parts("lam")
+    (('theta', '1'), ('I', 'xx'), ('arm', '2, x'), ('T', '1, floor'), ('mass', ''), ('lambda', ''))
     """
     base, _, ending = name.strip("_").partition("_")
     match = re.fullmatch(r"([A-Za-z]+?)(\d+)", base)
     subscripts = [match.group(2)] if match else []
     if ending:
         subscripts.append(ending.strip("_").replace("_", ", "))
-    return (match.group(1) if match else base), ", ".join(subscripts)
+    letter = match.group(1) if match else base
+    return SPELLED.get(letter, letter), ", ".join(subscripts)
