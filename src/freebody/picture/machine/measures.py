@@ -23,7 +23,8 @@ from ..paper.placing import Placer
 from ..paper.sheet import Arrow, Group, Line, Style, arc
 from ..paper.view import View
 from .configuration import Configuration
-from .shapes import Primitive, attachments, hidden, holds
+from .shapes import Primitive, attachments, holds
+from .solid_pieces import pieces_of
 
 Array = NDArray[np.float64]
 
@@ -36,6 +37,9 @@ ROUND = ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube")
 
 FORESHORTENED = 0.35
 """Least part of a length that is left on paper for it to be dimensioned."""
+
+SHORT, TAIL = 20.0, 16.0
+"""Length below which its arrows stand outside [pt], and their length."""
 
 Measured = tuple[Group, str, tuple[Array, Array | None]]
 """A measure: its lines, its label, and the anchor of the label (point, direction from it)."""
@@ -106,7 +110,11 @@ def angle_of(
     radius = min(34.0, 0.62 * reach[far])
     reference = np.array([start, start + (radius + 14.0) * np.array([math.cos(zero), math.sin(zero)])])
     swept = arc(start, radius, zero, now_at)
-    axis = [Line(np.array([start, ends[far]]), CENTRE_LINE)] if body in hidden(model) else []
+    barred = any(
+        piece.kind in ("slender_bar", "rod") and holds(piece, local, 3.0 / scale)
+        for piece in pieces_of(now, planar=True)[body]
+    )
+    axis = [] if barred or pieces else [Line(np.array([start, ends[far]]), CENTRE_LINE)]
     group = Group(
         [*axis, Line(reference, DASHED), Arrow(swept, Style(GREY, 0.8), "full")],
         {"class": "angle", "data-symbol": shown},
@@ -245,7 +253,7 @@ def named_points(e: Equations, body: str) -> dict[str, Vector]:
         if isinstance(constraint, Rolling) and constraint.center.body.name == body:
             named[name] = constraint.center.components
     shape = _shape(e, body)
-    if shape is not None and shape.kind == "slender_bar" and shape.parts == ():
+    if shape is not None and shape.kind == "slender_bar" and not shape.parts and not shape.look:
         half = shape["length"] / 2
         unit = sympy.Matrix(shape.axis)
         unit = unit / unit.norm()
@@ -292,6 +300,15 @@ def _lengths(
 ) -> list[Measured]:
     """Chains of dimensions between points, one along each of these axes of a body (or of the ground)."""
     return [measured for k in axes for measured in chain(e, now, view, scale, body, placer, named, k)]
+
+
+def _span(low: Array, high: Array) -> list[Arrow]:
+    """Arrow between two ends; two arrows from outside where there is no room between them."""
+    length = float(np.linalg.norm(high - low))
+    if length >= SHORT:
+        return [Arrow(np.array([low, high]), Style(GREY, 0.8), "both")]
+    d = (high - low) / length
+    return [Arrow(np.array([end + TAIL * out, end]), Style(GREY, 0.8)) for end, out in ((low, -d), (high, d))]
 
 
 def _has_number(e: Equations, distance: Scalar) -> bool:
@@ -358,7 +375,7 @@ def chain(
             [
                 Line(np.array([a + 7 * normal, low + 4 * normal]), THIN),
                 Line(np.array([b + 7 * normal, high + 4 * normal]), THIN),
-                Arrow(np.array([low, high]), Style(GREY, 0.8), "both"),
+                *_span(low, high),
             ],
             {
                 "class": "dimension",
