@@ -170,7 +170,9 @@ class Machine(MachineDrawing):
             key=lambda piece: (piece.hole, float(self.view.toward @ (p + R @ piece.center))),
         )
         for piece in order:
-            for item in outlines(piece, R, p, self.view, self.scale, fill, guide_of(self.now, self.view, name)):
+            for item in outlines(
+                piece, R, p, self.view, self.scale, fill, guide_of(self.now, self.view, name)
+            ):
                 if id(piece) not in toothed:  # the outline of a gear is that of its teeth
                     group.add(item)
                 area = polygon(item)

@@ -167,7 +167,9 @@ class MachineDrawing:
         R, p = self.now.posture(name)
         areas = []
         for piece in self.pieces[name]:
-            for item in outlines(piece, R, p, self.view, self.scale, "#ffffff", guide_of(self.now, self.view, name)):
+            for item in outlines(
+                piece, R, p, self.view, self.scale, "#ffffff", guide_of(self.now, self.view, name)
+            ):
                 area = polygon(item)
                 if area is not None:
                     areas.append(area)

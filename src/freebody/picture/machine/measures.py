@@ -19,7 +19,7 @@ from ...scalar.expression import evaluate
 from ...symbolic.equations import Equations
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
-from ..paper.placing import Placer
+from ..paper.placing import Placer, inside
 from ..paper.sheet import Arrow, Group, Line, Style, arc
 from ..paper.view import View
 from .configuration import Configuration
@@ -302,6 +302,16 @@ def _lengths(
     return [measured for k in axes for measured in chain(e, now, view, scale, body, placer, named, k)]
 
 
+def _clear(placer: Placer, at: Array, d: Array) -> Array:
+    """Foot of the line of a length: beyond the last area that a ray from a point crosses."""
+    ray = at + np.arange(0.0, 500.0, 2.0)[:, None] * d
+    within = (
+        np.any([inside(area, ray) for area in placer.areas], axis=0) if placer.areas else np.zeros(1, bool)
+    )
+    last = int(np.flatnonzero(within).max(initial=0))
+    return np.asarray(ray[last] + (4.0 if last else 7.0) * d)
+
+
 def _span(low: Array, high: Array) -> list[Arrow]:
     """Arrow between two ends; two arrows from outside where there is no room between them."""
     length = float(np.linalg.norm(high - low))
@@ -366,6 +376,8 @@ def chain(
     result: list[Measured] = []
     for i, (before, after) in enumerate(zip(stops, stops[1:], strict=False)):
         a, b = pages[i : i + 2]
+        room = float(np.linalg.norm(b - a)) >= SHORT
+        feet = [_clear(placer, q, normal) if room and not view.planar else q + 7 * normal for q in (a, b)]
         distance = exact[after][k] - exact[before][k]
         if e.model.parameters and _has_number(e, distance):
             continue  # a number among parameters belongs to the look of a body, or to data that have no symbol
@@ -373,8 +385,8 @@ def chain(
         low, high = (q + (level - float(q @ normal)) * normal for q in (a, b))
         group = Group(
             [
-                Line(np.array([a + 7 * normal, low + 4 * normal]), THIN),
-                Line(np.array([b + 7 * normal, high + 4 * normal]), THIN),
+                Line(np.array([feet[0], low + 4 * normal]), THIN),
+                Line(np.array([feet[1], high + 4 * normal]), THIN),
                 *_span(low, high),
             ],
             {

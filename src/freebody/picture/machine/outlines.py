@@ -48,7 +48,9 @@ def outlines(
             w, h = 17.0, 11.0
             # its long edge along the guide or across it, whichever is more level
             level = guide if abs(guide[0]) >= abs(guide[1]) else np.array([guide[1], -guide[0]])
-            corners = np.array([(-w, -h), (w, -h), (w, h), (-w, h)]) @ np.array([level, (-level[1], level[0])])
+            corners = np.array([(-w, -h), (w, -h), (w, h), (-w, h)]) @ np.array(
+                [level, (-level[1], level[0])]
+            )
             return [Line(middle + corners, style, True)]
         return [Circle(middle, PARTICLE if piece.solid else NOTHING, style)]
     if kind in ("slender_bar", "rod"):
