@@ -38,8 +38,8 @@ ROUND = ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube")
 FORESHORTENED = 0.35
 """Least part of a length that is left on paper for it to be dimensioned."""
 
-SHORT, TAIL = 20.0, 16.0
-"""Length below which its arrows stand outside [pt], and their length."""
+SHORT = 20.0
+"""Length below which its arrows stand outside [pt]."""
 
 Measured = tuple[Group, str, tuple[Array, Array | None]]
 """A measure: its lines, its label, and the anchor of the label (point, direction from it)."""
@@ -312,15 +312,6 @@ def _clear(placer: Placer, at: Array, d: Array) -> Array:
     return np.asarray(ray[last] + (4.0 if last else 7.0) * d)
 
 
-def _span(low: Array, high: Array) -> list[Arrow]:
-    """Arrow between two ends; two arrows from outside where there is no room between them."""
-    length = float(np.linalg.norm(high - low))
-    if length >= SHORT:
-        return [Arrow(np.array([low, high]), Style(GREY, 0.8), "both")]
-    d = (high - low) / length
-    return [Arrow(np.array([end + TAIL * out, end]), Style(GREY, 0.8)) for end, out in ((low, -d), (high, d))]
-
-
 def _has_number(e: Equations, distance: Scalar) -> bool:
     """True if a distance is a number, or the sum of a number and others."""
     return not isinstance(distance, Polynomial) or bool(e.sympy(distance).expand().as_coeff_Add()[0] != 0)
@@ -387,7 +378,7 @@ def chain(
             [
                 Line(np.array([feet[0], low + 4 * normal]), THIN),
                 Line(np.array([feet[1], high + 4 * normal]), THIN),
-                *_span(low, high),
+                Arrow(np.array([low, high]), Style(GREY, 0.8), "both" if room else "inward"),
             ],
             {
                 "class": "dimension",
