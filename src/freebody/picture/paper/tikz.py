@@ -72,11 +72,11 @@ def _arrow(arrow: Arrow, colors: dict[str, str]) -> list[tuple[str, str]]:
     length, half = HEAD[0] * arrow.size, HEAD[1] * arrow.size
     fill = ",line width=0.8pt,fill=white" if arrow.head == "open" else ""
     tip = f"Stealth[length={length:.3g}pt,width={2 * half:.3g}pt,inset={0.22 * length:.3g}pt{fill}]"
-    if arrow.head == "inward":
-        shaft = arrow.shaft()
-        return [(f"-{{{tip}}},{style}", _path(side)) for side in (shaft[:2], shaft[:-3:-1])]
     heads = {"double": f"-{{{tip} {tip}}}", "both": f"{{{tip}}}-{{{tip}}}"}.get(arrow.head, f"-{{{tip}}}")
     style = _style(arrow.style, colors)
+    if arrow.head == "inward":
+        shaft = arrow.shaft()
+        return [(f"{heads},{style}", _path(side)) for side in (shaft[:2], shaft[:-3:-1])]
     if len(arrow.points) == 2:
         return [(f"{heads},{style}", _path(arrow.points))]
     end = shortened(arrow.points, 1.2 * length)
