@@ -7,14 +7,23 @@ stands on its head.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import sympy
 
 import freebody as fb
 
+from ...space.shape import Shape
 from ..tools.answer import Answer, Answers, Plots, Solved, same
 from ..tools.case import Case, explain, happened
 from ..tools.entry import Entry
+from ..tools.looks import placed, together, tube_between
+
+
+def look(R: Any) -> Shape:
+    """Return the top as it is drawn: a ball with a stem."""
+    return together(placed(fb.sphere(1, R)), tube_between((0, 0, R), (0, 0, 8 * R / 5), R / 5))
 
 
 def build() -> fb.System:
@@ -24,7 +33,8 @@ def build() -> fb.System:
     I_1, I_3 = s.parameters(I_1=2.994e-6, I_3=3.2e-6)
     s.parameters(theta_0=0.2, spin=200.0)
     s.gravity = (0, 0, -g)
-    top = s.body("top", fb.MassProperties(m, (0, 0, -a), ((I_1, 0, 0), (0, I_1, 0), (0, 0, I_3))))
+    inertia = ((I_1, 0, 0), (0, I_1, 0), (0, 0, I_3))
+    top = s.body("top", fb.MassProperties(m, (0, 0, -a), inertia), shape=look(R))
     s.free("air", s.ground, top, at=(0, 0, R))
     s.contact("floor", top.sphere(R), s.ground.plane(normal="z"), friction=mu)
     explain(

@@ -27,6 +27,7 @@ from ...symbolic.free_body.gears import undetermined_by_couplings
 from ...symbolic.printing.display import equation_latex
 from ..machine.configuration import Configuration, configuration, equations_at, modes_drawn
 from ..machine.force_arrows import Mark, Marks
+from ..machine.outlines import guide_of
 from ..machine.shapes import Primitive, attachments, fill_of, machine_size
 from ..machine.solid_pieces import pieces_of
 from ..paper.drawing import Drawing
@@ -305,7 +306,7 @@ class _Maker:
     def _panel(self, name: str, scale: float, marks: Sequence[Mark], kinetic: bool) -> Group:
         panel = Panel(
             self.e, self.now, self.view, scale, name, self._back_to_front(name), fill_of(self.now.model, name),
-            self.colors, self.unit, _slides(self.now.model, name),
+            self.colors, self.unit, guide_of(self.now, self.view, name),
         )  # fmt: skip
         return panel.draw(
             marks,
@@ -473,11 +474,6 @@ def _number(value: float | None) -> str:
         mantissa, exponent = text.split("e")
         return rf"{mantissa} \times 10^{{{int(exponent)}}}"
     return text
-
-
-def _slides(model: Model, body: str) -> bool:
-    """True if a slider carries the body."""
-    return any(joint.child == body and joint.pair.prismatic for joint in model.joints.values())
 
 
 def _apart(boxes: Sequence[Box], gap: float) -> list[Array]:

@@ -60,8 +60,8 @@ class Panel:
         Colours of the reactions, by joint.
     unit : float, optional
         Points per newton of an arrow to scale; None draws all arrows of one length.
-    block : bool
-        Draw a particle as a block.
+    guide : array, optional
+        Direction on paper of the guide on which the body slides: a particle is drawn as a block on it.
     placer : Placer
     taken : list
         Arrows that have their place: point, direction, length, and True if they point away from the body.
@@ -78,7 +78,7 @@ class Panel:
     fill: str
     colors: dict[str, str]
     unit: float | None = None
-    block: bool = False
+    guide: Array | None = None
     placer: Placer = field(default_factory=Placer)
     taken: list[tuple[Array, Array, float, bool]] = field(default_factory=list)
     ends: list[Array] = field(default_factory=list)
@@ -110,7 +110,7 @@ class Panel:
         solids = " ".join(dict.fromkeys(piece.kind for piece in self.pieces))
         outline = Group([], {"class": "outline", "data-solids": solids})
         for piece in self.pieces:
-            for item in outlines(piece, R, p, self.view, self.scale, self.fill, self.block):
+            for item in outlines(piece, R, p, self.view, self.scale, self.fill, self.guide):
                 outline.add(item)
                 area = polygon(item)
                 if area is not None:

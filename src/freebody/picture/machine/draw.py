@@ -27,7 +27,7 @@ from .draw_gears import gears, solids_with_teeth
 from .draw_ground import belts, feet, guides, rolling_planes, ropes, scenery, surfaces
 from .inclinations import mark_inclinations
 from .machine_drawing import WIDE, MachineDrawing
-from .outlines import outlines, polygon
+from .outlines import guide_of, outlines, polygon
 
 Array = NDArray[np.float64]
 
@@ -170,7 +170,9 @@ class Machine(MachineDrawing):
             key=lambda piece: (piece.hole, float(self.view.toward @ (p + R @ piece.center))),
         )
         for piece in order:
-            for item in outlines(piece, R, p, self.view, self.scale, fill, self._slides(name)):
+            for item in outlines(
+                piece, R, p, self.view, self.scale, fill, guide_of(self.now, self.view, name)
+            ):
                 if id(piece) not in toothed:  # the outline of a gear is that of its teeth
                     group.add(item)
                 area = polygon(item)
@@ -315,7 +317,7 @@ class Machine(MachineDrawing):
             else:
                 together.append(name)
         for at, names in points:
-            labels = [_joint_label(name) for name in names]
+            labels = [_joint_label(name) for name in names if name not in self.drawn]
             if len(names) > CROWD:
                 labels = [", ".join(labels)]
             self.labels += [(label, [(at, None)], 9.5, GREY) for label in labels]

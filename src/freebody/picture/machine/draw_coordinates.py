@@ -63,7 +63,7 @@ def _slide(m: MachineDrawing, name: str, number: int, link: Link) -> None:
     if length < 8.0:
         return
     d = path / length
-    far = length > m.wide
+    far = length > math.sqrt(2) * m.wide  # more than the diagonal of the machine
     if far:  # the arrow does not start at a distant origin
         start = end - 0.6 * m.wide * d
     side = np.array([-d[1], d[0]])

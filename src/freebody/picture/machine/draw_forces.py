@@ -100,7 +100,7 @@ def _joint_spring(m: MachineDrawing, load: Load, action: JointForce) -> None:
     ]
     beside = same.index(name)
     normal = np.array([-d[1], d[0]])
-    shift = (6.0 if beside == 0 else -6.0) * normal if len(same) > 1 else np.zeros(2)
+    shift = (9.0 if beside == 0 else -9.0) * normal if len(same) > 1 else np.zeros(2)
     half = m.reach(joint.child, at, -d)
     # on the line of this axis, if the joint has several
     wall = at + float((base - at) @ d) * d - (half + 60.0) * d

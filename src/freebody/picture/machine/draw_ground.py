@@ -176,12 +176,18 @@ def guides(m: MachineDrawing) -> None:
         at = m.page(point)
         base = m.page(m.now.place("ground", m.model.joints[name].at)) if name in m.model.joints else at
         s = sorted((0.0, float((base - at) @ d)))
-        gap = m.reach(child, at, np.array([d[1], -d[0]]))
-        # a guide does not reach all the way to a distant origin, but under the whole body
+        # a guide reaches neither beyond its origin nor all the way to a distant one, but under the whole body
         ends = [m.reach(child, at, sign * d) + 14.0 for sign in (-1.0, 1.0)]
-        reach = (min(max(s[0] - 34.0, -110.0), -ends[0]), max(min(s[1] + 34.0, 110.0), ends[1]))
-        items = symbols.guide(at, d, reach, gap, 1.0)
-        m.add(items, class_=f"joint {kind}", data_joint=name)
+        reach = (
+            min(max(s[0] - 34.0 * (s[0] == 0), -110.0), -ends[0]),
+            max(min(s[1] + 34.0 * (s[1] == 0), 110.0), ends[1]),
+        )
+        choices = []
+        for side in (1.0, -1.0) if abs(d[1]) > abs(d[0]) else (1.0,):  # bodies stand on level guides
+            gap = m.reach(child, at, side * np.array([d[1], -d[0]]))
+            items = symbols.guide(at, d, reach, gap, side)
+            choices.append((m.placer.crowding(items[0].points), -side, items))
+        m.add(min(choices, key=lambda choice: choice[:2])[2], class_=f"joint {kind}", data_joint=name)
 
 
 def ropes(m: MachineDrawing) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.joints.pair import Pair
-from ...dynamics.kinematics import link_postures
 from ...model.closure import Closure
 from ...model.model import Link
 from ...scalar.algebra import Vector
@@ -18,7 +17,7 @@ from ..paper.placing import Placer
 from ..paper.sheet import Arrow, Circle, Group, arc
 from ..paper.view import View
 from .configuration import Configuration
-from .outlines import outlines, polygon
+from .outlines import axis_in_space, axis_on_paper, guide_of, outlines, polygon
 from .shapes import attachments, fill_of, hidden
 from .solid_pieces import pieces_of
 from .supports import idle_supports
@@ -146,22 +145,16 @@ class MachineDrawing:
                 )
         return joints
 
-    def _slides(self, body: str) -> bool:
-        return any(joint.pair.prismatic and joint.child == body for joint in self.joints.values())
-
     def axis(self, name: str, index: int = 0) -> Array | None:
         """Direction on paper of an axis of a joint; None if it points at the reader."""
         joint = self.model.joints.get(name)
         if joint is None:
             return None
-        d = self.view(self.axis_in_space(self.model.links[joint.links[index]], joint.links[index]))
-        length = float(np.linalg.norm(d))
-        return d / length if length > 0.05 else None
+        return axis_on_paper(self.now, self.view, joint.links[index])
 
     def axis_in_space(self, link: Link, number: int) -> Array:
         """Axis of a link, in ground axes; ``number`` is the number of the link."""
-        R = np.array(link_postures(self.model, self.now.state)[number].rotation, dtype=float)
-        return R @ np.array([float(self.now.state(x)) for x in link.axis])
+        return axis_in_space(self.now, number)
 
     def reach(self, body: str, at: Array, d: Array) -> float:
         """Distance by which a body reaches from a point in a direction [pt]."""
@@ -174,7 +167,9 @@ class MachineDrawing:
         R, p = self.now.posture(name)
         areas = []
         for piece in self.pieces[name]:
-            for item in outlines(piece, R, p, self.view, self.scale, "#ffffff", self._slides(name)):
+            for item in outlines(
+                piece, R, p, self.view, self.scale, "#ffffff", guide_of(self.now, self.view, name)
+            ):
                 area = polygon(item)
                 if area is not None:
                     areas.append(area)

@@ -19,11 +19,12 @@ from ...scalar.expression import evaluate
 from ...symbolic.equations import Equations
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
-from ..paper.placing import Placer
+from ..paper.placing import Placer, inside
 from ..paper.sheet import Arrow, Group, Line, Style, arc
 from ..paper.view import View
 from .configuration import Configuration
-from .shapes import Primitive, attachments, hidden, holds
+from .shapes import Primitive, attachments, holds
+from .solid_pieces import pieces_of
 
 Array = NDArray[np.float64]
 
@@ -36,6 +37,9 @@ ROUND = ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube")
 
 FORESHORTENED = 0.35
 """Least part of a length that is left on paper for it to be dimensioned."""
+
+SHORT = 20.0
+"""Length below which its arrows stand outside [pt]."""
 
 Measured = tuple[Group, str, tuple[Array, Array | None]]
 """A measure: its lines, its label, and the anchor of the label (point, direction from it)."""
@@ -106,7 +110,11 @@ def angle_of(
     radius = min(34.0, 0.62 * reach[far])
     reference = np.array([start, start + (radius + 14.0) * np.array([math.cos(zero), math.sin(zero)])])
     swept = arc(start, radius, zero, now_at)
-    axis = [Line(np.array([start, ends[far]]), CENTRE_LINE)] if body in hidden(model) else []
+    barred = any(
+        piece.kind in ("slender_bar", "rod") and holds(piece, local, 3.0 / scale)
+        for piece in pieces_of(now, planar=True)[body]
+    )
+    axis = [] if barred or pieces else [Line(np.array([start, ends[far]]), CENTRE_LINE)]
     group = Group(
         [*axis, Line(reference, DASHED), Arrow(swept, Style(GREY, 0.8), "full")],
         {"class": "angle", "data-symbol": shown},
@@ -245,7 +253,7 @@ def named_points(e: Equations, body: str) -> dict[str, Vector]:
         if isinstance(constraint, Rolling) and constraint.center.body.name == body:
             named[name] = constraint.center.components
     shape = _shape(e, body)
-    if shape is not None and shape.kind == "slender_bar" and shape.parts == ():
+    if shape is not None and shape.kind == "slender_bar" and not shape.parts and not shape.look:
         half = shape["length"] / 2
         unit = sympy.Matrix(shape.axis)
         unit = unit / unit.norm()
@@ -292,6 +300,16 @@ def _lengths(
 ) -> list[Measured]:
     """Chains of dimensions between points, one along each of these axes of a body (or of the ground)."""
     return [measured for k in axes for measured in chain(e, now, view, scale, body, placer, named, k)]
+
+
+def _clear(placer: Placer, at: Array, d: Array) -> Array:
+    """Foot of the line of a length: beyond the last area that a ray from a point crosses."""
+    ray = at + np.arange(0.0, 500.0, 2.0)[:, None] * d
+    within = (
+        np.any([inside(area, ray) for area in placer.areas], axis=0) if placer.areas else np.zeros(1, bool)
+    )
+    last = int(np.flatnonzero(within).max(initial=0))
+    return np.asarray(ray[last] + (4.0 if last else 7.0) * d)
 
 
 def _has_number(e: Equations, distance: Scalar) -> bool:
@@ -349,6 +367,8 @@ def chain(
     result: list[Measured] = []
     for i, (before, after) in enumerate(zip(stops, stops[1:], strict=False)):
         a, b = pages[i : i + 2]
+        room = float(np.linalg.norm(b - a)) >= SHORT
+        feet = [_clear(placer, q, normal) if room and not view.planar else q + 7 * normal for q in (a, b)]
         distance = exact[after][k] - exact[before][k]
         if e.model.parameters and _has_number(e, distance):
             continue  # a number among parameters belongs to the look of a body, or to data that have no symbol
@@ -356,9 +376,9 @@ def chain(
         low, high = (q + (level - float(q @ normal)) * normal for q in (a, b))
         group = Group(
             [
-                Line(np.array([a + 7 * normal, low + 4 * normal]), THIN),
-                Line(np.array([b + 7 * normal, high + 4 * normal]), THIN),
-                Arrow(np.array([low, high]), Style(GREY, 0.8), "both"),
+                Line(np.array([feet[0], low + 4 * normal]), THIN),
+                Line(np.array([feet[1], high + 4 * normal]), THIN),
+                Arrow(np.array([low, high]), Style(GREY, 0.8), "both" if room else "inward"),
             ],
             {
                 "class": "dimension",

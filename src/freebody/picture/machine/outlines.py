@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...dynamics.kinematics import link_postures
 from ..paper.palette import INK
 from ..paper.sheet import Circle, Line, Style
 from ..paper.view import View
+from .configuration import Configuration
 from .shapes import Primitive
 
 Array = NDArray[np.float64]
@@ -25,11 +27,11 @@ _LINE = 1.1
 
 
 def outlines(
-    piece: Primitive, R: Array, p: Array, view: View, scale: float, fill: str, block: bool = False
+    piece: Primitive, R: Array, p: Array, view: View, scale: float, fill: str, guide: Array | None = None
 ) -> list[Any]:
     """Lines and circles of one piece of a body with the posture ``R, p``, on paper [pt].
 
-    With ``block``, a particle of a planar machine is drawn as a block that slides on a guide.
+    With ``guide``, its direction on paper, a particle of a planar machine is drawn as a block that slides on it.
     """
     style = Style(INK, _LINE, (), "#ffffff" if piece.hole else fill)
     A = R @ piece.axes
@@ -42,9 +44,13 @@ def outlines(
     d = piece.dimensions
     kind = piece.kind
     if kind == "particle":
-        if block and view.planar:
+        if guide is not None and view.planar:
             w, h = 17.0, 11.0
-            corners = np.array([(-w, -h), (w, -h), (w, h), (-w, h)])
+            # its long edge along the guide or across it, whichever is more level
+            level = guide if abs(guide[0]) >= abs(guide[1]) else np.array([guide[1], -guide[0]])
+            corners = np.array([(-w, -h), (w, -h), (w, h), (-w, h)]) @ np.array(
+                [level, (-level[1], level[0])]
+            )
             return [Line(middle + corners, style, True)]
         return [Circle(middle, PARTICLE if piece.solid else NOTHING, style)]
     if kind in ("slender_bar", "rod"):
@@ -227,3 +233,24 @@ def _torus(page: Any, d: Any, style: Style) -> list[Any]:
     ]
     inner = page(_circle(max(R - r, 0.0), 0.0))
     return [Line(hull(page(points)), style, True), Line(inner, Style(INK, _LINE, (), "#ffffff"), True)]
+
+
+def axis_in_space(now: Configuration, number: int) -> Array:
+    """Axis of a link, by its number, in ground axes."""
+    R = np.array(link_postures(now.model, now.state)[number].rotation, dtype=float)
+    return R @ np.array([float(now.state(x)) for x in now.model.links[number].axis])
+
+
+def axis_on_paper(now: Configuration, view: View, number: int) -> Array | None:
+    """Direction on paper of the axis of a link; None if it points at the reader."""
+    d = view(axis_in_space(now, number))
+    length = float(np.linalg.norm(d))
+    return d / length if length > 0.05 else None
+
+
+def guide_of(now: Configuration, view: View, body: str) -> Array | None:
+    """Direction on paper of the guide on which a body slides; None if it slides on none, or toward the reader."""
+    for joint in now.model.joints.values():
+        if joint.child == body and joint.pair.prismatic:
+            return axis_on_paper(now, view, joint.links[0])
+    return None

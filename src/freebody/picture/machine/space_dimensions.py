@@ -31,12 +31,11 @@ REACH = 62.0
 
 
 def space_dimensions(m: MachineDrawing, name: str) -> list[Measured]:
-    """Return the dimensions of a body: its radius, and chains along its axes."""
+    """Return the dimensions of a body: chains along its axes, and its radius, which avoids their lines."""
     shape = m.model.bodies[name].properties
     solid = None if shape is None else shape.shape
-    result = _radius(m, name, solid)
     points = {key: p for key, p in named_points(m.e, name).items() if not key.startswith("end ")}
-    result += _dumbbell(m, name, solid)
+    result = _dumbbell(m, name, solid)
     for k in range(3):
         along = _ends(m, name, solid, k) or {
             key: p for key, p in points.items() if key != "C" or not _datum(p[k])
@@ -44,7 +43,10 @@ def space_dimensions(m: MachineDrawing, name: str) -> list[Measured]:
         if len(along) > 1:
             placer = m.placer.about(m.areas_of(name))
             result += chain(m.e, m.now, m.view, m.scale, name, placer, along, k)
-    return result
+    for group, _, _ in result:
+        for item in group.items:
+            m.placer.line(item.points)
+    return [*_radius(m, name, solid), *result]
 
 
 def _datum(x: Any) -> bool:

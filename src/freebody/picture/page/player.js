@@ -447,7 +447,7 @@ function player(root, scene, options = {}) {
   const natural = span / 10; // speed at which the motion takes 10 s
   pace(span >= 4 && span <= 60 ? 1 : SPEEDS.reduce((a, b) => (Math.abs(Math.log(b / natural)) < Math.abs(Math.log(a / natural)) ? b : a)));
   pause();
-  if (length(subtract(bounds.high, bounds.low)) > 8 * bounds.reach) on.follow = boxes.follow.checked = true;
+  if (length(subtract(bounds.high, bounds.low)) > 5 * bounds.reach) on.follow = boxes.follow.checked = true;
   followed = middle();
   measure();
   fit();

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import os
+import re
 import tempfile
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -377,7 +378,10 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
             for family in model.families
         ]
         parts.append(_table(("Family of contacts", "Members", "Friction", "Restitution"), families))
-    kinds = [(name, type(item).__name__) for name, item in (*s.loads.items(), *s.constraints.items())]
+    kinds = [
+        (name, re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(item).__name__).lower())
+        for name, item in (*s.loads.items(), *s.constraints.items())
+    ]
     if kinds:
         parts.append(_table(("Load or constraint", "Type"), kinds))
     rows = []

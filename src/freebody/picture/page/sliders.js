@@ -1,6 +1,9 @@
 "use strict";
 // Sliders for parameters, initial values and the length of the run, and the control of a page that computes its motion.
 
+// A number to five digits; small ones with an exponent, since a box has room for few characters.
+const short = (x) => ((x = Number(x.toPrecision(5))) && Math.abs(x) < 1e-3 ? x.toExponential() : String(x));
+
 // Makes sliders, whose names are set as ``symbols``. ``state`` holds the values that the user chose, ``moved`` is called when one changes.
 function sliders(root, list, length, symbols, moved) {
   const state = { values: {}, initial: {}, until: length }, places = {}, resets = [];
@@ -19,7 +22,7 @@ function sliders(root, list, length, symbols, moved) {
       range.min = Math.min(range.min, x);
       range.max = Math.max(range.max, x);
       range.value = x;
-      box.value = Number(x.toPrecision(5));
+      box.value = short(x);
     };
     show(value);
     if (group === "initial") places[name] = { show, follows, tail };
@@ -35,7 +38,7 @@ function sliders(root, list, length, symbols, moved) {
     // a step of a range that is zero is read as the round-off of its sum
     const chosen = () => (Math.abs(range.value) < 1e-12 * (range.max - range.min) ? 0 : Number(range.value));
     range.addEventListener("input", () => {
-      box.value = Number(chosen().toPrecision(5));
+      box.value = short(chosen());
       set(chosen());
     });
     box.addEventListener("change", () => {

@@ -22,6 +22,9 @@ Box = tuple[float, float, float, float]
 HEAD = (8.0, 2.7)
 """Length and half width of the head of an arrow whose line is 1.5 pt wide [pt]."""
 
+TAIL = 16.0
+"""Length of an arrow that points inward at the end of a short line [pt]."""
+
 
 @dataclass(frozen=True)
 class Style:
@@ -53,7 +56,10 @@ class Circle:
 
 @dataclass(frozen=True, eq=False)
 class Arrow:
-    """A polyline with a head: "full", "open" (hollow), "double" (vector of a couple) or "both" (one at each end)."""
+    """A polyline with a head: "full", "open" (hollow), "double" (vector of a couple), "both" (one at each end).
+
+    With head "inward" two arrows point at the ends of a short line, from outside.
+    """
 
     points: Array
     style: Style = Style(width=1.5)
@@ -67,6 +73,9 @@ class Arrow:
     def heads(self) -> list[Array]:
         """Corners of each head."""
         scale = self.size
+        if self.head == "inward":
+            d = self._direction()
+            return [_head(self.points[0], d, scale), _head(self.points[-1], -d, scale)]
         result = [_head(self.points[-1], self._direction(), scale)]
         if self.head == "double":
             result.append(
@@ -80,6 +89,9 @@ class Arrow:
     def shaft(self) -> Array:
         """The line without the part that the heads cover."""
         scale = self.size
+        if self.head == "inward":
+            d = self._direction()
+            return np.array([self.points[0] - TAIL * d, *self.points, self.points[-1] + TAIL * d])
         points = shortened(self.points, 0.8 * HEAD[0] * scale)
         if self.head == "both":
             points = shortened(points[::-1], 0.8 * HEAD[0] * scale)[::-1]
@@ -88,14 +100,16 @@ class Arrow:
     @property
     def size(self) -> float:
         """Scale of the heads: it follows the width of the line, and is smaller on a short arrow."""
+        if self.head == "inward":
+            return max(0.62, self.style.width / 1.5)
         length = float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
         room = length / HEAD[0] / (2.4 if self.head in ("double", "both") else 1.4)
         return min(max(0.62, self.style.width / 1.5), room)
 
     def _direction(self) -> Array:
         # on a curve, the chord under the head
-        short = shortened(self.points, HEAD[0])
-        d = self.points[-1] - short[-1]
+        short = self.points if self.head == "inward" else shortened(self.points, HEAD[0])
+        d = self.points[-1] - short[-2 if self.head == "inward" else -1]
         return d / np.linalg.norm(d)
 
 
@@ -168,7 +182,7 @@ def box_of(item: Any) -> Box:
         return (x - r, y - r, x + r, y + r)
     points = item.points
     if isinstance(item, Arrow):
-        points = np.vstack([points, *item.heads()])
+        points = np.vstack([points, item.shaft(), *item.heads()])
     half = item.style.width / 2 if item.style.stroke else 0.0
     (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
     return (float(x0) - half, float(y0) - half, float(x1) + half, float(y1) + half)

@@ -74,6 +74,9 @@ def _arrow(arrow: Arrow, colors: dict[str, str]) -> list[tuple[str, str]]:
     tip = f"Stealth[length={length:.3g}pt,width={2 * half:.3g}pt,inset={0.22 * length:.3g}pt{fill}]"
     heads = {"double": f"-{{{tip} {tip}}}", "both": f"{{{tip}}}-{{{tip}}}"}.get(arrow.head, f"-{{{tip}}}")
     style = _style(arrow.style, colors)
+    if arrow.head == "inward":
+        shaft = arrow.shaft()
+        return [(f"{heads},{style}", _path(side)) for side in (shaft[:2], shaft[:-3:-1])]
     if len(arrow.points) == 2:
         return [(f"{heads},{style}", _path(arrow.points))]
     end = shortened(arrow.points, 1.2 * length)

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from freebody.picture.paper.sheet import Group, Label, Sheet
+from freebody.picture.paper.sheet import Arrow, Group, Label, Sheet, Style
 from freebody.picture.paper.tikz import tikz
 
 
@@ -23,3 +23,11 @@ def test_a_symbol_is_as_large_as_in_the_drawing(size: float) -> None:
     assert [float(x) for x in found] == pytest.approx(
         [0.92 * size, 1.104 * size, (x0 + x1) / 2, (y0 + y1) / 2], abs=1e-3
     )
+
+
+def test_a_short_length_has_an_arrow_on_each_side() -> None:
+    arrow = Arrow(np.array([[0.0, 0.0], [8.0, 0.0]]), Style("#000000", 0.8), "inward")
+    text = tikz(Sheet(Group([arrow]), "a short length"))
+    assert len(re.findall(r"-\{Stealth", text)) == 2
+    low, high = arrow.heads()
+    assert low[:, 0].max() == pytest.approx(0) and high[:, 0].min() == pytest.approx(8)

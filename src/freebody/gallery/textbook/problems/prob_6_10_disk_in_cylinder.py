@@ -14,7 +14,7 @@ import sympy
 
 import freebody as fb
 
-from ...tools.answer import Answer, Answers, Plots, Solved, fact, same
+from ...tools.answer import Answer, Answers, Plots, Printed, Solved, fact, same
 from ...tools.case import Case, angle_where, explain, happened
 from ...tools.entry import Entry
 
@@ -84,10 +84,13 @@ def solve(case: Case) -> Solved:
     equation = case.formula(
         "equation of motion in theta", by_forces, "", how + ".eliminate()", at={**now, "theta''": 0}
     )
+    printed = Printed(f"{equation.text} = 0", f"{equation.latex} = 0")
     agree = e.ring.from_sympy(sympy.expand(by_forces - by_moments)) == 0
     stiffness = -sympy.diff(solution["theta''"], theta)
     answers: Answers = {
-        "equation": replace(equation, value=f"{equation.text} = 0"),
+        "equation": replace(
+            equation, value=printed.text, formula=sympy.Eq(equation.formula, 0), printed=printed
+        ),
         "ways": Answer(
             "the two ways to it, compared",
             "with C, two equations of forces give N and f, which the moments about C then contain; about the contact "

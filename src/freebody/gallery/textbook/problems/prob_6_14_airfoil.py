@@ -8,14 +8,32 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 import freebody as fb
 
+from ....space.shape import Shape
 from ...tools.answer import Answer, Answers, Plots, Printed, Solved, same
 from ...tools.case import Case, explain
 from ...tools.entry import Entry
+from ...tools.looks import placed
 from ...tools.pictures import lines
 
 START = {"x": "x_0", "theta": "theta_0"}
+
+
+def look(chord: float = 0.4, thickness: float = 0.15, points: int = 24) -> Shape:
+    """Return the section as it is drawn: a symmetric profile of four digits (NACA), its nose to the left."""
+    x = (1 - np.cos(np.linspace(0, np.pi, points))) / 2  # close together at the nose
+    half = 5 * thickness * (0.2969 * np.sqrt(x) - 0.126 * x - 0.3516 * x**2 + 0.2843 * x**3 - 0.1036 * x**4)
+    around = np.vstack([np.column_stack([x, -half]), np.column_stack([x, half])[-2:0:-1]]) * chord
+    n, depth = len(around), chord / 8
+    ends = [np.column_stack([around - (chord / 2, 0), np.full(n, z)]) for z in (-depth, depth)]
+    faces = [(0, k + 1, k) for k in range(1, n - 1)] + [(n, n + k, n + k + 1) for k in range(1, n - 1)]
+    for k in range(n):
+        after = (k + 1) % n
+        faces += [(k, after, n + after), (k, n + after, n + k)]
+    return placed(fb.mesh(np.vstack(ends), faces, mass=1))
 
 
 def build() -> fb.System:
@@ -28,8 +46,7 @@ def build() -> fb.System:
     axis = s.body("axis", fb.particle(0))
     # only the moment of inertia about the axis normal to the plane matters
     inertia = ((I_C, 0, 0), (0, I_C, 0), (0, 0, I_C))
-    profile = fb.ellipsoid(1, (4 * b, b / 2, b))
-    section = s.body("section", fb.MassProperties(m, (0, 0, 0), inertia), shape=profile)
+    section = s.body("section", fb.MassProperties(m, (0, 0, 0), inertia), shape=look())
     plunge = s.slider("plunge", s.ground, axis, axis="y", coordinate="x")
     pitch = s.hinge("E", axis, section, to=(-b, 0, 0), axis="z", coordinate="theta")
     s.spring("k_x", plunge, stiffness=k_x)

@@ -157,7 +157,7 @@ DISK_ON_LEDGE = Entry(
     until=0.8,
     positive=("g",),
     start={"theta": BEGIN},
-    drawn={"theta": "25deg"},
+    drawn={"x": 0, "y": 0, "theta": "25deg"},
     modes={"O": "stick"},
     fixed_values={**CENTRED, "x''": 0, "y''": 0},
 )
