@@ -53,6 +53,8 @@ class Contact:
         Names of the forces N and T.
     law : Gap or None
         The gap and the actions of the forces, if it is no pair of shapes; feature and surface are then the two bodies.
+    normal : expression or None
+        The normal force of a compliant contact by DEPTH and RATE.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Contact:
     normal_name: str
     tangent_names: tuple[str, ...]
     law: Gap | None = None
+    normal: Expression = None
 
     def __repr__(self) -> str:
         return f"contact '{self.name}'"
@@ -103,8 +106,13 @@ class Contact:
 
     @property
     def held(self) -> bool:
-        """True if a normal force of 1 that is no unknown holds it closed, as in dry friction of a joint."""
-        return self.law is not None and self.law.held
+        """True if the state gives its normal force: a compliant contact, or dry friction of a joint, pressed by 1."""
+        return self.compliant or (self.law is not None and self.law.held)
+
+    @property
+    def compliant(self) -> bool:
+        """True if its normal force is a law of its depth."""
+        return self.normal is not None
 
     @property
     def units(self) -> Mapping[str, str]:
@@ -153,7 +161,7 @@ def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact,
                 Contact(
                     name, pair.name, feature, surface, pair.friction, pair.static_friction, pair.restitution,
                     pair.impact, None if k is None else IDENTITY[k], upright_of(model.gravity),
-                    forces[0], tuple(forces[1:]),
+                    forces[0], tuple(forces[1:]), None, pair.normal,
                 )
             )  # fmt: skip
     return tuple(result)

@@ -61,7 +61,7 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
         speed = slip_speed(it, k)
         contacts.friction[i] = it.coefficients[4 * k if speed > it.still else 4 * k + 3]
         contacts.static[i] = it.coefficients[4 * k + 1]
-        contacts.least[i], contacts.slides[i] = 1.0 * it.held[k], 0
+        contacts.least[i], contacts.held[i], contacts.slides[i] = it.given[k], it.held[k], 0
         if impact != 0:
             contacts.static[i] = contacts.friction[i]
         elif speed > it.still:
@@ -77,6 +77,21 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
         contacts.given[a] = it.rate[r] if impact != 0 else it.c[r]
         for b in range(m):
             contacts.A[a * m + b] = product_of(row_of(it, it.W, r), row_of(it, it.X, it.list[b]), it.n)
+    for i in range(it.count):
+        if it.compliant[it.chosen[i]] != 0:
+            press(contacts, contacts.at[i], contacts.least[i])
+
+
+@compiled
+def press(contacts: Contacts, r: int, force: float) -> None:
+    """Let a given normal force act on all rates, and be no unknown: its row and column of A are zero then."""
+    m = contacts.rows
+    for a in range(m):
+        contacts.given[a] += force * contacts.A[a * m + r]
+        contacts.A[a * m + r] = 0.0
+    for a in range(m):
+        contacts.A[r * m + a] = 0.0
+    contacts.given[r] = 0.0
 
 
 @compiled
