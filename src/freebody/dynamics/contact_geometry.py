@@ -99,7 +99,7 @@ def normal_force(model: Model, state: State, contact: Contact, touching: bool = 
     if not touching:
         depth = (depth + state.field.apply("abs", depth)) / 2
     rate = -dot(it.normal, velocity_over(model, state, contact))
-    return state.with_values(contact.normal, {DEPTH: depth, RATE: rate})
+    return state.with_values(contact.normal_force, {DEPTH: depth, RATE: rate})
 
 
 class Geometry:

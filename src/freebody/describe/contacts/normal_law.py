@@ -19,12 +19,14 @@ from ...scalar.algebra import Expression, Scalar
 from ...scalar.expression import exact
 from ..constants import default_value
 from ..description import Description
-from .coefficients import own_law
+from .coefficients import SLIP, own_law
 
 DEPTH = sympy.Symbol("depth", real=True)
 """Depth of the feature in the surface, -g, by the name that a law of the normal force knows it by [m]."""
 RATE = sympy.Symbol("rate", real=True)
 """Rate of that depth, -g' [m/s]."""
+OWN_NAMES = {x: x.name for x in (SLIP, DEPTH, RATE)}
+"""Texts of the names of laws of friction and of normal forces."""
 
 
 def normal_law(system: Description, value: Expression, what: str) -> Scalar:

@@ -84,14 +84,19 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
 
 @compiled
 def press(contacts: Contacts, r: int, force: float) -> None:
-    """Let a given normal force act on all rates, and be no unknown: its row and column of A are zero then."""
+    """Let a given normal force act on all rates, and be no unknown: its row and column of A are zero then.
+
+    Its own rate, which is 0 or more as the law of contact has it, becomes the size of the parts of the acceleration:
+    beside it the others are judged.
+    """
     m = contacts.rows
+    size = abs(contacts.given[r]) + force * contacts.A[r * m + r]
     for a in range(m):
         contacts.given[a] += force * contacts.A[a * m + r]
         contacts.A[a * m + r] = 0.0
     for a in range(m):
         contacts.A[r * m + a] = 0.0
-    contacts.given[r] = 0.0
+    contacts.given[r] = size
 
 
 @compiled
