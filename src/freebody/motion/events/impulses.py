@@ -37,6 +37,7 @@ from .moment import (
     largest,
     look,
     normal_speed,
+    presses,
     product_of,
     row_of,
     slip_speed,
@@ -364,15 +365,16 @@ def end_slow_slips(it: EventRun, contacts: Contacts) -> None:
     """
     count, slow = 0, 0
     for k in range(it.contacts):
-        it.taking[k] = 0
-        if it.closed[k] != 0 and abs(normal_speed(it, k)) <= it.still:
+        it.taking[k], rests = 0, it.closed[k] != 0 and abs(normal_speed(it, k)) <= it.still
+        if rests:
             count = add_row(it, count, it.first[k], -normal_speed(it, k))
-            if it.tangents[k] == 2 and not is_smooth(it, k) and slip_speed(it, k) <= event_run.SLOW:
-                it.taking[k] = 1
-                for j in range(1, 3):
-                    count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
-                if slip_speed(it, k) > it.still:
-                    slow = 1
+        slow_enough = it.tangents[k] == 2 and not is_smooth(it, k) and slip_speed(it, k) <= event_run.SLOW
+        if slow_enough and (rests or (it.compliant[k] != 0 and presses(it, k) != 0)):
+            it.taking[k] = 1
+            for j in range(1, 3):
+                count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
+            if slip_speed(it, k) > it.still:
+                slow = 1
     if slow != 0:
         copy(it.y, it.start, it.n_y)
         impelled(it, contacts, count)

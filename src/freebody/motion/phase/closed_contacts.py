@@ -124,8 +124,11 @@ def shared(phase: PhaseData) -> int:
         return 0
     if phase.slipping == 0:
         for j in range(phase.conditions):
+            k = phase.source[j]
             if phase.normal_of[j] >= 0:
                 weight[j] = lam[phase.normal_of[j]]
+            elif k >= 0 and phase.compliant[k] != 0:
+                weight[j] = force_of(phase, k)[0]
         weighted(phase)  # contacts without load have no friction to share: the first shares remain
     return 1
 

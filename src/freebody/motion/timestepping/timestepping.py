@@ -102,11 +102,6 @@ def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     model = kernels.model
     check_coefficients(model, values)
     for c in model.contacts:
-        if c.compliant:
-            raise SimulationError(
-                f"method='timestepping' knows rigid contacts, but contact '{c.owner}' has a normal force that is a law "
-                "of its depth. Take method='auto', or leave normal= out."
-            )
         moving = model.names.depends(c.friction, "coordinate", "speed", "time") + ["slip"] * c.slows
         if moving:
             raise SimulationError(
