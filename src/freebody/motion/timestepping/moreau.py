@@ -201,6 +201,8 @@ def contact_rates(run: Run, trials: int) -> None:
             if not -contacts.rebound[a] * before > before - problem.b[a]:
                 contacts.rebound[a] = 0.0
             problem.reference = greater(problem.reference, magnitude(blocks, r, run.W, run.u, run.free))
+            # what the friction of a given normal force can change, since its own row is zero
+            problem.reference = greater(problem.reference, problem.scale[a] * problem.low[a])
         if problem.kinds[a] == NORMAL:
             problem.b[a] += contacts.rebound[a] * before
         if trials == 0:
