@@ -147,6 +147,24 @@ def test_time_steps_converge_to_the_motion_by_events():
     assert [change.mode for change in steps.modes] == ["open", "slip+", "stick", "open"]
 
 
+def test_the_ledger_counts_the_work_of_a_moving_floor():
+    s = fb.System("shaken")
+    s.gravity = (0, -G, 0)
+    plate, block = s.body("plate", fb.particle(1)), s.body("block", fb.particle(1))
+    s.slider("drive", s.ground, plate, axis="y", coordinate="0.01*sin(20*t)")
+    s.chain("plane", s.ground, block, [fb.Slider("x", "x"), fb.Slider("y", "y")])
+    s.contact("floor", block.origin, plate.plane(), friction=0.3, normal="1e4*depth + 10*rate")
+    start = {"y": 0.02, "x'": 0.5}
+    motion = fb.simulate(s, 0.3, initial=start, tolerance=1e-11)
+    assert np.abs(motion.energy.residual).max() < 1e-11
+    left = []
+    for h in (1e-3, 5e-4):
+        steps = fb.simulate(s, 0.3, initial=start, method="timestepping", step=h, samples=301)
+        left.append(np.abs(steps.energy.residual).max())
+    assert left[1] < left[0] / 3 < 1e-5
+    assert steps["y"][-1] == pytest.approx(motion["y"][-1], abs=1e-3)
+
+
 def test_lanes_are_the_runs_alone():
     starts = np.linspace(-1.0, -0.5, 3)
     lanes = fb.simulate(

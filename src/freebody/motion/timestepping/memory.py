@@ -66,12 +66,12 @@ def memory_of(
     run.elimination.contact_rows = m
     sizes = {
         "M": int(shape.squares[-1]), "f": n, "gap": E, "reach": len(shape.reach_of), "rates": m, "given": E,
-        "pressed": n, "constraint_rates": held, "phi": shape.holonomic, 
+        "pressed": n, "pressing": 1, "constraint_rates": held, "phi": shape.holonomic, 
         "W": int(shape.row_at[-1]) + 6 * pairs * int(np.diff(shape.blocks).max(initial=0)),
     }  # fmt: skip
     run.outputs = np.zeros(sum(sizes.values()))
     parts = dict(zip(sizes, np.split(run.outputs, np.cumsum(list(sizes.values()))[:-1]), strict=True))
-    for name in ("M", "f", "rates", "given", "pressed", "constraint_rates", "W"):
+    for name in ("M", "f", "rates", "given", "pressed", "pressing", "constraint_rates", "W"):
         setattr(run, name, parts[name])
     run.end.outputs = np.zeros(max(E + len(shape.reach_of) + shape.holonomic, 1))
     ends = np.split(run.end.outputs, [E, E + len(shape.reach_of)])

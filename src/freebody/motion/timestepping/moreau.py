@@ -241,7 +241,8 @@ def account(run: Run) -> None:
         r = contacts.rows + i
         run.impulses[k, r] = run.lam[i]
         held += run.lam[i] * along(problem.blocks, r, run.W, run.u_mean)
-    struck += run.h * dot(run.pressed, run.u_mean, run.machine.n)
+    struck += run.h * (run.pressing[0] + dot(run.pressed, run.u_mean, run.machine.n))
+    struck -= run.h * dot(run.pressed, run.u, run.machine.n)
     run.works[k, 0] = struck + dot(run.blow, run.u_mean, run.machine.n)
     run.works[k, 1] = held
 

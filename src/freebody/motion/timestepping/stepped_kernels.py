@@ -147,10 +147,10 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         reaches = [one.reach for one in touches(model, state)]
         M, W, G = mass_matrix(model, state), list(given.matrix), [conditions.matrix[i] for i in held]
         f, gap, rate = [-x for x in bias(model, state)], list(given.gap), list(given.rate)
-        N, pressed = [_given(model, state, contact) for contact in model.contacts], [0] * model.n_u
+        N, pressed, power = [_given(model, state, contact) for contact in model.contacts], [0] * model.n_u, 0
         for k, (r, contact) in enumerate(zip(layout_of(model)[0], model.contacts, strict=True)):
             if contact.compliant:  # its normal force is a load: no impulse is to be found along its normal
-                pressed = combined(pressed, [N[k]], [W[r]])
+                pressed, power = combined(pressed, [N[k]], [W[r]]), power + N[k] * rate[r]
                 W[r], rate[r], gap[k] = (0,) * model.n_u, 0, state.field.apply("max", gap[k], 0)
         turning = _depend(f, state.u)
         coupled, moved = ([_places(row) for row in matrix] for matrix in ([*M, *G], [*W, *G]))
@@ -170,6 +170,7 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
                 *rate,
                 *N,
                 *(pressed[i] for i in shape.order),
+                power,
                 *(conditions.rate[i] for i in held),
                 *residuals,
                 *(

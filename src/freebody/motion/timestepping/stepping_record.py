@@ -18,8 +18,9 @@ OPEN, STICK, SLIP, FORWARDS, BACKWARDS = range(5)
 class Machine(Record):
     """Kernels of a machine with the constants ``c``, and its state: ``n_q`` coordinates, then ``n`` speeds.
 
-    ``system``    M by blocks, f (n), gaps, reaches, rates of contacts, normal forces that the state gives and their
-                  generalized forces (n), rates of constraints, φ, then W over G by rows
+    ``system``    M by blocks, f (n), gaps, reaches, rates of contacts, normal forces that the state gives, and of
+                  compliant contacts their generalized forces (n) and power, rates of constraints, φ, then W over G
+                  by rows
     ``closing``   gaps, reaches, φ
     ``moving``    q' (n_q), power of the loads
     ``loading``   f (n), which depends on the speeds if ``turning`` is 1
@@ -142,7 +143,8 @@ class Run(Record):
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
     ``lam``                impulses of the constraints
     ``outputs``            of the kernel ``system``: M, f, ``now`` (gaps, φ), ``rates``, ``given`` (normal forces of the
-                           state), ``pressed`` (their generalized forces), ``constraint_rates``, W
+                           state), ``pressed`` (their generalized forces, of compliant contacts), ``pressing`` (the
+                           power of these), ``constraint_rates``, W
     """
 
     t: Real
@@ -192,6 +194,7 @@ class Run(Record):
     rates: Row
     given: Row
     pressed: Row
+    pressing: Row
     constraint_rates: Row
     W: Row
     end: Gaps
