@@ -205,7 +205,8 @@ def contacts_of(
         it.static[:] = it.friction if impact else [one.static for one in contacts]
         it.least[:] = low
         if not impact:
-            it.least[[one.held for one in contacts]] = 1.0
+            it.held[:] = [one.held for one in contacts]
+            it.least[it.held == 1] = 1.0
     for i, one in enumerate(contacts):
         if one.sliding is not None and not impact:
             it.slides[i] = 1

@@ -57,6 +57,7 @@ DYNAMICS = [
     Term("impulse", "P", "N s", "force times time of a blow or an impact", "dynamics/impulse.py:speed_jumps"),
     Term("one-sided limit", "", "N", "zero of a force that can only pull, or only push", "dynamics/conditions/unilateral.py:Limit"),
     Term("contact mode", "", "", "open, stick, slip", "motion/events/decision.py:solved_modes"),
+    Term("compliant contact", "N(d, d')", "N", "contact whose normal force is a law of its depth d", "dynamics/contact_geometry.py:normal_force"),
     Term("friction cone", "|T| <= μ N", "N", "contact forces that Coulomb's law allows", "motion/cones/contact_problem.py:ContactProblem"),
     Term("restitution", "ε", "", "ratio of the normal speeds after and before an impact", "motion/events/impulses.py:together"),
 ]  # fmt: skip

@@ -29,10 +29,10 @@ def check(model: str) -> None:
     assembled = assemble(system)
 
     def text(value: Any) -> str:
-        from ..describe.contacts.coefficients import SLIP
+        from ..describe.contacts.normal_law import OWN_NAMES
         from ..describe.description import names_of
 
-        return expression_text(value, {**names_of(system).texts, SLIP: SLIP.name})
+        return expression_text(value, {**names_of(system).texts, **OWN_NAMES})
 
     if system.reading is not None:
         click.echo(f"{system.reading}\n")
@@ -131,6 +131,8 @@ def _contacts(system: System, text: Any) -> None:
         if pair.static_friction not in (None, at_rest(pair.friction)):
             friction += f", static {text(pair.static_friction)}"
         bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
+        law = getattr(pair, "normal_force", None)
+        bounce = bounce if law is None else f"N = {text(law)}"
         grid.row(name, *shapes, friction, bounce)
     grid.print()
 

@@ -1,6 +1,6 @@
 """Motion with contacts: forces in given contact modes, and the problem that decides the modes.
 
-While contacts keep their modes, they are conditions of the machine (:func:`freebody.model.contact.in_modes`):
+While contacts keep their modes, they are conditions of the machine (:func:`freebody.model.contact_modes.in_modes`):
 
     M u' = f + Gᵀ λ + Σ W_Nᵀ N + W_Tᵀ T
 
@@ -21,13 +21,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..model.contact import Sliding, Touching, in_modes
+from ..model.contact import Contact
+from ..model.contact_modes import Sliding, Touching, in_modes
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, add, negate, scale
 from .composite import mass_matrix
 from .conditions.constrained import constrained_loading, with_wrenches
 from .conditions.constraints import friction_of_slip, linearized, rows, slip_direction
-from .conditions.contact import contact_rows, friction_coefficient, rows_of, touch, unit_forces
+from .conditions.contact import (
+    contact_rows,
+    given_normal_force,
+    rows_of,
+    touch,
+    unit_forces,
+)
 from .kinematics import Spot
 from .linear import Factorization, applied, combined, products, scalar_product
 from .loads.actions import scaled
@@ -133,10 +140,7 @@ def contact_forces(
     by_contact: dict[str, list[Scalar]] = {}
     for contact in model.contacts:
         if contact.held:
-            sliding = model.loads.get(contact.tangent_names[0]) if contact.tangents else None
-            d = sliding.direction if isinstance(sliding, Sliding) else 0
-            mu = friction_coefficient(model, state, contact, (d,)) if d else 0
-            result[contact.name] = (1, -(mu * d))
+            result[contact.name] = _given_forces(model, state, contact)
     for row, value in zip(rows(model), multipliers, strict=True):
         if isinstance(model.constraints[row.owner], Touching):
             by_contact.setdefault(row.owner, []).append(value)
@@ -146,8 +150,21 @@ def contact_forces(
             (N,) = values
             mu = friction_of_slip(model, state, touching)
             values = [N, *(-(mu * N * d) for d in slip_direction(model, state, touching))]
-        result[name] = (1, *values) if touching.contact.held else tuple(values)
+        result[name] = (result[name][0], *values) if touching.contact.held else tuple(values)
     return result
+
+
+def _given_forces(model: Model, state: State, contact: Contact) -> tuple[Scalar, ...]:
+    """Return N that the state gives, and T of a slip under it."""
+    if contact.compliant and contact.normal_name not in model.loads:
+        return (0,) * (1 + contact.tangents)
+    N = given_normal_force(model, state, contact, touching=True)
+    load = model.loads.get(contact.friction_name) if contact.tangents else None
+    if not isinstance(load, Sliding):
+        return (N, *(0,) * contact.tangents)
+    touching = Touching(contact, load.direction)
+    mu = friction_of_slip(model, state, touching)
+    return (N, *(-(mu * N * d) for d in slip_direction(model, state, touching)))
 
 
 def friction_power(model: Model, state: State, forces: Mapping[str, Sequence[Scalar]]) -> Scalar:

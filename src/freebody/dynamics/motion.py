@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..describe.constraints.constraint import Rolling
 from ..model.closure import Closure
-from ..model.contact import Touching
+from ..model.contact_modes import Touching
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, Vector, add, scale
 from .articulated import forward_dynamics

@@ -16,6 +16,7 @@ planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged
                         :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
                         :func:`airfoil`, :func:`airfoil_motion`, :func:`folding_links`, :func:`folding_equilibrium`
 sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
+impacts                 :func:`elastic_impact`, :func:`damped_impact`, :func:`hunt_crossley_restitution`
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
                         :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
 loads                   :func:`fall_with_drag`, :func:`fall_in_syrup`, :func:`motor_start`, :func:`kepler_orbit`,
@@ -25,6 +26,7 @@ Euler's disk            :func:`euler_disk_turn`, :func:`euler_disk_energy`, :fun
 
 from __future__ import annotations
 
+from .compliant import CompliantImpact, damped_impact, elastic_impact, hunt_crossley_restitution
 from .contact import (
     BrakingCar,
     LeaningBoard,
@@ -92,6 +94,7 @@ __all__ = [
     "BarOnLedge",
     "BrakingCar",
     "CartAndBar",
+    "CompliantImpact",
     "Cones",
     "DiskInCylinder",
     "DiskOffLedge",
@@ -124,6 +127,7 @@ __all__ = [
     "cat_bend",
     "cat_turn",
     "curve_lean",
+    "damped_impact",
     "disk_in_cylinder",
     "disk_off_ledge",
     "disk_pendulum",
@@ -131,6 +135,7 @@ __all__ = [
     "double_pendulum",
     "double_pendulum_frequencies",
     "dumbbell_product",
+    "elastic_impact",
     "euler_disk_end",
     "euler_disk_energy",
     "euler_disk_turn",
@@ -142,6 +147,7 @@ __all__ = [
     "gyrocompass",
     "gyroscope_moments",
     "hinged_bar",
+    "hunt_crossley_restitution",
     "jeffcott",
     "jeffcott_start",
     "kepler_orbit",

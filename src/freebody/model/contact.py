@@ -6,18 +6,26 @@ plane. A contact in that plane has one tangent, any other contact has two.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from ..describe.contacts.coefficients import SLIP, at_rest, depends_on_slip
+from ..describe.contacts.coefficients import at_rest, depends_on_slip
 from ..describe.contacts.contact import ContactPair
 from ..describe.contacts.gap import Gap
-from ..describe.loads.action import Action
-from ..describe.loads.load import Load, Look
 from ..describe.shapes.shape import ContactShape, law
-from ..errors import ModelError, nearest
-from ..scalar.algebra import IDENTITY, ZERO, Expression, Matrix, Vector, apply, cross, dot, multiply
+from ..errors import ModelError
+from ..scalar.algebra import (
+    IDENTITY,
+    ZERO,
+    Expression,
+    Matrix,
+    Vector,
+    apply,
+    cross,
+    dot,
+    multiply,
+)
 from ..scalar.expression import exact
 from .model import GROUND, Link, Model
 
@@ -53,6 +61,8 @@ class Contact:
         Names of the forces N and T.
     law : Gap or None
         The gap and the actions of the forces, if it is no pair of shapes; feature and surface are then the two bodies.
+    normal_force : expression or None
+        The normal force of a compliant contact by DEPTH and RATE.
     """
 
     name: str
@@ -68,6 +78,7 @@ class Contact:
     normal_name: str
     tangent_names: tuple[str, ...]
     law: Gap | None = None
+    normal_force: Expression = None
 
     def __repr__(self) -> str:
         return f"contact '{self.name}'"
@@ -76,6 +87,11 @@ class Contact:
     def tangents(self) -> int:
         """Number of tangent directions: 1 in a planar machine, else 2."""
         return len(self.tangent_names)
+
+    @property
+    def friction_name(self) -> str:
+        """Name of the friction as one force; in space it has two components."""
+        return self.tangent_names[0] if self.tangents == 1 else self.normal_name.replace("N", "T", 1)
 
     @property
     def frictionless(self) -> bool:
@@ -103,8 +119,13 @@ class Contact:
 
     @property
     def held(self) -> bool:
-        """True if a normal force of 1 that is no unknown holds it closed, as in dry friction of a joint."""
-        return self.law is not None and self.law.held
+        """True if the state gives its normal force: a compliant contact, or dry friction of a joint, pressed by 1."""
+        return self.compliant or (self.law is not None and self.law.held)
+
+    @property
+    def compliant(self) -> bool:
+        """True if its normal force is a law of its depth."""
+        return self.normal_force is not None
 
     @property
     def units(self) -> Mapping[str, str]:
@@ -153,7 +174,7 @@ def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact,
                 Contact(
                     name, pair.name, feature, surface, pair.friction, pair.static_friction, pair.restitution,
                     pair.impact, None if k is None else IDENTITY[k], upright_of(model.gravity),
-                    forces[0], tuple(forces[1:]),
+                    forces[0], tuple(forces[1:]), None, pair.normal_force,
                 )
             )  # fmt: skip
     return tuple(result)
@@ -281,137 +302,3 @@ def check_axes(name: str, a: ContactShape, b: ContactShape, k: int | None) -> No
             f"at right angles to their axes, which is not the case here. In 3-D, use a sphere for one of them, or a "
             f"plane for the flat one."
         )
-
-
-# --- modes ---------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Touching:
-    """A closed contact: a condition of the machine while it stays closed.
-
-    ``direction`` is the direction of the slip velocity along the tangents. It is empty if the state gives the
-    direction, and None if the contact does not slip.
-    """
-
-    contact: Contact
-    direction: tuple[Expression, ...] | None
-
-    @property
-    def slips(self) -> bool:
-        """True if the feature slips over the surface."""
-        return self.direction is not None
-
-
-class Sliding(Load):
-    """The friction of a joint that slips, T = -μ d along its displacement; ``direction`` d is 1 or -1."""
-
-    law: Any
-    friction: Any
-    direction: int = 1
-
-    noun = "friction"
-    look = Look("damper")
-
-    def actions(self, at: Any) -> Iterator[Action]:
-        """Yield the friction along the joint."""
-        (row,) = self.law.tangents(at)
-        slip = (
-            self.direction * at.rate(self.law.joint, self.law.index) if depends_on_slip(self.friction) else 0
-        )
-        size = at.of(self.friction, {SLIP: slip})
-        for action in row:
-            yield replace(action, value=-self.direction * size * action.value)
-
-
-MODES = ("open", "closed", "stick", "slip+", "slip-", "slip")
-
-
-def in_modes(model: Model, modes: Any) -> Model:
-    """Return the model whose contacts keep their modes: closed contacts are conditions, as its constraints are.
-
-    Parameters
-    ----------
-    model : Model
-    modes : mapping of str to mode
-        Modes by name of a contact, or of one of its elements: "open", "stick" (round features then roll), "slip+"
-        and "slip-" (by the sign of the slip velocity along the tangent), "slip" (in 3-D: along the slip velocity of
-        the state), or ("slip", (d1, d2)) with a given direction of slip. Contacts without a mode are open.
-
-    Raises
-    ------
-    ModelError
-        If a contact or mode is unknown, if a mode has a sign in 3-D or none in the plane, if a contact without
-        friction sticks, or if a joint is at both of its stops.
-    """
-    names = {c.name for c in model.contacts} | {c.owner for c in model.contacts}
-    for name in modes:
-        if name not in names:
-            raise ModelError(
-                f"Unknown contact '{name}' in modes; {nearest(str(name), sorted(names))}"
-                if names
-                else f"Unknown contact '{name}' in modes: this machine has no contacts. Declare one by s.contact."
-            )
-    closed, sliding = {}, {}
-    elements = {c.name for c in model.contacts}
-    for contact in model.contacts:
-        # a name that an element shares with its contact means the element only
-        whole = "open" if contact.owner in elements else modes.get(contact.owner, "open")
-        mode = modes.get(contact.name, whole)
-        touching = _touching(model, contact, mode)
-        if touching is None:
-            continue
-        if contact.held and touching.slips:
-            (direction,) = touching.direction or (0,)
-            sliding[contact.tangent_names[0]] = Sliding(
-                contact.law, contact.friction, direction, name=contact.tangent_names[0]
-            )
-        else:
-            closed[contact.name] = touching
-    by_owner = {one.contact.owner: one.contact for one in closed.values()}
-    for one in closed.values():
-        first, last = one.contact, by_owner[one.contact.owner]
-        if first is not last and first.law is not None and first.law.one_at_a_time:
-            raise ModelError(
-                f"'{first.name}' and '{last.name}' cannot be closed at once: they are the two ends of "
-                f'{first.law.title}. Close one of them, modes={{"{first.name}": "closed"}}.'
-            )
-    return replace(model, constraints={**model.constraints, **closed}, loads={**model.loads, **sliding})
-
-
-def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:
-    """The closed contact for a mode, None if it is open."""
-    name = contact.name
-    if mode == "open":
-        return None
-    if mode == "closed":
-        if contact.tangents and not contact.frictionless:
-            raise ModelError(
-                f"Contact '{name}' has friction: expected the mode 'stick', or that of its slip, got 'closed'."
-            )
-        return Touching(contact, ())
-    if mode == "stick":
-        if contact.frictionless:
-            raise ModelError(f"Contact '{name}' has no friction and cannot stick. Its mode is 'slip'.")
-        return Touching(contact, None)
-    if mode in ("slip+", "slip-"):
-        if contact.tangents == 2:
-            raise ModelError(
-                f"Contact '{name}' can slip in two directions: expected 'slip', or ('slip', (d1, d2)), got '{mode}'."
-            )
-        return Touching(contact, (1,) if mode == "slip+" else (-1,))
-    if mode == "slip":
-        if contact.tangents == 1 and not contact.frictionless:
-            raise ModelError(
-                f"Contact '{name}' slips along one line: expected 'slip+' or 'slip-', by the sign of its slip "
-                f"velocity, got 'slip'."
-            )
-        return Touching(contact, ())
-    if isinstance(mode, tuple) and len(mode) == 2 and mode[0] == "slip" and hasattr(mode[1], "__len__"):
-        if len(mode[1]) != contact.tangents:
-            raise ModelError(
-                f"Contact '{name}' has {contact.tangents} tangent directions, got {len(mode[1])} components of slip."
-            )
-        what = f"the direction of slip of contact '{name}'"
-        return Touching(contact, tuple(model.names.expression(x, what) for x in mode[1]))
-    raise ModelError(f"Unknown mode {mode!r} of contact '{name}'; expected one of {', '.join(MODES)}.")

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import sympy
@@ -22,6 +23,46 @@ SLIP = sympy.Symbol("slip", real=True)
 """The slip speed, by the name that an expression of friction knows it by [m/s] or [rad/s]."""
 
 
+def own_law(system: Description, value: Expression, own: Sequence[Any], what: str, kind: str) -> Scalar:
+    """Return a law as an expression of the system's names and of symbols of its ``own``.
+
+    Raises
+    ------
+    ModelError
+        Unknown names, or a name of the system's own that is one of the law.
+    """
+    names, title = names_of(system), f"the {kind} of {what}"
+    if isinstance(value, str):
+        try:
+            law = exact(parse(value, {**names.atoms, **{x.name: x for x in own}}))
+        except ExpressionError as error:
+            raise ExpressionError(f"In {title}: {error}") from None
+    elif isinstance(value, sympy.Basic):
+        symbols = {x.name: x for x in own}
+        law = value.xreplace({x: symbols[x.name] for x in value.free_symbols if x.name in symbols})
+    else:
+        law = value
+    used = [x for x in own if x in getattr(law, "free_symbols", ())]
+    for x in used:
+        if x.name in names.kinds:
+            raise ModelError(
+                f"The {kind} of {what} is an expression of `{x.name}`, {MEANINGS[x.name]}, but this system has a "
+                f"{names.kinds[x.name]} '{x.name}'. Give that another name."
+            )
+    if not used:
+        return system.expression(value, title)
+    system.expression(law.xreplace({x: sympy.Integer(1) for x in used}), title)  # it refuses unknown names
+    return law
+
+
+MEANINGS = {
+    "slip": "the slip speed",
+    "depth": "the depth of the contact",
+    "rate": "the rate of its depth",
+}
+"""What the names of laws mean."""
+
+
 def friction_law(system: Description, value: Expression, what: str, kind: str = "friction") -> Scalar:
     """Return a coefficient of friction as an expression of the system's names and SLIP.
 
@@ -30,25 +71,7 @@ def friction_law(system: Description, value: Expression, what: str, kind: str = 
     ModelError
         A coefficient that is negative at rest, or a name `slip` of the system's own.
     """
-    names, title = names_of(system), f"the {kind} of {what}"
-    if isinstance(value, str):
-        try:
-            law = exact(parse(value, {**names.atoms, SLIP.name: SLIP}))
-        except ExpressionError as error:
-            raise ExpressionError(f"In {title}: {error}") from None
-    elif isinstance(value, sympy.Basic):
-        law = value.xreplace({x: SLIP for x in value.free_symbols if x.name == SLIP.name})
-    else:
-        law = value
-    if depends_on_slip(law) and SLIP.name in names.kinds:
-        raise ModelError(
-            f"The {kind} of {what} is an expression of `slip`, the slip speed, but this system has a "
-            f"{names.kinds[SLIP.name]} 'slip'. Give that another name."
-        )
-    if depends_on_slip(law):
-        system.expression(law.xreplace({SLIP: sympy.Integer(1)}), title)  # it refuses unknown names
-    else:
-        law = system.expression(value, title)
+    law = own_law(system, value, (SLIP,), what, kind)
     number = default_value(system, at_rest(law))
     if number is not None and not number >= 0:
         raise ModelError(f"Expected a {kind} of 0 or more for {what}, got {number:g}.")

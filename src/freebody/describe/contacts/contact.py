@@ -13,7 +13,8 @@ class ContactPair:
     """A contact as the user described it: two shapes that may touch, and the laws of friction and impact.
 
     ``friction`` is the coefficient while slipping, ``static_friction`` while sticking; ``impact`` is
-    "newton" if ``restitution`` is the ratio of speeds, "poisson" if it is the ratio of impulses.
+    "newton" if ``restitution`` is the ratio of speeds, "poisson" if it is the ratio of impulses. ``normal_force`` is
+    that of a compliant contact, None for a rigid one.
     """
 
     name: str
@@ -23,6 +24,7 @@ class ContactPair:
     static_friction: Scalar
     restitution: Scalar
     impact: str
+    normal_force: Scalar = None
 
     @property
     def parts(self) -> tuple[str, str]:

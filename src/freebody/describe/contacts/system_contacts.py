@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...errors import ModelError, shown
-from ...scalar.algebra import Expression
+from ...scalar.algebra import Expression, Scalar
 from ..constants import is_number
 from ..description import Description, claim
 from ..frame import Frame, Point
@@ -13,6 +13,7 @@ from ..shapes.point import spot
 from ..shapes.shape import ContactShape, have_law, may_touch, partners
 from .coefficients import bounce, friction_law, static_law
 from .contact import ContactPair
+from .normal_law import normal_law
 
 SHAPES = (
     "body.point, body.sphere, body.ellipsoid, body.circle, body.cylinder, body.plane, body.segment, body.corners, "
@@ -31,6 +32,7 @@ def contact(
     static_friction: Expression = None,
     restitution: Expression = 0,
     impact: str = "newton",
+    normal: Expression = None,
 ) -> ContactPair:
     """Let two shapes touch, with unilateral normal force, Coulomb friction and restitution.
 
@@ -56,6 +58,10 @@ def contact(
         Between 0 and 1.
     impact : "newton" or "poisson"
         Restitution as the ratio of normal speeds (Newton) or of normal impulses (Poisson).
+    normal : expression, optional
+        Normal force of a compliant contact by its ``depth`` and the ``rate`` of that, such as ``"k*depth**1.5"``
+        (Hertz) or ``"k*depth**1.5*(1 + c*rate)"`` (Hunt and Crossley). It only presses. Friction on it is as exact as
+        on a rigid contact. By default the contact is rigid.
 
     Raises
     ------
@@ -92,8 +98,28 @@ def contact(
     e = bounce(system, restitution, what)
     if impact not in IMPACTS:
         raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
-    system.contacts[name] = ContactPair(name, first, second, kinetic, static, e, impact)
+    law = None if normal is None else compliant(system, normal, (first, second), e, what)
+    system.contacts[name] = ContactPair(name, first, second, kinetic, static, e, impact, law)
     return system.contacts[name]
+
+
+def compliant(
+    system: Description, normal: Expression, shapes: tuple[ContactShape, ContactShape], e: Scalar, what: str
+) -> Scalar:
+    """Return the law of a compliant normal force; refuse what such a contact cannot have."""
+    law = normal_law(system, normal, what)
+    if e != 0:
+        raise ModelError(
+            f"{what.capitalize()} has a normal force and a restitution. A compliant contact rebounds by its own law: "
+            f'leave restitution= out, and let the force depend on `rate`, as "k*depth**1.5*(1 + c*rate)" does.'
+        )
+    ended = next((shape for shape in shapes if type(shape).ends is not ContactShape.ends), None)
+    if ended is not None:
+        raise ModelError(
+            f"Expected shapes without ends for {what}, which has a normal force, got a {ended.kind}: where its side "
+            f"ends, the depth jumps. Take a plane, a sphere, a circle or points."
+        )
+    return law
 
 
 # --- pairs -------------------------------------------------------------------------------------

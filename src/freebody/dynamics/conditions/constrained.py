@@ -19,7 +19,7 @@ from ...describe.constraints.constraint import Condition, Gear, Rope, SpeedCondi
 from ...describe.names import TIME
 from ...errors import ModelError
 from ...model.closure import Closure
-from ...model.contact import Touching
+from ...model.contact_modes import Touching
 from ...model.model import GROUND, Model
 from ...scalar.algebra import Scalar, Vector, apply_transpose, cross, divide, scale, subtract
 from ...scalar.expression import exact

@@ -24,7 +24,7 @@ from ...describe.joints.joint import Joint
 from ...describe.loads.action import Action as ContactAction
 from ...describe.loads.action import Couple, PointForce
 from ...model.closure import Closure, Thread
-from ...model.contact import Touching
+from ...model.contact_modes import Touching
 from ...model.model import Model
 from ...scalar.algebra import (
     ZERO,

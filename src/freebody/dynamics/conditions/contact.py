@@ -20,7 +20,7 @@ Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -28,34 +28,30 @@ from typing import Any
 from ...describe.contacts.coefficients import SLIP
 from ...describe.contacts.gap import Gap
 from ...describe.loads.action import Action, Couple, GeneralizedForce, JointForce, PointForce
-from ...describe.shapes.shape import law
 from ...errors import ModelError
 from ...model.contact import Contact
 from ...model.model import GROUND, Model
 from ...scalar.algebra import (
-    IDENTITY,
     ZERO,
-    Field,
     Scalar,
     Vector,
     add,
     apply,
     apply_transpose,
     cross,
-    divide,
     dot,
     negate,
     scale,
     subtract,
 )
 from ...scalar.series import derivative_at_start, value_at_start
+from ..contact_geometry import Touch, normal_force, touch_of_shapes, velocity_over
 from ..kinematics import (
     Spot,
     link_postures,
     motions,
     place_of,
     point_position,
-    point_velocity,
     rotation,
     state_along,
     state_moving,
@@ -63,32 +59,6 @@ from ..kinematics import (
 from ..loads.actions import asked, asked_actions, checked_actions
 from ..loads.power import action_power, joint_link, speed_of
 from ..state import State
-
-
-@dataclass(frozen=True)
-class Touch:
-    """Geometry of one contact element, in ground axes [m].
-
-    Attributes
-    ----------
-    gap : scalar
-        Distance; negative if the bodies overlap.
-    normal : Vector
-        Unit normal from the surface to the feature.
-    tangents : tuple of Vector
-        One in a planar machine, else two; (t1, t2, n) is right-handed.
-    on_feature, on_surface : Vector
-        The points P and Q.
-    reach : tuple of scalars
-        For sides with ends: all are 0 or more if the foot of the contact lies between the ends.
-    """
-
-    gap: Scalar
-    normal: Vector
-    tangents: tuple[Vector, ...]
-    on_feature: Vector
-    on_surface: Vector
-    reach: tuple[Scalar, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -117,24 +87,12 @@ def touches(model: Model, state: State) -> tuple[Touch, ...]:
 
 def touch(model: Model, state: State, contact: Contact) -> Touch:
     """Return the geometry of one contact element; it is evaluated once per state."""
+    if contact.law is None:
+        return touch_of_shapes(model, state, contact)
     key = ("touch", contact.name)
     if key not in state.cache:
-        state.cache[key] = _touch(model, state, contact)
+        state.cache[key] = _touch_of_law(model, state, contact, contact.law)
     return state.cache[key]
-
-
-def _touch(model: Model, state: State, contact: Contact) -> Touch:
-    if contact.law is not None:
-        return _touch_of_law(model, state, contact, contact.law)
-    feature, surface = contact.feature, contact.surface
-    at, swapped = Geometry(model, state), contact.swapped
-    first, second = (surface, feature) if swapped else (feature, surface)
-    known = law(first, second)
-    assert known is not None, contact
-    P, Q, n, gap, reach = known(at, first, second)
-    if swapped:
-        P, Q, n = Q, P, negate(n)
-    return Touch(gap, n, _tangents(at, contact, n), P, Q, reach)
 
 
 def reaches_along(
@@ -143,73 +101,6 @@ def reaches_along(
     """Return value, rate and acceleration of each ``reach`` of an element, along the motion with ``udot``."""
     reach = touch(model, state_moving(model, state, udot), contact).reach
     return [(value_at_start(x), derivative_at_start(x), derivative_at_start(x, 2)) for x in reach]
-
-
-# --- the pairs of shapes -------------------------------------------------------------------------
-
-
-class Geometry:
-    """The machine at a state, as the shapes of :mod:`freebody.describe.shapes` ask for it."""
-
-    def __init__(self, model: Model, state: State) -> None:
-        self.model, self.state, self.field = model, state, state.field
-
-    def __call__(self, expression: Any) -> Scalar:
-        """Return the value of an expression."""
-        return self.state(expression)
-
-    def of(self, expression: Any, values: Mapping[Any, Scalar]) -> Scalar:
-        """Return the value of an expression with values for names of its own."""
-        return self.state.with_values(expression, values)
-
-    def place(self, body: Any, components: Sequence[Scalar]) -> Vector:
-        """Return the position, in ground axes, of a place given in body axes."""
-        link, origin = place_of(self.model, body)
-        p = self.state.vector(tuple(a + b for a, b in zip(origin, components, strict=True)))
-        if link == GROUND:
-            return p
-        posture = link_postures(self.model, self.state)[link]
-        return add(posture.position, apply(posture.rotation, p))
-
-    def turned(self, body: Any, components: Sequence[Any]) -> Vector:
-        """Return a direction, given in body axes by expressions, in ground axes."""
-        link, _ = place_of(self.model, body)
-        return apply(rotation(self.model, self.state, link), self.state.vector(components))
-
-    def within(self, body: Any, v: Vector) -> Vector:
-        """Return a direction, given in ground axes, in body axes."""
-        link, _ = place_of(self.model, body)
-        return apply_transpose(rotation(self.model, self.state, link), v)
-
-    def outward(self, body: Any, v: Vector) -> Vector:
-        """Return a direction, given in body axes by values, in ground axes."""
-        link, _ = place_of(self.model, body)
-        return apply(rotation(self.model, self.state, link), v)
-
-
-def _tangents(at: Geometry, contact: Contact, n: Vector) -> tuple[Vector, ...]:
-    if contact.planar is not None:
-        return (cross(n, contact.planar),)
-    shape = max((contact.surface, contact.feature), key=lambda shape: shape.precedence)
-    if shape.precedence > 0:
-        return shape.tangents(at, n, shape is contact.feature)
-    return _upright(at.field, n, contact.upright)
-
-
-def _upright(field: Field, n: Vector, up: Vector) -> tuple[Vector, Vector]:
-    """Return the axes at right angles to ``up``, turned with it, or with its opposite, to n the short way.
-
-    Source: T. Duff and others, Building an orthonormal basis, revisited, J. Computer Graphics Techniques 6 (2017) 1-8.
-    """
-    k = up.index(1)
-    e1, e2 = IDENTITY[(k + 1) % 3], IDENTITY[(k + 2) % 3]
-    x, y, z = dot(n, e1), dot(n, e2), dot(n, up)
-    side = field.apply("sign", z)
-    s = side + 1 - side * side  # 1 at z = 0
-    share = divide(1, 1 + s * z)
-    first = add(add(scale(1 - x * x * share, e1), scale(-(x * y * share), e2)), scale(-(s * x), up))
-    second = add(add(scale(-(s * x * y * share), e1), scale(s * (1 - y * y * share), e2)), scale(-y, up))
-    return first, second
 
 
 # --- rows ------------------------------------------------------------------------------------------
@@ -287,11 +178,7 @@ def _rates(model: Model, state: State, contacts: Sequence[Contact]) -> list[Scal
                     power = power + action_power(model, state, c.law, action)
                 result.append(power)
             continue
-        geometry = touch(model, state, c)
-        v = subtract(
-            point_velocity(model, state, Spot(c.feature.body, geometry.on_feature)),
-            point_velocity(model, state, Spot(c.surface.body, geometry.on_surface)),
-        )
+        geometry, v = touch(model, state, c), velocity_over(model, state, c)
         result += [dot(e, v) for e in (geometry.normal, *geometry.tangents)]
     return result
 
@@ -310,6 +197,16 @@ def friction_coefficient(
     else:
         speed = state.field.sqrt(sum((x * x for x in slip), 0))
     return state.with_values(contact.friction, {SLIP: speed})
+
+
+def given_normal_force(model: Model, state: State, contact: Contact, touching: bool = False) -> Scalar:
+    """Return the normal force that the state gives: 1 for friction in a joint, 0 for a rigid contact, whose N is found.
+
+    ``touching`` says that the depth of a compliant contact is not negative.
+    """
+    if contact.compliant:
+        return normal_force(model, state, contact, touching)
+    return 1 if contact.held else 0
 
 
 # --- forces ----------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from typing import Any
 
 from ...describe.constraints.constraint import Gear, Rolling, Rope
 from ...model.closure import Closure
-from ...model.contact import Touching
+from ...model.contact_modes import Touching
 from ...model.model import GROUND, Model
 from ...scalar.algebra import Expression
 from ..kinematics import place_of

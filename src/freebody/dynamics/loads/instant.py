@@ -25,6 +25,7 @@ from ...scalar.algebra import (
     three,
 )
 from ...space.spatial import Spatial
+from ..contact_geometry import Touch, normal_force, touch_of_shapes, velocity_over
 from ..kinematics import (
     Spot,
     accelerated,
@@ -145,6 +146,15 @@ class Instant:
     def named(self, force: Any) -> FieldVector:
         """Return a vector unchanged; long formulas give it the name of the load."""
         return self._of(self._state.intermediate("pull", self._load.name, three(force)))
+
+    def pressed(self, contact: Any) -> tuple[Touch, Vector, Scalar]:
+        """Return the geometry of a compliant contact that touches, v_P - v_Q, and its normal force [N]."""
+        model, state = self._model, self._state
+        return (
+            touch_of_shapes(model, state, contact),
+            velocity_over(model, state, contact),
+            normal_force(model, state, contact, touching=True),
+        )
 
     def displacement(self, joint: Any, index: int = 0) -> Scalar:
         """Return a displacement of a joint [m] or [rad]; ``index`` counts those of a joint that has several."""

@@ -48,6 +48,8 @@ class Contacts:
             return
         if pair.restitution != 0:
             m.refuse(title, "its restitution; contacts of the format do not rebound, leave out restitution=")
+        if pair.normal_force is not None:
+            m.refuse(title, "its normal force; contacts of the format have solref instead, leave out normal=")
         if pair.static_friction != pair.friction:
             m.refuse(title, "its static friction; leave out static_friction=")
         at, up = m.vector(plane.at, title), m.vector(plane.normal, title)

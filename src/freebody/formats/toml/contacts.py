@@ -67,8 +67,7 @@ def read_contact(system: System, name: str, table: Table) -> None:
     laws: dict[str, Any] = {
         key: table.expression(key) for key in ("static_friction", "restitution") if table.has(key)
     }
-    if table.has("friction"):
-        laws["friction"] = table.law("friction")
+    laws |= {key: table.law(key) for key in ("friction", "normal") if table.has(key)}
     if table.has("impact"):
         laws["impact"] = table.text("impact")
     table.done()
@@ -166,6 +165,8 @@ def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
         keys["restitution"] = writer.value(pair.restitution)
     if pair.impact != "newton":
         keys["impact"] = f'"{pair.impact}"'
+    if pair.normal_force is not None:
+        keys["normal"] = writer.law(pair.normal_force)
     return keys
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ...describe.contacts.coefficients import SLIP
+from ...describe.contacts.normal_law import OWN_NAMES
 from ...describe.description import names_of
 from ...describe.frame import Point
 from ...describe.system import System
@@ -30,9 +30,9 @@ class ValueTexts:
         return repr(number) if number is not None else quoted(expression_text(value, self.texts))
 
     def law(self, value: Scalar) -> str:
-        """Return a coefficient of friction, which may depend on `slip`."""
+        """Return a law of a contact, which may depend on `slip`, or on `depth` and `rate`."""
         number = toml_number(value)
-        texts = {**self.texts, SLIP: SLIP.name}
+        texts = {**self.texts, **OWN_NAMES}
         return repr(number) if number is not None else quoted(expression_text(value, texts))
 
     def row(self, values: Iterable[Scalar]) -> str:

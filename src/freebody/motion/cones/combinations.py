@@ -161,9 +161,9 @@ def missed(it: Contacts) -> float:
     for i in range(it.contacts):
         slides = it.tried[i] > PRESSED or (it.tried[i] == PRESSED and it.slides[i] != 0)
         if is_held(it, i) != 0:
-            it.forces[it.at[i]] = 1.0
+            it.forces[it.at[i]] = it.least[i]
             for j in range(it.tangents[i] if slides else 0):
-                it.forces[it.at[i] + 1 + j] = ray_of(it, i, j)
+                it.forces[it.at[i] + 1 + j] = it.least[i] * ray_of(it, i, j)
         elif it.tried[i] != AWAY:
             count = add_unknown(it, count, it.at[i], i if slides else -1)
         if it.tried[i] == PRESSED and it.slides[i] == 0 and is_smooth(it, i) == 0:

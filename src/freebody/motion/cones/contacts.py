@@ -24,6 +24,7 @@ class Contacts(Record):
     ``friction``, ``static``   its kinetic and static coefficients
     ``slides``, ``way``        1 if it slides, and along which direction (two numbers)
     ``least``                  its normal force that acts in any case
+    ``held``                   1 if that is given and moves nothing: friction of a joint, or of a compliant contact
     ``tried``                  modes of two combinations (`combinations`)
     ``given``                  c; speeds just before an impact
     ``forces``, ``after``      λ and r
@@ -50,6 +51,7 @@ class Contacts(Record):
     friction: Annotated[Row, "k"]
     static: Annotated[Row, "k"]
     least: Annotated[Row, "k"]
+    held: Annotated[Wholes, "k"]
     restitution: Annotated[Row, "k"]
     way: Annotated[Row, "k2"]
     tried: Annotated[Wholes, "k2"]

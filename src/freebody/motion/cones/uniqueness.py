@@ -56,7 +56,7 @@ def unique(contacts: Contacts, n: int) -> int:
 @compiled
 def is_held(contacts: Contacts, i: int) -> int:
     """Return 1 if the normal force of a contact is given and moves nothing: the friction of a joint."""
-    return 1 if contacts.least[i] > 0.0 and contacts.A[contacts.at[i] * (contacts.rows + 1)] == 0.0 else 0
+    return contacts.held[i]
 
 
 @compiled

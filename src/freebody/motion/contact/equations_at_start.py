@@ -12,7 +12,7 @@ from typing import Any
 from ...describe.system import System
 from ...errors import FreebodyError, ModelError, arguments_named
 from ...model.assemble import assemble
-from ...model.contact import in_modes
+from ...model.contact_modes import in_modes
 from ...model.model import Model
 from ...symbolic.derivation.contact_modes import model_in_modes
 from ...symbolic.equations import Equations

@@ -34,9 +34,10 @@ PIECE, FIRST = 0.05, 1 << 10
 
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
     """Raise if bodies are inside each other in the initial state."""
-    deepest = int(np.argmin(np.where(seen.reach >= 0, seen.gap, np.inf)))
+    rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0)
+    deepest = int(np.argmin(np.where(rigid, seen.gap, np.inf)))
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
-    if seen.gap[deepest] < -near and seen.reach[deepest] >= 0:
+    if rigid[deepest] and seen.gap[deepest] < -near:
         raise SimulationError(
             f"The initial state of '{work.model.name}' has contact '{work.names[deepest]}' {-seen.gap[deepest]:.6g} m "
             f"deep. Begin with every gap at zero or above."

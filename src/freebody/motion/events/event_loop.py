@@ -24,7 +24,7 @@ from .event_run import EventRun
 from .impulses import collide, end_slow_slips, lift, log_rest, quiet, take_approach, take_away
 from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
-from .setting import find_flights, project, set_up, shortest_flight
+from .setting import band_of, find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
 from .slips import begin_slip, begins_slip, fading, greatest_pull, halt, nudge, scale_of
 
@@ -259,7 +259,7 @@ def begin_steps(it: EventRun, run: Run, end: float) -> None:
     """Begin the steps of a phase."""
     phase = PhaseData(it.phase)
     for k in range(it.contacts):
-        phase.band[k] = lesser(it.gap[k], 0.0)
+        phase.band[k] = band_of(it, k)
     find_flights(it)
     # half of the shortest flight: a longer step could jump over the return of a contact
     run.t, run.h, run.old_error, run.until, run.start = it.t, shortest_flight(it), 0.0, end, it.t
@@ -361,13 +361,13 @@ def depth(it: EventRun) -> int:
             return event_run.TURNED
     for k in range(it.contacts):
         if it.gap[k] < -near and it.reach[k] > 0.0 and it.mode[k] == laws.OPEN and it.times[first] < it.t:
-            t, gap = it.t, it.gap[k]
+            t, gap, pressing = it.t, it.gap[k], it.given[k]
             copy(it.y, it.kept, it.n_y)
             it.t = it.times[first]
             copy(it.states[first * it.n_y :], it.y, it.n_y)
             look(it)
             behind = it.gap[k] < -near and math.isfinite(it.reach[k])  # came around its end
-            deeper = gap < lesser(it.gap[k], 0.0) - near
+            deeper = gap < lesser(it.gap[k], 0.0) - near and (it.compliant[k] == 0 or pressing > 0.0)
             wrong = it.reach[k] > 0.0 and deeper and not behind
             it.t = t
             copy(it.kept, it.y, it.n_y)
@@ -406,9 +406,9 @@ def reasons(it: EventRun, run: Run) -> int:
 def set_reason(it: EventRun, i: int, law: int) -> None:
     """Note why the mode of the contact of an ending ends."""
     k, why = it.ending[i], event_run.SLIP_STOPPED
-    if law == laws.GAP:
+    if law == laws.GAP or law == laws.PRESS:
         why = event_run.GAP_CLOSED
-    elif law == laws.NORMAL:
+    elif law == laws.NORMAL or law == laws.RELEASE:
         why = event_run.NORMAL_ZERO
     elif law == laws.REACH:
         why = event_run.END_OF_SIDE

@@ -99,7 +99,7 @@ class EventRun(Record):
     ``quaternions``               components at which the ``turned`` unit quaternions begin
     ``side``, ``end_of``          side that a corner ends, or -1, and which end that is
     ``poisson``                   1 for Poisson's law
-    ``held``                      1 for a contact that a normal force of 1 holds: friction of a joint
+    ``held``, ``compliant``       1 for a contact whose normal force the state gives, and if that is a law of its depth
     ``ending``, ``place``         contact of each ending, and the end of a side or -1
 
     ``stage``                     where the loop goes on
@@ -160,6 +160,7 @@ class EventRun(Record):
     side: Annotated[Wholes, "contacts"]
     poisson: Annotated[Wholes, "contacts"]
     held: Annotated[Wholes, "contacts"]
+    compliant: Annotated[Wholes, "contacts"]
     turned: Count
     quaternions: Wholes
     ending: Wholes
@@ -206,6 +207,7 @@ class EventRun(Record):
     X: Row
     coefficients: Row
     away: Row
+    given: Row
     near: Real
     still: Real
     closed: Annotated[Wholes, "contacts"]
@@ -267,21 +269,21 @@ def event_run(scene: Any, n_y: int) -> EventRun:
     """Return the memory of a run with these contacts, without a log."""
     model, E, m = scene.model, len(scene.first), scene.rows
     n = model.n_u
-    seen = 7 * E + 2 * m + n + 2 * m * n
+    seen = 8 * E + 2 * m + n + 2 * m * n
     it = EventRun.made(
         n_q=model.n_q, n=n, n_y=n_y, contacts=E, rows=m, seen_size=seen, bounce_flags=BOUNCES * E
     )
     at = 0
     for name, size in (
         ("gap", E), ("reach", E), ("rate", m), ("c", m), ("free", n), ("W", m * n), ("X", m * n),
-        ("coefficients", 4 * E), ("away", E),
+        ("coefficients", 4 * E), ("away", E), ("given", E),
     ):  # fmt: skip
         setattr(it, name, it.seen[at : at + size])
         at += size
     it.tangents[:], it.first[:] = scene.tangents, scene.first
     it.rough[:] = [not c.frictionless for c in model.contacts]
     it.poisson[:] = [c.impact == "poisson" for c in model.contacts]
-    it.held[:] = scene.held
+    it.held[:], it.compliant[:] = scene.held, scene.compliant
     it.side[:] = -1
     for k, ((side, place),) in scene.ends.items():
         it.side[k], it.end_of[k] = side, place

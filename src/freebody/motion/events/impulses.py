@@ -37,6 +37,7 @@ from .moment import (
     largest,
     look,
     normal_speed,
+    presses,
     product_of,
     row_of,
     slip_speed,
@@ -61,7 +62,7 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
         speed = slip_speed(it, k)
         contacts.friction[i] = it.coefficients[4 * k if speed > it.still else 4 * k + 3]
         contacts.static[i] = it.coefficients[4 * k + 1]
-        contacts.least[i], contacts.slides[i] = 1.0 * it.held[k], 0
+        contacts.least[i], contacts.held[i], contacts.slides[i] = it.given[k], it.held[k], 0
         if impact != 0:
             contacts.static[i] = contacts.friction[i]
         elif speed > it.still:
@@ -77,6 +78,26 @@ def gather(it: EventRun, contacts: Contacts, impact: int) -> None:
         contacts.given[a] = it.rate[r] if impact != 0 else it.c[r]
         for b in range(m):
             contacts.A[a * m + b] = product_of(row_of(it, it.W, r), row_of(it, it.X, it.list[b]), it.n)
+    for i in range(it.count):
+        if it.compliant[it.chosen[i]] != 0:
+            press(contacts, contacts.at[i], contacts.least[i])
+
+
+@compiled
+def press(contacts: Contacts, r: int, force: float) -> None:
+    """Let a given normal force act on all rates, and be no unknown: its row and column of A are zero then.
+
+    Its own rate, which is 0 or more as the law of contact has it, becomes the size of the parts of the acceleration:
+    beside it the others are judged.
+    """
+    m = contacts.rows
+    size = abs(contacts.given[r]) + force * contacts.A[r * m + r]
+    for a in range(m):
+        contacts.given[a] += force * contacts.A[a * m + r]
+        contacts.A[a * m + r] = 0.0
+    for a in range(m):
+        contacts.A[r * m + a] = 0.0
+    contacts.given[r] = size
 
 
 @compiled
@@ -344,15 +365,16 @@ def end_slow_slips(it: EventRun, contacts: Contacts) -> None:
     """
     count, slow = 0, 0
     for k in range(it.contacts):
-        it.taking[k] = 0
-        if it.closed[k] != 0 and abs(normal_speed(it, k)) <= it.still:
+        it.taking[k], rests = 0, it.closed[k] != 0 and abs(normal_speed(it, k)) <= it.still
+        if rests:
             count = add_row(it, count, it.first[k], -normal_speed(it, k))
-            if it.tangents[k] == 2 and not is_smooth(it, k) and slip_speed(it, k) <= event_run.SLOW:
-                it.taking[k] = 1
-                for j in range(1, 3):
-                    count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
-                if slip_speed(it, k) > it.still:
-                    slow = 1
+        slow_enough = it.tangents[k] == 2 and not is_smooth(it, k) and slip_speed(it, k) <= event_run.SLOW
+        if slow_enough and (rests or (it.compliant[k] != 0 and presses(it, k) != 0)):
+            it.taking[k] = 1
+            for j in range(1, 3):
+                count = add_row(it, count, it.first[k] + j, -it.rate[it.first[k] + j])
+            if slip_speed(it, k) > it.still:
+                slow = 1
     if slow != 0:
         copy(it.y, it.start, it.n_y)
         impelled(it, contacts, count)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, Truth, compiled, greater, inlined, root
 from ..phase.laws import CLOSED
-from .event_run import STILL, EventRun
+from .event_run import GAP_CLOSED, NORMAL_ZERO, STILL, EventRun
 
 
 @compiled
@@ -81,12 +81,27 @@ def choose(it: EventRun) -> None:
 
 @compiled
 def choose_all(it: EventRun) -> None:
-    """List the closed contacts that do not leave, then those that a normal force of 1 holds."""
+    """List the closed contacts that do not leave, then those whose normal force the state gives."""
     choose(it)
     for k in range(it.contacts):
-        if it.held[k] != 0:
+        if it.held[k] != 0 and (it.compliant[k] == 0 or presses(it, k) != 0):
             it.chosen[it.count] = k
             it.count += 1
+
+
+@compiled
+def presses(it: EventRun, k: int) -> int:
+    """Return 1 if a compliant contact presses: it is deep and its law does not pull, or it begins to be deep.
+
+    As an event of its own the mode has changed, whatever the round-off of depth and force says.
+    """
+    if it.reason[k] == GAP_CLOSED or it.reason[k] == NORMAL_ZERO:
+        return 1 if it.reason[k] == GAP_CLOSED else 0
+    v = normal_speed(it, k)
+    if it.gap[k] < -it.near:
+        return 1 if it.given[k] > 0.0 else 0
+    begins = v < -it.still or (v <= it.still and it.c[it.first[k]] < 0.0)
+    return 1 if it.gap[k] <= it.near and begins else 0
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.instructions import compiled, lesser, root
+from ...native.instructions import compiled, inlined, lesser, root
 from ..cones.contacts import Contacts
 from ..cones.newton import factor
 from ..phase import laws
@@ -24,7 +24,7 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
         phase.force[r] = 0.0
     for k in range(it.contacts):
         mode = it.mode[k]
-        phase.band[k] = lesser(it.gap[k], 0.0)
+        phase.band[k] = band_of(it, k)
         for j in range(2):
             phase.direction[k, j] = it.way[k, j]
         if mode == laws.LIMIT or (it.dead[k] != 0 and (mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK)):
@@ -32,6 +32,13 @@ def set_up(it: EventRun, contacts: Contacts) -> None:
         elif mode == laws.SMOOTH:
             mode = laws.SLIDE
         it.shown[k] = mode
+
+
+@inlined
+def band_of(it: EventRun, k: int) -> float:
+    """Return the gap at which a contact closes: 0, or the present gap if that is negative by round-off."""
+    inside = it.compliant[k] != 0 and it.gap[k] < -it.near
+    return 0.0 if inside else lesser(it.gap[k], 0.0)
 
 
 @compiled
@@ -73,7 +80,7 @@ def find_dead(it: EventRun, contacts: Contacts) -> None:
     for k in range(it.contacts):
         mode, it.dead[k] = it.mode[k], 0
         if mode == laws.OPEN:
-            it.dead[k] = 1 if abs(it.gap[k]) <= it.near else 0
+            it.dead[k] = 1 if abs(it.gap[k]) <= it.near and it.compliant[k] == 0 else 0
         elif mode == laws.SLIDE_ON or mode == laws.SLIDE_BACK:
             it.dead[k] = 1 if abs(it.rate[it.first[k] + 1]) <= it.still else 0
         found += it.dead[k]
@@ -146,7 +153,7 @@ def find_flights(it: EventRun) -> int:
         if it.flight[k] != 0.0:
             v, a = it.rate[it.first[k]], -it.speeds[it.first[k]]
             it.flight[k] = v / a if a > 0.0 else 0.0
-            if a > 0.0 and v * v / (2.0 * a) < low:
+            if a > 0.0 and v * v / (2.0 * a) < low and it.compliant[k] == 0:
                 it.taking[k] = 1
                 unseen += 1
     return unseen

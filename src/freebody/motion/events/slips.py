@@ -76,7 +76,9 @@ def nudge(it: EventRun, contacts: Contacts) -> int:
     count = 0
     for k in range(it.contacts):
         if it.mode[k] != laws.OPEN:
-            count, begins = add_row(it, count, it.first[k], 0.0), begins_slip(it, k)
+            begins = begins_slip(it, k)
+            if it.held[k] == 0:
+                count = add_row(it, count, it.first[k], 0.0)
             if it.mode[k] == laws.STICK or begins != 0:
                 for j in range(it.tangents[k]):
                     goal = event_run.NUDGE * it.way[k, j] if begins != 0 else 0.0
@@ -177,7 +179,7 @@ def stop(it: EventRun, contacts: Contacts, keep: int) -> None:
     """Cancel the slip of the contacts ``stopped``; closed contacts stay so. With ``keep`` 1 the work is not counted."""
     count = 0
     for k in range(it.contacts):
-        if it.mode[k] != laws.OPEN:
+        if it.mode[k] != laws.OPEN and it.held[k] == 0:
             count = add_row(it, count, it.first[k], -it.rate[it.first[k]])
         if it.stopped[k] != 0:
             for j in range(1, 3):

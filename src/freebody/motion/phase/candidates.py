@@ -2,7 +2,8 @@
 
     machine    q', D^-½ L⁻¹ f, D^-½, L of M = L D Lᵀ, power of loads, and of its own conditions the residuals, the
                rates, γ and D^-½ L⁻¹ Gᵀ
-    group k    gap, reaches, μ, μ_s, e, μ at rest, rates, biases, entries of W of each contact between two bodies
+    group k    gap, reaches, μ, μ_s, e, μ at rest, given N, rates, biases, entries of W of each contact between two
+               bodies
 
 f are the generalized forces with u' = 0. A group is called only if one of its contacts is closed or watched. Solving
 with L is left to compiled code (`closed_contacts`), for the rows of the closed contacts alone.
@@ -26,6 +27,7 @@ from ...dynamics.conditions.contact import (
     contact_layout,
     contact_rows,
     friction_coefficient,
+    given_normal_force,
     reaches_along,
     rows_of,
     touch,
@@ -106,9 +108,13 @@ def layout_of(model: Model) -> tuple[list[int], list[int], int]:
 
 
 def coefficients(model: Model, state: State, contact: Contact) -> list[Any]:
-    """Return the coefficients of a contact: μ of its slip, μ_s, e, and μ of a slip that begins."""
+    """Return the laws of a contact: μ of its slip, μ_s, e, μ of a slip that begins, and the N that the state gives."""
     at_rest = (contact.static_friction, contact.restitution, contact.friction_at_rest)
-    return [friction_coefficient(model, state, contact), *map(state, at_rest)]
+    return [
+        friction_coefficient(model, state, contact),
+        *map(state, at_rest),
+        given_normal_force(model, state, contact),
+    ]
 
 
 class Candidates:

@@ -32,6 +32,7 @@ from .contact_outputs import (
     force_of,
     forwarded,
     friction,
+    given_force_of,
     moved,
     product,
     rates_of,
@@ -50,9 +51,8 @@ def positive(mu: float) -> float:
 
 
 @compiled
-def friction_along(phase: PhaseData, i: int, j: int) -> float:
+def friction_along(phase: PhaseData, k: int, slip: int, j: int) -> float:
     """Return the friction of a slip along tangent j, per unit of normal force: -μ d_j, at rest -μ_s d_j."""
-    k, slip = phase.source[i], phase.slip[i]
     mu = positive(friction(phase, k))
     if slip == laws.FIXED:
         return -static_friction_of(phase, k) * phase.direction[k, j]
@@ -93,7 +93,7 @@ def rows_made(phase: PhaseData) -> None:
                 for j in range(phase.tangents[k]):
                     row_taken(phase, phase.first[k] + 1 + j, spare)
                     forwarded(phase, spare)
-                    share = friction_along(phase, i, j)
+                    share = friction_along(phase, k, phase.slip[i], j)
                     for p in range(n):
                         K[p] += share * spare[p]
 
@@ -124,8 +124,11 @@ def shared(phase: PhaseData) -> int:
         return 0
     if phase.slipping == 0:
         for j in range(phase.conditions):
+            k = phase.source[j]
             if phase.normal_of[j] >= 0:
                 weight[j] = lam[phase.normal_of[j]]
+            elif k >= 0 and phase.compliant[k] != 0:
+                weight[j] = force_of(phase, k)[0]
         weighted(phase)  # contacts without load have no friction to share: the first shares remain
     return 1
 
@@ -188,19 +191,28 @@ def independent(phase: PhaseData, chosen: Integers, size: int, sliding: int) -> 
 
 @compiled
 def push(phase: PhaseData, z: Reals) -> None:
-    """Set the forces of the contacts that a normal force of 1 holds, and add the friction of those that slip to z."""
-    spare = phase.spare
-    for k in range(phase.contacts):
+    """Set the normal forces that the state gives, and the friction of those contacts that slip; add them to z."""
+    for closed in range(phase.closed_count):
+        k = phase.closed[closed]
         if phase.held[k] != 0:
             F = force_of(phase, k)
-            F[0] = 1.0
+            F[0] = given_force_of(phase, k)
+            if phase.compliant[k] != 0:
+                push_along(phase, z, phase.first[k], F[0])
             if phase.pushed[k] != laws.NO_SLIP:
-                mu = positive(friction(phase, k))
-                F[1] = -mu if phase.pushed[k] == laws.PLUS else mu
-                row_taken(phase, phase.first[k] + 1, spare)
-                forwarded(phase, spare)
-                for i in range(phase.n):
-                    z[i] += F[1] * spare[i]
+                for j in range(phase.tangents[k]):
+                    F[1 + j] = F[0] * friction_along(phase, k, phase.pushed[k], j)
+                    push_along(phase, z, phase.first[k] + 1 + j, F[1 + j])
+
+
+@compiled
+def push_along(phase: PhaseData, z: Reals, r: int, force: float) -> None:
+    """Add a force along a row of the contacts to z."""
+    spare = phase.spare
+    row_taken(phase, r, spare)
+    forwarded(phase, spare)
+    for i in range(phase.n):
+        z[i] += force * spare[i]
 
 
 @compiled
@@ -232,6 +244,6 @@ def solve(t: float, y: Reals, phase: PhaseData) -> int:
             F[phase.row_of[i]] = x
             if phase.slip[i] != laws.NO_SLIP:
                 for j in range(phase.tangents[k]):
-                    F[1 + j] = x * friction_along(phase, i, j)
+                    F[1 + j] = x * friction_along(phase, k, phase.slip[i], j)
     moved(phase, w, phase.udot)
     return good

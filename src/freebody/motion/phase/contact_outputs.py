@@ -55,6 +55,12 @@ def static_friction_of(phase: PhaseData, k: int) -> float:
 
 
 @inlined
+def given_force_of(phase: PhaseData, k: int) -> float:
+    """Return the normal force of a contact that the state gives, or 0."""
+    return phase.touch[phase.laws_at[k] + 4]
+
+
+@inlined
 def rates_of(phase: PhaseData, k: int) -> Reals:
     """Return the gap's rate and the slip velocity of a contact."""
     return phase.touch[phase.rates_at[k] :]

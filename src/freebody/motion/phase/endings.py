@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from ...native.instructions import Reals, compiled
+from ...native.instructions import Reals, compiled, greater, lesser
 from . import laws
 from .closed_contacts import gamma_of, solve
-from .contact_outputs import force_of, gaps_found, product, rates_of, static_friction_of
+from .contact_outputs import (
+    force_of,
+    gaps_found,
+    given_force_of,
+    open_touched,
+    product,
+    rates_of,
+    static_friction_of,
+)
 from .phase_record import PhaseData
 
 
@@ -34,6 +42,10 @@ def ending(phase: PhaseData, i: int, size: float) -> float:
         return 1.0
     if law == laws.GAP:
         return seen[0] - phase.band[k]
+    if law == laws.PRESS:  # inside, after its law would have pulled: as it presses again
+        return greater(seen[0] - phase.band[k], -given_force_of(phase, k))
+    if law == laws.RELEASE:
+        return lesser(-seen[0], given_force_of(phase, k))
     if law == laws.NORMAL:
         return F[0] + size
     if law == laws.REACH:
@@ -61,5 +73,7 @@ def watched(t: float, y: Reals, c: Reals, out: Reals) -> None:
         solve(t, y, phase)
         size = laws.ROUNDED * parts_of_forces(phase)
     gaps_found(t, y, phase)
+    if phase.compliant_count > 0:
+        open_touched(t, y, phase)
     for i in range(phase.endings):
         out[phase.expressions + i] = ending(phase, i, size)

@@ -11,8 +11,9 @@ and at rest at its limit of friction."""
 NO_SLIP, ALONG, PLUS, MINUS, FIXED = range(5)
 """Directions of slip: none or without friction, along the slip velocity, along the tangent, against it, or fixed: a
 contact at rest at its limit of friction."""
-GAP, NORMAL, CONE, LINE_CONE, STOP, LINE_STOP, REACH, SIDE, NEVER = range(9)
-"""Laws of endings. The place of a reach is its number, of other laws -1."""
+GAP, NORMAL, CONE, LINE_CONE, STOP, LINE_STOP, REACH, SIDE, NEVER, PRESS, RELEASE = range(11)
+"""Laws of endings. A compliant contact closes by PRESS and opens by RELEASE. The place of a reach is its number, of
+other laws -1."""
 
 ROUNDED = 2.0**-44
 """Round-off of a contact force relative to the sum of its parts: 256 units in the last place.

@@ -121,6 +121,8 @@ def set_endings(phase: PhaseData, modes: Integers, dead: Integers) -> None:
             law = laws.NEVER if dead[k] != 0 or elsewhere(phase, modes, k) != 0 else laws.GAP
         elif phase.held[k] != 0:
             law = laws.NEVER
+        if phase.compliant[k] != 0:
+            law = laws.PRESS if mode == laws.OPEN else laws.RELEASE
         i = set_ending(phase, i, law, 0)
         law, sign, last = laws.NEVER, 0, laws.NEVER
         if mode == laws.STICK:

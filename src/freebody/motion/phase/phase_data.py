@@ -105,7 +105,8 @@ def _made(
     constants |= {f"of_{name}": size for name, (_, size) in kernels.items()}
     data = PhaseData.made(
         n_q=model.n_q, n=n, contacts=len(phase.modes), rows=scene.rows, pairs=len(pattern.pairs), own=len(own),
-        all_own=scene.candidates.own, endings=len(endings), held_count=sum(scene.held), driven=int("power" in kernels),
+        all_own=scene.candidates.own, endings=len(endings), held_count=sum(scene.held),
+        compliant_count=sum(scene.compliant), driven=int("power" in kernels),
         machine_outputs=sum(parts.values()), pair_outputs=sum(pattern.pairs), contact_outputs=sum(pattern.sizes),
         extended_state=sum(state.values()), after_speeds=n + 1, entries_of_L=len(pattern.below),
         entries_of_W=len(pattern.columns), most_conditions=conditions, most_active=active,
@@ -142,7 +143,7 @@ def _write_pattern(data: PhaseData, phase: Any, program: Any) -> None:
     of = ContactPattern(*np.array(pattern.contacts).T)
     data.gap_at[:], data.reaches[:], at = data.gaps_at[of.pair] + of.gap, of.reaches, data.touch_at
     data.laws_at[:], data.rates_at[:], data.biases_at[:] = at + of.laws, at + of.rates, at + of.biases
-    data.away_at[:], data.held[:] = at + of.away, scene.held
+    data.away_at[:], data.held[:], data.compliant[:] = at + of.away, scene.held, scene.compliant
     data.rough[:] = [not contact.frictionless for contact in phase.model.contacts]
     data.side[:] = [scene.ends[k][0][0] if k in scene.ends else -1 for k in range(data.contacts)]
     data.entry[:], data.entries[:], place = np.array(pattern.rows).T

@@ -14,6 +14,7 @@ from .contact_outputs import (
     force_of,
     forwarded,
     gaps_found,
+    given_force_of,
     moved,
     open_touched,
     product,
@@ -41,8 +42,21 @@ def heat_of_friction(phase: PhaseData) -> float:
     if phase.held_count > 0:
         for k in range(phase.contacts):
             if phase.pushed[k] != laws.NO_SLIP:
-                heat -= force_of(phase, k)[1] * rates_of(phase, k)[1]
+                F, v = force_of(phase, k), rates_of(phase, k)
+                for j in range(phase.tangents[k]):
+                    heat -= F[1 + j] * v[1 + j]
     return heat
+
+
+@compiled
+def power_of_compliant(phase: PhaseData) -> float:
+    """Return the power of the normal forces of compliant contacts, N g'."""
+    power = 0.0
+    for i in range(phase.closed_count):
+        k = phase.closed[i]
+        if phase.compliant[k] != 0:
+            power += force_of(phase, k)[0] * rates_of(phase, k)[0]
+    return power
 
 
 @inlined
@@ -63,6 +77,8 @@ def rates(t: float, y: Reals, c: Reals, out: Reals) -> None:
     for i in range(n):
         out[n_q + i] = phase.udot[i] if good != 0 else NAN
     power, heat = phase.load[0], heat_of_friction(phase)
+    if phase.compliant_count > 0:
+        power += power_of_compliant(phase)
     if phase.driven != 0:
         extended(y, phase)
         phase.power(t, phase.state, phase.power_c, out[n_q + n :])
@@ -163,7 +179,8 @@ def response(phase: PhaseData, v: Reals, X: Reals) -> None:
 @compiled
 def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """Set ``out`` to what decides events: gaps, least reaches, rates, W u' + b without contact forces, u' so, W, the
-    change of u' per unit of each contact force, μ, μ_s, e, μ at rest, and the least rates of reaches that are zero.
+    change of u' per unit of each contact force, μ, μ_s, e, μ at rest, the least rates of reaches that are zero, and the
+    normal forces that the state gives.
 
     The machine's own conditions are enforced.
     """
@@ -172,7 +189,7 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     gap, reach, rate = out, out[E:], out[2 * E :]
     change, free = rate[m:], rate[2 * m :]
     W, X = free[n:], free[n + m * n :]
-    coefficients, away = X[m * n :], X[m * n + 4 * E :]
+    coefficients, away, given = X[m * n :], X[m * n + 4 * E :], X[m * n + 5 * E :]
     solve(t, y, phase)
     open_touched(t, y, phase)
     for i in range(n):
@@ -187,6 +204,7 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
             reach[k] = lesser(reach[k], seen[1 + j])
             if abs(seen[1 + j]) <= near:
                 away[k] = lesser(away[k], phase.touch[phase.away_at[k] + j])
+        given[k] = given_force_of(phase, k)
         for j in range(4):
             coefficients[4 * k + j] = phase.touch[phase.laws_at[k] + j]
         for j in range(1 + phase.tangents[k]):

@@ -17,7 +17,8 @@ class PhaseData(Record):
     ``own``, ``all_own``        conditions of the machine itself: active ones, and all
     ``endings``                 functions that may end the phase
     ``expressions``             functions of the user before them
-    ``held_count``              contacts that a normal force of 1 holds
+    ``held_count``              contacts whose normal force the state gives
+    ``compliant_count``         those of them with a law of the depth
     ``driven``                  1 if there is a kernel ``power``
 
     Kernels, each with its constants:
@@ -41,15 +42,16 @@ class PhaseData(Record):
     Contacts:
 
     ``gaps``, ``gaps_at``       outputs of the kernels of pairs, and places of the first of each
-    ``touch``, ``touch_at``     outputs of the kernels of contacts (gap, reaches, μ, μ_s, e, μ at rest, rates, biases,
-                                W, rates of reaches), and places of the first of each
+    ``touch``, ``touch_at``     outputs of the kernels of contacts (gap, reaches, μ, μ_s, e, μ at rest, given N, rates,
+                                biases, W, rates of reaches), and places of the first of each
     ``gap_at``                  place of the gap of a contact in ``gaps``; its reaches follow
     ``laws_at``, ``rates_at``, ``biases_at``, ``away_at``    places in ``touch`` of μ, of the rates, of their biases and
                                 of the rates of the reaches of a contact
     ``first``, ``tangents``, ``reaches``    first row, number of tangents and of reaches
     ``rough``, ``side``         1 if it may have friction, and the side that it ends or -1
-    ``held``, ``pushed``        1 if a normal force of 1 holds it (its normal is no condition), and the direction in
+    ``held``, ``pushed``        1 if the state gives its normal force (its normal is no condition), and the direction in
                                 which it then slips
+    ``compliant``               1 if that is a law of its depth
     ``band``                    gap at which it closes: 0, or the gap at the start if that is negative
     ``direction``               fixed direction of a contact at its limit of friction
     ``entry``, ``entries``, ``W_at``    of each row: place of the first of its entries in ``columns``, their number, and
@@ -87,6 +89,7 @@ class PhaseData(Record):
     endings: Count
     expressions: Count
     held_count: Count
+    compliant_count: Count
     driven: Count
     machine: Kernel
     values: Kernel
@@ -127,6 +130,7 @@ class PhaseData(Record):
     rough: Annotated[Wholes, "contacts"]
     side: Annotated[Wholes, "contacts"]
     held: Annotated[Wholes, "contacts"]
+    compliant: Annotated[Wholes, "contacts"]
     pushed: Annotated[Wholes, "contacts"]
     band: Annotated[Row, "contacts"]
     direction: Annotated[Rows, "contacts", 2]

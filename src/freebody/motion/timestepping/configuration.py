@@ -59,6 +59,19 @@ def loads_at(machine: Machine, t: float, y: Reals, f: Reals) -> None:
 
 
 @compiled
+def give(run: Run, N: Reals) -> None:
+    """Set the impulses of the normal forces that the state gives to those of N; without them there is no friction."""
+    contacts, problem = run.contacts, run.problem
+    for a in range(contacts.closed):
+        if contacts.held[contacts.owner[a]] != 0:
+            if problem.kinds[a] == NORMAL:
+                problem.low[a] = N[contacts.owner[a]] * run.h
+                problem.x[a] = problem.low[a]
+            elif N[contacts.owner[a]] == 0.0:
+                problem.x[a] = 0.0
+
+
+@compiled
 def normalize(machine: Machine, y: Reals) -> None:
     """Divide each quaternion of a state by its norm."""
     for k in range(machine.n_quaternions):
@@ -93,11 +106,11 @@ def close(run: Run, friction: int, near: float) -> None:
     count, row = 0, 0
     for e in range(contacts.count):
         tangents = contacts.tangents[e]
-        if run.now.gap[e] <= near and (friction != 0 or contacts.least[e] == 0.0):
+        if run.now.gap[e] <= near and (friction != 0 or contacts.held[e] == 0):
             for k in range(1 + tangents if friction != 0 else 1):
                 problem.rows[count], problem.mu[count] = row + k, contacts.mu[e]
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
-                problem.low[count] = contacts.least[e] * run.h if k == 0 else 0.0
+                problem.low[count] = run.given[e] * run.h if k == 0 else 0.0
                 contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
                 count += 1
         row += 1 + tangents
@@ -122,7 +135,9 @@ def answers(run: Run, constraints: int) -> None:
             A[a - 2, 1] = joined(blocks, r - 2, r - 1, W, X)
             A[a - 2, 2] = joined(blocks, r - 2, r, W, X)
     for a in range(run.contacts.closed):
-        if problem.low[a] > 0.0:  # a given force that moves nothing is compared by the rate of its tangent
+        if (
+            problem.kinds[a] == NORMAL and run.contacts.held[run.contacts.owner[a]] != 0
+        ):  # a given force that moves nothing is compared by the rate of its tangent
             A[a, 0] = A[a + 1, 0]
     set_scales(problem)
 

@@ -25,7 +25,7 @@ def imbalance(run: Run) -> float:
     """Set e = h f - p and M⁻¹ e; return |e| relative to the motion, √(e·M⁻¹e / (u·M u + p·M⁻¹p))."""
     loads, blocks, whole = run.loads, run.problem.blocks, TINY
     for i in range(blocks.n):
-        loads.e[i] = run.h * loads.f[i] - loads.p[i]
+        loads.e[i] = run.h * (loads.f[i] + run.pressed[i]) - loads.p[i]
     for b in range(blocks.count):
         first, size = blocks.starts[b], blocks.starts[b + 1] - blocks.starts[b]
         block_back(run.elimination, b, loads.p[first:], loads.Me[first:])

@@ -54,7 +54,7 @@ def memory_of(
         np.array([number(model, values, getattr(c, field), name) for c in model.contacts])
         for field, name in (("friction", "mu"), ("restitution", "restitution"))
     )
-    contacts.least = np.array([float(c.held) for c in model.contacts])
+    contacts.held = np.array([int(c.held) for c in model.contacts], dtype=np.int64)
     pieces, row_first, row_at = (
         np.concatenate([part, np.zeros(room * pairs, dtype=np.int64)])
         for part, room in ((shape.pieces, 6), (shape.row_first, 3), (shape.row_at, 3))
@@ -65,13 +65,13 @@ def memory_of(
         blocks.pieces, blocks.first, blocks.at = pieces, row_first, row_at
     run.elimination.contact_rows = m
     sizes = {
-        "M": int(shape.squares[-1]), "f": n, "gap": E, "reach": len(shape.reach_of), "rates": m,
-        "constraint_rates": held, "phi": shape.holonomic, 
+        "M": int(shape.squares[-1]), "f": n, "gap": E, "reach": len(shape.reach_of), "rates": m, "given": E,
+        "pressed": n, "pressing": 1, "constraint_rates": held, "phi": shape.holonomic, 
         "W": int(shape.row_at[-1]) + 6 * pairs * int(np.diff(shape.blocks).max(initial=0)),
     }  # fmt: skip
     run.outputs = np.zeros(sum(sizes.values()))
     parts = dict(zip(sizes, np.split(run.outputs, np.cumsum(list(sizes.values()))[:-1]), strict=True))
-    for name in ("M", "f", "rates", "constraint_rates", "W"):
+    for name in ("M", "f", "rates", "given", "pressed", "pressing", "constraint_rates", "W"):
         setattr(run, name, parts[name])
     run.end.outputs = np.zeros(max(E + len(shape.reach_of) + shape.holonomic, 1))
     ends = np.split(run.end.outputs, [E, E + len(shape.reach_of)])

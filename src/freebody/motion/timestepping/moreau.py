@@ -2,6 +2,7 @@
 
     1. midpoint         q_M = q + h/2 q'(q, u),   ū = (u + u⁺)/2;   M, f, W, G at q_M
     2. free velocity    M (u_free - u) = h f(t + h/2, q_M, ū) + J + Gᵀ λ,   G u_free + g = 0      (J: blows in the step)
+                        with the normal forces of compliant contacts N(q_M, u) in f
     3. contact problem  u⁺ = u_free + Σ X Λ,   v⁺ = W u⁺ + w   for contacts closed at q_M:
                         0 <= Λ_N ⟂ v_N⁺ + e v_N⁻ >= 0,   -Λ_T in μ Λ_N Sgn(v_T⁺)
     4. end              R⁺ = R (1 - h/2 ω̄×)⁻¹ (1 + h/2 ω̄×),   other q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺))
@@ -33,7 +34,7 @@ from ..cones.block_rows import along, dot, magnitude
 from ..cones.contact_problem import NORMAL
 from ..cones.islands import Islands, settle
 from ..cones.sweeps import solve
-from .configuration import CLOSED_GAP, answers, close, evaluate, loads_at, normalize, put_speeds
+from .configuration import CLOSED_GAP, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
 from .elimination import block_back, meet
 from .loads import change_loads, imbalance
@@ -98,6 +99,7 @@ def midpoint(run: Run, t: float) -> int:
     for a in range(contacts.closed):
         r = problem.rows[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
+    give(run, run.given)
     begin_pairs(run)
     answers(run, run.constraints)
     return NONE
@@ -111,7 +113,7 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
     """Find u⁺ and the impulses in which loads, constraints and contacts agree; return a failure or NONE."""
     machine, loads, problem = run.machine, run.loads, run.problem
     for i in range(machine.n):
-        loads.p[i] = run.h * run.f[i] + loads.rest[i]
+        loads.p[i] = run.h * (run.f[i] + run.pressed[i]) + loads.rest[i]
     size, best, idle, r, trials, changes, goal = 0.0, 0.0, 0, 1.0, 0, 0, run.tolerance
     if machine.turning == 1:
         goal = greater(run.tolerance, 0.1 * loads.first_error)
@@ -175,7 +177,7 @@ def free_velocity(run: Run) -> None:
     """Set u_free - u = M⁻¹ (p + J + Gᵀ λ), with λ for which G u_free + g = 0."""
     loads, blocks = run.loads, run.problem.blocks
     for i in range(blocks.n):
-        loads.rest[i] = loads.p[i] - run.h * run.f[i]
+        loads.rest[i] = loads.p[i] - run.h * (run.f[i] + run.pressed[i])
         run.momentum[i] = loads.p[i] + run.blow[i]
     for b in range(blocks.count):
         first = blocks.starts[b]
@@ -199,6 +201,8 @@ def contact_rates(run: Run, trials: int) -> None:
             if not -contacts.rebound[a] * before > before - problem.b[a]:
                 contacts.rebound[a] = 0.0
             problem.reference = greater(problem.reference, magnitude(blocks, r, run.W, run.u, run.free))
+            # what the friction of a given normal force can change, since its own row is zero
+            problem.reference = greater(problem.reference, problem.scale[a] * problem.low[a])
         if problem.kinds[a] == NORMAL:
             problem.b[a] += contacts.rebound[a] * before
         if trials == 0:
@@ -237,6 +241,8 @@ def account(run: Run) -> None:
         r = contacts.rows + i
         run.impulses[k, r] = run.lam[i]
         held += run.lam[i] * along(problem.blocks, r, run.W, run.u_mean)
+    struck += run.h * (run.pressing[0] + dot(run.pressed, run.u_mean, run.machine.n))
+    struck -= run.h * dot(run.pressed, run.u, run.machine.n)
     run.works[k, 0] = struck + dot(run.blow, run.u_mean, run.machine.n)
     run.works[k, 1] = held
 

@@ -13,13 +13,15 @@ import numpy as np
 
 from ...dynamics import State, coordinate_rates, mass_matrix
 from ...dynamics.conditions.constraints import linearized, rows
-from ...dynamics.conditions.contact import contact_rows, touches
+from ...dynamics.conditions.contact import contact_rows, given_normal_force, touch, touches
 from ...dynamics.contact_motion import forced_motion
 from ...dynamics.energy import load_power
 from ...dynamics.kinematics import Spot
+from ...dynamics.linear import combined
 from ...dynamics.motion import all_reactions
 from ...dynamics.newton_euler import bias, drive_power
 from ...model import Model
+from ...model.contact import Contact
 from ...scalar.algebra import ZERO
 from ...scalar.trace import Traced
 from ..kernels.kernels import Kernels, Program
@@ -143,8 +145,13 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
     def functions(state: State) -> Mapping[str, Sequence[Any]]:
         given, conditions = contact_rows(model, state), linearized(model, state)
         reaches = [one.reach for one in touches(model, state)]
-        M, W, G = mass_matrix(model, state), given.matrix, [conditions.matrix[i] for i in held]
-        f = [-x for x in bias(model, state)]
+        M, W, G = mass_matrix(model, state), list(given.matrix), [conditions.matrix[i] for i in held]
+        f, gap, rate = [-x for x in bias(model, state)], list(given.gap), list(given.rate)
+        N, pressed, power = [_given(model, state, contact) for contact in model.contacts], [0] * model.n_u, 0
+        for k, (r, contact) in enumerate(zip(layout_of(model)[0], model.contacts, strict=True)):
+            if contact.compliant:  # its normal force is a load: no impulse is to be found along its normal
+                pressed, power = combined(pressed, [N[k]], [W[r]]), power + N[k] * rate[r]
+                W[r], rate[r], gap[k] = (0,) * model.n_u, 0, state.field.apply("max", gap[k], 0)
         turning = _depend(f, state.u)
         coupled, moved = ([_places(row) for row in matrix] for matrix in ([*M, *G], [*W, *G]))
         if model.families:
@@ -152,7 +159,7 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         shape = _shape(model, coupled, moved, held, [len(one) for one in reaches], turning)
         shapes["stepping"] = shape
         groups = [shape.order[a:b].tolist() for a, b in zip(shape.blocks, shape.blocks[1:], strict=False)]
-        closing = [*given.gap, *(x for one in reaches for x in one)]
+        closing = [*gap, *(x for one in reaches for x in one)]
         residuals = [conditions.residual[i] for i in holonomic]
         ranges = zip(shape.row_first.tolist(), shape.row_first[1:].tolist(), strict=False)
         return {
@@ -160,7 +167,10 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
                 *(M[i][j] for group in groups for i in group for j in group),
                 *(f[i] for i in shape.order),
                 *closing,
-                *given.rate,
+                *rate,
+                *N,
+                *(pressed[i] for i in shape.order),
+                power,
                 *(conditions.rate[i] for i in held),
                 *residuals,
                 *(
@@ -176,6 +186,15 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         }
 
     return kernels.program("stepping", functions), shapes["stepping"]
+
+
+def _given(model: Model, state: State, contact: Contact) -> Any:
+    """Return the normal force that the state gives: of a compliant contact that is deep and whose law does not pull."""
+    N = given_normal_force(model, state, contact)
+    if not contact.compliant:
+        return N
+    deep = (1 + state.field.apply("sign", -touch(model, state, contact).gap)) / 2
+    return deep * state.field.apply("max", N, 0)
 
 
 def gaps(kernels: Kernels) -> Program:

@@ -18,7 +18,9 @@ OPEN, STICK, SLIP, FORWARDS, BACKWARDS = range(5)
 class Machine(Record):
     """Kernels of a machine with the constants ``c``, and its state: ``n_q`` coordinates, then ``n`` speeds.
 
-    ``system``    M by blocks, f (n), gaps, reaches, rates of contacts and constraints, φ, then W over G by rows
+    ``system``    M by blocks, f (n), gaps, reaches, rates of contacts, normal forces that the state gives, and of
+                  compliant contacts their generalized forces (n) and power, rates of constraints, φ, then W over G
+                  by rows
     ``closing``   gaps, reaches, φ
     ``moving``    q' (n_q), power of the loads
     ``loading``   f (n), which depends on the speeds if ``turning`` is 1
@@ -62,7 +64,7 @@ class Contacts(Record):
 
     ``tangents``, ``mu``, ``restitution``    of each contact; ``rows``: number of all rows; ``closed``: those of the
                       problem, before the rows of pairs of families
-    ``least``         normal force that acts in any case: 1 for the friction of a joint, whose normal row is zero
+    ``held``          1 if the state gives the normal force and its row is zero: friction of a joint, compliant contacts
     ``reach_of``      contact of each reach
     ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
     ``before``        rate of each row of the problem at the beginning of the step
@@ -76,7 +78,7 @@ class Contacts(Record):
     tangents: Wholes
     mu: Row
     restitution: Row
-    least: Row
+    held: Wholes
     reach_of: Wholes
     owner: Annotated[Wholes, "most"]
     rebound: Annotated[Row, "most"]
@@ -140,7 +142,9 @@ class Run(Record):
     ``u``, ``free``, ``u_new``, ``u_mean``    speeds; their change without contact impulses; new and mean speeds
     ``z``                  a state inside or at the end of the step;  ``rate``, ``first_rate``: q' and power
     ``lam``                impulses of the constraints
-    ``outputs``            of the kernel ``system``: M, f, ``now`` (gaps, φ), ``rates``, ``constraint_rates``, W
+    ``outputs``            of the kernel ``system``: M, f, ``now`` (gaps, φ), ``rates``, ``given`` (normal forces of the
+                           state), ``pressed`` (their generalized forces, of compliant contacts), ``pressing`` (the
+                           power of these), ``constraint_rates``, W
     """
 
     t: Real
@@ -188,6 +192,9 @@ class Run(Record):
     f: Row
     now: Gaps
     rates: Row
+    given: Row
+    pressed: Row
+    pressing: Row
     constraint_rates: Row
     W: Row
     end: Gaps

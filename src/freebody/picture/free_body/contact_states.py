@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import sympy
 
-from ...dynamics.conditions.contact import friction_coefficient
+from ...dynamics.conditions.contact import friction_coefficient, given_normal_force
 from ...model.contact import Contact
 from ...symbolic.derivation.contact_modes import modes_of
 from ...symbolic.equations import Equations
@@ -48,17 +48,22 @@ def _plain(text: str) -> str:
 
 def _state(e: Equations, contact: Contact) -> tuple[str, str]:
     """Mode of a contact in words, and the law of its friction with N and T for the forces."""
-    mode, N = modes_of(e.model)[contact.name], "" if contact.held else " N"
+    mode, N = modes_of(e.model)[contact.name], "" if _of_joint(contact) else " N"
     if mode == "open":
         return "open", ""
     if contact.frictionless:
         return "closed" if contact.law is not None else "closed, smooth", ""
     if mode == "stick":
         return "stick", rf"|T| \leq {latex(e.state(contact.static_friction), e.ring)}{N}"
-    touching = e.model.constraints.get(contact.name)
+    touching = e.model.constraints.get(contact.name) or e.model.loads.get(contact.friction_name)
     direction = getattr(touching, "direction", None) or ()
     mu = friction_coefficient(e.model, e.state, contact, direction)
     return "slip", rf"|T| = {latex(mu, e.ring)}{N}"
+
+
+def _of_joint(contact: Contact) -> bool:
+    """Return True for dry friction of a joint, which has no normal force."""
+    return contact.held and not contact.compliant
 
 
 def _named(law: str, contacts: Sequence[Contact]) -> str:
@@ -66,21 +71,20 @@ def _named(law: str, contacts: Sequence[Contact]) -> str:
     if len(contacts) > 1:
         return law
     (contact,) = contacts
-    tangent, normal = latex_name(_friction_name(contact)), latex_name(contact.normal_name)
+    tangent, normal = latex_name(contact.friction_name), latex_name(contact.normal_name)
     return law.replace("|T|", f"|{tangent}|").replace(" N", f" {normal}")
-
-
-def _friction_name(contact: Contact) -> str:
-    return contact.tangent_names[0] if contact.tangents == 1 else contact.normal_name.replace("N", "T", 1)
 
 
 def _margin(e: Equations, now: Configuration, contact: Contact) -> str:
     """|T| and the greatest friction, with their values at the time of the diagram."""
     T = [now.lookup[sympy.Symbol(name, real=True)] for name in contact.tangent_names]
-    N = 1.0 if contact.held else now.lookup[sympy.Symbol(contact.normal_name, real=True)]
+    if contact.held:
+        N = float(given_normal_force(e.model, now.state, contact))
+    else:
+        N = now.lookup[sympy.Symbol(contact.normal_name, real=True)]
     size = sum(x * x for x in T) ** 0.5
     most = float(now.state(contact.static_friction)) * N
     mu = latex(e.state(contact.static_friction), e.ring)
-    tangent = latex_name(_friction_name(contact))
-    normal = "" if contact.held else latex_name(contact.normal_name)
+    tangent = latex_name(contact.friction_name)
+    normal = "" if _of_joint(contact) else latex_name(contact.normal_name)
     return rf"$|{tangent}| = {size:.4g} \leq {most:.4g} = {mu} {normal}$"

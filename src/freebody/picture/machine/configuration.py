@@ -26,7 +26,8 @@ from ...dynamics.motion import Motion, motion
 from ...dynamics.newton_euler import reactions
 from ...dynamics.state import State, float_state
 from ...errors import FreebodyError, ModelError, SimulationError
-from ...model.contact import Touching, in_modes
+from ...model.contact import Contact
+from ...model.contact_modes import Touching, in_modes
 from ...model.model import Model
 from ...motion.contact.equations_at_start import assembled, modes_at_start
 from ...motion.ode.dense_output import observe
@@ -157,6 +158,11 @@ def _closed_contacts(model: Model) -> list[Touching]:
     return [touching for touching in model.constraints.values() if isinstance(touching, Touching)]
 
 
+def _is_rigid(contact: Contact) -> bool:
+    """Return True for two shapes whose gap is zero while they touch."""
+    return contact.law is None and not contact.compliant
+
+
 def _standing(
     model: Model, q: list[float], t: float, values: dict[str, float], fixed: tuple[int, ...], size: float
 ) -> tuple[list[float], int]:
@@ -171,10 +177,10 @@ def _standing(
     angles = [
         i for i, c in enumerate(model.coordinates) if c.kind == "scalar" and not _is_displacement(model, c)
     ]
-    for _ in [contact for contact in model.contacts if contact.law is None][:MOST_TRIED]:
+    for _ in [contact for contact in model.contacts if _is_rigid(contact)][:MOST_TRIED]:
         gaps = [float(touch.gap) for touch in touches(model, float_state(model, best, None, t, values))]
         pairs = zip(gaps, model.contacts, strict=True)
-        untried = [pair for pair in pairs if pair[1].law is None and pair[1].name not in tried]
+        untried = [pair for pair in pairs if _is_rigid(pair[1]) and pair[1].name not in tried]
         contact = min(untried, key=lambda pair: pair[0])[1]
         tried.add(contact.name)
         mode = "slip" if contact.frictionless else "slip+" if contact.tangents == 1 else ("slip", (1, 0))

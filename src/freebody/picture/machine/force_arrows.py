@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ...describe.constraints.constraint import Rolling
 from ...dynamics.conditions.constraints import _arm, radial_names, rows
 from ...dynamics.kinematics import rotation
-from ...model.contact import Touching
+from ...model.contact_modes import Touching
 from ...scalar.algebra import (
     ZERO,
     Matrix,

@@ -13,7 +13,8 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...describe.contacts.coefficients import SLIP, depends_on_slip
+from ...describe.contacts.coefficients import depends_on_slip
+from ...describe.contacts.normal_law import OWN_NAMES
 from ...describe.description import about_of, parameters_of
 from ...describe.system import System
 from ...dynamics.state import State, float_state
@@ -325,7 +326,12 @@ def _coefficient(model: Model, state: State, law: Any) -> str:
     """A coefficient of a contact: its value, or the law by which it depends on slip and on the state."""
     if not depends_on_slip(law) and not model.names.depends(law, "coordinate", "speed", "time"):
         return f"{float(state(law)):.6g}"
-    return expression_text(law, {**model.names.texts, SLIP: SLIP.name})
+    return _law(model, law)
+
+
+def _law(model: Model, law: Any) -> str:
+    """Return the text of a law of a contact."""
+    return expression_text(law, {**model.names.texts, **OWN_NAMES})
 
 
 def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
@@ -363,7 +369,9 @@ def _model(s: System, trajectory: Trajectory, symbols: Symbols) -> str:
                 contact.name,
                 f"{contact.feature.body.name} – {contact.surface.body.name}",
                 _coefficient(model, state, contact.friction),
-                _coefficient(model, state, contact.restitution),
+                f"N = {_law(model, contact.normal_force)}"
+                if contact.compliant
+                else _coefficient(model, state, contact.restitution),
             )
             for contact in model.contacts
         ]

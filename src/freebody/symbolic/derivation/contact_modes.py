@@ -7,7 +7,7 @@ from typing import Any
 
 from ...dynamics.conditions.constraints import Linearized
 from ...errors import ModelError
-from ...model.contact import Sliding, Touching, in_modes
+from ...model.contact_modes import Pressing, Sliding, Touching, in_modes
 from ...model.model import Model
 
 
@@ -29,7 +29,8 @@ def check_modes_are_chosen(model: Model, question: str) -> None:
         With the call that chooses the modes.
     """
     if not model.contacts or any(
-        isinstance(x, Touching | Sliding) for x in (*model.constraints.values(), *model.loads.values())
+        isinstance(x, Touching | Sliding | Pressing)
+        for x in (*model.constraints.values(), *model.loads.values())
     ):
         return
     first = {c.owner: c for c in reversed(model.contacts)}
@@ -54,9 +55,13 @@ def modes_of(model: Model) -> dict[str, str]:
             if constraint.direction in ((1,), (-1,)):
                 result[name] += "+" if constraint.direction == (1,) else "-"
     for contact in model.contacts:
-        load = model.loads.get(contact.tangent_names[0]) if contact.held and contact.tangents else None
-        if isinstance(load, Sliding):
-            result[contact.name] = "slip+" if load.direction > 0 else "slip-"
+        pressed = isinstance(model.loads.get(contact.normal_name), Pressing)
+        if contact.held and contact.name not in model.constraints:
+            load = model.loads.get(contact.friction_name) if contact.tangents else None
+            if isinstance(load, Sliding):
+                result[contact.name] = {(1,): "slip+", (-1,): "slip-"}.get(load.direction, "slip")
+            elif pressed:
+                result[contact.name] = contact.slipping
     return result
 
 

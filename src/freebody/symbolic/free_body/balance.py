@@ -30,7 +30,7 @@ from ...dynamics.loads.added_mass import moving
 from ...dynamics.loads.loading import weight
 from ...dynamics.loads.power import joint_link, speed_of
 from ...errors import ModelError, nearest
-from ...model.contact import Touching
+from ...model.contact_modes import Touching
 from ...model.model import JointPlace
 from ...scalar.algebra import (
     IDENTITY,

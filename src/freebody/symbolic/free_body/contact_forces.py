@@ -14,7 +14,7 @@ from ...dynamics.conditions.constraints import (
 )
 from ...dynamics.conditions.contact import touch, wrench_on_feature
 from ...dynamics.kinematics import Spot
-from ...model.contact import Touching
+from ...model.contact_modes import Touching
 from ...scalar.algebra import ZERO, Scalar, add, negate, scale
 from ..derivation.derivation import Derivation
 from .action import Action
@@ -41,8 +41,16 @@ def contact_actions(e: Derivation, body: str, touching: Touching, row: Row, valu
     if touching.slips and not contact.frictionless:
         force = scale(value, slip_friction(model, state, touching))
         # in 3-D one action has both tangential components
-        name = contact.tangent_names[0] if contact.tangents == 1 else contact.normal_name.replace("N", "T", 1)
-        result.append(Action(name, "friction", force if sign > 0 else negate(force), ZERO, spot.position, by))
+        result.append(
+            Action(
+                contact.friction_name,
+                "friction",
+                force if sign > 0 else negate(force),
+                ZERO,
+                spot.position,
+                by,
+            )
+        )
     return result
 
 

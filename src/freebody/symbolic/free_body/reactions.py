@@ -11,7 +11,7 @@ from ...dynamics.conditions.constraints import rows
 from ...dynamics.newton_euler import reactions
 from ...errors import ModelError, nearest
 from ...model.closure import Closure
-from ...model.contact import Touching
+from ...model.contact_modes import Touching
 from ...scalar.algebra import ZERO, Scalar, Vector, add, scale
 from ..derivation.derivation import Derivation
 from ..derivation.questions import named

@@ -17,7 +17,7 @@ import sympy
 from ...dynamics.joints.freedom import free_displacements
 from ...dynamics.joints.motions import path_speeds
 from ...errors import ModelError
-from ...model.contact import Touching
+from ...model.contact_modes import Touching
 from ...scalar.algebra import Scalar
 from ...scalar.element import Polynomial
 from ...scalar.polynomial import Ring
