@@ -255,12 +255,12 @@ class Marks:
         self, name: str, kind: str, couple: bool, v: Vector, at: Vector, body: FreeBody
     ) -> list[Mark]:
         """Arrow of a vector whose magnitude can be written; arrows of its components otherwise."""
-        in_ground = [k for k in range(3) if not (isinstance(v[k], int) and v[k] == 0)]
+        in_ground = [k for k in range(3) if v[k] != 0]
         if len(in_ground) == 1:
             return [self._mark(name, kind, couple, v[in_ground[0]], np.eye(3)[in_ground[0]], v, at)]
         R = rotation(self.e.model, self.e.state, self.e.model.bodies[body.body].link)
         turned = apply_transpose(R, v)
-        in_body = [k for k in range(3) if not (isinstance(turned[k], int) and turned[k] == 0)]
+        in_body = [k for k in range(3) if turned[k] != 0]
         if len(in_body) == 1:
             axis = self.vector(tuple(R[i][in_body[0]] for i in range(3)))
             return [self._mark(name, kind, couple, turned[in_body[0]], axis, v, at)]
