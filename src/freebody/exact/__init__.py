@@ -19,12 +19,14 @@ sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`brak
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
                         :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
 loads                   :func:`fall_with_drag`, :func:`fall_in_syrup`, :func:`motor_start`, :func:`kepler_orbit`,
-                        :func:`libration_frequency`, :func:`steady_turn`
+                        :func:`libration_frequency`, :func:`steady_turn`, :func:`bushing_moment`, :func:`cable_jump`
 Euler's disk            :func:`euler_disk_turn`, :func:`euler_disk_energy`, :func:`euler_disk_end`, :func:`rolling_disk`
 """
 
 from __future__ import annotations
 
+from .bushing import bushing_moment
+from .cable import CableJump, cable_jump
 from .contact import (
     BrakingCar,
     LeaningBoard,
@@ -91,6 +93,7 @@ __all__ = [
     "BarInCylinder",
     "BarOnLedge",
     "BrakingCar",
+    "CableJump",
     "CartAndBar",
     "Cones",
     "DiskInCylinder",
@@ -120,6 +123,8 @@ __all__ = [
     "bar_on_ledge",
     "bearing_forces",
     "braking_car",
+    "bushing_moment",
+    "cable_jump",
     "cart_and_bar",
     "cat_bend",
     "cat_turn",

@@ -243,8 +243,8 @@ def belt(
     (one, radius), (two, other) = first, second
     if stiffness is None or isinstance(stiffness, float | sympy.Basic) and abs(stiffness) == sympy.oo:
         raise ModelError(
-            f"Expected the stiffness of each span of belt '{name}' [N/m], got {shown(stiffness)}. A belt without stretch "
-            f"does not determine its two tensions, which the bearings feel. Give stiffness=, E A/L of a span, as large "
+            f"Expected the stiffness of each span of belt '{name}' [N/m], got {shown(stiffness)}. A belt without "
+            f"stretch does not determine its two tensions, which the bearings feel. Give stiffness=, E A/L of a span, as large "
             f"as it is. Where the ratio alone matters, couple the coordinates of {shown(one)} and {shown(two)} by "
             f"s.constrain."
         )
