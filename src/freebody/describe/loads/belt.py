@@ -244,8 +244,8 @@ def belt(
     if stiffness is None or isinstance(stiffness, float | sympy.Basic) and abs(stiffness) == sympy.oo:
         raise ModelError(
             f"Expected the stiffness of each span of belt '{name}' [N/m], got {shown(stiffness)}. A belt without "
-            f"stretch does not determine its two tensions, which the bearings feel. Give stiffness=, E A/L of a span, as large "
-            f"as it is. Where the ratio alone matters, couple the coordinates of {shown(one)} and {shown(two)} by "
+            f"stretch does not determine its two tensions, which the bearings feel. Give stiffness=, E A/L of a span. "
+            f"Where the ratio alone matters, couple the coordinates of {shown(one)} and {shown(two)} by "
             f"s.constrain."
         )
     return add(system, name, Belt(one, two, radius, other, stiffness, tension, damping, run))
