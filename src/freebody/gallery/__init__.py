@@ -44,10 +44,14 @@ class Gallery(Mapping[str, Entry]):
 
 def entries() -> Gallery:
     """Return all entries by name or alias."""
-    from .beyond.bevel_gears import BEVEL_GEARS
     from .beyond.block_and_tackle import BLOCK_AND_TACKLE
     from .beyond.bouncing_ball import BOUNCING_BALL
     from .beyond.control_moment_gyro import CONTROL_MOMENT_GYRO
+    from .beyond.drives.bevel_gears import BEVEL_GEARS
+    from .beyond.drives.planetary_gear import PLANETARY_GEAR
+    from .beyond.drives.turning_car import TURNING_CAR
+    from .beyond.drives.two_gears import TWO_GEARS
+    from .beyond.drives.worm_gear import WORM_GEAR
     from .beyond.energy_sink import ENERGY_SINK
     from .beyond.euler_disk import EULER_DISK
     from .beyond.falling_cat import FALLING_CAT
@@ -56,7 +60,6 @@ def entries() -> Gallery:
     from .beyond.gyro_monorail import GYRO_MONORAIL
     from .beyond.gyrocompass import GYROCOMPASS
     from .beyond.jeffcott import JEFFCOTT
-    from .beyond.planetary_gear import PLANETARY_GEAR
     from .beyond.precession_paths import PRECESSION_PATHS
     from .beyond.rattleback import RATTLEBACK
     from .beyond.reaction_wheel import REACTION_WHEEL
@@ -67,11 +70,8 @@ def entries() -> Gallery:
     from .beyond.swing import SWING
     from .beyond.tippe_top import TIPPE_TOP
     from .beyond.tumbling_body import TUMBLING_BODY
-    from .beyond.turning_car import TURNING_CAR
     from .beyond.turntable import TURNTABLE
-    from .beyond.two_gears import TWO_GEARS
     from .beyond.whipple_bicycle import WHIPPLE_BICYCLE
-    from .beyond.worm_gear import WORM_GEAR
     from .beyond.yo_yo import YO_YO
     from .textbook.examples.ex_6_1_sliding_body import SLIDING_BODY
     from .textbook.examples.ex_6_2_hinged_bar import HINGED_BAR

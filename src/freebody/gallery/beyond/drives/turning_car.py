@@ -19,10 +19,10 @@ import sympy
 
 import freebody as fb
 
-from ..tools.answer import Answer, Answers, Plots, Solved
-from ..tools.case import Case, explain
-from ..tools.entry import Entry
-from ..tools.looks import placed
+from ...tools.answer import Answer, Answers, Plots, Solved
+from ...tools.case import Case, explain
+from ...tools.entry import Entry
+from ...tools.looks import placed
 
 STRAIGHT = {"x": 0, "y": 0, "psi": 0, "x'": "V", "y'": 0, "psi'": 0}
 
@@ -71,7 +71,7 @@ def turn(linear: Any, V: Any) -> tuple[Any, Any]:
 
 def solve(case: Case) -> Solved:
     """Solve the linear equations for the steady turn, and simulate the car that is steered at once."""
-    from ...picture.plots.plots import energy_residual, history, saved
+    from ....picture.plots.plots import energy_residual, history, saved
 
     linear = fb.linearize(case.system, about=STRAIGHT, where={"delta": 0}, inputs=["delta"])
     V, delta = case.atoms["V"], case.atoms["delta"]

@@ -17,9 +17,9 @@ import sympy
 
 import freebody as fb
 
-from ..tools.answer import Answers, Plots, Solved
-from ..tools.case import Case, explain
-from ..tools.entry import Entry
+from ...tools.answer import Answers, Plots, Solved
+from ...tools.case import Case, explain
+from ...tools.entry import Entry
 
 
 def build() -> fb.System:
@@ -51,7 +51,7 @@ def build() -> fb.System:
 
 def solve(case: Case) -> Solved:
     """Solve the equations for accelerations and forces, and simulate."""
-    from ...picture.plots.plots import energy_residual, history, saved
+    from ....picture.plots.plots import energy_residual, history, saved
 
     how = "fb.equations(s).solve"
     found = case.equations.solve(["phi_1''", "phi_2''", "mesh", "first_x", "first_y", "first_z"])

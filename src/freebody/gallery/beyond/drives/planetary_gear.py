@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import freebody as fb
 
-from ..tools.answer import Answer, Answers, Plots, Solved, same
-from ..tools.case import Case, explain
-from ..tools.entry import Entry
+from ...tools.answer import Answer, Answers, Plots, Solved, same
+from ...tools.case import Case, explain
+from ...tools.entry import Entry
 
 
 def build() -> fb.System:
@@ -50,7 +50,7 @@ def build() -> fb.System:
 
 def solve(case: Case) -> Solved:
     """Solve the equations for accelerations and forces, and simulate."""
-    from ...picture.plots.plots import energy_residual, history, saved
+    from ....picture.plots.plots import energy_residual, history, saved
 
     how = "fb.equations(s).solve"
     found = case.equations.solve(["psi''", "sigma''", "theta''", "inner", "outer"])
