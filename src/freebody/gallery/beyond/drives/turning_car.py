@@ -33,7 +33,7 @@ def build() -> fb.System:
     m, J, a, b, C_F, C_R = s.parameters(m=1200.0, J=1800.0, a=1.2, b=1.5, C_F=12.0, C_R=14.0)
     delta, V, g, _ = s.parameters(delta="1deg", V=25.0, g=9.81, t_1=4.0)
     s.assume(V > 0)
-    mass = fb.MassProperties(m, (0, 0, 0), [[J, 0, 0], [0, J, 0], [0, 0, J]])
+    mass = fb.MassProperties(m, (0, 0, 0), ((J, 0, 0), (0, J, 0), (0, 0, J)))
     car = s.body("car", mass, shape=placed(fb.box(1, (4, 1.6, 1))))
     front = s.body("front", fb.particle(0), shape=placed(fb.cylinder(1, 0.3, 0.2, axis="y")))
     s.planar("road", s.ground, car, coordinate="x y psi")
