@@ -61,6 +61,11 @@ class AskingAnotherBody(OfPoint):
         yield fb.PointForce(self.point, at.velocity(OTHER.bodies["bar"]))
 
 
+class OtherJoint(OfPoint):
+    def actions(self, at):
+        yield fb.JointForce(OTHER.joints["pin"], 1)
+
+
 class Nothing(OfPoint):
     def actions(self, at):
         return None
@@ -115,6 +120,7 @@ LOADS = {
     OtherBody: rf"Other body 'x': body 'bar' belongs to another system than 'pendulum'. Take bodies and points from the "
     rf"data of the load. {HERE}yield fb.Couple",
     AskingAnotherBody: rf"Asking another body 'x': body 'bar' belongs to another system.*{HERE}yield fb.PointForce",
+    OtherJoint: rf"Other joint 'x': hinge 'pin' .* is not a joint of 'pendulum'. Name a joint .*{HERE}yield fb.JointForce",
     Nothing: rf"Nothing 'x': expected actions, got None {HERE}def actions.*Yield what acts, such as fb.PointForce",
     Number: rf"Number 'x': expected fb.PointForce.* got 3. Yield what acts.*{HERE}yield 3",
     WrongGradient: rf"Wrong gradient 'x': the gradient of its potential is not its force {HERE}def potential.*power .* W, "

@@ -201,6 +201,18 @@ def test_a_bushing_at_rest_is_its_stiffness():
     close(linear.C, np.diag([1, 2, 0]), 1e-12)
 
 
+def test_a_bushing_at_large_angles():
+    """By its power along the axes of the gimbal, in the axes of the first body."""
+    s = fb.System("mount")
+    block = s.body("block", fb.box(2, (0.3, 0.4, 0.5)))
+    s.gimbal("turn", s.ground, block, axis="XYZ", coordinate="a b c")
+    stiffness, angles = (7.0, 5.0, 3.0), (0.9, -0.6, 1.3)
+    s.bushing("rubber", s.ground, block, stiffness=(1, 1, 1), turning_stiffness=stiffness)
+    moment = fb.equations(s).free_body("block").moments["rubber"]
+    at = dict(zip(map(s.expression, "abc"), angles, strict=True))
+    close([float(x.subs(at)) for x in moment], exact.bushing_moment(angles, stiffness), 64 * EPS)
+
+
 # --- cable, springs of any law -------------------------------------------------------------------
 
 
@@ -213,16 +225,13 @@ def test_a_jump_on_a_cable():
     s.slider("fall", s.ground, jumper, axis="-y", coordinate="y")
     s.cable("rope", s.ground, jumper, stiffness=k, length=L)
     motion = fb.simulate(s, 10, initial={"y": 1.0}, tolerance=1e-11)
-    fall = np.sqrt(2 * (L - 1) / g)
-    w, speed, sag = np.sqrt(k / m), g * fall, m * g / k
-    taut = 2 / w * (np.pi / 2 + np.arctan(sag * w / speed))  # from L to the lowest point and back
-    close([e.time for e in motion.events], [fall, fall + taut, 3 * fall + taut], 1e-8)
+    jump = exact.cable_jump(m, k, L - 1, g)
+    close([e.time for e in motion.events], [jump.taut, jump.slack, jump.again], 1e-8)
     assert [e.name for e in motion.events] == ["rope becomes taut", "rope becomes slack", "rope becomes taut"]
     assert all(abs(e.state["y"] - L) < 1e-9 for e in motion.events)
     assert abs(motion.energy.residual).max() < 1e-9 * m * g * L * SLACK
     assert "becomes taut" in str(motion.events)
-    lowest = L + sag + np.hypot(sag, speed / w)
-    close(motion["y"].max(), lowest, 1e-3)
+    close(motion["y"].max(), L + jump.stretch, 1e-3)
 
 
 def test_a_damped_cable_never_pushes():

@@ -160,6 +160,20 @@ def test_battery_of_loads(data):
     )
 
 
+@pytest.mark.slow
+def test_a_wheel_of_a_body_in_space_is_drawn():
+    """Its forces are too long for a magnitude: they are drawn by their components."""
+    s = fb.System("kart")
+    s.gravity = (0, 0, -G)
+    frame, wheel = s.body("frame", fb.box(200, (1, 0.5, 0.3))), s.body("wheel", fb.disk(10, 0.3, axis="y"))
+    s.free("air", s.ground, frame)
+    s.hinge("hub", frame, wheel, axis="y", coordinate="phi")
+    laws = {"lateral": PACEJKA, "longitudinal": PACEJKA, "interaction": 6}
+    s.tyre("road", wheel, axis="y", radius=0.3, stiffness=1e5, damping=500, normal="z", **laws)
+    for picture in (fb.draw(s), fb.free_body_diagram(s, "wheel")):
+        assert picture.svg.count("road") >= 3
+
+
 def test_a_wheel_at_rest_has_no_slip():
     with pytest.raises(
         SimulationError, match="In the last good state 'front_tyre' and 'rear_tyre' has no finite"

@@ -499,3 +499,15 @@ def test_refused_contacts(old: str, new: str, message: str) -> None:
     with pytest.raises(fb.errors.FormatError, match=r"line \d+, contacts.floor") as caught:
         case_from_text(head + new + tail, "page.toml")
     assert message in str(caught.value)
+
+
+def test_functions_that_sympy_makes_of_others(tmp_path):
+    """tan(pi/2 - x) is cot(x) to SymPy; equations and files have its ratio."""
+    s = fb.System("cotangent")
+    rail = s.slider("rail", s.ground, s.body("ball", fb.particle(1)), coordinate="x")
+    x = s.expression("x")
+    s.spring("k", rail, force=sympy.tan(sympy.pi / 2 - x) ** 2 + 3 * sympy.sec(x) + sympy.csc(x))
+    text = fb.equations(s).text()
+    assert "sin(x)^2" in text and "3/cos(x)" in text
+    fb.write(s, tmp_path / "cotangent.toml")
+    assert fb.equations(fb.read(tmp_path / "cotangent.toml")).text() == text

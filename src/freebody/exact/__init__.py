@@ -20,12 +20,14 @@ impacts                 :func:`elastic_impact`, :func:`damped_impact`, :func:`hu
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
                         :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
 loads                   :func:`fall_with_drag`, :func:`fall_in_syrup`, :func:`motor_start`, :func:`kepler_orbit`,
-                        :func:`libration_frequency`, :func:`steady_turn`
+                        :func:`libration_frequency`, :func:`steady_turn`, :func:`bushing_moment`, :func:`cable_jump`
 Euler's disk            :func:`euler_disk_turn`, :func:`euler_disk_energy`, :func:`euler_disk_end`, :func:`rolling_disk`
 """
 
 from __future__ import annotations
 
+from .bushing import bushing_moment
+from .cable import CableJump, cable_jump
 from .compliant import CompliantImpact, damped_impact, elastic_impact, hunt_crossley_restitution
 from .contact import (
     BrakingCar,
@@ -93,6 +95,7 @@ __all__ = [
     "BarInCylinder",
     "BarOnLedge",
     "BrakingCar",
+    "CableJump",
     "CartAndBar",
     "CompliantImpact",
     "Cones",
@@ -123,6 +126,8 @@ __all__ = [
     "bar_on_ledge",
     "bearing_forces",
     "braking_car",
+    "bushing_moment",
+    "cable_jump",
     "cart_and_bar",
     "cat_bend",
     "cat_turn",

@@ -11,6 +11,7 @@ from sympy.printing.str import StrPrinter
 
 from ..errors import FormatError
 from ..scalar.algebra import Expression, Scalar
+from ..scalar.expression import RATIOS
 
 # SymPy's class -> our name, for those that differ
 _NAMES = {"Abs": "abs", "Min": "min", "Max": "max"}
@@ -33,6 +34,8 @@ class _Printer(StrPrinter):
         return super()._print(expr, **kwargs)
 
     def _print_Function(self, expr: Any) -> str:
+        if expr.func in RATIOS:
+            return f"({self._print(RATIOS[expr.func](*expr.args))})"
         name = type(expr).__name__
         name = _NAMES.get(name, name)
         if name not in (*_SAME, *_NAMES.values()):

@@ -47,6 +47,11 @@ def entries() -> Gallery:
     from .beyond.block_and_tackle import BLOCK_AND_TACKLE
     from .beyond.bouncing_ball import BOUNCING_BALL
     from .beyond.control_moment_gyro import CONTROL_MOMENT_GYRO
+    from .beyond.drives.bevel_gears import BEVEL_GEARS
+    from .beyond.drives.planetary_gear import PLANETARY_GEAR
+    from .beyond.drives.turning_car import TURNING_CAR
+    from .beyond.drives.two_gears import TWO_GEARS
+    from .beyond.drives.worm_gear import WORM_GEAR
     from .beyond.energy_sink import ENERGY_SINK
     from .beyond.euler_disk import EULER_DISK
     from .beyond.falling_cat import FALLING_CAT
@@ -66,7 +71,6 @@ def entries() -> Gallery:
     from .beyond.tippe_top import TIPPE_TOP
     from .beyond.tumbling_body import TUMBLING_BODY
     from .beyond.turntable import TURNTABLE
-    from .beyond.two_gears import TWO_GEARS
     from .beyond.whipple_bicycle import WHIPPLE_BICYCLE
     from .beyond.yo_yo import YO_YO
     from .textbook.examples.ex_6_1_sliding_body import SLIDING_BODY
@@ -108,5 +112,6 @@ def entries() -> Gallery:
         PROJECTILE, STRUCK_GYROSCOPE, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS,
         BLOCK_AND_TACKLE, WHIPPLE_BICYCLE, GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO,
         YO_YO, ENERGY_SINK, FALLING_CAT, PRECESSION_PATHS, FLAT_SPIN, SLEEPING_TOP, GYRO_MONORAIL, SWING,
-        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP, RATTLEBACK, EULER_DISK,
+        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP, RATTLEBACK, EULER_DISK, BEVEL_GEARS, WORM_GEAR,
+        PLANETARY_GEAR, TURNING_CAR,
     )  # fmt: skip

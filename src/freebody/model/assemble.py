@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -116,7 +116,7 @@ def assemble(system: System) -> Model:
         joints={name: joints[name] for name in system.joints if name in joints},
         loads=dict(system.loads),
         gravity=system.gravity,
-        positive=tuple(sorted(positive_in(system), key=str)),
+        positive=_in_order(positive_in(system)),
         names=names_of(system),
         about=dict(about_of(system)),
         order=_order(links, speeds, kinds),
@@ -135,9 +135,14 @@ def assemble(system: System) -> Model:
     _check_coordinates(model)
     _check_tips(model)
     of_meshes = {x for mesh in model.meshes.values() if isinstance(mesh, Mesh) for x in mesh.positive}
-    positive = tuple(sorted({*model.positive, *of_meshes}, key=str)) if of_meshes else model.positive
+    positive = _in_order({*model.positive, *of_meshes}) if of_meshes else model.positive
     pairs = contacts(model, tuple(system.contacts.values()))
     return replace(model, positive=positive, contacts=pairs, families=families(model, system))
+
+
+def _in_order(positive: Iterable[Any]) -> tuple[Any, ...]:
+    """Return positive expressions, symbols first: a ring that reads |r + R| knows then that r and R are positive."""
+    return tuple(sorted(positive, key=lambda x: (not x.is_Symbol, str(x))))
 
 
 def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:

@@ -23,6 +23,13 @@ _NAMES: dict[Any, str] = {
     sympy.Min: "min", sympy.Max: "max",
 }  # fmt: skip
 
+RATIOS: dict[Any, Callable[[Any], Any]] = {
+    sympy.cot: lambda x: sympy.cos(x) * sympy.sin(x) ** -1,
+    sympy.sec: lambda x: sympy.cos(x) ** -1,
+    sympy.csc: lambda x: sympy.sin(x) ** -1,
+}
+"""Functions that SymPy makes of others, such as cot(x) of tan(pi/2 - x), as ratios."""
+
 
 def exact(value: Expression) -> Any:
     """A number as an exact constant, anything else as a SymPy expression.
@@ -86,6 +93,8 @@ def evaluate(
             result = _power(e, value, field)
         elif e.func in _NAMES:
             result = field.apply(_NAMES[e.func], *map(value, e.args))
+        elif e.func in RATIOS:
+            result = value(RATIOS[e.func](*e.args))
         else:
             try:
                 result = get(e)

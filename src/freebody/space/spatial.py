@@ -161,7 +161,7 @@ def blocks_to_parent(R_PC: Matrix, p_PC_P: Vector, A: Blocks) -> Blocks:
     M = congruence(R_PC, M)
     H = multiply(multiply(R_PC, H), transpose(R_PC))
     J = congruence(R_PC, J)
-    if p_PC_P == (0, 0, 0):
+    if all(isinstance(x, int) and x == 0 for x in p_PC_P):
         return (J, H, M)
     P = skew(p_PC_P)
     H_P = add_matrices(H, multiply(P, M))

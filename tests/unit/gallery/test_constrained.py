@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from freebody.errors import ModelError
+from freebody.exact import steady_turn
 from freebody.gallery import entries
 
 GALLERY = entries()
@@ -126,6 +127,67 @@ def test_two_gears(changed):
     # the teeth push along their line of action, at the pressure angle to the tangent
     assert answers["bearing"] == pytest.approx(abs(force) / math.cos(p["alpha"]), rel=ALGEBRA)
     assert answers["phi_1(t_1)"] == pytest.approx(first * p["t_1"] ** 2 / 2, rel=ALGEBRA)
+
+
+@pytest.mark.parametrize("changed", [{"T": -1.0, "r_1": 0.2, "m_1": 9.0, "Q": 0.3, "alpha": 0.4}])
+def test_bevel_gears(changed):
+    p, answers, _ = run("bevel-gears", changed)
+    n = p["r_1"] / p["r_2"]
+    J1, J2 = p["m_1"] * p["r_1"] ** 2 / 2, p["m_2"] * p["r_2"] ** 2 / 2
+    first = (p["T"] - n * p["Q"]) / (J1 + n**2 * J2)
+    assert answers["phi_1''"] == pytest.approx(first, rel=ALGEBRA)
+    assert answers["phi_2''"] == pytest.approx(-n * first, rel=ALGEBRA)
+    force = (p["T"] - J1 * first) / p["r_1"]
+    assert answers["mesh"] == pytest.approx(-force * p["r_1"], rel=ALGEBRA)
+    gamma, apart = math.atan(n), abs(force) * math.tan(p["alpha"])
+    assert answers["thrust"] == pytest.approx(apart * math.sin(gamma), rel=ALGEBRA)
+    assert answers["apart"] == pytest.approx(apart * math.cos(gamma), rel=ALGEBRA)
+    assert answers["around"] == pytest.approx(force, rel=ALGEBRA)
+
+
+@pytest.mark.parametrize("changed", [{"T": 2.0, "r": 0.05, "l": 0.1, "Q": 200.0, "alpha": 0.4}])
+def test_worm_gear(changed):
+    p, answers, _ = run("worm-gear", changed)
+    J1, J2, n = p["m_1"] * p["r"] ** 2 / 2, p["m_2"] * p["R"] ** 2 / 2, p["l"] / (2 * math.pi * p["R"])
+    first = (p["T"] - n * p["Q"]) / (J1 + n**2 * J2)
+    assert answers["phi''"] == pytest.approx(first, rel=ALGEBRA)
+    assert answers["theta''"] == pytest.approx(-n * first, rel=ALGEBRA)
+    around = (p["T"] - J1 * first) / p["r"]
+    along = (p["Q"] + J2 * n * first) / p["R"]  # by the moments of the wheel
+    assert answers["around"] == pytest.approx(around, rel=ALGEBRA)
+    assert answers["thrust"] == pytest.approx(along, rel=ALGEBRA)
+    assert answers["apart"] == pytest.approx(math.hypot(around, along) * math.tan(p["alpha"]), rel=ALGEBRA)
+
+
+@pytest.mark.parametrize("changed", [{"T": 2.0, "r_p": 0.1, "m_p": 4.0, "Q": -5.0, "t_1": 0.1}])
+def test_planetary_gear(changed):
+    """Newton and Euler for the carrier, the planet about its own centre, and the sun."""
+    p, answers, _ = run("planetary-gear", changed)
+    s, r, arm = p["r_s"], p["r_p"], p["r_s"] + p["r_p"]
+    i = 2 * arm / s
+    assert answers["ratio"] == pytest.approx(i, rel=ALGEBRA)
+    # unknown: carrier's acceleration a, tangential forces F of the sun and R of the ring on the planet
+    rows = [
+        [p["m_s"] * s**2 / 2 * i, s, 0],  # J_s i a = T - s F
+        [p["m_p"] * arm + p["m_c"] * arm / 2, -1, -1],  # (m_p arm² + m_c arm²/2) a = (F + R) arm - Q
+        [p["m_p"] * r / 2 * arm, -r, r],  # J_p arm/r a = (F - R) r
+    ]
+    a, sun, ring = np.linalg.solve(rows, [p["T"], -p["Q"] / arm, 0])
+    assert answers["psi''"] == pytest.approx(a, rel=ALGEBRA)
+    assert answers["F_sun"] == pytest.approx(sun, rel=ALGEBRA)
+    assert answers["F_ring"] == pytest.approx(ring, rel=ALGEBRA)
+    assert answers["psi'(t_1)"] == pytest.approx(a * p["t_1"], rel=MOTION)
+
+
+def test_turning_car():
+    p, answers, found = run("turning-car", {"delta": 1e-4, "t_1": 6.0})
+    load = p["m"] * p["g"] / (p["a"] + p["b"])
+    axles = (p["a"], p["C_F"] * load * p["b"]), (p["b"], p["C_R"] * load * p["a"])
+    exact = steady_turn(p["V"], p["delta"], p["m"], *axles)
+    assert answers["r"] == pytest.approx(exact.yaw_rate, rel=ALGEBRA)
+    assert answers["v"] == pytest.approx(exact.side_speed, rel=ALGEBRA)
+    assert answers["psi'(t_1)"] == pytest.approx(exact.yaw_rate, rel=1e-4)  # slips brake the car
+    assert found.trajectory.energy.relative_residual < MOTION
 
 
 @pytest.mark.parametrize("changed", [{}, {"M": 200.0, "m": 20.0, "t_1": 0.3}])

@@ -93,6 +93,10 @@ class Belt(Load, kind="belt"):
                 f"{self.heading} runs in one plane, so the axes of '{self.first.name}' and '{self.second.name}' must "
                 f"be parallel, and their points in one plane across them. Move at= of one of them."
             )
+        if sympy.sympify(self.stiffness).is_number and not sympy.sympify(self.stiffness) > 0:
+            raise ModelError(
+                f"Expected a stiffness greater than 0 N/m of {self.title}, got {shown(self.stiffness)}."
+            )
         cosine = sympy.sympify(1 - self._sine**2)
         if cosine.is_number and not cosine > 0:
             raise ModelError(
@@ -195,7 +199,7 @@ def belt(
     first: tuple[Joint, Expression],
     second: tuple[Joint, Expression],
     *,
-    stiffness: Expression,
+    stiffness: Expression = None,
     tension: Expression = 0,
     damping: Expression = 0,
     run: str = "open",
@@ -210,7 +214,8 @@ def belt(
     first, second : (hinge, expression)
         The hinge of each pulley, and its radius [m].
     stiffness : expression
-        k of each span [N/m]; E A/L of a belt of cross section A and span L.
+        k of each span [N/m]; E A/L of a belt of cross section A and span L. A rigid belt is refused: it has no tensions
+        of its own, but a ratio, which is a condition such as ``s.constrain("r*p = R*q")``.
     tension : expression
         T_0, of both spans with the coordinates zero [N]; without it one span is slack whenever the other pulls.
     damping : expression
@@ -236,4 +241,11 @@ def belt(
         if not isinstance(pulley, list | tuple) or len(pulley) != 2:
             raise ModelError(f"Expected a pulley of belt '{name}' as (hinge, radius), got {shown(pulley)}.")
     (one, radius), (two, other) = first, second
+    if stiffness is None or isinstance(stiffness, float | sympy.Basic) and abs(stiffness) == sympy.oo:
+        raise ModelError(
+            f"Expected the stiffness of each span of belt '{name}' [N/m], got {shown(stiffness)}. A belt without "
+            f"stretch does not determine its two tensions, which the bearings feel. Give stiffness=, E A/L of a span. "
+            f"Where the ratio alone matters, couple the coordinates of {shown(one)} and {shown(two)} by "
+            f"s.constrain."
+        )
     return add(system, name, Belt(one, two, radius, other, stiffness, tension, damping, run))

@@ -202,8 +202,9 @@ def own_place(model: Model, load: Part, body: Any) -> tuple[int, Vector]:
 
 def own_link(model: Model, load: Part, joint: Any, index: int) -> int:
     """Return the link that a displacement of a joint moves."""
-    place = model.joints.get(getattr(joint, "name", ""))
-    if place is None:
+    name = getattr(joint, "name", "")
+    place = model.joints.get(name)
+    if place is None or model.described[0].joints.get(name) is not joint:
         closes = getattr(joint, "closes", False)
         why = "closes a loop and has no displacement" if closes else f"is not a joint of '{model.name}'"
         raise ModelError(f"{load.heading}: {shown(joint)} {why}. Name a joint of the tree.")

@@ -26,7 +26,7 @@ from ...symbolic.equations import Equations
 from ...symbolic.free_body.gears import undetermined_by_couplings
 from ...symbolic.printing.display import equation_latex
 from ..machine.configuration import Configuration, configuration, equations_at, modes_drawn
-from ..machine.force_arrows import Mark, Marks
+from ..machine.force_arrows import OMITTED, Mark, Marks
 from ..machine.outlines import guide_of
 from ..machine.shapes import Primitive, attachments, fill_of, machine_size
 from ..machine.solid_pieces import pieces_of
@@ -391,7 +391,7 @@ class _Maker:
             if not mark.law:
                 continue
             tex = f"${mark.law}$"
-            if len(mark.law) > 420 or size_of(tex, 10.0)[0] > 520.0:
+            if mark.law.endswith(OMITTED) or len(mark.law) > 420 or size_of(tex, 10.0)[0] > 520.0:
                 omitted += [f"${mark.label}$"] if f"${mark.label}$" not in omitted else []
             elif tex not in lines:
                 lines.append(tex)

@@ -143,7 +143,7 @@ def loads(m: MachineDrawing) -> None:
                 if action.load != name:
                     continue
                 for exact, couple in ((action.force, False), (action.moment, True)):
-                    if any(not (isinstance(x, int) and x == 0) for x in exact):
+                    if any(x != 0 for x in exact):
                         for mark in marks.resolved(action.name, "load", couple, exact, action.at, free):
                             at = mark_line(m, name, *moved[name]) if name in moved else m.page(mark.point)
                             # an action and its reaction share one label; at one point one arrow is enough

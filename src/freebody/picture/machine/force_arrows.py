@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ...describe.constraints.constraint import Rolling
 from ...dynamics.conditions.constraints import _arm, radial_names, rows
 from ...dynamics.kinematics import rotation
+from ...errors import TooManyTermsError
 from ...model.contact_modes import Touching
 from ...scalar.algebra import (
     ZERO,
@@ -52,7 +53,10 @@ WIDEST = 92.0
 """Width [pt] up to which an expression is written at its arrow; a longer one is named there and written below."""
 
 MOST_TERMS = 300
-"""Most terms of an exact vector or point that the drawing carries as text."""
+"""Most terms of an exact vector or point that the drawing carries as text; longer ones are named and not written."""
+
+OMITTED = r"\dots"
+"""The right side of the law of a name whose expression is that long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,28 +259,38 @@ class Marks:
         self, name: str, kind: str, couple: bool, v: Vector, at: Vector, body: FreeBody
     ) -> list[Mark]:
         """Arrow of a vector whose magnitude can be written; arrows of its components otherwise."""
-        in_ground = [k for k in range(3) if not (isinstance(v[k], int) and v[k] == 0)]
+        in_ground = [k for k in range(3) if v[k] != 0]
         if len(in_ground) == 1:
             return [self._mark(name, kind, couple, v[in_ground[0]], np.eye(3)[in_ground[0]], v, at)]
+        if sum(len(x) for x in v if isinstance(x, Polynomial)) > MOST_TERMS:
+            return self._by_components(name, kind, couple, v, at)
         R = rotation(self.e.model, self.e.state, self.e.model.bodies[body.body].link)
         turned = apply_transpose(R, v)
-        in_body = [k for k in range(3) if not (isinstance(turned[k], int) and turned[k] == 0)]
+        in_body = [k for k in range(3) if turned[k] != 0]
         if len(in_body) == 1:
             axis = self.vector(tuple(R[i][in_body[0]] for i in range(3)))
             return [self._mark(name, kind, couple, turned[in_body[0]], axis, v, at)]
         c, u = self._common(v)
-        square = dot(u, u)
+        try:
+            square = dot(u, u)
+        except TooManyTermsError:  # no label has that many terms
+            return self._by_components(name, kind, couple, v, at)
         magnitude = c * self.e.state.field.sqrt(square)
         direction = self.vector(u)
         norm = float(np.linalg.norm(direction))
         short = not isinstance(square, Polynomial) or self._width(magnitude) <= 2.2 * WIDEST
         if norm > 1e-12 and short:
             return [self._mark(name, kind, couple, magnitude, direction / norm, v, at)]
+        return self._by_components(name, kind, couple, v, at)
+
+    def _by_components(self, name: str, kind: str, couple: bool, v: Vector, at: Vector) -> list[Mark]:
+        """Arrows of the components of a vector in ground axes."""
         result = []
-        for k in in_ground:
-            part: Vector = tuple(v[k] if i == k else 0 for i in range(3))  # type: ignore[assignment]
-            inner = latex_name(f"{name}_{'M' if couple else ''}{'xyz'[k]}")
-            result.append(self._mark(name, kind, couple, v[k], np.eye(3)[k], part, at, inner))
+        for k in range(3):
+            if v[k] != 0:
+                part: Vector = tuple(v[k] if i == k else 0 for i in range(3))  # type: ignore[assignment]
+                inner = latex_name(f"{name}_{'M' if couple else ''}{'xyz'[k]}")
+                result.append(self._mark(name, kind, couple, v[k], np.eye(3)[k], part, at, inner))
         return result
 
     def _common(self, v: Vector) -> tuple[Scalar, Vector]:
@@ -321,9 +335,14 @@ class Marks:
     ) -> Mark:
         """Arrow of the vector v = magnitude * direction at a point; ``short`` labels it if the magnitude is long."""
         ring = self.e.ring
-        magnitude, direction, where, where_tex = self._settled(magnitude, direction)
-        label, law = latex(magnitude, ring), ""
-        if self._wide(label):
+        long = isinstance(magnitude, Polynomial) and len(magnitude) > MOST_TERMS
+        where = where_tex = law = ""
+        if not long:
+            magnitude, direction, where, where_tex = self._settled(magnitude, direction)
+        label = (self._name(name) if short is None else short) if long else latex(magnitude, ring)
+        if long:
+            law = f"{label} = {OMITTED}"
+        elif self._wide(label):
             # the label is a name for the magnitude; a name from the equations belongs to the positive sense
             if short is None and self._opposed(magnitude, label):
                 magnitude, direction = -magnitude, -direction
@@ -346,7 +365,7 @@ class Marks:
             magnitude,
             direction,
             self.vector(at),
-            self.text(magnitude),
+            OMITTED if long else self.text(magnitude),
             label,
             law,
             self._written(v),

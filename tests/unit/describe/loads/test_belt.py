@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy
 
 import freebody as fb
 from freebody.errors import ModelError
@@ -113,6 +114,21 @@ def test_refusals(given, words):
     with pytest.raises(ModelError) as error:
         fb.assemble(pulleys(**given if given.get("radii") != (0.5, 0.4) else {"run": "crossed", **given}))
     assert words in str(error.value)
+
+
+@pytest.mark.parametrize("stiffness", [None, float("inf"), sympy.oo])
+def test_a_rigid_belt_is_refused_with_the_cure(stiffness):
+    s = pulleys()
+    with pytest.raises(ModelError) as error:
+        s.belt("rigid", (s.joints["one"], R1), (s.joints["two"], R2), stiffness=stiffness)
+    for words in (
+        "stiffness of each span of belt 'rigid'",
+        "does not determine its two tensions",
+        "s.constrain",
+    ):
+        assert words in str(error.value)
+    with pytest.raises(ModelError, match=r"Expected a stiffness greater than 0 N/m of belt 'rigid', got 0"):
+        s.belt("rigid", (s.joints["one"], R1), (s.joints["two"], R2), stiffness=0)
 
 
 def test_pulleys_on_other_joints_or_other_bodies():

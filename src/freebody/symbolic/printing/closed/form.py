@@ -82,6 +82,8 @@ class ClosedForms:
         self.products = Products(self.letters, self._shortest, self.factors_of)
         self.operations = Operations(ring)
         self.budget = SUMS
+        self._forms: dict[tuple[Scalar, Scalar], Sum] = {}
+        self._factors: dict[Scalar, Product] = {}
         self._parts: dict[Any, list[Product]] = {}
         self._costs: dict[int, tuple[Product, Term, int]] = {}
 
@@ -97,7 +99,15 @@ class ClosedForms:
         return self._shortest(x, below)
 
     def _shortest(self, x: Scalar, below: Scalar = 1) -> Sum:
-        """Return the form with the fewest operations, within what is left of the budget: arguments share it."""
+        """Return the form with the fewest operations, within what is left of the budget: arguments share it.
+
+        An argument that occurs in many divisions of a sum is formed once.
+        """
+        if (x, below) not in self._forms:
+            self._forms[x, below] = self._formed(x, below)
+        return self._forms[x, below]
+
+    def _formed(self, x: Scalar, below: Scalar) -> Sum:
         if type(below) is Polynomial:
             return min(
                 map(self.sum_of, self._fractions(x, below)), key=lambda form: self.operations.sum(form).total
@@ -248,6 +258,8 @@ class ClosedForms:
             return
         for whole in self.factored(terms):
             yield [whole]
+            if self.budget < 0:
+                return
         yield [Product(c, dict(m)) for m, c in entries]
         if len(entries) < 3:
             return
@@ -261,6 +273,8 @@ class ClosedForms:
                 rest = self.parts(outside)
                 first = self.letters.order(entries[0][0]) if entries[0][0] in group else None
                 yield [whole, *rest] if first is not None else [*rest, whole]
+                if self.budget < 0:
+                    break
 
     def _squares(self, terms: Terms) -> Iterator[list[Product]]:
         """Return forms with a square completed: a² - 2ab + b² + c = (a - b)² + c."""
@@ -292,6 +306,11 @@ class ClosedForms:
     # ---------------------------------------------------------------- products
     def factors_of(self, x: Scalar) -> Product:
         """Return an element as a product: the shortest of its forms with one term, or a bracket."""
+        if x not in self._factors:
+            self._factors[x] = self._factored(x)
+        return self._factors[x]
+
+    def _factored(self, x: Scalar) -> Product:
         if type(x) is not Polynomial:
             return Product(Fraction(x), {})
         positive = is_positive(self.ring, self.ring.promoted(x.num))

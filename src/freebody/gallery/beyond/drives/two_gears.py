@@ -11,9 +11,9 @@ import sympy
 
 import freebody as fb
 
-from ..tools.answer import Answer, Answers, Plots, Solved
-from ..tools.case import Case, explain
-from ..tools.entry import Entry
+from ...tools.answer import Answer, Answers, Plots, Solved
+from ...tools.case import Case, explain
+from ...tools.entry import Entry
 
 
 def build() -> fb.System:
@@ -45,7 +45,7 @@ def build() -> fb.System:
 
 def solve(case: Case) -> Solved:
     """Simulate the system and answer its questions."""
-    from ...picture.plots.plots import energy_residual, history, saved
+    from ....picture.plots.plots import energy_residual, history, saved
 
     at = case.simulate_to([case["t_1"]])
     here = {name: float(at[name][0]) for name in ("phi_1", "phi_2", "phi_1'", "phi_2'")}

@@ -1,0 +1,1 @@
+"""Machines with gears, and wheels that drive."""
