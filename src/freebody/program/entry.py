@@ -1,8 +1,8 @@
 """Entries of kernels for Python: functions of arrays whose arguments are checked in compiled code.
 
-A call of a small machine's kernel takes less than a microsecond, but NumPy and Python took ten to check, join and pass on
-its arguments. An entry is a built-in function (METH_FASTCALL) in the compiled language. It reads arrays where CPython and
-NumPy keep them: after the head of an object, whose last word is its type, a float has its value, and an array
+A call of a small machine's kernel takes less than a microsecond; NumPy and Python take ten to check, join and pass on
+its arguments. An entry is a built-in function (METH_FASTCALL) in the compiled language. It reads arrays where CPython
+and NumPy keep them: after the head of an object, whose last word is its type, a float has its value, and an array
 
     data, number of axes, lengths, steps, base, type of the numbers, flags
 
@@ -31,7 +31,9 @@ from .kernels import Kernel
 
 HEAD = object.__basicsize__ // 8
 """Words before the fields of an object."""
-USABLE = sys.implementation.name == "cpython" and sys.byteorder == "little" and ctypes.sizeof(ctypes.c_void_p) == 8
+USABLE = (
+    sys.implementation.name == "cpython" and sys.byteorder == "little" and ctypes.sizeof(ctypes.c_void_p) == 8
+)
 LONGEST = 4096
 """Numbers of a state for which the stack has room."""
 CONTIGUOUS, LOW = 0x0101, 0xFFFFFFFF  # flags: rows are contiguous, and aligned; the lower half of a word

@@ -190,7 +190,7 @@ def matrix(S: Row, c: Reals, tree: Tree, speeds: int) -> None:
                 own, second = shifted(S, momentum), shifted(S, tree.second[link])
                 projected_step(tree.projected[link], S, record, constants, shifted(S, passed), own, second)
                 if link == i:
-                    add(shifted(second, tree.along + k), shifted(S, tree.armature[motion]), 1)
+                    second[tree.along + k] = second[tree.along + k] + S[tree.armature[motion]]
                 entries(S, c, tree, i, k, link, speeds)
                 momentum = passed
                 passed = 2 * tree.projection + 6 - passed
@@ -210,10 +210,10 @@ def entries(S: Row, c: Reals, tree: Tree, i: int, motion: int, inner: int, speed
                     S[tree.totals + 2] = S[x]
                     run(tree.product, S, c, tree)
                     x = tree.product.target
-                row, column = tree.speeds[a], tree.speeds[b]
-                add(shifted(S, tree.matrix + speeds * row + column), shifted(S, x), 1)
+                row, column, first = tree.speeds[a], tree.speeds[b], tree.matrix
+                S[first + speeds * row + column] = S[first + speeds * row + column] + S[x]
                 if inner != i:
-                    add(shifted(S, tree.matrix + speeds * column + row), shifted(S, x), 1)
+                    S[first + speeds * column + row] = S[first + speeds * column + row] + S[x]
 
 
 @walk

@@ -135,7 +135,10 @@ def by_number(base):
 def grouped(table):
     """Gautier and Khalil's rules for rotational joints: each takes I_yy, h_z and m of its link into the one before."""
     links = [
-        {x: {f"{k}.{x}": Fraction(1)} for x in "m hx hy hz Ixx Ixy Iyy Ixz Iyz Izz".split()}
+        {
+            x: {f"{k}.{x}": Fraction(1)}
+            for x in ["m", "hx", "hy", "hz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz"]
+        }
         for k in range(1, len(table) + 1)
     ]
 
