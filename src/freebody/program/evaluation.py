@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Mapping
-from typing import Any, TypeAlias
+from collections.abc import Callable, Mapping
+from functools import wraps
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +22,7 @@ from .arguments import (
     parameters_by_name,
     signals_at,
 )
+from .entry import python_entry
 from .kernels import Kernel, KernelSet
 from .large.tree_loop import LoopedKernel, LoopedSet, looped_kernel
 from .products import (
@@ -38,6 +40,26 @@ _Shortcut: TypeAlias = tuple[Kernel, Array | None, tuple[tuple[int, ...], ...], 
 """Kernel, its constants for default parameters (None for others), shapes of the parts of a state and of the result."""
 
 
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
+
+def entered(method: _Method) -> _Method:
+    """Let plain calls of a product's method, without options, take the entry of its kernel (`entry`)."""
+    name = method.__name__
+
+    @wraps(method)
+    def call(self: Evaluation, *arguments: Any, **options: Any) -> Any:
+        if not options:
+            entry = self._entries.get(name)
+            if entry is not None:
+                out = entry(*arguments)
+                if out is not None:
+                    return out
+        return method(self, *arguments, **options)
+
+    return cast(_Method, call)
+
+
 class Evaluation:
     """Products of one model, compiled and called; the base of :class:`Program`."""
 
@@ -49,6 +71,7 @@ class Evaluation:
         self._large: dict[str, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
+        self._entries: dict[Any, Callable[..., Any] | None] = {}
         self._shortcuts: tuple[dict[Any, _Shortcut], dict[Any, _Shortcut]] = (
             {},
             {},
@@ -129,6 +152,7 @@ class Evaluation:
                 entry = (compiled(self.model, product, batch, self._active), batch)
             self._sets[key] = entry
             self._constants.pop(key, None)
+            self._entries.pop(key, None)
             for shortcuts in self._shortcuts:
                 shortcuts.pop(key, None)
         return entry[0]
@@ -157,6 +181,8 @@ class Evaluation:
                 if batch:
                     out = kernel.batch_of_parts(t, state, c, threads=self.threads)
                     return out if len(shape) == 1 else out.reshape(len(out), *shape)
+                if c is not None and not parameters and key not in self._entries:
+                    self._entries[key] = python_entry(kernel, c, [len(x) for x in state], shape)
                 out = kernel.unchecked(t, state[0] if len(state) == 1 else np.concatenate(state), c)
                 return out if len(shape) == 1 else out.reshape(shape) if shape else float(out[0])
         if self.model.signals:

@@ -18,7 +18,7 @@ from .arguments import (
     parameters_by_name,
 )
 from .closed_loops import Singularity, actuator_forces, chosen, completed, singularity
-from .evaluation import Evaluation, Values
+from .evaluation import Evaluation, Values, entered
 from .products import (
     check_conditions,
 )
@@ -34,6 +34,7 @@ class Derivatives(NamedTuple):
 class MotionEquations(Evaluation):
     """Methods of :class:`Program` for the equations of motion."""
 
+    @entered
     def forward_dynamics(
         self,
         q: ArrayLike,
@@ -55,6 +56,7 @@ class MotionEquations(Evaluation):
             return self._run("forward_dynamics", {"q": q, "u": u}, t, values, named)
         return self._run("forced_dynamics", {"q": q, "u": u, "forces": forces}, t, values, named)
 
+    @entered
     def inverse_dynamics(
         self,
         q: ArrayLike,
@@ -181,16 +183,19 @@ class MotionEquations(Evaluation):
         *_, count = checked(self.model, state, t, parameters_by_name(self.model, values, named))
         return np.zeros((*(() if count is None else (count,)), 0, self.model.n_u + 1))
 
+    @entered
     def mass_matrix(self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any) -> Array:
         """Mass matrix M, symmetric, shape (n_u, n_u) [kg, kg m, kg m²]."""
         return self._run("mass_matrix", {"q": q}, t, values, named)
 
+    @entered
     def bias(
         self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:
         """Bias h: the value of M u' + h at u' = 0, including the model's loads, shape (n_u,) [N, N m]."""
         return self._run("bias", {"q": q, "u": u}, t, values, named)
 
+    @entered
     def coriolis_matrix(
         self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:
@@ -201,12 +206,14 @@ class MotionEquations(Evaluation):
         """
         return self._run("coriolis_matrix", {"q": q, "u": u}, t, values, named)
 
+    @entered
     def gravity_forces(
         self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:
         """Generalized forces g that hold the machine against gravity at rest, shape (n_u,) [N, N m]."""
         return self._run("gravity_forces", {"q": q}, t, values, named)
 
+    @entered
     def regressor(
         self,
         q: ArrayLike,
@@ -233,6 +240,7 @@ class MotionEquations(Evaluation):
         numbers = map(float, inertial_parameters(self.model, state))
         return dict(zip(parameter_names(self.model), numbers, strict=True))
 
+    @entered
     def coordinate_rates(
         self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, *, values: Values = None, **named: Any
     ) -> Array:

@@ -25,9 +25,14 @@ the joint variables: y, y', then τ or the part of y'' free of accelerations; fo
 From accelerations to forces, the joint's accelerations stand in place of τ, and only these steps differ:
 
     carried            A (6), where ``final`` writes it
-    started            the same at rest, with the joint's acceleration from its variables
     transmitted        wrench on the link in the parent (6), passed on; force along the joint (1, 3 or 6), in the
                        second record
+
+The mass matrix takes the inertia of each link with all links outward of it (:mod:`freebody.dynamics.composite`):
+
+    composed           composite inertia m, h, J in the parent (10), passed on; in place of the rows of D⁻¹ Uᵀ the
+                       momentum of each motion of the joint at unit rate (6 k)
+    projected          a momentum in the parent (6); its components along the joint (1, 3 or 6), in the second record
 
 Where all links move in one plane, only a turn about its normal and two components of velocity differ from zero. The
 space of these three motions is closed: a step needs the loads, inertias and accelerations in it, and leaves out the
@@ -74,6 +79,8 @@ from ...space.spatial import (
     blocks_to_parent,
     force_cross,
     force_to_parent,
+    inertia_sum,
+    inertia_to_parent,
     momentum_of,
     motion_cross,
     motion_to_child,
@@ -100,6 +107,8 @@ WIDTH = ALONG + 6 - SECOND
 """Length of the second record."""
 SUM = 27
 """Length of the sum that tips pass on: p^a (6), I^a (21)."""
+COMPOSITE = 10
+"""Length of a composite inertia."""
 
 CONSTANTS = 32
 """Number of constants of a link: rotation (9), position (3), axis (3), pitch, mass, centre (3), inertia (9), origin of
@@ -211,8 +220,9 @@ STEPS = {
     "inward": (("record", "joint", "tips"), ("passed", "record")),
     "final": (("record", "joint", "above"), ("own", "record")),
     "carried": (("record", "joint", "above"), ("own",)),
-    "started": (("record", "joint", "above"), ("own",)),
     "transmitted": (("record", "own", "tips"), ("passed", "second")),
+    "composed": (("record", "tips"), ("passed", "record")),
+    "projected": (("record", "own"), ("passed", "second")),
     "place": (("record", "parents_second"), ("second",)),
     "moved": (("record", "second"), ("second",)),
     "pressed": (("record", "own", "tips", "second"), ("second",)),
@@ -229,8 +239,10 @@ class Step:
 
 
 @lru_cache(maxsize=64)
-def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, derivatives: bool = False) -> Step:
-    """Compile the steps of a kind, for one state or for several side by side.
+def compiled_step(
+    kind: Kind, names: tuple[str, ...], lanes: int = 1, shared: bool = True, derivatives: bool = False
+) -> Step:
+    """Compile some steps of a kind, for one state or for several side by side.
 
     With ``shared``, the constants are the same in all lanes. With ``derivatives``, each number is followed by its
     derivative along a direction.
@@ -238,7 +250,8 @@ def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, derivatives: 
     tape = Tape()
     constants = [tape.input(f"c{k}") for k in range(CONSTANTS)]
     read = {name: [tape.input(f"{name} {k}") for k in range(n)] for name, n in ARRAYS.items()}
-    written = _recorded(tape, read, constants, kind)
+    recorded = _recorded(tape, read, constants, kind)
+    written = {name: recorded[name] for name in names}
     ones: Matrix = ((1, 1, 1),) * 3
     kept = [*_six(kind.kept((ones[0], ones[0]))), *_blocks_list(kind.kept_blocks((ones, ones, ones)))]
     results = {
@@ -258,12 +271,12 @@ def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, derivatives: 
         functions, state = beside(tape, functions, state)
         places = [[(array, 2 * place + k) for array, place in pairs for k in (0, 1)] for pairs in places]
         sizes = tuple(2 * n for n in sizes)
-    names = list(ARRAYS)
-    reads = tuple(tuple(names.index(x) for x in STEPS[name][0]) for name in written)
+    arrays = list(ARRAYS)
+    reads = tuple(tuple(arrays.index(x) for x in STEPS[name][0]) for name in written)
     writes = tuple(len(STEPS[name][1]) for name in written)
     form = Form(lanes, shared, sizes, reads, tuple(map(tuple, places)), writes)
     compiled = compile_tape(tape, functions, None, state, constants, form=form)
-    turn = next(len(values) for _, start, values in written["outward"] if start == kind.turn)
+    turn = next(len(values) for _, start, values in recorded["outward"] if start == kind.turn)
     return Step(compiled, kind.turn + turn)
 
 
@@ -353,17 +366,17 @@ def _recorded(
     for S_k, rate in zip(motion, rates, strict=True):
         a = plus(a, times(rate, S_k))
     # carried, transmitted: c holds the acceleration along a displacement that is driven
-    started, carried = moved_on, plus(moved_on, c)
+    carried = plus(moved_on, c)
     if kind.own:
-        of_joint = (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO)
-        started, carried = plus(started, of_joint), plus(carried, of_joint)
-    elif S is not None:
-        started = plus(started, times(joint[2], S))
+        carried = plus(carried, (_vector(tau), _vector(tau[3:6]) if kind.flies else ZERO))
     A_ = _spatial(read["own"])
     F = plus(momentum_of(inertia, A_), p_A)
-    along = [] if S is None else [power(S, F)]
-    if kind.own:
-        along = [*F[0], *(F[1] if kind.flies else ())]
+    # composed, projected
+    moves = free_motions(_any_link(kind), S) if kind.own or S is not None else []
+    x = tips
+    composite = inertia_sum((x[0], _vector(x[1:4]), _symmetric(x[4:10])), inertia)
+    mass, first_moment, moment_of_inertia = inertia_to_parent(R_, r_, composite)
+    momentum = _spatial(read["own"])
     # place
     above = read["parents_second"][PLACE - SECOND :]
     R_P, p_P = _matrix(above), _vector(above[9:])
@@ -386,10 +399,17 @@ def _recorded(
         "inward": inward,
         "final": [("own", 0, [*_six(a)]), ("record", RATES, [*rates, *force])],
         "carried": [("own", 0, [*_six(carried)])],
-        "started": [("own", 0, [*_six(started)])],
         "transmitted": [
             ("passed", 0, [*_six(force_to_parent(R_, r_, F))]),
-            ("second", ALONG - SECOND, along),
+            ("second", ALONG - SECOND, [power(S_k, F) for S_k in moves]),
+        ],
+        "composed": [
+            ("passed", 0, [mass, *first_moment, *_upper(moment_of_inertia)]),
+            ("record", kind.solved, [x for S_k in moves for x in _six(momentum_of(composite, S_k))]),
+        ],
+        "projected": [
+            ("passed", 0, [*_six(force_to_parent(R_, r_, momentum))]),
+            ("second", ALONG - SECOND, [power(S_k, momentum) for S_k in moves]),
         ],
         "place": [("second", PLACE - SECOND, place)],
         "moved": [("second", MOVED - SECOND, [*w, *v, *linear, *add(about, cross(p_N, linear))])],

@@ -14,7 +14,8 @@ from ...model.model import GROUND
 from ...native import codegen
 from ...native.loop import Loop, made, module_named
 from . import link_step
-from .link_step import SECOND
+from .link_moves import Moves
+from .link_step import SECOND, STEPS
 from .tree_parts import Parts
 from .tree_record import Product
 
@@ -22,7 +23,7 @@ ARGUMENTS = {
     "one": "double %t, ptr %y, ptr %c, ptr %out", "several": "ptr %t, ptr %y, ptr %c, ptr %out",
     "batch": "i64 %n, ptr %t, i64 %ts, ptr %arrays, ptr %c, i64 %cs, ptr %out",
 }  # fmt: skip
-ARGUMENTS |= dict.fromkeys(("mass_matrix", "derivative"), ARGUMENTS["one"]) | {"rows": ARGUMENTS["batch"]}
+ARGUMENTS |= {"derivative": ARGUMENTS["one"], "rows": ARGUMENTS["batch"]}
 """Arguments of the walks, without the record."""
 
 
@@ -47,8 +48,6 @@ def entries(parts: Parts) -> tuple[str, list[Any]]:
 
 def symbols(parts: Parts, name: str) -> dict[str, str]:
     """Return the names of a kernel and of its form for rows, with the walk of each."""
-    if name == "column":
-        return {"mass_matrix": "mass_matrix", "mass_matrix.batch": "rows"}
     if parts.directions is not None:
         kernel = "f" if parts.directions.columns else "tangent"
         return {kernel: "derivative", f"{kernel}.batch": "rows"} if name == parts.directions.kernel else {}
@@ -64,8 +63,8 @@ def walks(parts: Parts) -> Loop:
         parts.directions is not None,
         parts.directions is not None and not parts.directions.columns,
     )
-    kind = "derivative" if derivatives else "mass_matrix" if "column" in parts.outputs else ""
-    names = (kind, "rows") if kind else ("one" if parts.lanes == 1 else "several", "batch")
+    kind = "derivative" if derivatives else "one" if parts.lanes == 1 else "several"
+    names = (kind, "rows" if derivatives else "batch")
     place = f"{__name__.partition('.')[2].rpartition('.')[0]}.tree_walk"
     return made(
         f"{place} {parts.lanes} {kind} {by_lane} {along}", (place,), names,
@@ -80,11 +79,10 @@ def places(parts: Parts) -> dict[str, Any]:
     above = [-1 if link.parent == GROUND else link.parent for link in links]
     each = range(len(links))
     factor = parts.lanes if parts.lanes > 1 and not parts.shared else 1  # doubles of a constant
-    outward, inward, final = parts.loops
-    steps = {"outward": outward, "inward": inward, "final": final} | {
-        x: x for x in ("place", "moved", "pressed")
+    codes = {
+        name: [parts.step(i)[name].address if name in parts.loops else 0 for i in each] for name in STEPS
     }
-    of_links = {name: [parts.step(i)[step].address for i in each] for name, step in steps.items()} | {
+    of_links = codes | ({} if parts.moves is None else _moves(parts, parts.moves)) | {
         "constants": [factor * x for x in parts.offsets],
         "joints": np.cumsum([0, *map(len, parts.joints)]),
         "variables": [place for joint in parts.joints for place in joint],
@@ -102,7 +100,7 @@ def places(parts: Parts) -> dict[str, Any]:
             "code": 0 if name in parts.empty else parts.straight[name].address,
             "target": parts.start[name],
         }
-        for name in ("front", "loads", "finish", "energy")
+        for name in ("front", "loads", "finish", "energy", "product")
     }
     at_rest, first = parts.accelerations[-1], 2 + parts.inputs
     fetched = [parts.at(i, k) for i, k in parts.fetched]
@@ -115,6 +113,8 @@ def places(parts: Parts) -> dict[str, Any]:
         "ground": parts.base, "ground_end": parts.base + link_step.WIDTH,
         "ground_axes": parts.at(-1, link_step.PLACE), "at_rest": at_rest, "totals": parts.totals,
         "kinetic": link_step.KINETIC - SECOND, "momentum": link_step.MOMENTUM - SECOND,
+        "along": link_step.ALONG - SECOND, "matrix": parts.matrix, "order": parts.model.n_u,
+        "projection": parts.momentum,
         "straight_constants": factor * parts.straight_offset,
         "gravity": _copy(parts.ground, at_rest + 3), "early": _copy(fetched[:early], first),
         "late": _copy(fetched[early:], parts.loads_end), "loaded": _copy([load for _, load in parts.pressed], 0),
@@ -127,18 +127,31 @@ def product(parts: Parts, name: str) -> dict[str, Any]:
     outputs, state, first, columns = parts.outputs[name], parts.states[name], 0, 0
     reactions, speeds = name == "reactions", name in ("velocities", "momentum")
     moving = name in ("rates", "accelerations") or reactions or parts.back
-    if name == "column":
-        columns = len(outputs)
-        first, state = 2 + parts.inputs - columns, parts.inputs - 2 * columns
-    elif parts.directions is not None:
+    composed = name == "mass_matrix"
+    if parts.directions is not None:
         first, columns = parts.directions.first, parts.directions.columns or 1
     return {
         "state": state, "outputs": _whole(outputs), "count": len(outputs), "first": first, "columns": columns,
-        "posed": int(not moving or reactions or parts.placed), "moving": int(moving), "pressed": int(reactions),
+        "posed": int(not (moving or composed) or reactions or parts.placed), "moving": int(moving),
+        "pressed": int(reactions), "composed": int(composed),
         "early": int(not speeds and name not in ("poses", "postures")),
         "finished": int(moving or name in ("jacobian", "moving")), "speeds": int(speeds),
         "momenta": int(name == "momentum"),
         "energies": int(name.endswith("energy")),
+    }  # fmt: skip
+
+
+def _moves(parts: Parts, moves: Moves) -> dict[str, Any]:
+    """Return the values of the fields of the mass matrix."""
+    links = parts.model.links
+    return {
+        "parents": [-1 if link.parent == GROUND else link.parent for link in links],
+        "moves": moves.first, "speeds": moves.speeds, "motions": moves.motions, "weights": moves.weights,
+        "freedoms": np.cumsum([0, *map(len, moves.armature)]),
+        "momenta": [
+            parts.at(i, parts.kinds[i].solved) + 6 * k for i, a in enumerate(moves.armature) for k in range(len(a))
+        ],
+        "armature": [place for armature in moves.armature for place in armature],
     }  # fmt: skip
 
 

@@ -8,7 +8,8 @@
     finish    u' from the second derivatives of the displacements; energies; power                   (straight)
 
 From accelerations to forces (:mod:`freebody.dynamics.newton_euler`) the loops are outward, carried (accelerations) and
-transmitted (wrenches, tips first). The mass matrix is computed so column by column, at rest and without loads.
+transmitted (wrenches, tips first). The mass matrix takes composite inertias, tips first, and then the momentum of each
+motion from its link to the ground (:mod:`freebody.dynamics.composite`): n times the depth of the tree.
 
 In both directions the wrench of a joint follows from the record of its last link, F = I^A A + p^A (Featherstone 2008,
 eq. 7.21). Straight code projects it if several links make up a joint, or if loads act along directions that are not
@@ -109,7 +110,7 @@ class LoopedSet:
         self.model = model
         self.mode, self.point = mode, point
         self.directions = directions
-        if mode == "mass" or directions and directions.columns:
+        if directions and directions.columns:
             lanes = WIDTH
         elif directions:
             lanes = 1
@@ -129,8 +130,6 @@ class LoopedSet:
         suffix = "" if lanes == 1 else ".lanes"
         sizes = {name: len(places) for name, places in parts.outputs.items()}
         states = dict(parts.states)
-        if mode == "mass":
-            suffix, sizes, states = "", {"mass_matrix": model.n_u**2}, {"mass_matrix": model.n_q}
         if directions:
             base, first, count = directions
             suffix, sizes = "", {"f": sizes[base] * count} if count else {"tangent": sizes[base]}
@@ -239,7 +238,7 @@ def looped_kernel(model: Model, key: Any, product: Any, sets: dict[Any, LoopedSe
     if by == "displacement" and not model.quaternions:
         by = "q"
     sizes = {x: model.n_q if x == "q" else model.n_u for x in product.inputs}
-    if mode == "mass" or by not in (*sizes, "q u"):
+    if by not in (*sizes, "q u"):
         return None
     first = 0 if by == "q u" else sum([*sizes.values()][: [*sizes].index(by)])
     count = sum(sizes.values()) if by == "q u" else sizes[by]

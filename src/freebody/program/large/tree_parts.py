@@ -35,11 +35,11 @@ from ...scalar.trace import INPUT, Tape, Traced
 from ...space.spatial import minus
 from ..code.emit import Form
 from ..kernels import KernelSet, compile_tape
-from . import link_step
+from . import link_moves, link_step
 from .link_places import accelerations, sums
 from .link_step import Step, compiled_step, kind_of, normal_of
 
-OF_Q = ("potential_energy", "postures", "jacobian")
+OF_Q = ("potential_energy", "postures", "jacobian", "mass_matrix")
 """Kernels that depend on q only."""
 
 
@@ -54,8 +54,14 @@ class Directions(NamedTuple):
     columns: int = 0
 
 
-GIVEN = ("inverse", "mass", "reactions_at")
+GIVEN = ("inverse", "reactions_at")
 """Modes with given accelerations."""
+FORCES, ACCELERATIONS = ("inward", "final", "place"), ("transmitted", "carried", "place")
+STEPS = {
+    "motion": (*FORCES, "moved"), "forced": FORCES, "reactions": (*FORCES, "pressed"), "inverse": ACCELERATIONS,
+    "reactions_at": (*ACCELERATIONS, "pressed"), "mass": ("composed", "projected"), "jacobian": ("place",),
+}  # fmt: skip
+"""Steps of each mode, besides the first one, outward."""
 
 
 class _Inputs(list[Any]):
@@ -97,9 +103,7 @@ class Parts:
         self.model, self.mode, self.directions = model, mode, directions
         self.lanes, self.shared = lanes, shared
         self.back = mode in GIVEN  # from accelerations to forces
-        self.loops = ("outward", "inward", "final")
-        if self.back:
-            self.loops = ("outward", "transmitted", "started" if mode == "mass" else "carried")
+        self.loops = ("outward", *STEPS[mode])
         self._compile_steps()
         self._compile_straight(point)
         self.hoisted = self.straight_offset + self.straight.hoisted
@@ -112,10 +116,10 @@ class Parts:
         # modes with forces and reactions as results need loads across the plane, too
         self.normal = normal_of(model.links) if self.mode in ("motion", "forced") else -1
         self.kinds = [kind_of(link, i in free, self.normal) for i, link in enumerate(model.links)]
-        if self.back:  # accelerations along displacements are given
+        if self.back or self.mode == "mass":  # no accelerations along displacements follow from forces
             self.kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self.kinds]
         self.steps: dict[link_step.Kind, Step] = {
-            kind: compiled_step(kind, self.lanes, self.shared, self.directions is not None)
+            kind: compiled_step(kind, self.loops, self.lanes, self.shared, self.directions is not None)
             for kind in dict.fromkeys(self.kinds)
         }
         self.offsets: list[int] = []
@@ -135,7 +139,7 @@ class Parts:
         tape = Tape()
         state = traced_state(model, tape)
         zero, time = tape.input("0"), tape.input("time in S")
-        extra = [tape.input(f"{mode} {k}") for k in range(model.n_u if mode in (*GIVEN, "forced") else 0)]
+        extra = [tape.input(f"{mode} {k}") for k in range(model.n_u if self.back or mode == "forced" else 0)]
         self._inputs: list[Traced] = [zero, time, *state.q, *state.u, *extra]
         self.inputs = model.n_q + model.n_u + len(extra)
         self._places = {x.index: k for k, x in enumerate(self._inputs)} | {state.t.index: 1}
@@ -172,21 +176,25 @@ class Parts:
             finish = self._reactions(state, loads, fetch)
         elif mode == "jacobian":
             finish = [x for row in jacobian(model, state, point) for x in row]
+        elif mode == "mass":
+            finish = []
         elif self.back:
             finish = self._forces(state, loads, joints, fetch)
         else:
             finish = self._accelerations(state, loads, power, fetch)
-        totals = [tape.input(f"sum {k}") for k in range(6)]  # energies take four of them, momenta six
+        totals = [tape.input(f"sum {k}") for k in range(6)]  # energies take four, momenta six, products three
         self.totals = len(self._inputs)
         for x in totals:
             self._places[x.index] = len(self._inputs)
             self._inputs.append(x)
         potential = spring - dot(gravity, (totals[1], totals[2], totals[3]))
+        moves = link_moves.numbers(model, state) if mode == "mass" else []
         functions: dict[str, list[Any]] = {
-            "front": [x for variables in joints for x in variables] + list(negate(gravity)),
+            "front": [x for variables in joints for x in variables] + list(negate(gravity)) + moves,
             "loads": [x for wrench in loads.wrenches.values() for vector in wrench for x in vector],
             "finish": finish,
             "energy": [totals[0], potential] if energetic else [],
+            "product": [totals[0] * totals[1] * totals[2]] if mode == "mass" else [],
         }
         computed: dict[str, list[Any]] = {}
         start = len(self._inputs)
@@ -211,7 +219,8 @@ class Parts:
         for variables in joints:
             self.joints.append(placed["front"][k : k + len(variables)])
             k += len(variables)
-        self.ground = placed["front"][k:]
+        self.ground = placed["front"][k : k + 3]
+        self.moves = link_moves.moves(model, placed["front"][k + 3 :]) if mode == "mass" else None
         self.pressed = [
             (self.sums.of[i] + j, placed["loads"][6 * n + j])
             for n, i in enumerate(loads.wrenches)
@@ -227,7 +236,7 @@ class Parts:
         generalized = dict(loads.generalized)
         along: dict[int, Scalar] = {}
         udot = extra if self.back else None
-        if udot is None:
+        if not self.back and self.mode != "mass":
             for k, force in enumerate(extra):
                 generalized[k] = generalized.get(k, 0) + force
             along = forces_on_displacements(model, state, generalized)
@@ -236,15 +245,12 @@ class Parts:
         joints: list[list[Scalar]] = []
         for i, link in enumerate(model.links):
             if link.one_dof:
-                rate = state.rate(link)
-                force_or_acceleration = along.get(i, 0)
-                if udot is not None or link.driven:
-                    force_or_acceleration = state.second_rate(link, udot)
+                rate, last = state.rate(link), along.get(i, 0)
                 if self.mode == "mass":
-                    rate, force_or_acceleration = 0, 0
-                    for j, partial in link.partials:
-                        force_or_acceleration = force_or_acceleration + state(partial) * extra[j]
-                joints.append([state(link.displacement), rate, force_or_acceleration])
+                    rate = 0
+                elif udot is not None or link.driven:
+                    last = state.second_rate(link, udot)
+                joints.append([state(link.displacement), rate, last])
             elif link.u >= 0:
                 n_q, n_u = link.n_coordinates, link.n_speeds
                 if udot is None:
@@ -270,15 +276,20 @@ class Parts:
             self.records.append(start)
             start += self.steps[kind].width
         self.base = start
-        self.size = start + (len(links) + 1) * link_step.WIDTH
+        self.momentum = start + (len(links) + 1) * link_step.WIDTH  # two places, for that of one motion
+        self.matrix = self.momentum + 12
+        self.size = self.matrix + (self.model.n_u**2 if self.mode == "mass" else 0)
 
     def _place_outputs(self, state: State, placed: dict[str, list[int]]) -> None:
         """List the places of each kernel's outputs in S."""
         model = self.model
-        single = {"inverse": ("inverse_dynamics", "bias"), "mass": ("column",)}
+        single = {"inverse": ("inverse_dynamics", "bias")}
+        if self.mode == "mass":
+            self.outputs = {"mass_matrix": list(range(self.matrix, self.size))}
+            return
         if self.mode not in ("motion", "forced"):
             names = single.get(self.mode, (self.mode.removesuffix("_at"),))
-            self.outputs: dict[str, list[int]] = dict.fromkeys(names, placed["finish"])
+            self.outputs = dict.fromkeys(names, placed["finish"])
             if self.mode == "reactions":
                 self.outputs["multipliers"] = []  # a tree has none
             return
@@ -357,7 +368,7 @@ class Parts:
                     tau[i] = tau[i] + a * joints[i][-1]
             elif link.u >= 0:
                 along = fetch(i, link_step.ALONG, link.n_speeds)
-                turned = ZERO if self.mode == "mass" else turned_slides(state, i)
+                turned = turned_slides(state, i)
                 for k, x in enumerate(along):
                     free[link.u + k] = x
                     if armature:

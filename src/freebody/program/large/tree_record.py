@@ -38,13 +38,17 @@ class Tree(Record):
     """Length of c: constants of the links, then of the straight code."""
     given: Count
     """1 if accelerations are given, and forces follow from them."""
-    # code of the steps
+    # code of the steps; 0 where the mode has no such step
     outward: Wholes
     inward: Wholes
     final: Wholes
+    carried: Wholes
+    transmitted: Wholes
     place: Wholes
     moved: Wholes
     pressed: Wholes
+    composed: Wholes
+    projected: Wholes
     # places in c and S
     constants: Wholes
     joints: Wholes
@@ -60,6 +64,18 @@ class Tree(Record):
     above: Wholes
     second: Wholes
     parents_second: Wholes
+    # of the mass matrix: motions of each link, speeds that they belong to, and places of their weights (-1 for 1)
+    parents: Wholes
+    """Parent of each link; -1 for the ground."""
+    moves: Wholes
+    """First of the link's entries in the next three; the last number is their end."""
+    speeds: Wholes
+    motions: Wholes
+    weights: Wholes
+    freedoms: Wholes
+    """First of the link's motions in the next two; the last number is their end."""
+    momenta: Wholes
+    armature: Wholes
     # places in S
     joint: Count
     cleared: Count
@@ -75,6 +91,13 @@ class Tree(Record):
     kinetic: Count
     momentum: Count
     """Places, in a second record, of energy and first moments of a link, and of its momentum."""
+    along: Count
+    """Place, in a second record, of the forces along the joint."""
+    matrix: Count
+    order: Count
+    """Mass matrix, and the number of its rows."""
+    projection: Count
+    """Momentum of one motion on its way to the ground: two places of six numbers."""
     # straight code, and what it reads of the records
     straight_constants: Count
     front: Straight
@@ -84,6 +107,7 @@ class Tree(Record):
     late: Copy
     finish: Straight
     energy: Straight
+    product: Straight
     loaded: Copy
     """The loads, which are subtracted from the numbers at ``loaded_links``."""
     loaded_links: Wholes
@@ -106,6 +130,7 @@ class Product(Record):
     speeds: Count
     momenta: Count
     energies: Count
+    composed: Count
     # of a derivative: the first number of the state that varies, or of the direction; and the number of columns
     first: Count
     columns: Count

@@ -27,7 +27,7 @@ from ...native.arithmetic import REAL, WHOLE, intrinsic, wide
 from ...native.functions import Instruction, instruction
 from ...native.instructions import Integers, Parts, Real, Reals, Row, numbers, shifted
 from ..code.batch import deliver, gather, gather_parts
-from .link_step import STEPS, SUM
+from .link_step import COMPOSITE, STEPS, SUM
 from .tree_record import Copy, Product, Straight, Tree
 
 # -- what a translation is made for ----------------------------------------------------------------------------------
@@ -45,11 +45,11 @@ inward_step: Any = None
 final_step: Any = None
 carried_step: Any = None
 transmitted_step: Any = None
+composed_step: Any = None
+projected_step: Any = None
 place_step: Any = None
 moved_step: Any = None
 pressed_step: Any = None
-matrix: Any = None
-"""`mass_matrix` or `derivative`."""
 
 # -- one link after the other ----------------------------------------------------------------------------------------
 
@@ -151,7 +151,7 @@ def carried(S: Row, c: Reals, tree: Tree) -> None:
         gather_joint(S, tree, i)
         link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
         own, above = shifted(S, tree.own[i]), shifted(S, tree.above[i])
-        carried_step(tree.final[i], S, link, constants, own, joint, above)
+        carried_step(tree.carried[i], S, link, constants, own, joint, above)
 
 
 @walk
@@ -161,9 +161,68 @@ def transmitted(S: Row, c: Reals, tree: Tree) -> None:
         link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
         own, second = shifted(S, tree.own[i]), shifted(S, tree.second[i])
         passed, tips = shifted(S, tree.passed[i]), shifted(S, tree.tips[i])
-        transmitted_step(tree.inward[i], S, link, constants, passed, own, tips, second)
+        transmitted_step(tree.transmitted[i], S, link, constants, passed, own, tips, second)
         if tree.added[i] >= 0:
             add(shifted(S, tree.added[i]), passed, 6)
+
+
+@walk
+def composed(S: Row, c: Reals, tree: Tree) -> None:
+    """Composite inertias, and the momenta of the joints' motions, tips first."""
+    for i in range(tree.links - 1, -1, -1):
+        link, constants = shifted(S, tree.record[i]), shifted(c, tree.constants[i])
+        passed, tips = shifted(S, tree.passed[i]), shifted(S, tree.tips[i])
+        composed_step(tree.composed[i], S, link, constants, passed, tips, link)
+        if tree.added[i] >= 0:
+            add(shifted(S, tree.added[i]), passed, COMPOSITE)
+
+
+@walk
+def matrix(S: Row, c: Reals, tree: Tree, speeds: int) -> None:
+    """Mass matrix: the momentum of each motion, from link to link inward, along the motions of each."""
+    clear(S, tree.matrix, tree.matrix + speeds * speeds)
+    for i in range(tree.links):
+        for k in range(tree.freedoms[i + 1] - tree.freedoms[i]):
+            motion = tree.freedoms[i] + k
+            momentum, passed, link = tree.momenta[motion], tree.projection, i
+            while link >= 0:
+                record, constants = shifted(S, tree.record[link]), shifted(c, tree.constants[link])
+                own, second = shifted(S, momentum), shifted(S, tree.second[link])
+                projected_step(tree.projected[link], S, record, constants, shifted(S, passed), own, second)
+                if link == i:
+                    second[tree.along + k] = second[tree.along + k] + S[tree.armature[motion]]
+                entries(S, c, tree, i, k, link, speeds)
+                momentum = passed
+                passed = 2 * tree.projection + 6 - passed
+                link = tree.parents[link]
+
+
+@walk
+def entries(S: Row, c: Reals, tree: Tree, i: int, motion: int, inner: int, speeds: int) -> None:
+    """Entries of a motion of link i with those of a link inward of it, or of itself."""
+    for a in range(tree.moves[i], tree.moves[i + 1]):
+        if tree.motions[a] == motion:
+            for b in range(tree.moves[inner], tree.moves[inner + 1]):
+                x = tree.second[inner] + tree.along + tree.motions[b]
+                if tree.weights[a] >= 0 or tree.weights[b] >= 0:
+                    weight(S, tree.totals, tree.weights[a])
+                    weight(S, tree.totals + 1, tree.weights[b])
+                    S[tree.totals + 2] = S[x]
+                    run(tree.product, S, c, tree)
+                    x = tree.product.target
+                row, column, first = tree.speeds[a], tree.speeds[b], tree.matrix
+                S[first + speeds * row + column] = S[first + speeds * row + column] + S[x]
+                if inner != i:
+                    S[first + speeds * column + row] = S[first + speeds * column + row] + S[x]
+
+
+@walk
+def weight(S: Row, target: int, place: int) -> None:
+    """Copy the weight of a motion; it is 1 where it has no place."""
+    if place < 0:
+        assign(S, target, 1.0)
+    else:
+        S[target] = S[place]
 
 
 @walk
@@ -230,6 +289,9 @@ def compute(S: Row, c: Reals, tree: Tree, of: Product) -> None:
         else:
             inward(S, c, tree)
             final(S, c, tree)
+    if of.composed != 0:
+        composed(S, c, tree)
+        matrix(S, c, tree, tree.order)
     if of.pressed != 0:
         pressed(S, c, tree)
     if of.finished != 0:
@@ -287,36 +349,6 @@ def batch(n: int, t: Reals, ts: int, arrays: Integers, c: Reals, cs: int, out: R
 
 
 @walk
-def mass_matrix(t: float, y: Reals, c: Reals, out: Reals, of: Product) -> None:
-    """Mass matrix: postures once, then forces at rest for unit accelerations, a column for each lane."""
-    tree = of.tree
-    S = workspace(tree.numbers)
-    assign(S, 1, t)
-    gather(y, 0, 1, of.state, 0, shifted(S, 2))
-    begin(S, c, tree, of.state)
-    outward(S, c, tree, 0)
-    for j in range(0, of.columns, LANES):
-        accelerate(S, j, of, 1.0)
-        run(tree.front, S, c, tree)
-        carried(S, c, tree)
-        transmitted(S, c, tree)
-        copy(S, tree.late)
-        run(tree.finish, S, c, tree)
-        deliver(S, of.outputs, j, of.columns, of.columns, out)
-        accelerate(S, j, of, 0.0)
-    released(S)
-
-
-@walk
-def accelerate(S: Row, j: int, of: Product, value: float) -> None:
-    """Give each lane its own acceleration, those from j on, the same value."""
-    for lane in range(LANES):
-        if j + lane < of.columns:
-            column = shifted(numbers(S), WIDTH * (of.first + j + lane))
-            column[lane] = value
-
-
-@walk
 def derivative(t: float, y: Reals, c: Reals, out: Reals, of: Product) -> None:
     """Derivatives of the outputs: by some numbers of the state, a column for each lane, or along one direction."""
     tree = of.tree
@@ -345,7 +377,7 @@ def rows(n: int, t: Reals, ts: int, arrays: Integers, c: Reals, cs: int, out: Re
     y = workspace(of.state + ALONG * of.state)
     for i in range(n):
         gather_parts(arrays, i, n, of.state + ALONG * of.state, numbers(y))
-        matrix(t[i * ts], numbers(y), shifted(c, i * cs), shifted(out, i * of.count * of.columns), of)
+        derivative(t[i * ts], numbers(y), shifted(c, i * cs), shifted(out, i * of.count * of.columns), of)
     released(y)
 
 
@@ -415,6 +447,4 @@ def functions(lanes: int, derivatives: bool, by_lane: bool, along: bool) -> dict
         **globals(), **steps, "LANES": lanes, "WIDTH": width, "BY_LANE": int(by_lane), "ALONG": int(along),
         "workspace": memory(width), "straight_code": called(2, lanes == 1, timed=True),
     }  # fmt: skip
-    bound = walk.bound(space)
-    space["matrix"] = bound["derivative" if derivatives else "mass_matrix"]
-    return bound
+    return walk.bound(space)
