@@ -1,13 +1,9 @@
 """Entries of kernels for Python: functions of arrays whose arguments are checked in compiled code.
 
 A call of a small machine's kernel takes less than a microsecond; NumPy and Python take ten to check, join and pass on
-its arguments. An entry is a built-in function (METH_FASTCALL) in the compiled language. It reads arrays where CPython
-and NumPy keep them: after the head of an object, whose last word is its type, a float has its value, and an array
-
-    data, number of axes, lengths, steps, base, type of the numbers, flags
-
-as NumPy's ABI fixes it. Only contiguous arrays of doubles of the right lengths, and a float as time, are taken; for all
-others an entry returns None, and the program reads, checks and refuses as always.
+its arguments. An entry is a built-in function (METH_FASTCALL) in the compiled language. It reads floats and arrays
+as the records that CPython and NumPy's ABI make of them. Only contiguous arrays of doubles of the right lengths, and a
+float as time, are taken; for all others an entry returns None, and the program reads, checks and refuses as always.
 
 Source: Python/C API, "Common object structures"; NumPy C-API, PyArrayObject.
 """
@@ -18,27 +14,76 @@ import ctypes
 import sys
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from llvmlite import ir
 
 from ..native.arithmetic import REAL, WHOLE
 from ..native.functions import instruction
-from ..native.instructions import Integers, Parts, call, integers_at, reals_at
+from ..native.instructions import Integers, Parts, reals_at
 from ..native.loop import made, module_named
-from .kernels import Kernel
+from ..native.records import Count, Kernel, Real, Record, Row, Wholes, record
+from . import kernels
 
-HEAD = object.__basicsize__ // 8
-"""Words before the fields of an object."""
 USABLE = (
-    sys.implementation.name == "cpython" and sys.byteorder == "little" and ctypes.sizeof(ctypes.c_void_p) == 8
-)
+    sys.implementation.name == "cpython" and sys.byteorder == "little"
+    and (ctypes.sizeof(ctypes.c_void_p), object.__basicsize__) == (8, 16)
+)  # fmt: skip
 LONGEST = 4096
 """Numbers of a state for which the stack has room."""
 CONTIGUOUS, LOW = 0x0101, 0xFFFFFFFF  # flags: rows are contiguous, and aligned; the lower half of a word
-KERNEL, CONSTANTS, PARTS, STATE, ARRAY, DOUBLE, FLOAT, EMPTY, SHAPE, CREATE, NONE, RETAIN, WIDTHS = range(13)
-"""Places in the table of an entry."""
+
+
+@record
+class Object(Record):
+    """A float of Python: number of references, address of its type, value. All objects begin so."""
+
+    references: Count
+    kind: Count
+    value: Real
+
+
+@record
+class ArrayObject(Record):
+    """An array of NumPy."""
+
+    references: Count
+    kind: Count
+    data: Row
+    axes: Count
+    lengths: Wholes
+    steps: Wholes
+    base: Count
+    numbers: Count
+    flags: Count
+
+
+@record
+class Plain(Record):
+    """What an entry knows of its kernel, and addresses of objects and functions of Python.
+
+    ``pieces``, ``lengths``       number of arrays that are the state together, and their lengths
+    ``state``                     numbers of a state
+    ``array``, ``real``           types of arrays and floats; ``doubles``: type of the numbers in an array
+    ``empty``, ``shape``          ``numpy.empty``, and its arguments for a result
+    ``create``, ``retain``        PyObject_CallObject, Py_IncRef
+    """
+
+    kernel: Kernel
+    constants: Row
+    pieces: Count
+    state: Count
+    array: Count
+    real: Count
+    doubles: Count
+    empty: Count
+    shape: Count
+    none: Count
+    create: Count
+    retain: Count
+    lengths: Annotated[Wholes, "pieces"]
+
 
 part = Parts()
 
@@ -46,41 +91,42 @@ part = Parts()
 @part
 def entry(itself: int, arguments: Integers, count: int) -> int:
     """Return the outputs as a new array; None for arguments that are not plain."""
-    table = integers_at(integers_at(itself)[HEAD])
-    parts = table[PARTS]
+    plain = Plain(ArrayObject(reals_at(itself)).data)
+    parts = plain.pieces
     if count != parts and count != parts + 1:
-        return refused(table)
+        return refused(plain)
     time = 0.0
     if count > parts:
-        if integers_at(arguments[parts])[HEAD - 1] != table[FLOAT]:
-            return refused(table)
-        time = reals_at(arguments[parts])[HEAD]
+        number = Object(reals_at(arguments[parts]))
+        if number.kind != plain.real:
+            return refused(plain)
+        time = number.value
     for k in range(parts):
-        x = integers_at(arguments[k])
-        if x[HEAD - 1] != table[ARRAY] or x[HEAD + 5] != table[DOUBLE]:
-            return refused(table)
-        if x[HEAD + 1] & LOW != 1 or x[HEAD + 6] & CONTIGUOUS != CONTIGUOUS:
-            return refused(table)
-        if integers_at(x[HEAD + 2])[0] != table[WIDTHS + k]:
-            return refused(table)
-    y = stack(table[STATE])
+        x = ArrayObject(reals_at(arguments[k]))
+        if x.kind != plain.array or x.numbers != plain.doubles:
+            return refused(plain)
+        if x.axes & LOW != 1 or x.flags & CONTIGUOUS != CONTIGUOUS:
+            return refused(plain)
+        if x.lengths[0] != plain.lengths[k]:
+            return refused(plain)
+    y = stack(plain.state)
     place = 0
     for k in range(parts):
-        numbers = reals_at(integers_at(arguments[k])[HEAD])
-        for i in range(table[WIDTHS + k]):
+        numbers = ArrayObject(reals_at(arguments[k])).data
+        for i in range(plain.lengths[k]):
             y[place + i] = numbers[i]
-        place += table[WIDTHS + k]
-    result = created(table[CREATE], table[EMPTY], table[SHAPE])
+        place += plain.lengths[k]
+    result = created(plain.create, plain.empty, plain.shape)
     if result != 0:
-        call(table[KERNEL], time, y, 0, reals_at(table[CONSTANTS]), reals_at(integers_at(result)[HEAD]), 0)
+        plain.kernel(time, y, plain.constants, ArrayObject(reals_at(result)).data)
     return result
 
 
 @part
-def refused(table: Integers) -> int:
+def refused(plain: Plain) -> int:
     """Return None."""
-    retain(table[RETAIN], table[NONE])
-    return table[NONE]
+    retain(plain.retain, plain.none)
+    return plain.none
 
 
 @instruction("int")
@@ -103,8 +149,8 @@ def retain(builder: Any, function: Any, object_: Any) -> None:
     builder.call(builder.inttoptr(function, kind.as_pointer()), [object_])
 
 
-class Table(np.ndarray[Any, Any]):
-    """Table of an entry, which keeps what the entry needs alive."""
+class Memory(np.ndarray[Any, Any]):
+    """Memory of an entry, which keeps what the entry needs alive."""
 
     needs: Any = None
 
@@ -124,14 +170,14 @@ METH_FASTCALL = 0x80
 def definition() -> _Definition:
     """Return the definition of the built-in function, whose code is the same for all kernels."""
     place = __name__.partition(".")[2]
-    loop = made(f"{place} {HEAD}", (place,), ("entry",), lambda: part.bound(dict(vars(module_named(place)))))
+    loop = made(place, (place,), ("entry",), lambda: part.bound(dict(vars(module_named(place)))))
     result = _Definition(b"entry", loop.functions["entry"].address, METH_FASTCALL, None)
     result.loop = loop
     return result
 
 
 def python_entry(
-    kernel: Kernel, c: np.ndarray, widths: Sequence[int], shape: Sequence[int]
+    kernel: kernels.Kernel, c: np.ndarray, widths: Sequence[int], shape: Sequence[int]
 ) -> Callable[..., Any] | None:
     """Return a function of arrays of these lengths, and of the time if it matters, whose result has this shape.
 
@@ -139,19 +185,19 @@ def python_entry(
     """
     if not USABLE or kernel.state > LONGEST or not shape:
         return None
-    api, double = ctypes.pythonapi, np.dtype(float)
-    arguments = (tuple(shape),)
-    words = {
-        KERNEL: kernel.address, CONSTANTS: c.ctypes.data, PARTS: len(widths), STATE: kernel.state,
-        ARRAY: id(np.ndarray), DOUBLE: id(double), FLOAT: id(float), EMPTY: id(np.empty), SHAPE: id(arguments),
-        CREATE: _address(api.PyObject_CallObject), NONE: id(None), RETAIN: _address(api.Py_IncRef),
-    }  # fmt: skip
-    table = np.array([*(words[k] for k in range(WIDTHS)), *widths], dtype=np.int64).view(Table)
-    table.needs = (kernel, c, arguments, double)
+    api, doubles, arguments = ctypes.pythonapi, np.dtype(float), (tuple(shape),)
+    plain = Plain.made(pieces=len(widths))
+    plain.kernel, plain.constants, plain.state = kernel.address, c, kernel.state
+    plain.array, plain.real, plain.doubles = id(np.ndarray), id(float), id(doubles)
+    plain.empty, plain.shape, plain.none = id(np.empty), id(arguments), id(None)
+    plain.create, plain.retain = _address(api.PyObject_CallObject), _address(api.Py_IncRef)
+    plain.lengths[:] = widths
+    memory = plain.memory.view(Memory)
+    memory.needs = (plain, kernel, arguments, doubles)
     create = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p)(
         _address(api.PyCFunction_NewEx)
     )
-    return create(ctypes.addressof(definition()), table, None)
+    return create(ctypes.addressof(definition()), memory, None)
 
 
 def _address(function: Any) -> int:
