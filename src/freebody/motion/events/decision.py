@@ -314,8 +314,13 @@ def go_straight(it: EventRun) -> float:
 def end_at_once(it: EventRun, contacts: Contacts) -> int:
     """Set which laws that hold with equality end: return their number.
 
-    A moment later such a law is violated, or, if its function fell through zero, more than now.
+    A moment later such a law is violated, or, if its function fell through zero, more than now. If the event is all
+    that happened, it has shown that: the modes are those that led to it.
     """
+    alike = it.hit == 0
+    for k in range(it.contacts):
+        held = it.before[k] == laws.LIMIT and it.mode[k] == laws.STICK
+        alike = alike and (it.mode[k] == it.before[k] or held)
     set_up(it, contacts)
     length = go_straight(it)
     phase, found, now, later = PhaseData(it.phase), 0, it.watch, it.watch_later
@@ -328,7 +333,8 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
             if it.hit == 0 and it.reason[k] == event_run.CONE_REACHED:
                 limit = it.coefficients[4 * k + 1] * it.force[it.first[k]]
                 least = now[e] - laws.ROUNDED * (limit * limit if law == laws.CONE else limit)
-            if later[e] < least:
+            reached = alike and it.reason[k] == event_run.CONE_REACHED and law != laws.NORMAL
+            if later[e] < least or reached:
                 if law == laws.NORMAL:
                     it.ends[k], found = event_run.NORMAL_ZERO, found + 1
                 elif law == laws.CONE or law == laws.LINE_CONE:

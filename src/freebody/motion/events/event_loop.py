@@ -26,7 +26,7 @@ from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .setting import find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
-from .slips import begin_slip, begins_slip, fading, greatest_pull, halt, nudge, scale_of
+from .slips import begin_slip, fading, halt, hold
 
 
 @compiled
@@ -204,24 +204,6 @@ def setting(it: EventRun, contacts: Contacts) -> int:
             return FINISHED
         set_up(it, contacts)
     return RUNNING
-
-
-@compiled
-def hold(it: EventRun, contacts: Contacts) -> int:
-    """Let a contact whose slip would begin, but that the others hold at rest, be at its limit; return 1, or 0.
-
-    Its friction stays at μ_s N, and the others share what is left: the path of equal compliance. The slip begins when
-    all that can hold it have reached their limits.
-    """
-    starts = 0
-    for k in range(it.contacts):
-        starts += begins_slip(it, k)
-    if starts == 0 or greatest_pull(it) > event_run.SMALL * scale_of(it) or nudge(it, contacts) != 0:
-        return 0
-    for k in range(it.contacts):
-        if begins_slip(it, k) != 0:
-            it.mode[k] = laws.LIMIT
-    return 1
 
 
 # -- a phase ---------------------------------------------------------------------------------------------
