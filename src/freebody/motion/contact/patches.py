@@ -97,12 +97,12 @@ class Patches:
     def changed(self, t: float, y: Array) -> bool:
         """Choose the features of the patches whose places do not hold at a state; return True if there are any."""
         self.look(t, y)
-        near = CLOSED * (1 + float(np.abs(y[: self.model.n_q + self.model.n_u]).max(initial=0)))
-        changed = [self._choose(p, near, t) for p in range(len(self.pairs))]
+        self.it.near = CLOSED * (1 + float(np.abs(y[: self.model.n_q + self.model.n_u]).max(initial=0)))
+        changed = [self._choose(p, t) for p in range(len(self.pairs))]
         self.ready = True
         return any(changed)
 
-    def _choose(self, p: int, near: float, t: float) -> bool:
+    def _choose(self, p: int, t: float) -> bool:
         it, pair, places = self.it, self.pairs[p], self.places[p]
         if places and self.functions["kept"](it, p):
             return False
@@ -110,7 +110,7 @@ class Patches:
         gap = self.functions["measure"](it.families, it.first[p], it.second[p], limit)
         patch = it.families.patch
         found: list[tuple[int, ...]] = []
-        if gap <= near:
+        if gap <= it.near:
             rows = patch.features[: 4 * patch.count].reshape(-1, 4).tolist()
             found = [one for one in dict.fromkeys(map(tuple, rows)) if one[1] != NOWHERE]
             if not found and gap < -feature_changes.ROUNDED * it.limit[p]:
@@ -121,7 +121,7 @@ class Patches:
         kept = {
             place: one
             for place, one in places.items()
-            if one in found or (found and holds(it, p, np.array(one, dtype=np.int64)))
+            if one in found or (found and holds(it, np.array(one, dtype=np.int64)))
         }
         for one in found:
             if one not in kept.values():

@@ -314,10 +314,10 @@ def go_straight(it: EventRun) -> float:
 def end_at_once(it: EventRun, contacts: Contacts) -> int:
     """Set which laws that hold with equality end: return their number.
 
-    A moment later such a law is violated, or, if its function fell through zero, more than now. If the event is all
-    that happened, it has shown that: the modes are those that led to it.
+    A moment later such a law is violated, or, if its function fell through zero, more than now. Where slow slips
+    leave the forces unsure, an event is enough that is all that happened: the modes are those that led to it.
     """
-    alike = it.hit == 0
+    alike = it.hit == 0 and unsure(it) > event_run.SMALL
     for k in range(it.contacts):
         held = it.before[k] == laws.LIMIT and it.mode[k] == laws.STICK
         alike = alike and (it.mode[k] == it.before[k] or held)
