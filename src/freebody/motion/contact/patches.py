@@ -47,7 +47,10 @@ class Patches:
         self.it = Followed.made(members=len(members), pairs=len(self.pairs), points=points)
         it, self.most = self.it, most
         it.families.pairs.most, it.families.patch.most = 1, points
-        it.pairs, it.most, it.features = len(self.pairs), most, np.zeros(4 * most * len(self.pairs), np.int64)
+        it.pairs, it.most = len(self.pairs), most
+        it.features, it.contact, it.tied = (np.zeros(n * most * len(self.pairs), np.int64) for n in (4, 1, 1))
+        self.last = [-np.inf for _ in self.pairs]
+        it.mode = np.zeros(len(self.model.contacts), np.int64)
         it.first[:], it.second[:] = (
             [getattr(pair, name) + starts[pair.family] for pair in self.pairs] for name in ("first", "second")
         )
@@ -97,12 +100,12 @@ class Patches:
     def changed(self, t: float, y: Array) -> bool:
         """Choose the features of the patches whose places do not hold at a state; return True if there are any."""
         self.look(t, y)
-        self.it.near = CLOSED * (1 + float(np.abs(y[: self.model.n_q + self.model.n_u]).max(initial=0)))
-        changed = [self._choose(p, t) for p in range(len(self.pairs))]
+        near = CLOSED * (1 + float(np.abs(y[: self.model.n_q + self.model.n_u]).max(initial=0)))
+        changed = [self._choose(p, near, t) for p in range(len(self.pairs))]
         self.ready = True
         return any(changed)
 
-    def _choose(self, p: int, t: float) -> bool:
+    def _choose(self, p: int, near: float, t: float) -> bool:
         it, pair, places = self.it, self.pairs[p], self.places[p]
         if places and self.functions["kept"](it, p):
             return False
@@ -110,18 +113,19 @@ class Patches:
         gap = self.functions["measure"](it.families, it.first[p], it.second[p], limit)
         patch = it.families.patch
         found: list[tuple[int, ...]] = []
-        if gap <= it.near:
+        if gap <= near:
             rows = patch.features[: 4 * patch.count].reshape(-1, 4).tolist()
             found = [one for one in dict.fromkeys(map(tuple, rows)) if one[1] != NOWHERE]
             if not found and gap < -feature_changes.ROUNDED * it.limit[p]:
                 raise self._open_normal(pair, t)
         if found and self.ready and not places and self._several_normals(p):
             raise self._open_normal(pair, t)
-        holds = self.functions["holds"]
+        start, tie = self.most * p, t == self.last[p]  # round-off has changed the features back
+        within = [tie and bool(self.functions["within"](it, start + k)) for k in range(len(places))]
         kept = {
             place: one
-            for place, one in places.items()
-            if one in found or (found and holds(it, np.array(one, dtype=np.int64)))
+            for k, (place, one) in enumerate(places.items())
+            if one in found or (found and within[k])
         }
         for one in found:
             if one not in kept.values():
@@ -130,14 +134,11 @@ class Patches:
                 self.values.update(self._numbers(p, place, one, t))
         for place in places.keys() - kept.keys():
             self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
-        if kept == places:
-            return False
-        self.places[p] = kept
         it.used[p] = len(kept) or -1
-        start = 4 * self.most * p
-        for k, one in enumerate(kept.values()):
-            it.features[start + 4 * k : start + 4 * k + 4] = one
-        return True
+        for k, (place, one) in enumerate(kept.items(), start=start):
+            it.features[4 * k : 4 * k + 4], it.contact[k], it.tied[k] = one, pair.start + place, tie
+        self.places[p], self.last[p] = kept, t
+        return kept != places
 
     def _place(self, p: int, kind: int, kept: Mapping[int, Any], found: Sequence[Any]) -> int:
         """Return a place of a kind that is free, or else one whose feature is no point of the patch."""

@@ -5,10 +5,13 @@
 
 A patch is what :func:`freebody.motion.families.patches.measure` finds: only points with gaps up to a limit count, so
 that far features may change unseen. The places of a pair hold while they have the features of all these points, and
-while each of them is a point of the patch, or closed and within its sides: the foot of a corner in its face, a crossing
-between the ends of both edges. A closed place leaves at twice the distance outside a side at which it comes
-(`faces.BESIDE`), so that round-off at a tie, such as two faces that come to lie on each other, does not change the
-features back. Until then it does no harm: of two convex solids, what lies within the sides is apart.
+each of them is such a point, unless its own gap is between half of that limit and its multiple `AWAY`.
+
+At a tie, such as two faces that come to lie on each other, round-off would change the features back and forth. A place
+that is kept there holds while it is near and within its sides: the foot of a corner in its face, a crossing between the
+ends of both edges. If it is closed, it leaves at twice the distance outside a side at which places come
+(`faces.BESIDE`), an open one as far inside, so that nothing closes where the solids only pass each other. It does no
+harm: of two convex solids, what lies within the sides is apart.
 """
 
 from __future__ import annotations
@@ -25,7 +28,7 @@ from ...native.instructions import (
     reals_at,
     root,
 )
-from ...native.records import Count, Kernel, Real, Record, Row, Wholes, record
+from ...native.records import Count, Kernel, Record, Row, Wholes, record
 from .faces import BESIDE, FACE, FAR, HEAD, NOWHERE, along, face_normal
 from .family_record import POSE, Core, Families
 from .patches import measure, outside
@@ -34,8 +37,9 @@ NEAR = 64
 """Size of a solid by the limit of the gaps that count."""
 ROUNDED = 1e-7
 """Depth, relative to the limit, beyond which a pair without places is no longer at a parallel pair of edges."""
-BAND = 2.0 * BESIDE
-"""Distance outside a side, relative to the size, at which a closed place leaves that is no point of the patch."""
+BAND, AWAY = 2.0 * BESIDE, 4.0
+"""Distance outside a side, relative to the size, at which a closed place of a tie leaves; gap, relative to the limit,
+at which any place leaves."""
 
 
 @record
@@ -45,7 +49,8 @@ class Followed(Record):
     ``first``, ``second``    members of each pair;  ``limit``: greatest gap that counts
     ``used``                 number of its places that have features, -1 while the pair is apart
     ``features``             four numbers of each place (`faces`), ``most`` places for a pair
-    ``near``                 gap below which a place is closed
+    ``tied``                 1 for a place that is kept at a tie
+    ``contact``              its number among the contacts of the machine, whose modes are ``mode``, 0 for open
     ``result``               approach and kept;  ``normal``: a vector
     ``poses``, ``poses_c``   kernel of the poses of the links, which stand in ``families``, and its constants
     ``values``, ``values_c`` kernel of the functions of the user, ``asked`` of them, and its constants
@@ -59,7 +64,9 @@ class Followed(Record):
     limit: Annotated[Row, "pairs"]
     used: Annotated[Wholes, "pairs"]
     features: Wholes
-    near: Real
+    tied: Wholes
+    contact: Wholes
+    mode: Wholes
     result: Annotated[Row, 2]
     normal: Annotated[Row, 3]
     poses: Kernel
@@ -97,18 +104,31 @@ def kept(it: Followed, p: int) -> int:
         if patch.points[k, 6] <= it.limit[p] and one[1] != NOWHERE and among(one, features, it.used[p]) == 0:
             return 0
     for k in range(it.used[p]):
-        if holds(it, features[4 * k :]) == 0:
+        if holds(it, p, k) == 0:
             return 0
     return 1
 
 
 @compiled
-def holds(it: Followed, one: Integers) -> int:
-    """Return 1 if a place is a point of the patch that has been measured, or closed and within its sides, else 0."""
-    patch = it.families.patch
+def holds(it: Followed, p: int, k: int) -> int:
+    """Return 1 if a place is a point of the patch that has been measured, or may stay without being one, else 0."""
+    patch, at = it.families.patch, it.most * p + k
+    one = it.features[4 * at :]
     if among(one, patch.features, patch.count) == 1:
         return 1
-    return 1 if beside(it, one) <= BAND * patch.extent and gap_of(it, one) <= it.near else 0
+    gap = gap_of(it, one)
+    if 0.5 * it.limit[p] < gap <= AWAY * it.limit[p]:
+        return 1
+    return 1 if it.tied[at] != 0 and gap <= it.limit[p] and within(it, at) == 1 else 0
+
+
+@compiled
+def within(it: Followed, at: int) -> int:
+    """Return 1 if a place of a tie lies within its sides, whose cores are laid, else 0."""
+    band = BAND * it.families.patch.extent
+    if it.mode[it.contact[at]] == 0:
+        band = -band
+    return 1 if beside(it, it.features[4 * at :]) <= band else 0
 
 
 @compiled
@@ -210,5 +230,5 @@ def functions() -> dict[str, Any]:
     from ...native.loop import made
 
     label = __name__.partition(".")[2]
-    space = {"follow": follow, "values": values, "kept": kept, "holds": holds, "measure": measure}
+    space = {"follow": follow, "values": values, "kept": kept, "within": within, "measure": measure}
     return made(label, (label,), tuple(space), lambda: space, short=True).functions
