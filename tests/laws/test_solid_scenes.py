@@ -164,17 +164,20 @@ def test_boxes_rest_on_each_other_by_events():
 
 
 def test_a_box_slides_off_over_an_edge_by_events():
-    """Slides, tips over the edge and lands on the floor: the limit of time steps, which are of first order."""
+    """Slides, tips over the edge and leaves it: the limit of time steps, which are of first order.
+
+    Its landing is left out: two corners hit the floor at once, and round-off decides which of them does so first.
+    """
     s, start = scene(
         "over", [brick("table", {"z": 0.05}), brick("box", {"z": 0.15, "vx": 1.5})], friction=0.3
     )
-    motion = fb.simulate(s, 0.25, initial=start)
+    motion = fb.simulate(s, 0.2, initial=start)
     assert ledger(motion) < 1e-8
     assert any("other corners and edges" in change.why for change in motion.modes)
     n = len(motion.kernels.model.coordinate_names)
     errors = []
     for step in (4e-4, 1e-4):
-        steps = moved(s, start, 0.25, step=step)
+        steps = moved(s, start, 0.2, step=step)
         errors.append(np.abs(steps.states[-1, :n] - motion.states[-1, :n]).max())
     assert errors[0] < 2e-3 and errors[1] < 0.5 * errors[0]
 

@@ -362,8 +362,12 @@ def depth(it: EventRun) -> int:
 
 @compiled
 def reasons(it: EventRun, run: Run) -> int:
-    """Note why the modes end; return TERMINAL if the user's event ends the run, STRUCK for a blow, else RUNNING."""
-    search, called, phase = run.search, 0, PhaseData(it.phase)
+    """Note why the modes end; return TERMINAL if the user's event ends the run, STRUCK for a blow, else RUNNING.
+
+    OTHER_PLACES, if a contact closes beside patches: a corner that passes the side of a face has no gap there, and no
+    place. Only the state of the event shows that, to a part of the integrator's accuracy.
+    """
+    search, called, closes, phase = run.search, 0, 0, PhaseData(it.phase)
     for e in range(run.events):
         number = search.log_numbers[e]
         if number < it.events and search.log_times[e] == it.t:
@@ -380,8 +384,12 @@ def reasons(it: EventRun, run: Run) -> int:
                 law = phase.law[i]
                 if (turn == 0) == (law == laws.NORMAL):
                     set_reason(it, i, law)
+                if law == laws.GAP and it.followed > 0:
+                    closes = 1
     it.stage, it.halting = event_run.HALT, 0
-    return event_run.STRUCK if called != 0 else RUNNING
+    if called != 0:
+        return event_run.STRUCK
+    return event_run.OTHER_PLACES if closes != 0 else RUNNING
 
 
 @compiled
