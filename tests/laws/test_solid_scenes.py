@@ -200,6 +200,25 @@ def test_a_tilted_box_falls_on_another_one_and_comes_to_rest_by_events():
     assert float(motion["j_b_z"][-1]) == pytest.approx(0.15, abs=1e-9)  # on the other one, flat
 
 
+def thrown_on_a_box(seed):
+    """A box thrown onto a box on a floor."""
+    rng = np.random.default_rng(seed)
+    turn = np.roll(Rotation.random(random_state=seed).as_quat(), 1)
+    place = {"z": 0.35, "x": 0.05} | {f"e{k}": x for k, x in enumerate(turn)}
+    place |= {f"w{c}": x for c, x in zip("xyz", rng.normal(0, 5, 3), strict=True)}
+    return scene("thrown", [brick("a", {"z": 0.05}), brick("b", place)], friction=0.4)
+
+
+# refused before: features that change back by round-off as faces meet (13, 33, 65, 68), cones that are reached again and
+# again by noise of the directions of slow slips (94, 140), an impact solved to 1.3e-10 of the speeds only (12)
+@pytest.mark.parametrize("seed", [13, 33, 65, 68, 94, 140, pytest.param(12, marks=pytest.mark.slow)])
+def test_a_box_thrown_on_a_box_by_events(seed):
+    s, start = thrown_on_a_box(seed)
+    motion = fb.simulate(s, 0.8, initial=start)
+    assert motion.status == "finished" and ledger(motion) < 1e-7
+    assert min(one.gap.min() for name, one in motion.contacts.items() if "_" not in name) > -1e-9
+
+
 @pytest.mark.slow
 def test_dominoes_fall_in_turn_by_events():
     size = (0.02, 0.1, 0.2)

@@ -314,8 +314,8 @@ def go_straight(it: EventRun) -> float:
 def end_at_once(it: EventRun, contacts: Contacts) -> int:
     """Set which laws that hold with equality end: return their number.
 
-    A moment later such a law is violated, or, if its function fell through zero, more than now. Where slow slips
-    leave the forces unsure, an event is enough that is all that happened: the modes are those that led to it.
+    A moment later such a law is violated, or, if its function fell through zero and so is negative, more than now.
+    Where slow slips leave the forces unsure, an event is enough that is all that happened: the modes led to it.
     """
     alike = it.hit == 0 and unsure(it) > event_run.SMALL
     for k in range(it.contacts):
@@ -329,12 +329,12 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
     for i in range(phase.endings):
         k, law, e = it.ending[i], phase.law[i], it.events + i
         if it.tied[k] != 0 and it.ends[k] == event_run.NO_REASON:
-            least = 0.0
+            fell = 0.0
             if it.hit == 0 and it.reason[k] == event_run.CONE_REACHED:
                 limit = it.coefficients[4 * k + 1] * it.force[it.first[k]]
-                least = now[e] - laws.ROUNDED * (limit * limit if law == laws.CONE else limit)
+                fell = now[e] - laws.ROUNDED * (limit * limit if law == laws.CONE else limit)
             reached = alike and it.reason[k] == event_run.CONE_REACHED and law != laws.NORMAL
-            if later[e] < least or reached:
+            if later[e] < lesser(fell, 0.0) or reached:
                 if law == laws.NORMAL:
                     it.ends[k], found = event_run.NORMAL_ZERO, found + 1
                 elif law == laws.CONE or law == laws.LINE_CONE:
