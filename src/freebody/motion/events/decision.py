@@ -317,7 +317,8 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
     A moment later such a law is violated, or, if its function fell through zero and so is negative, more than now.
     Where slow slips leave the forces unsure, an event is enough that is all that happened: the modes led to it.
     """
-    alike = it.hit == 0 and unsure(it) > event_run.SMALL
+    noisy = unsure(it) > event_run.SMALL
+    alike = it.hit == 0 and noisy
     for k in range(it.contacts):
         held = it.before[k] == laws.LIMIT and it.mode[k] == laws.STICK
         alike = alike and (it.mode[k] == it.before[k] or held)
@@ -334,7 +335,7 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
                 limit = it.coefficients[4 * k + 1] * it.force[it.first[k]]
                 fell = now[e] - laws.ROUNDED * (limit * limit if law == laws.CONE else limit)
             reached = alike and it.reason[k] == event_run.CONE_REACHED and law != laws.NORMAL
-            if later[e] < lesser(fell, 0.0) or reached:
+            if later[e] < (fell if noisy else lesser(fell, 0.0)) or reached:
                 if law == laws.NORMAL:
                     it.ends[k], found = event_run.NORMAL_ZERO, found + 1
                 elif law == laws.CONE or law == laws.LINE_CONE:

@@ -14,11 +14,9 @@ from .family_record import Core, Families, Patch
 
 ALONG = 1e-11
 """Distance, relative to the size of a solid, that is round-off."""
-BESIDE = 1e-6
+BESIDE = 1e-8
 """Distance outside a side of a face, relative to the size, up to which a corner carries: bricks of one width on each
-other. Edges that cross are then so far from parallel that their common normal keeps most of its digits. A corner of a
-face that slides off over an edge of another one has no place within that distance of it: its gap there, the distance
-times the sine of the angle, is above the integrator's error down to angles of 1e-2."""
+other. Edges that cross are then so far from parallel that their common normal keeps half of its digits."""
 FAR = 1e300
 HEAD = 3
 CORNER, FACE, NOWHERE = -1, -2, -3
