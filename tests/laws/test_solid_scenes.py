@@ -164,17 +164,20 @@ def test_boxes_rest_on_each_other_by_events():
 
 
 def test_a_box_slides_off_over_an_edge_by_events():
-    """Slides, tips over the edge and lands on the floor: the limit of time steps, which are of first order."""
+    """Slides and tips over the edge: the limit of time steps, which are of first order.
+
+    What follows is left out: it turns as it slides off, from round-off, and steps keep its symmetry.
+    """
     s, start = scene(
         "over", [brick("table", {"z": 0.05}), brick("box", {"z": 0.15, "vx": 1.5})], friction=0.3
     )
-    motion = fb.simulate(s, 0.25, initial=start)
+    motion = fb.simulate(s, 0.14, initial=start)
     assert ledger(motion) < 1e-8
     assert any("other corners and edges" in change.why for change in motion.modes)
     n = len(motion.kernels.model.coordinate_names)
     errors = []
     for step in (4e-4, 1e-4):
-        steps = moved(s, start, 0.25, step=step)
+        steps = moved(s, start, 0.14, step=step)
         errors.append(np.abs(steps.states[-1, :n] - motion.states[-1, :n]).max())
     assert errors[0] < 2e-3 and errors[1] < 0.5 * errors[0]
 
@@ -195,6 +198,25 @@ def test_a_tilted_box_falls_on_another_one_and_comes_to_rest_by_events():
     assert ledger(motion) < 1e-7
     assert float(motion.energy.kinetic[-1]) < 1e-9
     assert float(motion["j_b_z"][-1]) == pytest.approx(0.15, abs=1e-9)  # on the other one, flat
+
+
+def thrown_on_a_box(seed):
+    """A box thrown onto a box on a floor."""
+    rng = np.random.default_rng(seed)
+    turn = np.roll(Rotation.random(random_state=seed).as_quat(), 1)
+    place = {"z": 0.35, "x": 0.05} | {f"e{k}": x for k, x in enumerate(turn)}
+    place |= {f"w{c}": x for c, x in zip("xyz", rng.normal(0, 5, 3), strict=True)}
+    return scene("thrown", [brick("a", {"z": 0.05}), brick("b", place)], friction=0.4)
+
+
+# refused before: features that change back by round-off as faces meet (13, 65, 68), cones reached again and again
+# by noise of the directions of slow slips (94, 140), an impact that is solved to 1.3e-10 of the speeds only (12)
+@pytest.mark.parametrize("seed", [13, 65, 68, 94, 140, pytest.param(12, marks=pytest.mark.slow)])
+def test_a_box_thrown_on_a_box_by_events(seed):
+    s, start = thrown_on_a_box(seed)
+    motion = fb.simulate(s, 0.8, initial=start)
+    assert motion.status == "finished" and ledger(motion) < 1e-7
+    assert min(one.gap.min() for name, one in motion.contacts.items() if "_" not in name) > -1e-9
 
 
 @pytest.mark.slow

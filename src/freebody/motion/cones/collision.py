@@ -6,7 +6,7 @@ from typing import Any
 
 from ...native.instructions import compiled, greater
 from ...native.loop import made
-from .contacts import EXACT, Contacts
+from .contacts import ACCEPTED, EXACT, Contacts
 from .solution import answer, find, lay_out, take
 
 HALVINGS = 5
@@ -47,17 +47,18 @@ def rebounded(it: Contacts, part: float) -> float:
 def collided(it: Contacts) -> int:
     """Find the impulses, with the greatest of the parts of the restitution for which the energy does not grow.
 
-    Return 0.
+    Those with a residual of `ACCEPTED` are taken if none is `EXACT` for any part. Return 0.
     """
     lay_out(it)
-    for turn in range(1 + HALVINGS):
+    for trial in range(2 * (1 + HALVINGS)):
+        turn, bound = trial % (1 + HALVINGS), EXACT if trial <= HALVINGS else ACCEPTED
         it.part = 0.0 if turn == HALVINGS else 1.0 / (1 << turn)
         it.residual = rebounded(it, it.part)
         it.energy, size = 0.0, 0.0
         for i in range(it.rows):
             it.energy += it.forces[i] * (it.given[i] + it.after[i]) / 2.0  # ΔT = Λ·(v⁻ + v⁺)/2
             size += abs(it.forces[i]) * (abs(it.given[i]) + abs(it.after[i]))
-        if it.residual <= EXACT and it.energy <= EXACT * size:
+        if it.residual <= bound and it.energy <= EXACT * size:
             return 0
     return 0
 

@@ -8,7 +8,7 @@ its place. The polygon in which two solids touch is continuous at such a change,
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,6 @@ import numpy as np
 from ...dynamics.state import float_state
 from ...errors import SimulationError
 from ...model.patched import CORNER_ON_FACE, EDGE_ON_EDGE, FACE_ON_CORNER
-from ...native.records import address
 from ..families import feature_changes
 from ..families.faces import FACE, NOWHERE
 from ..families.family_record import POSE
@@ -48,13 +47,17 @@ class Patches:
         self.it = Followed.made(members=len(members), pairs=len(self.pairs), points=points)
         it, self.most = self.it, most
         it.families.pairs.most, it.families.patch.most = 1, points
-        it.pairs, it.most, it.features = len(self.pairs), most, np.zeros(4 * most * len(self.pairs), np.int64)
+        it.pairs, it.most = len(self.pairs), most
+        it.features, it.contact, it.tied = (np.zeros(n * most * len(self.pairs), np.int64) for n in (4, 1, 1))
+        self.last = [-np.inf for _ in self.pairs]
+        it.mode = np.zeros(len(self.model.contacts), np.int64)
         it.first[:], it.second[:] = (
             [getattr(pair, name) + starts[pair.family] for pair in self.pairs] for name in ("first", "second")
         )
         it.used[:] = -1
         self.places: list[dict[int, tuple[int, ...]]] = [{} for _ in self.pairs]
         self.poses, self.name = link_poses(kernels)
+        it.poses = self.poses.address(self.name)
         self.functions = feature_changes.functions()
         self.values: dict[str, float] = {}
         self.ready = False
@@ -67,7 +70,7 @@ class Patches:
         fill_members(it.families, self.solids, {p.name: values[p.name] for p in self.solids.parameters})
         it.families.links.poses = np.zeros(POSE * (1 + len(self.model.links)))
         it.families.links.poses[[0, 4, 8]] = 1
-        self.constants = self.poses.constants(self.kernels.parameters(values))
+        it.poses_c = self.poses.constants(self.kernels.parameters(values))
         state = float_state(self.model, values=self.values)
         self.cores: list[list[Array]] = []
         for p, pair in enumerate(self.pairs):
@@ -91,11 +94,11 @@ class Patches:
         """Set the poses of the links at a state."""
         links = self.it.families.links
         links.poses[POSE:] = outputs_at(
-            self.poses.address(self.name), self.poses.outputs(self.name), t, y, self.constants
+            self.poses.address(self.name), self.poses.outputs(self.name), t, y, self.it.poses_c
         )
 
     def changed(self, t: float, y: Array) -> bool:
-        """Choose the features of all patches at a state; return True if a place has other ones now."""
+        """Choose the features of the patches whose places do not hold at a state; return True if there are any."""
         self.look(t, y)
         near = CLOSED * (1 + float(np.abs(y[: self.model.n_q + self.model.n_u]).max(initial=0)))
         changed = [self._choose(p, near, t) for p in range(len(self.pairs))]
@@ -104,6 +107,8 @@ class Patches:
 
     def _choose(self, p: int, near: float, t: float) -> bool:
         it, pair, places = self.it, self.pairs[p], self.places[p]
+        if places and self.functions["kept"](it, p):
+            return False
         limit = 2 * float(it.limit[p])
         gap = self.functions["measure"](it.families, it.first[p], it.second[p], limit)
         patch = it.families.patch
@@ -113,28 +118,35 @@ class Patches:
             found = [one for one in dict.fromkeys(map(tuple, rows)) if one[1] != NOWHERE]
             if not found and gap < -feature_changes.ROUNDED * it.limit[p]:
                 raise self._open_normal(pair, t)
-        if set(found) == set(places.values()):
-            return False
         if found and self.ready and not places and self._several_normals(p):
             raise self._open_normal(pair, t)
-        kept = {place: one for place, one in places.items() if one in found}
-        free = [place for place in range(len(pair.kinds)) if place not in kept]
+        start, tie = self.most * p, t == self.last[p]  # round-off has changed the features back
+        within = [tie and bool(self.functions["within"](it, start + k)) for k in range(len(places))]
+        kept = {
+            place: one
+            for k, (place, one) in enumerate(places.items())
+            if one in found or (found and within[k])
+        }
         for one in found:
             if one not in kept.values():
-                kind = kind_of(one)
-                place = next((k for k in free if pair.kinds[k] == kind), None)
-                assert place is not None, (one, pair.kinds)
-                free.remove(place)
+                place = self._place(p, kind_of(one), kept, found)
                 kept[place] = one
                 self.values.update(self._numbers(p, place, one, t))
         for place in places.keys() - kept.keys():
             self.values.update({name: 0.0 for name in pair.names[place] if name.endswith("used")})
-        self.places[p] = kept
         it.used[p] = len(kept) or -1
-        start = 4 * self.most * p
-        for k, one in enumerate(kept.values()):
-            it.features[start + 4 * k : start + 4 * k + 4] = one
-        return True
+        for k, (place, one) in enumerate(kept.items(), start=start):
+            it.features[4 * k : 4 * k + 4], it.contact[k], it.tied[k] = one, pair.start + place, tie
+        self.places[p], self.last[p] = kept, t
+        return kept != places
+
+    def _place(self, p: int, kind: int, kept: Mapping[int, Any], found: Sequence[Any]) -> int:
+        """Return a place of a kind that is free, or else one whose feature is no point of the patch."""
+        kinds = self.pairs[p].kinds
+        places = [
+            place for place in range(len(kinds)) if kinds[place] == kind and kept.get(place) not in found
+        ]
+        return min(places, key=lambda place: place in kept)
 
     def _numbers(self, p: int, place: int, one: tuple[int, ...], t: float) -> dict[str, float]:
         """Return the parameters of a place for its features."""
@@ -201,42 +213,31 @@ def _face(shape: Any, corners: Array, k: int) -> list[float]:
 
 
 class Watching:
-    """The program of the functions of the user, then approach and kept of the patches of a run."""
+    """The program of the functions of the user, then approach and kept of the patches of a run.
+
+    Its constant is the address of the record of the patches.
+    """
+
+    hoisted = 1
 
     def __init__(self, patches: Patches, own: Program | None, count: int) -> None:
-        self.patches, self.own, self.count = patches, own, count
+        self.patches, self.own = patches, own
+        patches.it.asked = count
+        if own is not None:
+            patches.it.values = own.address("values")
 
     @property
     def compiled(self) -> Watching:
         """The program itself, which has a number of constants as compiled ones have."""
         return self
 
-    @property
-    def hoisted(self) -> int:
-        """Number of its constants."""
-        own = 0 if self.own is None else self.own.compiled.hoisted
-        return int(feature_changes.OWN_AT + 1 + own + self.patches.poses.compiled.hoisted)
-
     def address(self, name: str) -> int:
         """Address of the kernel."""
         return int(self.patches.functions[name].address)
 
     def constants(self, parameters: Array) -> Array:
-        """Return its constants."""
-        patches, it = self.patches, self.patches.it
-        own = np.zeros(0) if self.own is None else self.own.constants(parameters)
-        poses = patches.poses.constants(parameters)
-        head = np.zeros(feature_changes.OWN_AT + 1, dtype=np.int64)
-        for place, value in {
-            feature_changes.RUN: patches.functions["follow"].address,
-            feature_changes.RECORD: it.address,
-            feature_changes.RESULT: address(it.result),
-            feature_changes.POSES: patches.poses.address(patches.name),
-            feature_changes.POSES_TO: address(it.families.links.poses),
-            feature_changes.VALUES: 0 if self.own is None else self.own.address("values"),
-            feature_changes.VALUES_AT: len(head),
-            feature_changes.COUNT: self.count,
-            feature_changes.OWN_AT: len(head) + len(own),
-        }.items():
-            head[place] = value
-        return np.concatenate([head.view(float), own, poses])
+        """Return its constant; those of the functions of the user are written into the record."""
+        it = self.patches.it
+        if self.own is not None:
+            it.values_c = self.own.constants(parameters)
+        return np.array([it.address]).view(float)

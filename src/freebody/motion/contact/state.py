@@ -59,6 +59,8 @@ class ContactRun:
         self.changes: list[tuple[int, Array]] = []
         self.patches = Patches(kernels, values) if self.model.patches else None
         self.it: EventRun = event_run(self.scene, self.n + self.n_u + 2)
+        if self.patches is not None:
+            self.patches.it.mode = self.it.mode
         solvers = compiled_code()
         self.it.finding, self.it.colliding = solvers["find"].address, solvers["collided"].address
         rows = self.scene.rows

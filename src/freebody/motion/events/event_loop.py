@@ -26,7 +26,7 @@ from .log import log_crossing, log_modes, log_phase, log_state, room_for_event
 from .moment import choose, choose_all, copy, copy_wholes, find_closed, joined, look
 from .setting import band_of, find_flights, project, set_up, shortest_flight
 from .shares import forces_decide
-from .slips import begin_slip, begins_slip, fading, greatest_pull, halt, nudge, scale_of
+from .slips import begin_slip, fading, halt, hold
 
 
 @compiled
@@ -206,24 +206,6 @@ def setting(it: EventRun, contacts: Contacts) -> int:
     return RUNNING
 
 
-@compiled
-def hold(it: EventRun, contacts: Contacts) -> int:
-    """Let a contact whose slip would begin, but that the others hold at rest, be at its limit; return 1, or 0.
-
-    Its friction stays at μ_s N, and the others share what is left: the path of equal compliance. The slip begins when
-    all that can hold it have reached their limits.
-    """
-    starts = 0
-    for k in range(it.contacts):
-        starts += begins_slip(it, k)
-    if starts == 0 or greatest_pull(it) > event_run.SMALL * scale_of(it) or nudge(it, contacts) != 0:
-        return 0
-    for k in range(it.contacts):
-        if begins_slip(it, k) != 0:
-            it.mode[k] = laws.LIMIT
-    return 1
-
-
 # -- a phase ---------------------------------------------------------------------------------------------
 
 
@@ -380,8 +362,12 @@ def depth(it: EventRun) -> int:
 
 @compiled
 def reasons(it: EventRun, run: Run) -> int:
-    """Note why the modes end; return TERMINAL if the user's event ends the run, STRUCK for a blow, else RUNNING."""
-    search, called, phase = run.search, 0, PhaseData(it.phase)
+    """Note why the modes end; return TERMINAL if the user's event ends the run, STRUCK for a blow, else RUNNING.
+
+    OTHER_PLACES, if a contact closes beside patches: a corner that passes the side of a face has no gap there, and no
+    place. Only the state of the event shows that, to a part of the integrator's accuracy.
+    """
+    search, called, closes, phase = run.search, 0, 0, PhaseData(it.phase)
     for e in range(run.events):
         number = search.log_numbers[e]
         if number < it.events and search.log_times[e] == it.t:
@@ -398,8 +384,12 @@ def reasons(it: EventRun, run: Run) -> int:
                 law = phase.law[i]
                 if (turn == 0) == (law == laws.NORMAL):
                     set_reason(it, i, law)
+                if law == laws.GAP and it.followed > 0:
+                    closes = 1
     it.stage, it.halting = event_run.HALT, 0
-    return event_run.STRUCK if called != 0 else RUNNING
+    if called != 0:
+        return event_run.STRUCK
+    return event_run.OTHER_PLACES if closes != 0 else RUNNING
 
 
 @compiled

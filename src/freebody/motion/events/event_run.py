@@ -14,6 +14,8 @@ STILL = 1e-10
 """Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
 SMALL = 1e-10
 """Relative size below which a force or rate is zero and a matrix singular: above the round-off of small systems."""
+NOISE = 1e-14
+"""Round-off of a slip velocity, relative to 1 m/s or the greatest speed."""
 LOW = 1e-15
 """Height of a flight, relative to 1 m or the greatest coordinate, that is lost in round-off."""
 NUDGE = 4 * STOPPED

@@ -23,7 +23,7 @@ Newsletter (1984); C. Glocker, Energetic consistency conditions for standard imp
 from __future__ import annotations
 
 from ...native.instructions import compiled, greater, lesser, run_by
-from ..cones.contacts import EXACT, Contacts
+from ..cones.contacts import ACCEPTED, Contacts
 from ..phase.contact_outputs import evaluated
 from ..phase.phase_record import PhaseData
 from . import event_run
@@ -197,7 +197,7 @@ def together(it: EventRun, contacts: Contacts) -> int:
         return event_run.MIXED
     contacts.poisson = 1 if poisson > 0 else 0
     run_by(it.colliding, contacts)
-    return 0 if contacts.residual <= EXACT else event_run.NO_IMPULSES
+    return 0 if contacts.residual <= ACCEPTED else event_run.NO_IMPULSES
 
 
 @compiled
@@ -229,7 +229,7 @@ def one_by_one(it: EventRun, contacts: Contacts) -> int:
         copy(v, contacts.given, m)
         run_by(it.colliding, contacts)
         residual, part = greater(residual, contacts.residual), lesser(part, contacts.part)
-        if not residual <= EXACT:
+        if not residual <= ACCEPTED:
             return event_run.NO_IMPULSES
         for a in range(m):
             total[a] += contacts.forces[a]

@@ -15,8 +15,8 @@ from .event_run import EventRun
 from .impulse_system import add_row, ray_product
 from .moment import is_smooth, largest, slip_speed
 
-SAME, NOISE = 1e-8, 1e-14
-"""Relative size of a motion that is none; round-off of a slip velocity, relative to 1 m/s or the greatest speed."""
+SAME = 1e-8
+"""Relative size of a motion that is none."""
 
 
 @compiled
@@ -39,7 +39,7 @@ def forces_decide(it: EventRun, contacts: Contacts) -> int:
             for j in range(n):
                 it.ray[count - 1, j] = -it.coefficients[4 * k] * it.rate[at + 1 + j] / speed
             if n == 2:
-                unsure = greater(unsure, NOISE * (1.0 + largest(it.y[it.n_q :], it.n)) / speed)
+                unsure = greater(unsure, event_run.NOISE * (1.0 + largest(it.y[it.n_q :], it.n)) / speed)
     return 1 if moved_by_shares(it, contacts, count) > 10.0 * unsure else 0
 
 

@@ -34,16 +34,6 @@ def pull(it: EventRun) -> float:
 
 
 @compiled
-def greatest_pull(it: EventRun) -> float:
-    """Return the greatest tangential acceleration of slips that begin at rest."""
-    result = 0.0
-    for k in range(it.contacts):
-        if begins_slip(it, k) != 0:
-            result = greater(result, slip_acceleration(it, k))
-    return result
-
-
-@compiled
 def slip_acceleration(it: EventRun, k: int) -> float:
     """Return the tangential acceleration of a contact under the forces of the decision."""
     square = 0.0
@@ -71,17 +61,42 @@ def scale_of(it: EventRun) -> float:
 
 
 @compiled
-def nudge(it: EventRun, contacts: Contacts) -> int:
-    """Give a slip that begins without acceleration the speed `NUDGE`; return 0 if others prevent it, else 1."""
+def hold(it: EventRun, contacts: Contacts) -> int:
+    """Let contacts whose slip would begin, but that the others hold at rest, be at their limits; return 1, or 0.
+
+    Their friction stays at μ_s N, and the others share what is left: the path of equal compliance. The slip begins when
+    all that can hold it have reached their limits.
+    """
+    weak, starts, held = event_run.SMALL * scale_of(it), 0, 0
+    for k in range(it.contacts):
+        if begins_slip(it, k) != 0 and slip_acceleration(it, k) <= weak:
+            if nudged(it, contacts, k) == 0:
+                it.mode[k], held = laws.LIMIT, 1
+            else:
+                starts += 1
+    if starts > 0 and nudged(it, contacts, -1) == 0:
+        for k in range(it.contacts):
+            if begins_slip(it, k) != 0 and slip_acceleration(it, k) <= weak:
+                it.mode[k], held = laws.LIMIT, 1
+    return held
+
+
+@compiled
+def nudged(it: EventRun, contacts: Contacts, alone: int) -> int:
+    """Find impulses that give slips which begin the speed `NUDGE`; return 0 if other contacts prevent it, else 1.
+
+    ``alone`` is the contact to which they give it while other slips that begin are free, or -1 for all.
+    """
     count = 0
     for k in range(it.contacts):
         if it.mode[k] != laws.OPEN:
             begins = begins_slip(it, k)
+            goes = begins != 0 and (alone < 0 or alone == k)
             if it.held[k] == 0:
                 count = add_row(it, count, it.first[k], 0.0)
-            if it.mode[k] == laws.STICK or begins != 0:
+            if it.mode[k] == laws.STICK or it.mode[k] == laws.LIMIT or goes:
                 for j in range(it.tangents[k]):
-                    goal = event_run.NUDGE * it.way[k, j] if begins != 0 else 0.0
+                    goal = event_run.NUDGE * it.way[k, j] if goes else 0.0
                     count = add_row(it, count, it.first[k] + 1 + j, goal)
     return 1 if impelled(it, contacts, count) <= 1e-3 * event_run.NUDGE else 0
 
@@ -97,7 +112,7 @@ def begin_slip(it: EventRun, contacts: Contacts, end: float, longest: float) -> 
         return 0
     n_q, n = it.n_q, it.n
     if least <= event_run.SMALL * scale_of(it) or least * longest < 4.0 * laws.STOPPED:
-        if nudge(it, contacts) == 0:
+        if nudged(it, contacts, -1) == 0:
             return 0
         work = it.impulses
         move_speeds(it)

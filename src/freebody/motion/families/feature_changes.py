@@ -1,11 +1,17 @@
 """The moments at which patches change their features, as two functions of a motion by events.
 
     approach    least gap of the pairs that have no places now; it falls through zero where two solids meet
-    kept        1 while the places of all other pairs are those of their patches, else -1
+    kept        1 while the places of all other pairs hold, else -1
 
 A patch is what :func:`freebody.motion.families.patches.measure` finds: only points with gaps up to a limit count, so
-that far features may change unseen. A place counts while its own gap is within half of that limit, for then its
-feature must be one of the patch.
+that far features may change unseen. The places of a pair hold while they have the features of all these points, and
+each of them is such a point, unless its own gap is between half of that limit and its multiple `AWAY`.
+
+At a tie, such as two faces that come to lie on each other, round-off would change the features back and forth. A place
+that is kept there holds while it is near and within its sides: the foot of a corner in its face, a crossing between the
+ends of both edges. If it is closed, it leaves at twice the distance outside a side at which places come
+(`faces.BESIDE`), an open one as far inside, so that nothing closes where the solids only pass each other. It does no
+harm: of two convex solids, what lies within the sides is apart.
 """
 
 from __future__ import annotations
@@ -16,37 +22,38 @@ from ...native.instructions import (
     Integers,
     Reals,
     bits,
-    call,
     compiled,
+    greater,
     lesser,
     reals_at,
     root,
-    run_by,
-    shifted,
 )
-from ...native.records import Count, Record, Row, Wholes, record
-from .faces import FACE, FAR, HEAD, NOWHERE, along, face_normal
+from ...native.records import Count, Kernel, Record, Row, Wholes, record
+from .faces import BESIDE, FACE, FAR, HEAD, NOWHERE, along, face_normal
 from .family_record import POSE, Core, Families
-from .patches import measure
+from .patches import measure, outside
 
 NEAR = 64
 """Size of a solid by the limit of the gaps that count."""
 ROUNDED = 1e-7
 """Depth, relative to the limit, beyond which a pair without places is no longer at a parallel pair of edges."""
-(RUN, RECORD, RESULT, POSES, POSES_TO, VALUES, VALUES_AT, COUNT, OWN_AT) = range(9)
-"""Numbers before the constants of the kernel :func:`values`: addresses of `follow`, of its record, of its result, of
-the kernel of poses and its outputs, of the kernel of the user's functions; first of their constants, their number, and
-first of the constants of poses."""
+BAND, AWAY = 2.0 * BESIDE, 4.0
+"""Distance outside a side, relative to the size, at which a closed place of a tie leaves; gap, relative to the limit,
+at which any place leaves."""
 
 
 @record
 class Followed(Record):
-    """Patches that are followed.
+    """Patches that are followed, and the kernels that a function of the motion needs for it.
 
     ``first``, ``second``    members of each pair;  ``limit``: greatest gap that counts
     ``used``                 number of its places that have features, -1 while the pair is apart
     ``features``             four numbers of each place (`faces`), ``most`` places for a pair
+    ``tied``                 1 for a place that is kept at a tie
+    ``contact``              its number among the contacts of the machine, whose modes are ``mode``, 0 for open
     ``result``               approach and kept;  ``normal``: a vector
+    ``poses``, ``poses_c``   kernel of the poses of the links, which stand in ``families``, and its constants
+    ``values``, ``values_c`` kernel of the functions of the user, ``asked`` of them, and its constants
     """
 
     families: Families
@@ -57,8 +64,16 @@ class Followed(Record):
     limit: Annotated[Row, "pairs"]
     used: Annotated[Wholes, "pairs"]
     features: Wholes
+    tied: Wholes
+    contact: Wholes
+    mode: Wholes
     result: Annotated[Row, 2]
     normal: Annotated[Row, 3]
+    poses: Kernel
+    poses_c: Row
+    asked: Count
+    values: Kernel
+    values_c: Row
 
 
 @compiled
@@ -72,28 +87,48 @@ def follow(it: Followed) -> int:
             approach = lesser(approach, gap)
             if gap < -ROUNDED * it.limit[p]:
                 changed = p
-        else:
-            measure(of, it.first[p], it.second[p], FAR)
-            if same(it, p) == 0:
-                changed = p
+        elif kept(it, p) == 0:
+            changed = p
     it.result[0], it.result[1] = approach, 1.0 if changed < 0 else -1.0
     return changed
 
 
 @compiled
-def same(it: Followed, p: int) -> int:
-    """Return 1 if the places of a pair are the points of its patch, as far as they are near; else 0."""
+def kept(it: Followed, p: int) -> int:
+    """Return 1 if the places of a pair hold at the poses of the links, else 0."""
     of, features = it.families, it.features[4 * it.most * p :]
     patch = of.patch
+    measure(of, it.first[p], it.second[p], FAR)
     for k in range(patch.count):
         one = patch.features[4 * k :]
         if patch.points[k, 6] <= it.limit[p] and one[1] != NOWHERE and among(one, features, it.used[p]) == 0:
             return 0
     for k in range(it.used[p]):
-        one = features[4 * k :]
-        if among(one, patch.features, patch.count) == 0 and not gap_of(it, one) > 0.5 * it.limit[p]:
+        if holds(it, p, k) == 0:
             return 0
     return 1
+
+
+@compiled
+def holds(it: Followed, p: int, k: int) -> int:
+    """Return 1 if a place is a point of the patch that has been measured, or may stay without being one, else 0."""
+    patch, at = it.families.patch, it.most * p + k
+    one = it.features[4 * at :]
+    if among(one, patch.features, patch.count) == 1:
+        return 1
+    gap = gap_of(it, one)
+    if 0.5 * it.limit[p] < gap <= AWAY * it.limit[p]:
+        return 1
+    return 1 if it.tied[at] != 0 and gap <= it.limit[p] and within(it, at) == 1 else 0
+
+
+@compiled
+def within(it: Followed, at: int) -> int:
+    """Return 1 if a place of a tie lies within its sides, whose cores are laid, else 0."""
+    band = BAND * it.families.patch.extent
+    if it.mode[it.contact[at]] == 0:
+        band = -band
+    return 1 if beside(it, it.features[4 * at :]) <= band else 0
 
 
 @compiled
@@ -107,6 +142,45 @@ def among(one: Integers, others: Integers, count: int) -> int:
         if equal == 1:
             return 1
     return 0
+
+
+@compiled
+def beside(it: Followed, one: Integers) -> float:
+    """Return how far a place lies outside its sides, whose cores are laid; negative inside."""
+    of = it.families
+    a, b = of.one, of.other
+    if one[1] == FACE:
+        return outside_of(it, a, one[0], b, one[2])
+    if one[3] == FACE:
+        return outside_of(it, b, one[2], a, one[0])
+    p, q, r, s = (
+        a.corners[3 * one[0] :],
+        a.corners[3 * one[1] :],
+        b.corners[3 * one[2] :],
+        b.corners[3 * one[3] :],
+    )
+    uu, uw, ww, ud, wd = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        u, w, d = q[k] - p[k], s[k] - r[k], r[k] - p[k]
+        uu += u * u
+        uw += u * w
+        ww += w * w
+        ud += u * d
+        wd += w * d
+    square = uu * ww - uw * uw
+    if not square > 0.0:
+        return FAR
+    x, y = (ud * ww - wd * uw) / square, (ud * uw - wd * uu) / square
+    return greater(greater(-x, x - 1.0) * root(uu), greater(-y, y - 1.0) * root(ww))
+
+
+@compiled
+def outside_of(it: Followed, core: Core, face: int, other: Core, corner: int) -> float:
+    """Return how far the foot of a corner lies outside the sides of a face."""
+    mesh = it.families.members.mesh[core.mesh :]
+    at, count = mesh[mesh[HEAD + face] :], mesh[HEAD + face + 1] - mesh[HEAD + face]
+    face_normal(core, at, it.normal)
+    return outside(core, at, count, it.normal, other.corners[3 * corner :])
 
 
 @compiled
@@ -142,13 +216,13 @@ def over(it: Followed, core: Core, face: int, other: Core, corner: int) -> float
 
 @compiled
 def values(t: float, y: Reals, c: Reals, out: Reals) -> None:
-    """Set ``out`` to the functions of the user, then approach and kept: a kernel."""
-    count, result = bits(c[COUNT]), reals_at(bits(c[RESULT]))
-    if bits(c[VALUES]) != 0:
-        call(bits(c[VALUES]), t, y, 0, shifted(c, bits(c[VALUES_AT])), out, 0)
-    call(bits(c[POSES]), t, y, 0, shifted(c, bits(c[OWN_AT])), reals_at(bits(c[POSES_TO])), POSE)
-    run_by(bits(c[RUN]), reals_at(bits(c[RECORD])))
-    out[count], out[count + 1] = result[0], result[1]
+    """Set ``out`` to the functions of the user, then approach and kept: a kernel whose constant is an address."""
+    it = Followed(reals_at(bits(c[0])))
+    if it.asked > 0:
+        it.values(t, y, it.values_c, out)
+    it.poses(t, y, it.poses_c, it.families.links.poses[POSE:])
+    follow(it)
+    out[it.asked], out[it.asked + 1] = it.result[0], it.result[1]
 
 
 def functions() -> dict[str, Any]:
@@ -156,5 +230,5 @@ def functions() -> dict[str, Any]:
     from ...native.loop import made
 
     label = __name__.partition(".")[2]
-    space = {"follow": follow, "values": values, "measure": measure}
+    space = {"follow": follow, "values": values, "kept": kept, "within": within, "measure": measure}
     return made(label, (label,), tuple(space), lambda: space, short=True).functions

@@ -7,22 +7,12 @@ from collections.abc import Mapping
 from ...dynamics.conditions.mobility import massless_motion
 from ...dynamics.state import float_state
 from ...model import Model
+from ..cones.contacts import ACCEPTED
 from ..ode.dense_output import Array
 from .stepping_record import CONSTRAINTS, CONTACTS, LOADS, MASS, OVERLAP, Run
 
 MOST_SWEEPS = 100_000
 """Sweeps after which the search for the impulses of a step ends."""
-ACCEPTED = 1e-9
-"""Speed by which a contact may violate its laws in an almost degenerate problem, such as a pile coming to rest,
-relative to the greatest speed in the problem; see the trajectory's residual.
-
-Such a step is sound: its speeds and impulses satisfy M Δu = h f + Wᵀ Λ to round-off, whatever the residual, so
-momentum and the ledger do not see it; a contact closes by at most 1e-9 v h in a step, less than the gap that the
-correction removes at the end of each (1e-10 m for v h up to 0.1 m), so it cannot add up; and its power, Λ times that
-speed, is 1e-9 of the power of the contacts. Newton's method cannot do better there: with forces open in faces and
-contacts at the limit of friction, the solution is a double zero, which double precision resolves to the root of its
-round-off, 1.5e-8, in the forces, and to about 1e-9 in speeds.
-"""
 
 
 def failure(run: Run, model: Model, values: Mapping[str, float], t: float, y: Array) -> str:

@@ -18,6 +18,7 @@ from ...dynamics.impulse import blows_on, generalized_impulse
 from ...dynamics.state import State, float_state
 from ...errors import ModelError, SimulationError
 from ...native import loop
+from ..cones.contacts import ACCEPTED
 from ..contact.motion import check_coefficients
 from ..ending import End
 from ..families.family_record import ENTRY
@@ -36,7 +37,7 @@ from ..trajectory.progress import Progress
 from ..trajectory.trajectory import Trajectory
 from .course import IMPULSES, Impulses, InSteps, Stepping, Steps
 from .crossings import crossings
-from .failure import ACCEPTED, MOST_SWEEPS, failure
+from .failure import MOST_SWEEPS, failure
 from .memory import memory_of
 from .stepped_kernels import stepping
 from .stepping_record import CONTACTS, FULL, NONE
