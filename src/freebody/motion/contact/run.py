@@ -12,6 +12,7 @@ a blow.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import compress
 from time import perf_counter
 
 import numpy as np
@@ -26,6 +27,7 @@ from ..ode.dense_output import Array, outputs_at
 from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS
 from ..phase.snapshot import Snapshot
+from ..start.overlap import refuse_overlap
 from .state import ContactRun
 
 PIECE, FIRST = 0.05, 1 << 10
@@ -34,13 +36,9 @@ PIECE, FIRST = 0.05, 1 << 10
 
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
     """Raise if bodies are inside each other in the initial state."""
-    deepest = int(np.argmin(np.where(seen.reach >= 0, seen.gap, np.inf)))
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
-    if seen.gap[deepest] < -near and seen.reach[deepest] >= 0:
-        raise SimulationError(
-            f"The initial state of '{work.model.name}' has contact '{work.names[deepest]}' {-seen.gap[deepest]:.6g} m "
-            f"deep. Begin with every gap at zero or above."
-        )
+    in_reach = zip(compress(work.names, seen.reach >= 0), seen.gap[seen.reach >= 0], strict=False)
+    refuse_overlap(work.model.name, in_reach, near)
 
 
 def run(work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None]) -> End:
