@@ -191,6 +191,8 @@ class Names:
         ExpressionError
             Unknown names (the message offers the nearest known one), complex or infinite numbers.
         """
+        if isinstance(value, sympy.Basic) and value in self.texts:
+            return value
         if isinstance(value, str):
             try:
                 return _in_range(exact(parse(value, self.atoms)), what)

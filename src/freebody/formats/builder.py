@@ -12,7 +12,7 @@ from typing import Any
 
 from ..describe.system import System
 from ..errors import MassError, ModelError, shown
-from ..scalar.algebra import IDENTITY, Matrix, Vector
+from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector
 from ..scalar.expression import exact
 from ..space.mass import MassProperties
 from ..space.pose import Pose
@@ -28,6 +28,9 @@ UNITS = {"hinge": ("N m s", "N m"), "slide": ("N s/m", "N/m")}
 """Units of the damping and the stiffness of joints."""
 COMPONENTS = ("x", "y", "z", "e0", "e1", "e2", "e3", "wx", "wy", "wz", "vx", "vy", "vz")
 """Endings of the coordinates and speeds of a free joint."""
+
+NOTHING_MASSIVE = MassProperties.as_given(0, ZERO, ((0, 0, 0),) * 3)
+"""Mass properties of a link without any."""
 
 
 @dataclass
@@ -112,9 +115,9 @@ class Builder:
         """Return a parameter with this default, or the number itself: zero, or where no symbols are wanted."""
         if self.symbols == "none" or value == 0:
             return value
-        symbol = self.s.parameters(**{(text := self.name(name)): value})
+        symbol = self.s.parameters(**{self.name(name): value})
         if unit:
-            self.s.describe(text, unit=unit)
+            self.s.describe(symbol, unit=unit)
         return symbol
 
     def lengths(self, name: str, place: Vector) -> Any:
@@ -223,7 +226,9 @@ def whole(x: float) -> Any:
 
 def placed(thing: Any, pose: Pose) -> Any:
     """Return a shape, or mass properties, that stand at a pose."""
-    return thing.rotated(pose.rotation.matrix).moved(pose.position)
+    R, p = pose.rotation.matrix, pose.position
+    turned = thing if R == IDENTITY else thing.rotated(R)
+    return turned if p == ZERO else turned.moved(p)
 
 
 def normal(axis: Vector) -> Matrix:

@@ -5,6 +5,7 @@ A mesh here is only seen: it may be open, or of many pieces. Masses come from `s
 
 from __future__ import annotations
 
+from functools import cached_property
 from io import BytesIO
 from os import environ, pathsep
 from pathlib import Path
@@ -32,15 +33,20 @@ class Meshes:
 
     def __init__(self, file: Path) -> None:
         self.folder = file.resolve().parent
-        above = [self.folder, *self.folder.parents][:UPWARDS]
-        self.roots = above + [Path(x) for x in environ.get("ROS_PACKAGE_PATH", "").split(pathsep) if x]
-        # not the top of the file system and the folders in it, such as /dev and /home
-        self.allowed = [root.resolve() for root in self.roots if len(root.resolve().parts) > 2] or [
-            self.folder
-        ]
         self.subfolder = ""  # where meshes are that are named by a path
         self.read: dict[tuple[Path, tuple[float, ...]], Shape] = {}
         self.surfaces: dict[Path, tuple[np.ndarray, np.ndarray]] = {}
+
+    @cached_property
+    def roots(self) -> list[Path]:
+        """Folders in which packages are looked for."""
+        above = [self.folder, *self.folder.parents][:UPWARDS]
+        return above + [Path(x) for x in environ.get("ROS_PACKAGE_PATH", "").split(pathsep) if x]
+
+    @cached_property
+    def allowed(self) -> list[Path]:
+        """Folders of which files are read: not the top of the file system nor those in it, such as /dev and /home."""
+        return [root for root in map(Path.resolve, self.roots) if len(root.parts) > 2] or [self.folder]
 
     def shape(self, name: str, scale: tuple[float, ...]) -> Shape:
         """Return the mesh as a shape.

@@ -77,8 +77,8 @@ def made(
 ) -> Loop:
     """Return the functions ``names`` as a loop, made once in a process from the functions that ``make`` returns.
 
-    ``lanes`` is the width of the translation; ``short`` says that its loops have few rounds, ``rare`` that they
-    run between steps only.
+    ``lanes`` is the width of the translation; ``short`` says that its loops have few rounds, as the functions may say
+    themselves, ``rare`` that they run between steps only.
     ``label`` tells loops of the same modules apart. The sources of ``modules``, such as ``"motion.ode.dop853"``, shape
     the code.
     """
@@ -169,8 +169,9 @@ def _compiled(
 
     chosen = {name: space[name] for name in names}
     code, needed = codegen.optimised_code(
-        translated({f"loop_{name}": f for name, f in chosen.items()}, lanes), short=short, rare=rare
-    )
+        translated({f"loop_{name}": f for name, f in chosen.items()}, lanes),
+        short=short or getattr(space, "short", False), rare=rare,
+    )  # fmt: skip
     functions = {
         name: (f"loop_{name}", [getattr(x, "__name__", x) for x in f.arguments], f.result)
         for name, f in chosen.items()

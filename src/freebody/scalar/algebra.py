@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -112,13 +113,14 @@ def exact_constant(value: Expression) -> int | Fraction | None:
     """
     if isinstance(value, int):
         return value
-    if isinstance(value, Fraction):
-        return value.numerator if value.denominator == 1 else value
+    # a float before a Fraction, whose abstract class takes longer to ask
     if isinstance(value, float) or type(value).__module__ == "numpy":
         value = float(value)
         if not math.isfinite(value):
             raise ExpressionError(f"Expected a finite number, got {value!r}.")
-        return exact_constant(Fraction(repr(value)))
+        value = Fraction(*Decimal(repr(value)).as_integer_ratio())
+    if isinstance(value, Fraction):
+        return value.numerator if value.denominator == 1 else value
     if getattr(value, "is_Rational", False):
         return exact_constant(Fraction(int(value.p), int(value.q)))
     if getattr(value, "is_Float", False):

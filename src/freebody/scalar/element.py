@@ -13,6 +13,9 @@ from ..errors import ExpressionError
 from .algebra import Scalar, exact_constant
 from .budget import FREE
 
+FEW = 16
+"""Greatest number of terms of which FLINT's text takes less time than the exponents of hundreds of generators."""
+
 _new = object.__new__
 
 
@@ -208,6 +211,8 @@ class Polynomial:
         if num.is_constant():
             return hash(Fraction(int(num.coefficient(0)) if num else 0, self.den))
         # the hash must not depend on the number of generators of the context
+        if len(num) <= FEW:
+            return hash((self.den, str(num)))
         first, last = (self.ring.exponents(num.monomial(i)) for i in (0, len(num) - 1))
         middle = tuple(int(num.coefficient(i)) for i in range(min(len(num), 4)))
         return hash((self.den, len(num), first, last, middle))

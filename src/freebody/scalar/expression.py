@@ -44,6 +44,8 @@ def exact(value: Expression) -> Any:
     number = exact_constant(value)
     if number is not None:
         return number
+    if isinstance(value, sympy.Basic):
+        return value
     # strict: SymPy would iterate over a sequence
     expression = sympy.sympify(value, strict=not isinstance(value, str))
     number = exact_constant(expression)

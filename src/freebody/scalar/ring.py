@@ -22,9 +22,11 @@ its fractions (theta, theta/2) are printed in the form that the ring read first.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import compress
 from typing import Any
 
 import sympy
@@ -34,13 +36,14 @@ from ..errors import ExpressionError, nearest
 from . import expression, functions, quotients
 from .algebra import FUNCTIONS, Expression, Field, Scalar
 from .budget import Budget
-from .element import Polynomial, element
+from .element import FEW, Polynomial, element
 from .relations import Relations
 
 ATOM_KINDS = (
     "parameter", "time", "coordinate", "speed", "acceleration", "reaction", "load", "quaternion", "constant",
 )  # fmt: skip
 
+_GENERATOR = re.compile(r"g(\d+)")
 _UNDECLARED = 10**6  # rank of atoms that only occurred in an expression: after all declared atoms
 
 
@@ -102,7 +105,10 @@ class Ring(Field):
     def exponents(self, monomial: tuple[Any, ...]) -> tuple[tuple[int, int], ...]:
         """FLINT's exponent vector as ((generator, exponent), ...), newest generator first."""
         last = len(monomial) - 1
-        return tuple((last - i, int(e)) for i, e in enumerate(monomial) if e)
+        return tuple(
+            (last - i, int(e))
+            for i, e in zip(compress(range(last + 1), monomial), filter(None, monomial), strict=True)
+        )
 
     def terms(self, num: Any) -> list[tuple[tuple[tuple[int, int], ...], int]]:
         """Terms of an fmpz_mpoly as (sparse monomial, coefficient), in lexicographic order."""
@@ -135,11 +141,14 @@ class Ring(Field):
     def support(self, num: Any) -> int:
         """Exact mask of the generators that occur in an fmpz_mpoly."""
         mask = 0
+        if len(num) <= FEW:
+            for index in set(_GENERATOR.findall(str(num))):
+                mask |= 1 << int(index)
+            return mask
         degrees = num.degrees()
         last = len(degrees) - 1
-        for i, e in enumerate(degrees):
-            if e > 0:  # -1 in the zero polynomial
-                mask |= 1 << (last - i)
+        for i in compress(range(last + 1), degrees):
+            mask |= 1 << (last - i)
         return mask
 
     # ---------------------------------------------------------------- generators

@@ -41,6 +41,10 @@ def number(value: Expression, what: str = "a number", error: type[ModelError] = 
     >>> number("2*a")
     2*a
     """
+    if type(value) is float:  # most entries are floats or symbols, and the other questions take longer
+        return _finite(value, what, error)
+    if isinstance(value, sympy.Symbol):
+        return value
     if isinstance(value, str):
         try:
             return number(parse(value, _Parameters()), what, error)
@@ -88,8 +92,8 @@ def exact_number(value: Expression, what: str = "a number", error: type[ModelErr
     (Fraction(1, 10), m/2)
     """
     entry = number(value, what, error)
-    if isinstance(entry, sympy.Expr):
-        entry = entry.xreplace({f: sympy.Rational(str(f)) for f in entry.atoms(sympy.Float)})
+    if isinstance(entry, sympy.Expr) and (decimals := entry.atoms(sympy.Float)):
+        entry = entry.xreplace({f: sympy.Rational(str(f)) for f in decimals})
     return exact(entry)
 
 

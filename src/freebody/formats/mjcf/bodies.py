@@ -16,7 +16,7 @@ from ...space.mass import MassProperties
 from ...space.pose import Pose
 from ...space.rotation import Rotation
 from ...space.shape import compound
-from ..builder import placed, whole
+from ..builder import NOTHING_MASSIVE, placed, whole
 from ..reading import Reading
 from ..xml_tree import Element
 from .document import Document
@@ -25,7 +25,6 @@ from .masses import bounded
 from .placing import orientation, pose, unit
 from .words import ATTRIBUTES, BODY_LEFT_OUT, NOTHING
 
-NOTHING_MASSIVE = MassProperties.as_given(0, ZERO, ((0, 0, 0),) * 3)
 JOINTS = ("hinge", "slide", "ball", "free")
 SINGLE = ("hinge", "slide")
 GREATEST = 10**10

@@ -17,7 +17,7 @@ from ...space.mass import MassProperties
 from ...space.pose import Pose
 from ...space.rotation import Rotation
 from ...space.shape import Shape, compound
-from ..builder import placed, whole
+from ..builder import NOTHING_MASSIVE, placed, whole
 from ..meshes import Meshes
 from ..reading import Reading
 from ..xml_tree import Element
@@ -182,8 +182,7 @@ def link(element: Element, materials: dict[str, Element], reading: Reading, mesh
     colour = next((c for part in element.all("visual") if (c := _color(part, materials))), "")
     _say_unknown(element, what, reading)
     inertial = element.first("inertial")
-    nothing = MassProperties.as_given(0, ZERO, ((0, 0, 0),) * 3)
-    properties = nothing if inertial is None else _massive(inertial, what, reading)
+    properties = NOTHING_MASSIVE if inertial is None else _massive(inertial, what, reading)
     return Link(name, element, replace(properties, shape=reduce(compound, shown, None)), colour, collisions)
 
 

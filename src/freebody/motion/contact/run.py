@@ -12,6 +12,7 @@ a blow.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import compress
 from time import perf_counter
 
 import numpy as np
@@ -26,6 +27,7 @@ from ..ode.dense_output import Array, outputs_at
 from ..phase.laws import CLOSED, OPEN
 from ..phase.scene import KINDS
 from ..phase.snapshot import Snapshot
+from ..start.overlap import refuse_overlap
 from .state import ContactRun
 
 PIECE, FIRST = 0.05, 1 << 10
@@ -34,14 +36,9 @@ PIECE, FIRST = 0.05, 1 << 10
 
 def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
     """Raise if bodies are inside each other in the initial state."""
-    rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0)
-    deepest = int(np.argmin(np.where(rigid, seen.gap, np.inf)))
     near = CLOSED * (1 + float(np.abs(y[: work.n]).max(initial=0)))
-    if rigid[deepest] and seen.gap[deepest] < -near:
-        raise SimulationError(
-            f"The initial state of '{work.model.name}' has contact '{work.names[deepest]}' {-seen.gap[deepest]:.6g} m "
-            f"deep. Begin with every gap at zero or above."
-        )
+    rigid = (seen.reach >= 0) & (np.array(work.scene.compliant) == 0)
+    refuse_overlap(work.model.name, zip(compress(work.names, rigid), seen.gap[rigid], strict=False), near)
 
 
 def run(work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None]) -> End:

@@ -82,6 +82,9 @@ class Functions(dict[str, Compiled]):
             {name: f for functions in bound for name, f in functions.items()} | part.bound(space)
         )
         self.method = method
+        self.short = (
+            method.stable > 0
+        )  # explicit: no matrices, and few rounds beside the evaluation of the rates
 
 
 # -- the length of steps -------------------------------------------------------------------------------

@@ -31,6 +31,7 @@ from ..phase.candidates import layout_of
 from ..request import Problem, Request, problem_of
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.initial import number
+from ..start.overlap import refuse_overlap
 from ..start.signals import refuse_switched
 from ..trajectory.event import expressions_of
 from ..trajectory.progress import Progress
@@ -48,6 +49,8 @@ SWEEPS = 100
 """Sweeps of one problem before Newton's method takes over (`islands`); ten times as many if that fails."""
 PAIRS = 64
 """Least room for closed pairs of families; it doubles where it does not suffice."""
+NEAR = 1e-9
+"""Depth of a contact at the start that counts as none [m]."""
 BLOCK = 1000
 """Steps between two checks of events, progress and the keyboard; fewer in proportion with more than ten contacts."""
 
@@ -184,11 +187,15 @@ class _Run:
         return self._trajectory(End.TERMINAL if stop else status, stop)
 
     def _check_start(self, y: Array) -> None:
+        """Refuse contacts and members of families that begin inside each other."""
+        pairs = self._gaps_of_pairs(y) if self.pairs else []
+        cure = ", or hold two bodies apart: apart= of s.contacts" if pairs else ""
+        refuse_overlap(self.model.name, [*pairs, *self._gaps_of_contacts(y)], NEAR, cure)
+
+    def _gaps_of_contacts(self, y: Array) -> list[tuple[str, float]]:
         program, E = self.program, len(self.first)
-        if self.pairs:
-            self._check_pairs(y)
         if E == 0:
-            return
+            return []
         found = observe(
             program.address("closing"),
             program.outputs("closing"),
@@ -196,33 +203,23 @@ class _Run:
             y[None],
             self.constants,
         )[0, : E + len(self.shape.reach_of)]
-        depth = -found[:E]
-        depth[self.shape.reach_of[found[E:] < 0]] = -np.inf
-        worst = int(depth.argmax())
-        if depth[worst] > 1e-9:
-            raise SimulationError(
-                f"The initial state of '{self.model.name}' has contact '{self.model.contacts[worst].name}' "
-                f"{depth[worst]:.6g} m deep. Begin with every gap at zero or above."
-            )
+        gaps = found[:E].copy()
+        gaps[self.shape.reach_of[found[E:] < 0]] = np.inf
+        return [(contact.name, gap) for contact, gap in zip(self.model.contacts, gaps, strict=False)]
 
-    def _check_pairs(self, y: Array) -> None:
-        """Refuse members of families that begin inside each other."""
+    def _gaps_of_pairs(self, y: Array) -> list[tuple[str, float]]:
         while True:
             self.memory.z[: len(y)] = y
-            deepest = loop.code("motion.timestepping.pairs", "deepest")
-            depth = deepest(self.memory, self.begin - self.h, 0.0)
+            loop.code("motion.timestepping.pairs", "deepest")(self.memory, self.begin - self.h, 0.0)
             pairs = self.memory.families.pairs
             if pairs.count <= pairs.most:
                 break
             self.pairs *= 2
             self._make_room()
-        if depth > 1e-9:
-            k = int(pairs.touch[: pairs.count, 0].argmin())
-            label = label_of(self.model, int(pairs.first[k]), int(pairs.second[k]))
-            raise SimulationError(
-                f"The initial state of '{self.model.name}' has contact '{label}' {depth:.6g} m deep. "
-                "Begin with every gap at zero or above, or hold the two bodies apart: apart= of s.contacts."
-            )
+        return [
+            (label_of(self.model, int(pairs.first[k]), int(pairs.second[k])), float(pairs.touch[k, 0]))
+            for k in np.flatnonzero(pairs.touch[: pairs.count, 0] < -NEAR)
+        ]
 
     def _advanced(self, y: Array) -> tuple[Array, Crossing | None]:
         """Return the state some steps later, and the terminal event if one occurs before it."""
