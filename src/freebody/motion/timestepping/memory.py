@@ -89,6 +89,7 @@ def _islands(blocks: int, most: int, n: int) -> Islands:
     result.rows, result.speeds, result.own = rows, speeds, np.zeros(most, dtype=np.int64)
     part = result.part
     part.W, part.X = np.zeros(rows * speeds), np.zeros(rows * speeds)
-    part.blocks.count, part.blocks.starts = 1, np.zeros(2, dtype=np.int64)
-    part.blocks.pieces, part.blocks.first, part.blocks.at = np.zeros((3, rows + 1), dtype=np.int64)
+    part.blocks.starts = np.zeros(speeds + 1, dtype=np.int64)
+    part.blocks.pieces = np.zeros(2 * rows, dtype=np.int64)
+    part.blocks.first, part.blocks.at = np.zeros((2, rows + 1), dtype=np.int64)
     return result

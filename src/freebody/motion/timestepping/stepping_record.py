@@ -154,6 +154,7 @@ class Run(Record):
     sweeps: Whole
     depth: Real
     overlap: Real
+    stats: Annotated[Row, 16]
     constraints: Count
     holonomic: Count
     machine: Machine
