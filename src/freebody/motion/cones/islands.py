@@ -20,12 +20,14 @@ from .cone import add_all, residual
 from .contact_problem import NORMAL, ContactProblem, Newton
 from .newton import DRIFT, balance, reach
 
-SOFT, HARDEST, SOFTEST = 1e-3, 1e-6, 1e-1
+SOFT, HARDEST, SOFTEST = 1e-2, 1e-6, 1e-1
 """First compliance and its limits, relative to the mean of the scales."""
 FINE = 1e-10
 """Residual below which a greater compliance helps where a round is slow: the round-off of r/ε is what is left."""
 SLOW, IDLE = 0.2, 6
 """Ratio of two residuals above which the compliance falls, and rounds without progress that end the search."""
+FEW = 12
+"""Newton steps of a round; a greater compliance takes fewer."""
 INEXACT, ROUND_OFF = 5e-3, 1e-15
 """|F| relative to |v| that ends Newton's method in a round: a part of the residual before it, and the least one."""
 
@@ -196,13 +198,19 @@ def improve(problem: ContactProblem, islands: Islands, island: int, goal: float)
         unit += part.scale[i] / part.count
     soft, last, least, idle = SOFT * unit, residual(part), islands.worst[island] / problem.reference, 0
     while idle < IDLE and least > goal and math.isfinite(last):
-        islands.steps += balance(part, newton, soft, greater(ROUND_OFF, INEXACT * last))
+        idle += 1
+        steps = balance(part, newton, soft, greater(ROUND_OFF, INEXACT * last), FEW)
+        islands.steps += steps
+        if steps == FEW and soft < SOFTEST * unit:
+            soft = lesser(10.0 * soft, SOFTEST * unit)
+            for k in range(part.blocks.n):
+                newton.v[k] = part.v[k]
+            continue
         for i in range(part.count):
             x[i] = newton.here.x[i]
         add_all(part)
         left = residual(part)
         follow(part, newton)
-        idle += 1
         if left < least:
             if left < 0.5 * least:
                 idle = 0

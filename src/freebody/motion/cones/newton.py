@@ -97,7 +97,7 @@ def solve(problem: ContactProblem, memory: Newton, goal: float) -> int:
             for stage in range(MANY if fine else STAGES):
                 if stage > 0:
                     soft /= 2.0 if fine else 10.0
-                count += balance(problem, memory, soft, NEAR)
+                count += balance(problem, memory, soft, NEAR, STEPS)
         memory.softest = HARDEST * unit
         count += multiply(problem, memory, soft, goal)
         if memory.residual > ENOUGH:
@@ -135,7 +135,7 @@ def measure(problem: ContactProblem) -> float:
 
 
 @compiled
-def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float) -> int:
+def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float, most: int) -> int:
     """Find v with |F(v)| <= ``flat`` |v| by Newton's method; return the number of steps, shorter where |F| would grow.
 
     ``memory.here.x`` becomes λ. The factors of F' are kept as long as |F| falls well by them.
@@ -150,7 +150,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float) -
     )
     size = error(problem, memory.y, soft, v, here)
     kinks = 0
-    for turn in range(STEPS):
+    for turn in range(most):
         if size <= flat * root(dot(v, v, n)):
             return turn
         kept = memory.kept == soft
@@ -192,7 +192,7 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float) -
             v[k], here.F[k] = tried[k], memory.there.F[k]
         for a in range(problem.count):
             here.free[a], here.x[a] = memory.there.free[a], memory.there.x[a]
-    return STEPS
+    return most
 
 
 @compiled
@@ -264,7 +264,7 @@ def multiply(problem: ContactProblem, memory: Newton, soft: float, goal: float) 
         past[a], moved[a] = 0.0, 0.0
     count, idle, last, flat = 0, 0, math.inf, greater(FLAT, goal / TENTHS)
     for _ in range(ROUNDS):
-        count += balance(problem, memory, soft, flat)
+        count += balance(problem, memory, soft, flat, STEPS)
         for a in range(problem.count):
             x[a] = memory.here.x[a]
         size = measure(problem)

@@ -24,7 +24,7 @@ DEEP = 1e-10
 CLOSINGS = 200
 """Limit on the Newton steps that remove overlap. An almost flat edge, lifted at its lowest point, dips on the other
 side, three fifths as deep, so this case takes many steps."""
-TOLERANCE = 1e-9
+TOLERANCE = 1e-2
 """Residual of the problem of the displacements, relative to the greatest depth."""
 INEXACT = 0.1
 """Residual, relative to the depth, with which a displacement is taken: the next removes the rest."""
@@ -88,9 +88,15 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
         problem.b[a] = gap + along(problem.blocks, problem.rows[a], run.W, shift)
         problem.reference = greater(problem.reference, abs(problem.b[a]))
     answers(run, count)
-    goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
+    goal = greater(TOLERANCE * depth, 0.1 * DEEP) / problem.reference
     run.stats[1] += 1.0
-    if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
+    run.stats[8] -= islands.newton.factored
+    run.stats[9] -= islands.steps
+    good = impulses(run, islands, goal)
+    run.stats[8] += islands.newton.factored
+    run.stats[9] += islands.steps
+    run.stats[10] += good
+    if good == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return OVERLAP
     for i in range(machine.n):

@@ -18,12 +18,13 @@ TURNS, ANEW = 8, 4
 @compiled
 def impulses(run: Run, islands: Islands, goal: float) -> int:
     """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0."""
-    problem = run.problem
+    problem, most = run.problem, FEW
     for turn in range(TURNS):
         if turn == ANEW:
             for a in range(problem.count):
                 problem.x[a] = 0.0
-        most = FEW if turn == 0 else run.most_sweeps
+        if turn > 0:
+            most = 8 * most if 8 * most < run.most_sweeps else run.most_sweeps
         sweeps = solve(problem, run.sweeping, goal, most)
         run.sweeps += sweeps if sweeps >= 0 else most
         run.stats[3] += 1.0
