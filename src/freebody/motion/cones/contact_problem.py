@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from ...native.records import Count, Real, Record, Row, Rows, Whole, Wholes, record
+from ...native.records import Real, Record, Row, Rows, Whole, Wholes, record
 
 EQUALITY, NORMAL, LINE, FIRST, SECOND = range(5)
 """Kinds of rows: LINE is the only tangent of the normal row before it, FIRST and SECOND are two tangents of it."""

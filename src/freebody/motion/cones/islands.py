@@ -17,7 +17,7 @@ from typing import Annotated
 from ...native.instructions import compiled, greater, lesser
 from ...native.records import Count, Record, Row, Whole, Wholes, record
 from .cone import add_all, residual
-from .contact_problem import NORMAL, ContactProblem, Newton
+from .contact_problem import ContactProblem, Newton
 from .newton import DRIFT, balance, reach
 
 SOFT, HARDEST, SOFTEST = 1e-2, 1e-6, 1e-1
@@ -146,9 +146,9 @@ def lies_in(problem: ContactProblem, islands: Islands, a: int, island: int) -> i
 
 @compiled
 def arrange(problem: ContactProblem, islands: Islands, island: int, m: int) -> None:
-    """Number the blocks of an island, each after its neighbours of the lower ones, so that entries stay near the diagonal.
+    """Number the blocks of an island so that those that share a row stand near each other.
 
-    The order is that of a walk in breadth from the first block of the last round of another walk.
+    The order is that of a walk in breadth, which begins where another walk ends.
 
     Source: E. Cuthill, J. McKee, Proc. 24th ACM National Conference (1969) 157-172.
     """
@@ -169,14 +169,12 @@ def walk(problem: ContactProblem, islands: Islands, start: int, m: int) -> int:
     while seen < count:
         b = order[seen]
         for i in range(m):
-            r = problem.rows[islands.own[i]]
-            first, last = blocks.first[r], blocks.first[r + 1]
-            if last - first == 2 and problem.kinds[islands.own[i]] <= NORMAL:
-                one, other = blocks.pieces[first], blocks.pieces[first + 1]
-                if other == b:
-                    other = one
-                    one = b
-                if one == b and place[other] < 0:
+            r, meets = problem.rows[islands.own[i]], 0
+            for p in range(blocks.first[r], blocks.first[r + 1]):
+                meets = 1 if blocks.pieces[p] == b else meets
+            for p in range(blocks.first[r], blocks.first[r + 1] if meets == 1 else blocks.first[r]):
+                other = blocks.pieces[p]
+                if place[other] < 0:
                     order[count], place[other] = other, count
                     count += 1
         seen += 1

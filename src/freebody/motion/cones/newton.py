@@ -15,7 +15,8 @@ The start is always zero. Of indeterminate forces the result is therefore the li
 the same for the same problem. If there are more than `DENSE` directions, Gauss-Seidel sweeps go before step 2, in place
 of step 1.
 
-The problem is dense, with one block: W is H and X is C, x are the forces λ, and b is c.
+W is H and X is C, x are the forces λ, and b is c. F' has entries for blocks that share a row only; a dense problem has
+one block.
 
 Sources: J. Carpentier, Q. Le Lidec, L. Montaut, From compliant to rigid contact simulation, arXiv 2405.17020 (2024);
 P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991); F. Jourdan, P. Alart, M. Jean, ibid. 155 (1998).
@@ -154,14 +155,8 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float, m
         if size <= flat * root(dot(v, v, n)):
             return turn
         kept = memory.kept == soft
-        if not kept:
-            slopes(problem, here.free, problem.W, memory.G[0])
-            jacobian(problem, memory, soft)
-            memory.factored += 1
-            if factored(memory.J[0], blocks, memory.ends, memory.order) == 0:
-                memory.kept = 0.0
-                return turn
-            memory.kept = soft
+        if not kept and slope(problem, memory, soft) == 0:
+            return turn
         for k in range(n):
             step[k] = -here.F[k]
         substitute(memory.J[0], blocks, memory.ends, memory.order, step)
@@ -208,6 +203,19 @@ def error(problem: ContactProblem, y: Reals, soft: float, v: Reals, trial: Trial
         if trial.x[a] != 0.0:
             add(blocks, problem.rows[a], problem.X, -trial.x[a], F)
     return root(dot(F, F, n))
+
+
+@compiled
+def slope(problem: ContactProblem, memory: Newton, soft: float) -> int:
+    """Set the factors of F' at v; return 0 if it is singular, else 1."""
+    slopes(problem, memory.here.free, problem.W, memory.G[0])
+    jacobian(problem, memory, soft)
+    memory.factored += 1
+    memory.kept = soft
+    if factored(memory.J[0], problem.blocks, memory.ends, memory.order) == 0:
+        memory.kept = 0.0
+        return 0
+    return 1
 
 
 @compiled

@@ -25,9 +25,9 @@ CLOSINGS = 200
 """Limit on the Newton steps that remove overlap. An almost flat edge, lifted at its lowest point, dips on the other
 side, three fifths as deep, so this case takes many steps."""
 TOLERANCE = 1e-2
-"""Residual of the problem of the displacements, relative to the greatest depth."""
+"""Residual of the problem of the displacements, relative to the greatest depth: the next step removes the rest."""
 INEXACT = 0.1
-"""Residual, relative to the depth, with which a displacement is taken: the next removes the rest."""
+"""Residual, relative to the greatest gap, with which a displacement is taken where the solvers end before."""
 TINY = 1e-300
 
 
@@ -38,7 +38,6 @@ def correct(run: Run, islands: Islands, t: float) -> int:
     for i in range(n_q):
         moved[i] = run.z[i]
     for _ in range(CLOSINGS):
-        run.stats[0] += 1.0
         depth = overlap(run, t)
         error = depth
         for i in range(run.holonomic):
@@ -89,14 +88,7 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
         problem.reference = greater(problem.reference, abs(problem.b[a]))
     answers(run, count)
     goal = greater(TOLERANCE * depth, 0.1 * DEEP) / problem.reference
-    run.stats[1] += 1.0
-    run.stats[8] -= islands.newton.factored
-    run.stats[9] -= islands.steps
-    good = impulses(run, islands, goal)
-    run.stats[8] += islands.newton.factored
-    run.stats[9] += islands.steps
-    run.stats[10] += good
-    if good == 0 and not problem.residual <= INEXACT:
+    if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return OVERLAP
     for i in range(machine.n):

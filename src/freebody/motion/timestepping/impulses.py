@@ -9,7 +9,7 @@ from ..cones.islands import Islands, settle
 from ..cones.sweeps import solve
 from .stepping_record import Run
 
-FEW = 20
+FEW = 40
 """Sweeps before Newton's method: where they are fast, they end within these."""
 TURNS, ANEW = 8, 4
 """Turns of sweeps and Newton's method, and the one that forgets the impulses of the last step."""
@@ -27,10 +27,6 @@ def impulses(run: Run, islands: Islands, goal: float) -> int:
             most = 8 * most if 8 * most < run.most_sweeps else run.most_sweeps
         sweeps = solve(problem, run.sweeping, goal, most)
         run.sweeps += sweeps if sweeps >= 0 else most
-        run.stats[3] += 1.0
-        run.stats[4] += 1.0 if sweeps < 0 else 0.0
-        run.stats[5] += problem.count
-        run.stats[6] += turn
         if sweeps >= 0 or (math.isfinite(problem.residual) and settle(problem, islands, goal) <= goal):
             return 1
         if not math.isfinite(problem.residual):

@@ -147,8 +147,7 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
         f = [-x for x in bias(model, state)]
         turning = _depend(f, state.u)
         coupled, moved = ([_places(row) for row in matrix] for matrix in ([*M, *G], [*W, *G]))
-        if model.families:
-            coupled += speeds_inward(model)
+        coupled += speeds_inward(model)
         shape = _shape(model, coupled, moved, held, [len(one) for one in reaches], turning)
         shapes["stepping"] = shape
         groups = [shape.order[a:b].tolist() for a, b in zip(shape.blocks, shape.blocks[1:], strict=False)]

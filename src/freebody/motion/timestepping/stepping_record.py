@@ -154,7 +154,6 @@ class Run(Record):
     sweeps: Whole
     depth: Real
     overlap: Real
-    stats: Annotated[Row, 16]
     constraints: Count
     holonomic: Count
     machine: Machine
