@@ -24,7 +24,7 @@ DEEP = 1e-10
 CLOSINGS = 200
 """Limit on the Newton steps that remove overlap. An almost flat edge, lifted at its lowest point, dips on the other
 side, three fifths as deep, so this case takes many steps."""
-TOLERANCE = 1e-2
+TOLERANCE = 1e-5
 """Residual of the problem of the displacements, relative to the greatest depth: the next step removes the rest."""
 INEXACT = 0.1
 """Residual, relative to the greatest gap, with which a displacement is taken where the solvers end before."""
@@ -87,7 +87,7 @@ def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
         problem.b[a] = gap + along(problem.blocks, problem.rows[a], run.W, shift)
         problem.reference = greater(problem.reference, abs(problem.b[a]))
     answers(run, count)
-    goal = greater(TOLERANCE * depth, 0.1 * DEEP) / problem.reference
+    goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
     if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return OVERLAP
