@@ -25,7 +25,8 @@ CLOSINGS = 200
 """Limit on the Newton steps that remove overlap. An almost flat edge, lifted at its lowest point, dips on the other
 side, three fifths as deep, so this case takes many steps."""
 TOLERANCE = 1e-5
-"""Residual of the problem of the displacements, relative to the greatest depth: the next step removes the rest."""
+"""Residual of the problem of the displacements, relative to the greatest gap: their error is of second order. A rough
+one leaves contacts a little open, and the next step does not see them."""
 INEXACT = 0.1
 """Residual, relative to the greatest gap, with which a displacement is taken where the solvers end before."""
 TINY = 1e-300
