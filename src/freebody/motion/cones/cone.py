@@ -72,10 +72,12 @@ def project_all(problem: ContactProblem, y: Reals, x: Reals) -> None:
 
 @compiled
 def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
-    """Set G to ∂P/∂y H; each row of H and of G has as many numbers as there are speeds."""
-    n = problem.blocks.n
+    """Set G to ∂P/∂y H, both stored as the rows of the problem. The rows of a contact cover the same blocks."""
+    at = problem.blocks.at
     for a in range(problem.count):
-        kind, mu, h, g = problem.kinds[a], problem.mu[a], H[a * n :], G[a * n :]
+        r, kind, mu = problem.rows[a], problem.kinds[a], problem.mu[a]
+        begin, n = at[r], at[r + 1] - at[r]
+        h, g = H[begin:], G[begin:]
         limit, e, f, p, whole = 0.0, 0.0, 0.0, 1.0, kind == EQUALITY or y[a] > problem.low[a]
         if kind == LINE or kind == FIRST:  # noqa: SIM109
             limit = mu * greater(greater(problem.low[a - 1], y[a - 1]), 0.0)
@@ -85,9 +87,9 @@ def slopes(problem: ContactProblem, y: Reals, H: Reals, G: Reals) -> None:
             if kind <= NORMAL:
                 g[k] = h[k] if whole else 0.0
             elif kind == LINE:
-                g[k] = clipped_slope(y[a], limit, h[k], mu * G[(a - 1) * n + k])
+                g[k] = clipped_slope(y[a], limit, h[k], mu * G[begin - n + k])
             elif kind == FIRST:
-                along_e, growth = e * h[k] + f * h[n + k], mu * G[(a - 1) * n + k]
+                along_e, growth = e * h[k] + f * h[n + k], mu * G[begin - n + k]
                 g[k], g[n + k] = (
                     p * (h[k] - e * along_e) + e * growth,
                     p * (h[n + k] - f * along_e) + f * growth,

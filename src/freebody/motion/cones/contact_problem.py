@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from ...native.records import Count, Real, Record, Row, Rows, Whole, Wholes, record
+from ...native.records import Real, Record, Row, Rows, Whole, Wholes, record
 
 EQUALITY, NORMAL, LINE, FIRST, SECOND = range(5)
 """Kinds of rows: LINE is the only tangent of the normal row before it, FIRST and SECOND are two tangents of it."""
@@ -38,7 +38,7 @@ class Blocks(Record):
     """
 
     n: Whole
-    count: Count
+    count: Whole
     starts: Wholes
     squares: Wholes
     pieces: Wholes
@@ -119,7 +119,9 @@ class Newton(Record):
     ``y``, ``v``                 multipliers, and the solution of F(v) = 0
     ``best``, ``past``, ``moved``    λ of the least residual; λ of the round before; change in a round
     ``here``, ``there``          at v, and at a trial of the line search
-    ``G``, ``J``, ``step``       -∂λ/∂r H, F', and the step
+    ``G``, ``J``, ``step``       -∂λ/∂r H, stored as the rows of H; F' or its factors; the step
+    ``kept``, ``factored``       compliance of the factors, 0 without any; number of factorizations
+    ``ends``, ``order``          end of each block of F' (`elimination.factored`), and its row exchanges
     """
 
     residual: Real
@@ -135,3 +137,7 @@ class Newton(Record):
     there: Trial
     G: Annotated[Rows, "most", "n"]
     J: Annotated[Rows, "n", "n"]
+    kept: Real
+    factored: Whole
+    ends: Annotated[Wholes, "n"]
+    order: Annotated[Wholes, "n"]

@@ -1,10 +1,11 @@
-"""Linear equations of a few unknowns, in compiled code."""
+"""Linear equations in compiled code: of a few unknowns, and of unknowns in blocks of which few share an equation."""
 
 from __future__ import annotations
 
 import math
 
-from ...native.instructions import Reals, compiled
+from ...native.instructions import Integers, Reals, compiled
+from .contact_problem import Blocks
 
 
 @compiled
@@ -36,3 +37,57 @@ def solved(a: Reals, n: int, b: Reals) -> int:
             b[k] -= a[k * n + j] * b[j]
         b[k] /= a[k * n + k]
     return 1
+
+
+@compiled
+def factored(a: Reals, blocks: Blocks, ends: Integers, order: Integers) -> int:
+    """Replace a by factors of it, with row exchanges inside blocks; return 0 if it is singular, else 1.
+
+    Row and column k of a block b have no entries between them and ``ends[b]`` onwards, before and after elimination.
+    """
+    n = blocks.n
+    for b in range(blocks.count):
+        end = ends[b]
+        for k in range(blocks.starts[b], blocks.starts[b + 1]):
+            p = k
+            for i in range(k + 1, blocks.starts[b + 1]):
+                if abs(a[i * n + k]) > abs(a[p * n + k]):
+                    p = i
+            order[k] = p
+            if a[p * n + k] == 0.0 or not math.isfinite(a[p * n + k]):
+                return 0
+            if p != k:
+                for j in range(k, end):
+                    exchanged = a[k * n + j]
+                    a[k * n + j] = a[p * n + j]
+                    a[p * n + j] = exchanged
+            pivot, above = 1.0 / a[k * n + k], a[k * n :]
+            for i in range(k + 1, end):
+                part, row = a[i * n + k] * pivot, a[i * n :]
+                row[k] = part
+                if part != 0.0:
+                    for j in range(k + 1, end):
+                        row[j] -= part * above[j]
+    return 1
+
+
+@compiled
+def substitute(a: Reals, blocks: Blocks, ends: Integers, order: Integers, x: Reals) -> None:
+    """Replace x by the solution of the equations with this right side, by the factors that `factored` left."""
+    n = blocks.n
+    for b in range(blocks.count):
+        for k in range(blocks.starts[b], blocks.starts[b + 1]):
+            p = order[k]
+            exchanged = x[p]
+            x[p] = x[k]
+            x[k] = exchanged
+            for i in range(k + 1, ends[b]):
+                x[i] -= a[i * n + k] * exchanged
+    for c in range(blocks.count):
+        b = blocks.count - 1 - c
+        for h in range(blocks.starts[b + 1] - blocks.starts[b]):
+            k = blocks.starts[b + 1] - 1 - h
+            total, row = x[k], a[k * n :]
+            for j in range(k + 1, ends[b]):
+                total -= row[j] * x[j]
+            x[k] = total / row[k]

@@ -15,7 +15,8 @@ The start is always zero. Of indeterminate forces the result is therefore the li
 the same for the same problem. If there are more than `DENSE` directions, Gauss-Seidel sweeps go before step 2, in place
 of step 1.
 
-The problem is dense, with one block: W is H and X is C, x are the forces λ, and b is c.
+W is H and X is C, x are the forces λ, and b is c. F' has entries for blocks that share a row only; a dense problem has
+one block.
 
 Sources: J. Carpentier, Q. Le Lidec, L. Montaut, From compliant to rigid contact simulation, arXiv 2405.17020 (2024);
 P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991); F. Jourdan, P. Alart, M. Jean, ibid. 155 (1998).
@@ -29,7 +30,7 @@ from ...native.instructions import Integers, Reals, compiled, greater, root
 from .block_rows import add, along, dot
 from .cone import add_all, project, project_all, residual, slopes
 from .contact_problem import FIRST, LINE, NORMAL, SECOND, ContactProblem, Newton, Trial
-from .elimination import solved
+from .elimination import factored, substitute
 
 DENSE = 24
 """Number of directions up to which Newton's method starts from zero without sweeps."""
@@ -55,6 +56,8 @@ FLAT, NEAR, TENTHS, FALLS = 1e-15, 1e-3, 100.0, 1e-4
 least fall of |F| in a step, relative to what the slope promises."""
 KINKED = 1e-9
 """|F| relative to |v| below which a kink ends Newton's method."""
+KEPT = 0.1
+"""Fall of |F| in a step up to which the factors of F' are kept."""
 INSIDE = 1e-12
 """Relative distance from the boundary of a cone of a force that is inside."""
 
@@ -71,7 +74,7 @@ def solve(problem: ContactProblem, memory: Newton, goal: float) -> int:
     for a in range(problem.count):
         memory.best[a] = problem.x[a]
         unit += problem.scale[a] / problem.count
-    memory.residual = measure(problem)
+    memory.residual, memory.kept = measure(problem), 0.0
     for way in range(3):
         if not (memory.residual > goal and math.isfinite(memory.residual)):
             break
@@ -95,7 +98,7 @@ def solve(problem: ContactProblem, memory: Newton, goal: float) -> int:
             for stage in range(MANY if fine else STAGES):
                 if stage > 0:
                     soft /= 2.0 if fine else 10.0
-                count += balance(problem, memory, soft, NEAR)
+                count += balance(problem, memory, soft, NEAR, STEPS)
         memory.softest = HARDEST * unit
         count += multiply(problem, memory, soft, goal)
         if memory.residual > ENOUGH:
@@ -133,23 +136,30 @@ def measure(problem: ContactProblem) -> float:
 
 
 @compiled
-def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float) -> int:
+def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float, most: int) -> int:
     """Find v with |F(v)| <= ``flat`` |v| by Newton's method; return the number of steps, shorter where |F| would grow.
 
-    ``memory.here.x`` becomes λ.
+    ``memory.here.x`` becomes λ. The factors of F' are kept as long as |F| falls well by them.
     """
-    n, v, tried, step, here = problem.blocks.n, memory.v, memory.tried, memory.step, memory.here
+    n, v, tried, step, here, blocks = (
+        problem.blocks.n,
+        memory.v,
+        memory.tried,
+        memory.step,
+        memory.here,
+        problem.blocks,
+    )
     size = error(problem, memory.y, soft, v, here)
     kinks = 0
-    for turn in range(STEPS):
+    for turn in range(most):
         if size <= flat * root(dot(v, v, n)):
             return turn
-        slopes(problem, here.free, problem.W, memory.G[0])
+        kept = memory.kept == soft
+        if not kept and slope(problem, memory, soft) == 0:
+            return turn
         for k in range(n):
             step[k] = -here.F[k]
-        jacobian(problem, memory.G[0], soft, memory.J[0])
-        if solved(memory.J[0], n, step) == 0:
-            return turn
+        substitute(memory.J[0], blocks, memory.ends, memory.order, step)
         part, shorter, new = 1.0, True, size
         while shorter:
             for k in range(n):
@@ -157,6 +167,8 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float) -
             new = error(problem, memory.y, soft, tried, memory.there)
             shorter = not new < (1.0 - FALLS * part) * size
             part /= 2.0
+            if kept:
+                break
             if shorter and part < SHORTEST:
                 # a kink: |F| falls in no short step, and the slope beyond it is needed
                 if size <= KINKED * root(dot(v, v, n)) or kinks == KINKS or not math.isfinite(new):
@@ -166,47 +178,87 @@ def balance(problem: ContactProblem, memory: Newton, soft: float, flat: float) -
                     tried[k] = v[k] + BEYOND * step[k]
                 new = error(problem, memory.y, soft, tried, memory.there)
                 shorter = False
+        if not new <= KEPT * size:
+            memory.kept = 0.0
+            if kept and shorter:
+                continue
         size = new
         for k in range(n):
             v[k], here.F[k] = tried[k], memory.there.F[k]
         for a in range(problem.count):
             here.free[a], here.x[a] = memory.there.free[a], memory.there.x[a]
-    return STEPS
+    return most
 
 
 @compiled
 def error(problem: ContactProblem, y: Reals, soft: float, v: Reals, trial: Trial) -> float:
     """Set y - r/ε, λ and F(v); return |F|."""
-    n, F, W, X = problem.blocks.n, trial.F, problem.W, problem.X
+    n, F, blocks = problem.blocks.n, trial.F, problem.blocks
     for a in range(problem.count):
-        rate, at = problem.b[a], a * n
-        for k in range(n):
-            rate += W[at + k] * v[k]
-        trial.free[a] = y[a] - rate / soft
+        trial.free[a] = y[a] - (problem.b[a] + along(blocks, problem.rows[a], problem.W, v)) / soft
     project_all(problem, trial.free, trial.x)
     for k in range(n):
         F[k] = v[k]
     for a in range(problem.count):
-        x, at = trial.x[a], a * n
-        if x != 0.0:
-            for k in range(n):
-                F[k] -= x * X[at + k]
+        if trial.x[a] != 0.0:
+            add(blocks, problem.rows[a], problem.X, -trial.x[a], F)
     return root(dot(F, F, n))
 
 
 @compiled
-def jacobian(problem: ContactProblem, G: Reals, soft: float, J: Reals) -> None:
-    """Set J to 1 + Cᵀ G/ε."""
-    n, C = problem.blocks.n, problem.X
-    for k in range(n):
-        for j in range(n):
-            J[k * n + j] = 1.0 if k == j else 0.0
+def slope(problem: ContactProblem, memory: Newton, soft: float) -> int:
+    """Set the factors of F' at v; return 0 if it is singular, else 1."""
+    slopes(problem, memory.here.free, problem.W, memory.G[0])
+    jacobian(problem, memory, soft)
+    memory.factored += 1
+    memory.kept = soft
+    if factored(memory.J[0], problem.blocks, memory.ends, memory.order) == 0:
+        memory.kept = 0.0
+        return 0
+    return 1
+
+
+@compiled
+def jacobian(problem: ContactProblem, memory: Newton, soft: float) -> None:
+    """Set J to 1 + Cᵀ G/ε, and the ends of its blocks."""
+    blocks, n, J, ends = problem.blocks, problem.blocks.n, memory.J[0], memory.ends
+    for b in range(blocks.count):
+        ends[b] = blocks.starts[b + 1]
     for a in range(problem.count):
-        for k in range(n):
-            share = C[a * n + k] / soft
-            if share != 0.0:
-                for j in range(n):
-                    J[k * n + j] += share * G[a * n + j]
+        r = problem.rows[a]
+        for p in range(blocks.first[r], blocks.first[r + 1]):
+            for q in range(blocks.first[r], blocks.first[r + 1]):
+                one, end = blocks.pieces[p], blocks.starts[blocks.pieces[q] + 1]
+                if end > ends[one]:
+                    ends[one] = end
+    for b in range(blocks.count):
+        if b > 0 and ends[b - 1] > ends[b]:
+            ends[b] = ends[b - 1]
+        for k in range(blocks.starts[b], blocks.starts[b + 1]):
+            for j in range(blocks.starts[b], ends[b]):
+                J[k * n + j] = 0.0
+                J[j * n + k] = 0.0
+            J[k * n + k] = 1.0
+    for a in range(problem.count):
+        if memory.here.free[a] > problem.low[a] or problem.kinds[a] != NORMAL:
+            spread(problem, memory, a, 1.0 / soft)
+
+
+@compiled
+def spread(problem: ContactProblem, memory: Newton, a: int, share: float) -> None:
+    """Add the part of row ``a`` to J, if it is not zero."""
+    blocks, n, r, G, J = problem.blocks, problem.blocks.n, problem.rows[a], memory.G[0], memory.J[0]
+    i = blocks.at[r]
+    for p in range(blocks.first[r], blocks.first[r + 1]):
+        for k in range(blocks.starts[blocks.pieces[p]], blocks.starts[blocks.pieces[p] + 1]):
+            part, row, j = problem.X[i] * share, J[k * n :], blocks.at[r]
+            if part != 0.0:
+                for q in range(blocks.first[r], blocks.first[r + 1]):
+                    begin = blocks.starts[blocks.pieces[q]]
+                    for h in range(blocks.starts[blocks.pieces[q] + 1] - begin):
+                        row[begin + h] += part * G[j + h]
+                    j += blocks.starts[blocks.pieces[q] + 1] - begin
+            i += 1
 
 
 # -- multipliers -----------------------------------------------------------------------------------------
@@ -220,7 +272,7 @@ def multiply(problem: ContactProblem, memory: Newton, soft: float, goal: float) 
         past[a], moved[a] = 0.0, 0.0
     count, idle, last, flat = 0, 0, math.inf, greater(FLAT, goal / TENTHS)
     for _ in range(ROUNDS):
-        count += balance(problem, memory, soft, flat)
+        count += balance(problem, memory, soft, flat, STEPS)
         for a in range(problem.count):
             x[a] = memory.here.x[a]
         size = measure(problem)

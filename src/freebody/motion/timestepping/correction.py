@@ -13,9 +13,10 @@ import math
 
 from ...native.instructions import compiled, greater
 from ..cones.block_rows import along
-from ..cones.sweeps import solve
+from ..cones.islands import Islands
 from .configuration import CLOSED_GAP, answers, close, evaluate, hide, normalize, put_speeds
 from .elimination import meet
+from .impulses import impulses
 from .pairs import deepest, pair_gap
 from .stepping_record import NONE, NOT_FINITE, OVERLAP, Run
 
@@ -23,15 +24,16 @@ DEEP = 1e-10
 CLOSINGS = 200
 """Limit on the Newton steps that remove overlap. An almost flat edge, lifted at its lowest point, dips on the other
 side, three fifths as deep, so this case takes many steps."""
-TOLERANCE = 1e-9
-"""Residual of the problem of the displacements, relative to the greatest depth."""
-FEW, INEXACT = 100, 0.1
-"""Sweeps after which a displacement with this residual, relative to the depth, is taken: the next removes the rest."""
+TOLERANCE = 1e-5
+"""Residual of the problem of the displacements, relative to the greatest gap: their error is of second order. A rough
+one leaves contacts a little open, and the next step does not see them."""
+INEXACT = 0.1
+"""Residual, relative to the greatest gap, with which a displacement is taken where the solvers end before."""
 TINY = 1e-300
 
 
 @compiled
-def correct(run: Run, t: float) -> int:
+def correct(run: Run, islands: Islands, t: float) -> int:
     """Move z to gaps >= 0 and φ = 0, the least way in the norm of the mass matrix; return a failure or NONE."""
     depth, error, moved, n_q = 0.0, math.inf, run.moved[run.done], run.machine.n_q
     for i in range(n_q):
@@ -43,7 +45,7 @@ def correct(run: Run, t: float) -> int:
             error = greater(error, abs(run.end.phi[i]))
         if error <= DEEP or not math.isfinite(error):
             break
-        failure = separate(run, t, depth)
+        failure = separate(run, islands, t, depth)
         if failure != NONE:
             return failure
     run.overlap = error
@@ -68,7 +70,7 @@ def overlap(run: Run, t: float) -> float:
 
 
 @compiled
-def separate(run: Run, t: float, depth: float) -> int:
+def separate(run: Run, islands: Islands, t: float, depth: float) -> int:
     """Move z by one step: 0 <= x ⟂ gap + W Δ >= 0, φ + G Δ = 0 with Δ = M⁻¹ (Wᵀ x + Gᵀ λ)."""
     machine, problem, shift, count = run.machine, run.problem, run.free, run.holonomic
     near = greater(CLOSED_GAP, depth)  # those as near as the deepest one is deep may be met on the way
@@ -87,10 +89,7 @@ def separate(run: Run, t: float, depth: float) -> int:
         problem.reference = greater(problem.reference, abs(problem.b[a]))
     answers(run, count)
     goal = greater(TOLERANCE, 0.1 * DEEP / problem.reference)
-    sweeps = solve(problem, run.sweeping, goal, FEW)
-    if sweeps < 0 and not problem.residual <= INEXACT:
-        sweeps = solve(problem, run.sweeping, INEXACT, run.most_sweeps)
-    if sweeps < 0 and not problem.residual <= INEXACT:
+    if impulses(run, islands, goal) == 0 and not problem.residual <= INEXACT:
         run.overlap = depth
         return OVERLAP
     for i in range(machine.n):

@@ -79,16 +79,18 @@ def memory_of(
         setattr(run.now, name, parts[name])
         setattr(run.end, name, ends[k])
     problem.W, problem.X = run.W, np.zeros(len(run.W))
-    return run, _islands(int(blocks.count), max(m + 3 * pairs, 1), n), owned
+    wide = int(np.diff(shape.row_first).max(initial=2))
+    return run, _islands(int(blocks.count), max(m + 3 * pairs, 1), n, wide), owned
 
 
-def _islands(blocks: int, most: int, n: int) -> Islands:
-    """Return the memory for islands of a problem of at most ``most`` rows and n speeds."""
+def _islands(blocks: int, most: int, n: int, wide: int) -> Islands:
+    """Return the memory for islands of a problem of at most ``most`` rows, each of ``wide`` blocks, and n speeds."""
     rows, speeds = min(most, ISLAND_ROWS), min(n, ISLAND_SPEEDS)
     result = Islands.made(blocks=blocks, most=rows, n=speeds)
     result.rows, result.speeds, result.own = rows, speeds, np.zeros(most, dtype=np.int64)
     part = result.part
     part.W, part.X = np.zeros(rows * speeds), np.zeros(rows * speeds)
-    part.blocks.count, part.blocks.starts = 1, np.zeros(2, dtype=np.int64)
-    part.blocks.pieces, part.blocks.first, part.blocks.at = np.zeros((3, rows + 1), dtype=np.int64)
+    part.blocks.starts = np.zeros(speeds + 1, dtype=np.int64)
+    part.blocks.pieces = np.zeros(wide * rows, dtype=np.int64)
+    part.blocks.first, part.blocks.at = np.zeros((2, rows + 1), dtype=np.int64)
     return result

@@ -32,11 +32,11 @@ import math
 from ...native.instructions import compiled, greater, lesser
 from ..cones.block_rows import along, dot, magnitude
 from ..cones.contact_problem import NORMAL
-from ..cones.islands import Islands, settle
-from ..cones.sweeps import solve
+from ..cones.islands import Islands
 from .configuration import CLOSED_GAP, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
 from .elimination import block_back, meet
+from .impulses import impulses
 from .loads import change_loads, imbalance
 from .pairs import begin_pairs, log_pairs, mode, room_left
 from .stepping_record import (
@@ -54,8 +54,6 @@ it has not halved ``IDLE`` times in a row."""
 IDLE = 8
 MEANS = 2000
 """Limit on the evaluations of the loads in a step."""
-TURNS, ANEW = 8, 4
-"""Turns of sweeps and Newton's method, and the one that forgets the impulses of the last step."""
 TINY = 1e-300
 
 
@@ -71,7 +69,7 @@ def march(run: Run, islands: Islands) -> int:
         if run.failure == NONE:
             account(run)
             advance(run, t)  # 4: q⁺ = q + h/2 (q'(q, u) + q'(q⁺, u⁺)), quaternions by Cayley's rotation
-            run.failure = correct(run, t)  # 5: gaps >= 0, φ = 0
+            run.failure = correct(run, islands, t)  # 5: gaps >= 0, φ = 0
         if run.failure == NONE:
             accept(run)
     return run.done
@@ -153,23 +151,6 @@ def velocities(run: Run, islands: Islands, t: float) -> int:
         if not math.isfinite(run.u_new[i]):
             return NOT_FINITE
     return NONE
-
-
-@compiled
-def impulses(run: Run, islands: Islands, goal: float) -> int:
-    """Solve the contact problem by sweeps, and where these are slow by Newton's method in turn; return 1 on success."""
-    problem = run.problem
-    for turn in range(TURNS):
-        if turn == ANEW:
-            for a in range(problem.count):
-                problem.x[a] = 0.0
-        sweeps = solve(problem, run.sweeping, goal, run.most_sweeps)
-        run.sweeps += sweeps if sweeps >= 0 else run.most_sweeps
-        if sweeps >= 0 or (math.isfinite(problem.residual) and settle(problem, islands, goal) <= goal):
-            return 1
-        if not math.isfinite(problem.residual):
-            return 0
-    return 0
 
 
 @compiled

@@ -154,8 +154,7 @@ def stepping(kernels: Kernels) -> tuple[Program, Shape]:
                 W[r], rate[r], gap[k] = (0,) * model.n_u, 0, state.field.apply("max", gap[k], 0)
         turning = _depend(f, state.u)
         coupled, moved = ([_places(row) for row in matrix] for matrix in ([*M, *G], [*W, *G]))
-        if model.families:
-            coupled += speeds_inward(model)
+        coupled += speeds_inward(model)
         shape = _shape(model, coupled, moved, held, [len(one) for one in reaches], turning)
         shapes["stepping"] = shape
         groups = [shape.order[a:b].tolist() for a, b in zip(shape.blocks, shape.blocks[1:], strict=False)]

@@ -1,0 +1,34 @@
+"""The contact problem of a step or of its correction, solved by sweeps and by Newton's method in turn."""
+
+from __future__ import annotations
+
+import math
+
+from ...native.instructions import compiled
+from ..cones.islands import Islands, settle
+from ..cones.sweeps import solve
+from .stepping_record import Run
+
+FEW = 40
+"""Sweeps before Newton's method: where they are fast, they end within these."""
+TURNS, ANEW = 8, 4
+"""Turns of sweeps and Newton's method, and the one that forgets the impulses of the last step."""
+
+
+@compiled
+def impulses(run: Run, islands: Islands, goal: float) -> int:
+    """Solve the contact problem to within ``goal`` from x; return 1 on success, else 0."""
+    problem, most = run.problem, FEW
+    for turn in range(TURNS):
+        if turn == ANEW:
+            for a in range(problem.count):
+                problem.x[a] = 0.0
+        if turn > 0:
+            most = 8 * most if 8 * most < run.most_sweeps else run.most_sweeps
+        sweeps = solve(problem, run.sweeping, goal, most)
+        run.sweeps += sweeps if sweeps >= 0 else most
+        if sweeps >= 0 or (math.isfinite(problem.residual) and settle(problem, islands, goal) <= goal):
+            return 1
+        if not math.isfinite(problem.residual):
+            return 0
+    return 0
