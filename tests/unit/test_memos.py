@@ -363,7 +363,7 @@ def test_rates_scripts_and_steps_are_of_their_arguments() -> None:
     assert rate(x) == x.diff(t) != rate(y) and rate(rate(x)) == x.diff(t, 2)
     assert script(SCRIPTS) != script(LIVE)
     kinds = [Kind("hinge", axis, False, True, False, True) for axis in (0, 1)]
-    steps = [compiled_step(kind, *more) for kind in kinds for more in ((), (8,), (8, False))]
+    steps = [compiled_step(kind, ("composed",), *more) for kind in kinds for more in ((), (8,), (8, False))]
     assert len({id(one) for one in steps}) == 6
 
 
