@@ -14,15 +14,21 @@ GREEK = {
 }  # fmt: skip
 SPELLED = {"lam": "lambda", "lamda": "lambda"}
 """Letters by what they are called in Python, where the word itself is reserved."""
+SPEED = re.compile(r"(\w*[A-Za-z0-9])_([wv])([xyz])")
+"""Names of the speeds of ball and free joints, and of what is called like them: component of the joint's ω or v."""
+LETTERS = {"w": "omega", "v": "v"}
 
 
 @cache
 def parts(name: str) -> tuple[str, str]:
-    """Return (base, subscript): ``theta_1`` and ``theta1`` are θ with subscript 1, ``j_wx`` is j with wx.
+    """Return (base, subscript): ``theta_1`` and ``theta1`` are θ with subscript 1. Speeds of a ball or free joint j,
+    ``j_wx`` and ``j_vx``, are ω and v with x and j.
 
-    >>> parts("theta1"), parts("I_xx"), parts("arm_2_x"), parts("T1_floor"), parts("mass"), parts("lam")
-    (('theta', '1'), ('I', 'xx'), ('arm', '2, x'), ('T', '1, floor'), ('mass', ''), ('lambda', ''))
+    >>> parts("theta1"), parts("I_xx"), parts("arm_2_x"), parts("T1_floor"), parts("mass"), parts("j_wx")
+    (('theta', '1'), ('I', 'xx'), ('arm', '2, x'), ('T', '1, floor'), ('mass', ''), ('omega', 'x, j'))
     """
+    if speed := SPEED.fullmatch(name):
+        return LETTERS[speed[2]], f"{speed[3]}, {speed[1].strip('_').replace('_', ', ')}"
     base, _, ending = name.strip("_").partition("_")
     match = re.fullmatch(r"([A-Za-z]+?)(\d+)", base)
     subscripts = [match.group(2)] if match else []

@@ -276,7 +276,7 @@ def test_latex_of_names():
         r"\mathrm{pin}_{x}", "a_{b, c}",
     ]  # fmt: skip
     jx = sp.Function("j_wx")(t)
-    assert latex(ring.generator(jx.diff(t)), ring) == r"\dot{j}_{wx}"
+    assert latex(ring.generator(jx.diff(t)), ring) == r"\dot{\omega}_{x, j}"
 
 
 def test_latex_of_functions():
