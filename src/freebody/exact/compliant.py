@@ -34,7 +34,7 @@ def elastic_impact(m: Any, k: Any, v: Any, n: float = 1.5) -> CompliantImpact:
     --------
     >>> impact = elastic_impact(1.0, 1.0, 1.0)
     >>> round(float(impact.duration / impact.depth), 4)
-    2.9432
+    2.9433
     """
     p = 1 / (n + 1)
     depth = ((n + 1) * m * v**2 / (2 * k)) ** p

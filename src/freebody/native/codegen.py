@@ -115,11 +115,11 @@ def optimised_code(
 
 
 def _few_passes() -> Any:
-    """Passes that keep variables in registers and compute each value once."""
+    """Passes that keep variables in registers and combine instructions."""
     result = llvm.create_new_module_pass_manager()
     result.add_simplify_cfg_pass()
     result.add_sroa_pass()
-    result.add_new_gvn_pass()
+    result.add_instruction_combine_pass()
     result.add_simplify_cfg_pass()
     return result
 

@@ -160,6 +160,8 @@ def doubt(run: Run, points: int) -> float:
             if (before > 0.0) != (now > 0.0):
                 crossed = 1
         error = error_between(run, e)
+        if e >= run.required and error != error:  # it has no value somewhere, and need not have one
+            continue
         if crossed == 0 and CLEAR * error < HALF_AS_MANY * near or error <= CLEAR * CLEAR * EPS * far:
             continue
         short = CLEAR * error / clear if clear > 0.0 else math.inf

@@ -181,7 +181,9 @@ def _resolved(steps: Array, function: Function, names: Sequence[str]) -> Array:
     """Return times of some steps, in their order, that show where quantities may be greatest or smallest."""
     begins, spans, found, best = steps[:-1], np.diff(steps), [steps[-1:]], np.array([[-np.inf]])
     for halvings in range(_FINEST + 1):
-        times = begins[:, None] + spans[:, None] * _FRACTIONS
+        times = np.clip(
+            begins[:, None] + spans[:, None] * _FRACTIONS, min(steps[0], steps[-1]), max(steps[0], steps[-1])
+        )
         samples = function(times.ravel()).reshape(*times.shape, -1)
         both = np.stack([samples, -samples])
         best = np.fmax(best, np.fmax.reduce(both, axis=(1, 2)))
@@ -226,7 +228,9 @@ def _unseen(both: Array, best: Array) -> Any:
 def _is_noise(begins: Array, spans: Array, samples: Array, function: Function) -> Any:
     """Return the windows in which the error comes from round-off, as `event_search.is_noise` does."""
     times = begins[:, None] + spans[:, None] * (_EVEN[:-1] + 0.5 / PARTS)
-    shortest = 64 * np.spacing(np.abs(times) + np.abs(spans[:, None])) * np.sign(spans[:, None])
+    shortest = (
+        64 * np.spacing(np.abs(times) + np.abs(spans[:, None])) * np.sign(spans[:, None])
+    )  # within the window
     now, then = (function(x.ravel()).reshape(*x.shape, -1) for x in (times, times + shortest))
     with np.errstate(invalid="ignore"):
         return (_error(samples) <= CLEAR * CLEAR * np.abs(then - now).max(axis=1)).all(axis=1)

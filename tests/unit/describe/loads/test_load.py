@@ -92,7 +92,7 @@ def test_pictures_have_it(tmp_path):
     motion = fb.simulate(s, 1, initial={"theta": 1.0})
     fb.report(s, motion, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "Drag" in text and "force force drag 0" in text
+    assert "<td>drag</td><td>drag</td>" in text and "force force drag 0" in text
 
 
 def test_a_copy_and_a_study_have_it():

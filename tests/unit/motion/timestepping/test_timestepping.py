@@ -142,7 +142,7 @@ def test_refusals():
     ):
         with pytest.raises(SimulationError, match=text):
             fb.simulate(s, 1, initial={"y": 0.1}, method="timestepping", **options)
-    with pytest.raises(SimulationError, match=r"contact 'foot_1' 0\.1 m deep"):
+    with pytest.raises(SimulationError, match=r"contacts 'foot_1' 0\.1 m deep, 'foot_2'"):
         fb.simulate(s, 1, method="timestepping", step=0.01)
     with pytest.raises(SimulationError, match="no way back"):
         fb.simulate(s, -1, initial={"y": 0.1}, method="timestepping", step=0.01)
