@@ -173,13 +173,13 @@ def test_the_bicycle_at_a_speed(freebody) -> None:  # type: ignore[no-untyped-de
     assert data["linear_model"]["about"]["rear'"] == pytest.approx(-5 / 0.3, rel=1e-14)
 
 
-LONG = ("prob-6-7", "sec-6-10", "sec-6-9")
+LONG = ("prob-6-7", "sec-6-10", "sec-6-9", "turning-car")
 
 
 @pytest.mark.parametrize(
     "name",
     [
-        *sampled([name for name in entries() if name not in (*LONG, "whipple-bicycle")], 3),
+        *sampled([name for name in entries() if name not in (*LONG, "whipple-bicycle")], 4),
         *(pytest.param(name, marks=pytest.mark.slow) for name in LONG),
     ],
 )
