@@ -92,22 +92,24 @@ def object_code(text: str, optimisation: int | None = None, name: str = THIS) ->
 
 
 def optimised_code(
-    text: str, name: str = THIS, *, short: bool = False, rare: bool = False
+    text: str, name: str = THIS, *, short: bool = False, rare: bool = False, wide: bool = False
 ) -> tuple[bytes, list[str]]:
     """Object code of a module in the compiled language for a target, after LLVM's passes, and the C functions that it
     calls.
 
     The passes are those of level 1 with vectorisation. Levels 2 and 3 take up to half as long again and give code that
-    is no faster. Code whose loops are ``short``, of a few rounds, is as fast after a few passes, in half the time. What
-    is ``rare`` gets plain instructions without passes, in a tenth of the time.
+    is no faster. Code whose loops are ``short``, of a few rounds, is as fast after a few passes, in half the time. In
+    ``wide`` code the lanes are the vectors: vectorisation only doubles its time. What is ``rare`` gets plain
+    instructions without passes, in a tenth of the time.
     """
     initialize()
     machine = _machine(0 if rare else OPTIMISATION, name=name)
     module = llvm.parse_assembly(text, context=llvm.create_context())
     module.triple, module.data_layout = target.named(name).triple, layout(name)
-    passes = llvm.create_pass_builder(
-        machine, llvm.create_pipeline_tuning_options(speed_level=0 if rare else 1)
-    )
+    options = llvm.create_pipeline_tuning_options(speed_level=0 if rare else 1)
+    if wide:
+        options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
+    passes = llvm.create_pass_builder(machine, options)
     (_few_passes() if short and not rare else passes.getModulePassManager()).run(module, passes)
     called = (f.name.removeprefix("llvm.").split(".")[0] for f in module.functions if f.is_declaration)
     # all other declarations of LLVM become instructions

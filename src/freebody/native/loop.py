@@ -170,7 +170,7 @@ def _compiled(
     chosen = {name: space[name] for name in names}
     code, needed = codegen.optimised_code(
         translated({f"loop_{name}": f for name, f in chosen.items()}, lanes),
-        short=short or getattr(space, "short", False), rare=rare,
+        short=short or getattr(space, "short", False), rare=rare, wide=lanes > 1,
     )  # fmt: skip
     functions = {
         name: (f"loop_{name}", [getattr(x, "__name__", x) for x in f.arguments], f.result)

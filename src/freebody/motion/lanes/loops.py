@@ -11,6 +11,6 @@ def function(method: str, lanes: int) -> Function:
     name = sibling(__name__, "lanes")
     loop = made(
         f"{label(method)} lanes {lanes}", (place(method), name), ("lanes",),  # the loop imports the methods by name
-        lambda: module_named(name).functions(method), lanes, short=lanes > 1,  # the lanes are the vectors
+        lambda: module_named(name).functions(method), lanes,
     )  # fmt: skip
     return loop.functions["lanes"]
