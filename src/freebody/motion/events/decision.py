@@ -24,7 +24,7 @@ from ..phase.phase_record import PhaseData
 from . import event_run
 from .event_run import EventRun
 from .impulses import gather
-from .moment import choose, copy, largest, look, product_of, unsure
+from .moment import choose, copy, largest, look, product_of
 from .setting import depends, listed, set_up
 
 ALIKE = 1e-9
@@ -238,7 +238,7 @@ def name(it: EventRun, contacts: Contacts) -> None:
     """Set the modes of the solution, and count the laws that hold with equality, ``ties``."""
     force, rate = typical_force(contacts), typical_rate(contacts)
     f, r = 1.0 / force if force > 0.0 else 1.0, 1.0 / rate if rate > 0.0 else 1.0
-    small, slipping, it.ties = rounded(contacts, unsure(it)), 0, 0
+    small, slipping, it.ties = rounded(contacts, event_run.SMALL), 0, 0
     for i in range(contacts.contacts):
         slipping += 1 if it.ends[it.chosen[i]] == event_run.CONE_REACHED else 0
     for i in range(contacts.contacts):
@@ -315,13 +315,7 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
     """Set which laws that hold with equality end: return their number.
 
     A moment later such a law is violated, or, if its function fell through zero and so is negative, more than now.
-    Where slow slips leave the forces unsure, an event is enough that is all that happened: the modes led to it.
     """
-    noisy = unsure(it) > event_run.SMALL
-    alike = it.hit == 0 and noisy
-    for k in range(it.contacts):
-        held = it.before[k] == laws.LIMIT and it.mode[k] == laws.STICK
-        alike = alike and (it.mode[k] == it.before[k] or held)
     set_up(it, contacts)
     length = go_straight(it)
     phase, found, now, later = PhaseData(it.phase), 0, it.watch, it.watch_later
@@ -334,8 +328,7 @@ def end_at_once(it: EventRun, contacts: Contacts) -> int:
             if it.hit == 0 and it.reason[k] == event_run.CONE_REACHED:
                 limit = it.coefficients[4 * k + 1] * it.force[it.first[k]]
                 fell = now[e] - laws.ROUNDED * (limit * limit if law == laws.CONE else limit)
-            reached = alike and it.reason[k] == event_run.CONE_REACHED and law != laws.NORMAL
-            if later[e] < (fell if noisy else lesser(fell, 0.0)) or reached:
+            if later[e] < lesser(fell, 0.0):
                 if law == laws.NORMAL:
                     it.ends[k], found = event_run.NORMAL_ZERO, found + 1
                 elif law == laws.CONE or law == laws.LINE_CONE:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...native.instructions import Integers, Reals, Truth, compiled, greater, inlined, root
 from ..phase.laws import CLOSED
-from .event_run import GAP_CLOSED, NOISE, NORMAL_ZERO, SMALL, STILL, EventRun
+from .event_run import GAP_CLOSED, NORMAL_ZERO, STILL, EventRun
 
 
 @compiled
@@ -61,17 +61,6 @@ def slip_speed(it: EventRun, k: int) -> float:
     for j in range(it.tangents[k]):
         square += it.rate[it.first[k] + 1 + j] * it.rate[it.first[k] + 1 + j]
     return root(square)
-
-
-@compiled
-def unsure(it: EventRun) -> float:
-    """Return the relative error of the forces: above their round-off, and that of the directions of slow slips."""
-    result, speed = SMALL, largest(it.y[it.n_q :], it.n)
-    for k in range(it.contacts):
-        slip = slip_speed(it, k)
-        if it.closed[k] != 0 and it.tangents[k] == 2 and slip > it.still:
-            result = greater(result, NOISE * (1.0 + speed) / slip)
-    return result
 
 
 @inlined
