@@ -159,10 +159,10 @@ class NumberDerivatives:
         path = self.motion.path
         ascent = sign if path.end >= path.start else -sign
         rows, best = [np.empty((0, 4))], -math.inf
-        for _, times, curved in search_blocks(
-            path, lambda t, _: self._values(program, t, dense=True)[:, :1], [name]
+        for _, times, found, _ in search_blocks(
+            path, lambda t, _: self._values(program, t, dense=True), [name]
         ):
-            f, r = np.array([[sign], [ascent]]) * self._values(program, times, dense=curved).T
+            f, r = np.array([[sign], [ascent]]) * found.T
             best = max(best, float(np.fmax.reduce(f)))
             i = np.flatnonzero((r[:-1] >= 0) & (r[1:] <= 0))
             h, high = np.abs(times[i + 1] - times[i]), np.maximum(f[i], f[i + 1])

@@ -96,13 +96,13 @@ def extremes(motion: ComputedMotion, outputs: Output) -> Array:
     def function(moments: Array, leg: Any) -> Array:
         return values(_at(motion, moments, leg), quantities)
 
-    for leg, times, curved in search_blocks(motion.path, function, outputs.reduced):
+    for leg, times, found, curved in search_blocks(motion.path, function, outputs.reduced):
 
         def both_signs(moments: Array, leg: Any = leg) -> Array:
             result = function(moments, leg)
             return np.stack([result, -result])
 
-        samples = both_signs(times)
+        samples = np.stack([found, -found])
         best = np.fmax(best, np.fmax.reduce(samples, axis=1))
         if curved:
             best = _refined(times, samples, best, both_signs)
@@ -160,37 +160,40 @@ def _narrowed(times: Array, samples: Array, best: Array, function: Function, K: 
 
 def search_blocks(
     whole: Any, quantities: Callable[[Array, Any], Array], names: Sequence[str]
-) -> Iterator[tuple[Any, Array, bool]]:
-    """Yield parts of a path between jumps, in blocks: the part, times to search, True if it is curved between them.
+) -> Iterator[tuple[Any, Array, Array, bool]]:
+    """Yield parts of a path between jumps, in blocks: the part, times to search, quantities, True if it is curved.
 
-    ``quantities`` returns the values of those called ``names`` at some times of a part, shape (times, quantities).
+    ``quantities`` returns quantities at some times of a part, shape (times, quantities): those called ``names``, whose
+    extremes are sought, then any others.
     """
     segments = whole.segments if isinstance(whole, Phases) else (None,)
     for segment in segments:
         path = whole if segment is None else segment.path
         leg = None if segment is None else Phases((segment,), whole.status)
         if not path.curved or path.steps == 0:
-            yield leg, path.times, False
+            yield leg, path.times, quantities(path.times, leg), False
             continue
         for low in range(0, path.steps, _BLOCK):
             starts = path.times[max(0, low - 1) : low + _BLOCK + 1]  # blocks overlap by one step
-            yield leg, _resolved(starts, lambda moments, leg=leg: quantities(moments, leg), names), True  # type: ignore[misc]
+            times, found = _resolved(starts, lambda moments, leg=leg: quantities(moments, leg), names)  # type: ignore[misc]
+            yield leg, times, found, True
 
 
-def _resolved(steps: Array, function: Function, names: Sequence[str]) -> Array:
-    """Return times of some steps, in their order, that show where quantities may be greatest or smallest."""
-    begins, spans, found, best = steps[:-1], np.diff(steps), [steps[-1:]], np.array([[-np.inf]])
+def _resolved(steps: Array, function: Function, names: Sequence[str]) -> tuple[Array, Array]:
+    """Return times of some steps, in their order, that show where quantities may be extreme, and the quantities."""
+    begins, spans, best, n = steps[:-1], np.diff(steps), np.array([[-np.inf]]), len(names)
+    found = [(steps[-1:], function(steps[-1:]))]
     for halvings in range(_FINEST + 1):
         times = np.clip(
             begins[:, None] + spans[:, None] * _FRACTIONS, min(steps[0], steps[-1]), max(steps[0], steps[-1])
         )
         samples = function(times.ravel()).reshape(*times.shape, -1)
-        both = np.stack([samples, -samples])
+        both = np.stack([samples[..., :n], -samples[..., :n]])
         best = np.fmax(best, np.fmax.reduce(both, axis=(1, 2)))
         unseen = _unseen(both, best)
         rough = unseen.any(axis=1)
         if halvings > 2 and rough.any():
-            rough[rough] = ~_is_noise(begins[rough], spans[rough], samples[rough], function)
+            rough[rough] = ~_is_noise(begins[rough], spans[rough], samples[rough, :, :n], function)
         if halvings == _FINEST:
             if rough.sum() > _MOST * (len(steps) - 1):
                 name = names[int(np.argmax(unseen[rough].sum(axis=0)))]
@@ -200,13 +203,15 @@ def _resolved(steps: Array, function: Function, names: Sequence[str]) -> Array:
                     "Pass a smaller max_step=, or ask for a quantity that changes less often."
                 )
             rough[:] = False
-        found.append(times[~rough, :PARTS])
+        found.append((times[~rough, :PARTS].ravel(), samples[~rough, :PARTS].reshape(-1, samples.shape[-1])))
         spans = np.repeat(spans[rough] / 2, 2)
         begins = np.repeat(begins[rough], 2) + spans * (np.arange(len(spans)) % 2)
         if not len(begins):
             break
-    result = np.unique(np.concatenate([x.ravel() for x in found]))
-    return result if steps[-1] >= steps[0] else result[::-1]
+    moments, values_there = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    result, at = np.unique(moments, return_index=True)
+    forwards = slice(None, None, 1 if steps[-1] >= steps[0] else -1)
+    return result[forwards], values_there[at[forwards]]
 
 
 def _error(samples: Array) -> Array:
@@ -228,10 +233,9 @@ def _unseen(both: Array, best: Array) -> Any:
 def _is_noise(begins: Array, spans: Array, samples: Array, function: Function) -> Any:
     """Return the windows in which the error comes from round-off, as `event_search.is_noise` does."""
     times = begins[:, None] + spans[:, None] * (_EVEN[:-1] + 0.5 / PARTS)
-    shortest = (
-        64 * np.spacing(np.abs(times) + np.abs(spans[:, None])) * np.sign(spans[:, None])
-    )  # within the window
-    now, then = (function(x.ravel()).reshape(*x.shape, -1) for x in (times, times + shortest))
+    shortest = 64 * np.spacing(np.abs(times) + np.abs(spans[:, None])) * np.sign(spans[:, None])
+    n = samples.shape[-1]
+    now, then = (function(x.ravel())[:, :n].reshape(*x.shape, n) for x in (times, times + shortest))
     with np.errstate(invalid="ignore"):
         return (_error(samples) <= CLEAR * CLEAR * np.abs(then - now).max(axis=1)).all(axis=1)
 
