@@ -9,20 +9,33 @@ from .contact_problem import Blocks
 
 
 @compiled
+def pivot(a: Reals, n: int, k: int, end: int) -> int:
+    """Return the row of the greatest entry of column k, from row k to row ``end`` - 1; -1 if that is no pivot."""
+    p = k
+    for i in range(k + 1, end):
+        if abs(a[i * n + k]) > abs(a[p * n + k]):
+            p = i
+    return p if a[p * n + k] != 0.0 and math.isfinite(a[p * n + k]) else -1
+
+
+@compiled
+def exchange(a: Reals, n: int, k: int, p: int, end: int) -> None:
+    """Exchange rows k and p, from column k to column ``end`` - 1."""
+    for j in range(k, end):
+        kept = a[k * n + j]
+        a[k * n + j] = a[p * n + j]
+        a[p * n + j] = kept
+
+
+@compiled
 def solved(a: Reals, n: int, b: Reals) -> int:
     """Replace b by a⁻¹ b by elimination with row exchanges; overwrite a. Return 0 if a is singular, else 1."""
     for k in range(n):
-        p = k
-        for i in range(k + 1, n):
-            if abs(a[i * n + k]) > abs(a[p * n + k]):
-                p = i
-        if a[p * n + k] == 0.0 or not math.isfinite(a[p * n + k]):
+        p = pivot(a, n, k, n)
+        if p < 0:
             return 0
         if p != k:
-            for j in range(k, n):
-                exchanged = a[k * n + j]
-                a[k * n + j] = a[p * n + j]
-                a[p * n + j] = exchanged
+            exchange(a, n, k, p, n)
             exchanged = b[k]
             b[k] = b[p]
             b[p] = exchanged
@@ -49,21 +62,15 @@ def factored(a: Reals, blocks: Blocks, ends: Integers, order: Integers) -> int:
     for b in range(blocks.count):
         end = ends[b]
         for k in range(blocks.starts[b], blocks.starts[b + 1]):
-            p = k
-            for i in range(k + 1, blocks.starts[b + 1]):
-                if abs(a[i * n + k]) > abs(a[p * n + k]):
-                    p = i
-            order[k] = p
-            if a[p * n + k] == 0.0 or not math.isfinite(a[p * n + k]):
+            p = pivot(a, n, k, blocks.starts[b + 1])
+            if p < 0:
                 return 0
+            order[k] = p
             if p != k:
-                for j in range(k, end):
-                    exchanged = a[k * n + j]
-                    a[k * n + j] = a[p * n + j]
-                    a[p * n + j] = exchanged
-            pivot, above = 1.0 / a[k * n + k], a[k * n :]
+                exchange(a, n, k, p, end)
+            inverse, above = 1.0 / a[k * n + k], a[k * n :]
             for i in range(k + 1, end):
-                part, row = a[i * n + k] * pivot, a[i * n :]
+                part, row = a[i * n + k] * inverse, a[i * n :]
                 row[k] = part
                 if part != 0.0:
                     for j in range(k + 1, end):

@@ -83,8 +83,7 @@ class Rates:
 class Watch:
     """Event functions g(t, y, c) as machine code; for each a direction, -1, 0 or +1, and whether it is terminal.
 
-    If ``constants`` is None, they are those of the rates. The run stops if one of the first ``named`` functions (None:
-    all) has no value.
+    If ``constants`` is None, they are those of the rates. The run stops if a function has no value.
     """
 
     address: int
@@ -92,7 +91,6 @@ class Watch:
     terminal: tuple[bool, ...]
     constants: Array | None = None
     keep: Any = None
-    named: int | None = None
 
 
 @dataclass(frozen=True)

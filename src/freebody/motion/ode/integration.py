@@ -206,7 +206,6 @@ class _Run:
         self.initial, self.relative, self.absolute = record.initial, record.relative, record.absolute
         self.common: Integration | None = None
         self.absolute_of: ArrayLike | None = None
-        self.named = 0
         self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
         self._buffers(self.room)
         self.small = self.buffer.nbytes <= _SMALL
@@ -228,8 +227,6 @@ class _Run:
                 search.functions = watch.address
                 search.c = rates.constants if watch.constants is None else watch.constants
                 search.directions[:], search.terminal[:] = watch.directions, watch.terminal
-                self.named = self.m if watch.named is None else watch.named
-                search.guarded = self.m - self.named
             self.relative[:] = common.relative
             self.function = loops.use(common.method)
         if self.absolute_of is not absolute:
@@ -244,7 +241,7 @@ class _Run:
         self.initial[:] = state
         _PACKED.pack_into(
             self.bytes, _NUMBERS_AT, start, first, 0.0, until, common.max_step, start, *_NO_COUNTS,
-            common.until_stiff, common.step is not None, self.named,
+            common.until_stiff, common.step is not None, self.m,
         )  # fmt: skip
         self.counts = _NO_COUNTS
 
