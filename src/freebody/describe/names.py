@@ -9,6 +9,7 @@ from __future__ import annotations
 import keyword
 import math
 import re
+import sys
 from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
@@ -33,11 +34,10 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 def rate(atom: Any) -> Any:
     """Return the time derivative of a coordinate or speed.
 
-    ``diff`` takes a millisecond to find that df/dt of a function f(t) is just that.
+    ``diff`` takes a millisecond to find that d/dt of dᵏf/dtᵏ is dᵏ⁺¹f/dtᵏ⁺¹.
     """
-    if isinstance(atom, AppliedUndef):
-        return sympy.Expr.__new__(sympy.Derivative, atom, sympy.Tuple(TIME, 1))
-    return atom.diff(TIME)
+    function, order = (atom, 0) if isinstance(atom, AppliedUndef) else (atom.expr, atom.derivative_count)
+    return sympy.Expr.__new__(sympy.Derivative, function, sympy.Tuple(TIME, order + 1))
 
 
 def is_identifier(text: str) -> bool:
@@ -191,6 +191,8 @@ class Names:
         ExpressionError
             Unknown names (the message offers the nearest known one), complex or infinite numbers.
         """
+        if type(value) is int and value.bit_length() < sys.float_info.max_exp:
+            return value
         if isinstance(value, sympy.Basic) and value in self.texts:
             return value
         if isinstance(value, str):

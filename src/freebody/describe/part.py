@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import linecache
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -57,6 +57,8 @@ class Part(Named):
     """What messages advise for a constant that changes."""
     rules: ClassVar[str] = ""
     """What messages say about the code of a kind that fails."""
+    _data: ClassVar[Sequence[tuple[str, str, bool]]] = ()
+    """Name and sort of each field that :func:`add` checks, and whether it may be None."""
 
     def check(self) -> None:
         """Refuse data that no part of this kind can have; :meth:`System.add` calls it."""
@@ -91,6 +93,7 @@ def register(cls: type[Part], kind: str, known: dict[str, Any], *, by_data: bool
         )
     cls.kind = kind
     dataclass(frozen=True, repr=False, eq=by_data)(cls)
+    cls._data = [(f.name, sort_of(f), f.default is None) for f in fields(cls) if f.name != "name" and f.init]
     if kind:
         known[kind] = cls
 
@@ -128,11 +131,10 @@ def add(system: Description, name: str, part: Part) -> Any:
     part = replace(part, name=name)
     with all_or_nothing(system):
         values = {
-            f.name: _checked(system, f, getattr(part, f.name), part)
-            for f in fields(part)
-            if f.name != "name" and f.init
+            field: _checked(system, part, field, sort, optional) for field, sort, optional in part._data
         }
-        part = replace(part, **values).joined(system)
+        changed = {field: value for field, value in values.items() if value is not getattr(part, field)}
+        part = (replace(part, **changed) if changed else part).joined(system)
     getattr(system, part.table)[name] = part
     return part
 
@@ -147,12 +149,12 @@ def sort_of(field: Any) -> str:
     return {"Frame": "Body", "tuple": "Vector", "Any": "Expression", "Scalar": "Expression"}.get(text, text)
 
 
-def _checked(system: Description, field: Any, value: Any, part: Part) -> Any:
+def _checked(system: Description, part: Part, name: str, sort: str, optional: bool) -> Any:
     """Return the value of a field in the system's own terms; None only where that is the default."""
-    sort = sort_of(field)
-    if sort not in SORTS or (value is None and field.default is None):
+    value = getattr(part, name)
+    if sort not in SORTS or (value is None and optional):
         return value
-    return SORTS[sort](system, value, part, field.name)
+    return SORTS[sort](system, value, part, name)
 
 
 def _expression(system: Description, value: Any, part: Part, name: str) -> Any:

@@ -84,9 +84,11 @@ def assemble(system: System) -> Model:
         for i, primitive in enumerate(primitives):
             body = None
             if i == last:
-                rotation = _exact(multiply(rotation, transpose(joint.child_axes)))
-                axis = tuple(map(exact, apply(joint.child_axes, primitive.axis)))
-                primitive, body = replace(primitive, axis=axis), joint.child
+                body = joint.child
+                if joint.child_axes != IDENTITY:
+                    rotation = _exact(multiply(rotation, transpose(joint.child_axes)))
+                    axis = tuple(map(exact, apply(joint.child_axes, primitive.axis)))
+                    primitive = replace(primitive, axis=axis)
             numbers.append(len(links))
             if i:
                 position = (

@@ -173,6 +173,16 @@ def is_plain(x: Any, shape: tuple[int, ...]) -> bool:
     return type(x) is np.ndarray and x.shape == shape and x.dtype == np.float64 and x.flags.c_contiguous
 
 
+def of_list(x: Any) -> Any:
+    """Return an array of doubles for a list of numbers within their range, and anything else as it is."""
+    if type(x) is not list or not NUMBERS.issuperset(map(type, x)):
+        return x
+    try:
+        return np.array(x, float)
+    except OverflowError:
+        return x  # refused by its name later
+
+
 def array(value: ArrayLike, name: str) -> Array:
     """Return the value as an array of doubles of any shape."""
     try:
@@ -182,7 +192,7 @@ def array(value: ArrayLike, name: str) -> Array:
         if kind == "c" or (kind not in "biuf" and any(x is None or isinstance(x, str) for x in result.flat)):
             raise TypeError
         return result.astype(float, copy=False)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ModelError(f"Expected real numbers for {name}, got {value!r}.") from None
 
 

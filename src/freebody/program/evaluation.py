@@ -19,6 +19,7 @@ from .arguments import (
     check_parameters,
     checked,
     is_plain,
+    of_list,
     parameters_by_name,
     signals_at,
 )
@@ -53,6 +54,8 @@ def entered(method: _Method) -> _Method:
             entry = self._entries.get(name)
             if entry is not None:
                 out = entry(*arguments)
+                if out is None:
+                    out = entry(*map(of_list, arguments))
                 if out is not None:
                     return out
         return method(self, *arguments, **options)
@@ -168,7 +171,7 @@ class Evaluation:
     ) -> Any:
         """Evaluate a product; the result has its shape."""
         parameters = parameters_by_name(self.model, values, named)
-        state = tuple(arguments.values())
+        state = tuple(map(of_list, arguments.values()))
         batch = type(state[0]) is np.ndarray and state[0].ndim == 2
         shortcut = self._shortcuts[batch].get(key) if type(t) is float else None
         if shortcut is not None:

@@ -41,7 +41,10 @@ def number(value: Expression, what: str = "a number", error: type[ModelError] = 
     >>> number("2*a")
     2*a
     """
-    if type(value) is float:  # most entries are floats or symbols, and the other questions take longer
+    # most entries are whole numbers, floats or symbols, and the other questions take longer
+    if type(value) is int:
+        return _of_floats(value, what, error)
+    if type(value) is float:
         return _finite(value, what, error)
     if isinstance(value, sympy.Symbol):
         return value
@@ -92,6 +95,8 @@ def exact_number(value: Expression, what: str = "a number", error: type[ModelErr
     (Fraction(1, 10), m/2)
     """
     entry = number(value, what, error)
+    if type(entry) is int:
+        return entry
     if isinstance(entry, sympy.Expr) and (decimals := entry.atoms(sympy.Float)):
         entry = entry.xreplace({f: sympy.Rational(str(f)) for f in decimals})
     return exact(entry)

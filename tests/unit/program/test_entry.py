@@ -54,6 +54,8 @@ def test_what_is_not_plain_goes_the_general_way(program):
         program.inverse_dynamics(q, u)
     with pytest.raises(ModelError, match="Expected real numbers for u"):
         program.inverse_dynamics(q, None, u)
+    with pytest.raises(ModelError, match="Expected real numbers for q"):
+        program.inverse_dynamics([10**400] * len(q), u, u)
 
 
 @pytest.mark.skipif(not entry.USABLE, reason="no entries in this interpreter")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...errors import ModelError, shown
-from ...scalar.algebra import ZERO
+from ...scalar.algebra import ZERO, Vector
 from ..axes import direction
 from ..description import Description, varying, vector
 from ..frame import closes_loop
@@ -36,7 +36,8 @@ def resolved(system: Description, joint: Any) -> tuple[list[Primitive], Any]:
     result = []
     for k, motion in enumerate(given):
         what = f"motion {k + 1} of {joint.title}" if several else joint.title
-        motion = _placed(system, replace(motion, coordinate=coordinates[k]), what)
+        at, axis = _place(system, motion, what)
+        motion = replace(motion, coordinate=coordinates[k], at=at, axis=axis)
         if not motion.displaces:
             motion = _with_own(system, motion, what, closes)
         elif k not in slots:
@@ -96,8 +97,8 @@ def _names(joint: Any, motions: Sequence[Primitive], slots: Sequence[int]) -> li
     return [f"{joint.name}_{ending}" for ending in endings]
 
 
-def _placed(system: Description, motion: Primitive, what: str) -> Primitive:
-    """Return a motion with its axis and its anchor."""
+def _place(system: Description, motion: Primitive, what: str) -> tuple[Vector, Any]:
+    """Return the anchor and the axis of a motion."""
     at = vector(system, (0, 0, 0) if motion.at is None else motion.at, f"the anchor of {what}")
     for component in at:
         moving = varying(system, component)
@@ -105,8 +106,7 @@ def _placed(system: Description, motion: Primitive, what: str) -> Primitive:
             raise ModelError(
                 f"The anchor of {what} is fixed in the joint and cannot depend on {', '.join(moving)}."
             )
-    axis = direction(system, motion.axis, f"the axis of {what}") if motion.displaces else motion.axis
-    return replace(motion, at=at, axis=axis)
+    return at, direction(system, motion.axis, f"the axis of {what}") if motion.displaces else motion.axis
 
 
 def _with_own(system: Description, motion: Primitive, what: str, closes: bool) -> Primitive:
@@ -128,10 +128,11 @@ def _with_inertia(system: Description, motion: Primitive, what: str, k: int) -> 
     """Return a motion with its pitch, armature and rotor."""
     if not motion.displaces:
         return motion
-    armature = () if motion.armature in ((), 0, None) else (
-        constant(system, motion.armature, f"the armature of {what}"),
-    )  # fmt: skip
-    result = replace(motion, armature=armature)
+    result = motion
+    if motion.armature != ():
+        armature = 0 if motion.armature is None else motion.armature
+        some = () if armature == 0 else (constant(system, armature, f"the armature of {what}"),)
+        result = replace(result, armature=some)
     if motion.pitch != 0:
         result = replace(result, pitch=constant(system, motion.pitch, f"the pitch of {what}", any_sign=True))
     if motion.rotor is not None:
