@@ -22,7 +22,6 @@ from ..model.model import Model
 from ..scalar.algebra import Expression, Scalar, Vector
 from ..scalar.budget import WORK
 from ..scalar.polynomial import Polynomial
-from ..typesetting.html import block
 from .derivation.contact_modes import model_in_modes, modes_in_words
 from .derivation.derivation import Derivation
 from .derivation.questions import named
@@ -431,6 +430,8 @@ class Equations(Derivation, Typeset):
 
     def html(self, *, solved: bool = False, names: Mapping[str, Expression] | None = None) -> str:
         """The equations of motion as HTML that needs no other file, with ``solved`` and ``names`` as in `text`."""
+        from ..typesetting.html import block
+
         return block(self.latex(solved=solved, names=names))
 
     def __repr__(self) -> str:

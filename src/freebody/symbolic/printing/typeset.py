@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from ...typesetting.html import block
-
 LONGEST = 30_000
 """Most characters of LaTeX that a notebook shows set; longer results it gets as LaTeX alone."""
 
@@ -20,6 +18,10 @@ class Typeset:
 
         A screen reader reads the formulas in words; ``data-tex`` holds the LaTeX of each.
         """
+        from ...typesetting.html import (
+            block,  # outlines of letters take time to import, and most results are text
+        )
+
         return block(self.latex())
 
     def _repr_latex_(self) -> str | None:
