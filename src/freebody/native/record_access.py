@@ -49,15 +49,20 @@ class RecordPointer(type(BYTE.as_pointer())):  # type: ignore[misc]
 
 
 class Table(NamedTuple):
-    """Rows of equal length: the first number and the length."""
+    """Rows of equal length: the first number, the length, and whether the record declares it.
+
+    Only rows of a declared length have room for a multiple of eight numbers, as an assignment to a whole row needs.
+    """
 
     first: Any
     length: Any
+    declared: bool
 
     def row(self, builder: Any, k: Any) -> Any:
         """Pointer to row k."""
         result = builder.gep(self.first, [builder.mul(k, self.length)])
-        result.length = self.length
+        if self.declared:
+            result.length = self.length
         return result
 
 
@@ -114,7 +119,7 @@ def value(builder: Any, pointer: Any, field: Field) -> Any:
     if field.kind == "Rows":
         length = builder.load(place(builder, pointer, field, 1))
         _never_changes(builder, length)
-        return Table(result, length)
+        return Table(result, length, bool(field.shape))
     if field.kind == "Row" and field.shape and _is_counted(pointer, field.shape[0]):
         result.length = pointer, field.shape[0]
     return result

@@ -258,12 +258,17 @@ class _Inquiry:
             with within(self.deadline):
                 return question()
         except OutOfTimeError:
-            self.deadline = float(0)  # the next questions need the same equations
             self.motions, self.states = None, ()
-            text = f"Not found in {self.patience:g} s: the symbolic answer is large. Allow more time with --patience."
-            return Section(title, notes=[text])
+            return Section(title, notes=[self._out_of_time("Not found")])
         except TooManyTermsError as error:
             return Section(title, notes=[str(error)])
+
+    def _out_of_time(self, what: str) -> str:
+        """End the time for symbolic answers, since the next questions need the same equations; return a note."""
+        self.deadline = float(0)
+        return (
+            f"{what} in {self.patience:g} s: the symbolic answer is large. Allow more time with --patience."
+        )
 
     # -- equations and integrals --------------------------------------------------------------------
 
@@ -341,7 +346,7 @@ class _Inquiry:
             return section
         closed = []
         for motion in self.motions:
-            line, data = self._closed(motion)
+            line, data = self._closed(motion, section)
             closed.append(line)
             section.data["motions"].append(data)
         lines = self.motions.text().splitlines()
@@ -354,10 +359,10 @@ class _Inquiry:
         self._in_numbers(section)
         return section
 
-    def _closed(self, motion: Any) -> tuple[str, dict[str, Any]]:
+    def _closed(self, motion: Any, section: Section) -> tuple[str, dict[str, Any]]:
         """Text and data of a steady motion in closed form."""
-        stable = motion.stable_if
-        energy = motion.stable_by_energy_if
+        stable = self._condition(lambda: motion.stable_if, section)
+        energy = self._condition(lambda: motion.stable_by_energy_if, section)
         lines = [motion.text()]
         ways = {"in the linear approximation": stable, "by energy": None if energy is None else [energy]}
         said = {way: self._stable(relations) for way, relations in ways.items() if relations is not None}
@@ -374,6 +379,16 @@ class _Inquiry:
             "stable_by_energy_if": None if energy is None else self._relation(energy),
             "latex": motion.latex(),
         }
+
+    def _condition(self, question: Callable[[], Any], section: Section) -> Any:
+        """Return a condition of stability; None if none is known, or when the time is over, which a note says."""
+        if self.deadline == 0:
+            return None
+        try:
+            return question()
+        except OutOfTimeError:
+            section.notes.append(self._out_of_time("Conditions of stability not found"))
+            return None
 
     def _stable(self, relations: Sequence[Any]) -> str:
         """Text of a condition of stability."""

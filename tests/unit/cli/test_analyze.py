@@ -288,6 +288,17 @@ def test_free_motion_is_steady(freebody) -> None:  # type: ignore[no-untyped-def
     assert {one["name"] for one in data["integrals"]} >= {"momentum of x"}
 
 
+def test_steady_motions_are_told_without_their_stability_if_that_takes_long(monkeypatch) -> None:
+    monkeypatch.setattr(
+        "freebody.symbolic.steady.motion.SteadyMotion.stable_if", property(lambda motion: time.sleep(60))
+    )
+    found = analysis(entries()["ex-6-2"].build(), patience=1.5).sections["steady_motions"]
+    assert found.notes[0] == (
+        "Conditions of stability not found in 1.5 s: the symbolic answer is large. Allow more time with --patience."
+    )
+    assert found.data["motions"] and all(motion["stable_if"] is None for motion in found.data["motions"])
+
+
 def test_patience() -> None:
     system = entries()["double-pendulum"].build()
     found = analysis(system, patience=1e-9)

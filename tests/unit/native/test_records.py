@@ -33,6 +33,7 @@ class Run:
     width: Count
     y: Annotated[Row, "width"]
     given: Row
+    table: Rows
     search: Search
     other: Search
     k: Annotated[Rows, 3, "width"]
@@ -143,7 +144,7 @@ def test_the_structured_view_of_numpy_has_the_same_places():
     run.t, run.taken, run.search.reach, run.h = 1.0, 2, 3.0, 4.0
     view = np.frombuffer(run.memory, dtype=Run.dtype, count=1)[0]
     assert (view["t"], view["taken"], view["search"]["reach"], view["h"]) == (1.0, 2, 3.0, 4.0)
-    assert Run.dtype.itemsize == Run.size == 8 * 17
+    assert Run.dtype.itemsize == Run.size == 8 * 19
     assert view["k"][1] == 5 and view["y"] % 64 == 0
 
 
@@ -326,6 +327,10 @@ def unnamed_length(run: Run) -> None:
     run.given[:] = run.y
 
 
+def unnamed_length_of_a_table(run: Run) -> None:
+    run.table[1][:] = run.y
+
+
 def part_assigned(run: Run) -> None:
     run.y[1:] = run.y
 
@@ -378,6 +383,7 @@ def unrolled_name(run: Run) -> float:
     ("function", "parts"),
     [
         (unnamed_length, ("a row with a length", "'run.given[:] = run.y'", 'Annotated[Row, "width"]')),
+        (unnamed_length_of_a_table, ("a row with a length", "'run.table[1][:] = run.y'")),
         (part_assigned, ("an assignment to all components of one row", "row[:] = formula")),
         (outside, ("a combination of rows in an assignment to a row",)),
         (chain_outside, ("a chain in an assignment to a row", "row[:] = y + h * chain(weights, rows)")),

@@ -108,12 +108,18 @@ def _sum_of_products(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
 
 
 def _static_residuals(e: Derivation, at: dict[Any, Any]) -> list[float]:
-    """E_j at rest in a random configuration, without constraint forces: minus weight, springs and loads."""
+    """E_j at rest in a random configuration, without constraint forces: minus weight, springs and loads.
+
+    It is nan, which nothing balances, where a load has no value at rest, as that of a tyre.
+    """
+    import numpy as np
+
     rest = {speed.symbol: 0 for speed in e.model.speeds} | {speed.acceleration: 0 for speed in e.model.speeds}
     numbers = Substitution(e.ring, arrays, at | rest)
     # constraint forces are removed first: sliding friction has no direction at rest
     free = Substitution(e.ring, e.ring, {symbol: 0 for symbol in e.multipliers})
-    return [float(numbers(free(E) if e.multipliers else E)) for E in residuals_of(e)]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return [float(numbers(free(E) if e.multipliers else E)) for E in residuals_of(e)]
 
 
 def _drift(e: Derivation, quantity: Scalar, at: Substitution) -> float:

@@ -389,7 +389,11 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         return tuple(p.distinct(result, atoms))
 
     def _balanced(self, atoms: Mapping[Any, Any], unknowns: Sequence[Any], x: Scalar) -> bool:
-        """Return True if the equations of motion hold: clearing |y| or 1/y from the conditions adds false roots."""
+        """Return True if the equations of motion hold: clearing |y| or 1/y from the conditions adds false roots.
+
+        Where y is round-off, the slopes of 1/y or y/|y| are immense there and not beside it: the equations have no
+        value in this state.
+        """
         import numpy as np
 
         from .conditions import Conditions
@@ -399,7 +403,9 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
             full = self._full({**atoms, **dict(zip(unknowns, x, strict=True))})
             exact = Conditions(p.ring, [E for E in p.exact if type(E) is Polynomial], unknowns, full)
             missed = np.abs(exact.values(x)) / np.maximum(exact.size(x), 1 / 10**300)
-        return not (missed > 1 / 10**6).any()
+            beside = x + np.maximum(1, np.abs(x)) / 10**9
+            steep, calm = (np.abs(exact.jacobian(place)).max(initial=0) for place in (x, beside))
+        return not (missed > 1 / 10**6).any() and not steep > 10**6 * calm
 
     def _label(self, roots: Sequence[Any], k: int, unknowns: Sequence[Any]) -> str:
         """Label of one of two roots of a rate: "fast" or "slow"; else ""."""

@@ -619,3 +619,20 @@ def test_biquadratic_steady_motion():
     square = (-2 * 0.5 + math.sqrt((2 * 0.5) ** 2 + 4 * 0.1 * 30 * 0.5)) / 0.2
     rates = sorted(float(x) for x in found if x.is_real)
     assert rates == pytest.approx([-math.sqrt(square), math.sqrt(square)], rel=1e-12)
+
+
+def test_a_state_in_which_a_law_has_no_value_is_no_steady_motion() -> None:
+    # dry friction in a plane has no direction at rest, next to which the slopes of the equations are immense
+    s = fb.System("puck")
+    m, F, C = s.parameters(m=1, F=1, C=2)
+    puck = s.body("puck", fb.particle(m))
+    s.chain("ice", s.ground, puck, [fb.Slider("x", coordinate="x"), fb.Slider("y", coordinate="y")])
+    s.generalized_force("x", "F - C*x'/sqrt(x'^2 + y'^2)")
+    s.generalized_force("y", "-F/5 - C*y'/sqrt(x'^2 + y'^2)")
+    motions = fb.steady_motions(fb.equations(s))
+    atoms, unknowns, _ = motions._numbers({"m": 1, "F": 1, "C": 2})
+    places = {str(atom): k for k, atom in enumerate(unknowns)}
+    state = np.zeros(len(unknowns))
+    state[[places["Derivative(x(t), t)"], places["Derivative(y(t), t)"]]] = 1e-20, -2e-21
+    assert not motions._balanced(atoms, unknowns, state)
+    assert motions.at({"m": 1, "F": 1, "C": 2}) == ()
