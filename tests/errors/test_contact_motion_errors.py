@@ -24,8 +24,7 @@ def looked_at_end(start, end, mode, wall=False):
     surface = s.ground.segment((0, 0, 0), (1, 0, 0), normal="y") if wall else s.ground.plane()
     s.contact("tip", rod.point(0, -1, 0), surface, friction=0.2)
     problem = problem_of(Request(s, 1))
-    work = ContactRun(problem.kernels, problem.numbers)
-    work.prepare(problem, np.full(8, 1e-9), np.full(8, 1e-9))
+    work = ContactRun.of(problem, np.full(8, 1e-9), np.full(8, 1e-9))
     it = work.it
     it.times[:2], it.lengths[0], it.logged, it.t = (0, 0.5), 0.5, 2, 0.5
     it.states[:6], it.y[:6] = start, end

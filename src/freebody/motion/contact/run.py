@@ -43,7 +43,7 @@ def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
 
 def run(work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None]) -> End:
     """Run from ``state`` (q, u) at ``begin`` to ``end``; ``work`` keeps the log. Return how the run ended."""
-    it = work.it
+    it, memory = work.it, work.memory
     it.y[:], it.t = [*state, 0.0, 0.0], begin
     it.stage, it.stale, it.most_phases = event_run.ARRIVE, 1, event_run.PHASES
     choose_features(work)
@@ -55,7 +55,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
             if changed(work):
                 return ENDS[End.TERMINAL]
             it.target = min(work.next_stop(), end)
-            answer = loop(it, work.steps, work.problem)
+            answer = loop(it, memory.steps, memory.problem)
             while answer >= event_run.GROW:
                 if answer == event_run.PAUSE:
                     pace = steps / max(perf_counter() - clock, 1e-6)
@@ -63,7 +63,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
                     it.budget = steps
                     between(it.t)
                 answered(work, answer)
-                answer = loop(it, work.steps, work.problem)
+                answer = loop(it, memory.steps, memory.problem)
             if answer != End.FINISHED or (it.t >= end and not (work.blows and work.blows[0][0] <= it.t)):
                 return ENDS[answer]
             while work.blows and work.blows[0][0] <= it.t:
@@ -84,9 +84,9 @@ def answered(work: ContactRun, question: int) -> None:
     """Do what the loop asks for."""
     it = work.it
     if question == event_run.GROW:
-        work.make_room(4 * it.needed + 6)
+        work.memory.make_room(4 * it.needed + 6)
     elif question == event_run.LONGER:
-        work.longer_log()
+        work.memory.longer_log()
     elif question == event_run.STRUCK:
         blows(work)
         choose_features(work)
@@ -101,7 +101,7 @@ def choose_features(work: ContactRun) -> None:
     it, patches = work.it, work.patches
     if patches is None:
         return
-    search, count = work.steps.search, work.steps.events
+    search, count = work.memory.steps.search, work.memory.steps.events
     numbers = search.log_numbers[:count][search.log_times[:count] == it.t] - len(work.specs)
     if 0 in numbers or 1 in numbers:
         reason = event_run.GAP_CLOSED if 0 in numbers else event_run.OTHER_FEATURES
@@ -127,7 +127,7 @@ def struck(work: ContactRun, blow: Blow) -> None:
 def tell(work: ContactRun, told: object) -> None:
     """Add a happening to the log."""
     it = work.it
-    work.longer_log()
+    work.memory.longer_log()
     work.told.append(told)
     it.marks[it.marked : it.marked + 4] = event_run.TOLD, 4, it.numbered, len(work.told) - 1
     it.marked += 4
@@ -135,7 +135,7 @@ def tell(work: ContactRun, told: object) -> None:
 
 def blows(work: ContactRun) -> None:
     """Let the blows act whose events end the phase."""
-    search, count = work.steps.search, work.steps.events
+    search, count = work.memory.steps.search, work.memory.steps.events
     for number, time in zip(search.log_numbers[:count], search.log_times[:count], strict=True):
         which = int(number) - work.asked
         if 0 <= which < len(work.called) and time == work.it.t and work.counts[which] > 0:
@@ -155,7 +155,7 @@ def changed(work: ContactRun) -> bool:
     y = np.array(it.y)
     if drives is None or not drives.change(it.t, y):
         return False
-    before, energy = np.sign(watched(work, y)), energy_of(work, y)
+    before, energy = np.sign(watched(work, y)), work.energies(it.t, y).sum()
     work.set_values(dict(drives.numbers))
     it.most_phases += 1
     it.stale = 1
@@ -163,14 +163,14 @@ def changed(work: ContactRun) -> bool:
         return False
     it.reason[:] = event_run.CHANGED
     if drives.potential:
-        it.impulses += energy_of(work, y) - energy
+        it.impulses += work.energies(it.t, y).sum() - energy
     after, ends = np.sign(watched(work, y)), False
     for k in np.flatnonzero(before * after < 0):
         spec, sign = work.specs[k], int(after[k])
         if spec.direction not in (0, sign):
             continue
         if k < work.asked:
-            work.longer_log()
+            work.memory.longer_log()
             code("log_crossing")(it, it.t, k, sign, y)
             ends |= spec.terminal
         elif work.counts[k - work.asked] > 0:
@@ -183,15 +183,9 @@ def changed(work: ContactRun) -> bool:
 
 def watched(work: ContactRun, y: Array) -> Array:
     """Return the functions of the user's events, and of those that call blows."""
-    program = work.program
-    outputs = outputs_at(program.address("watched"), program.outputs("watched"), work.it.t, y, work.phase)
+    program, phase = work.memory.program, work.memory.phase
+    outputs = outputs_at(program.address("watched"), program.outputs("watched"), work.it.t, y, phase)
     return outputs[: len(work.specs)]
-
-
-def energy_of(work: ContactRun, y: Array) -> float:
-    """Return the energy of the machine."""
-    address = work.kernels.motion().address("energy")
-    return float(outputs_at(address, 2, work.it.t, y, work.energy_constants).sum())
 
 
 # -- refusals --------------------------------------------------------------------------------------------
@@ -224,9 +218,10 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
         approach = ", ".join(
             f"'{work.names[k]}' ({v:.6g} {units[k]})" for k, v in zip(chosen, speeds, strict=True)
         )
+        rest = work.memory.problem.residual
         return SimulationError(
             f"{impact}No impulses were found that satisfy Coulomb friction at contacts {approach} (approach speed "
-            f"along the normal), even without restitution: a law is still violated by {work.problem.residual:.3g} of "
+            f"along the normal), even without restitution: a law is still violated by {rest:.3g} of "
             f"the greatest speed. Less friction, or impacts='sequential', makes the problem easier."
         )
     if why == event_run.SEQUENCE:
@@ -280,7 +275,7 @@ def open_shares(work: ContactRun, why: int) -> SimulationError:
 
 def paradox(work: ContactRun, why: int) -> SimulationError:
     """Return the error for a state in which no motion, or several, satisfy the laws of rigid contact."""
-    it, problem, seen, chosen = work.it, work.problem, work.seen(), work.chosen()
+    it, problem, seen, chosen = work.it, work.memory.problem, work.seen(), work.chosen()
     state = zip(
         (*work.model.coordinate_names, *work.model.speed_names), np.array(it.y).tolist(), strict=False
     )
