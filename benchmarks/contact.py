@@ -204,8 +204,8 @@ def figures(quick: bool, repeats: int) -> None:
         [
             "ours: the whole fb.simulate call, machine code made before; disk and rod per simulated second, the coin "
             "mean of its throws.",
-            "MuJoCo: mj_step in a loop of its own rollout, defaults, 1 ms; humanoid 2 ms. Ledger: the greatest residual "
-            "of the energy over the greatest kinetic energy.",
+            "MuJoCo: mj_step in a loop of its own rollout, defaults, 1 ms; humanoid 2 ms. Ledger: greatest residual of "
+            "the energy over the greatest kinetic energy.",
         ],
     )
 
