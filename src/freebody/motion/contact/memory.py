@@ -111,7 +111,7 @@ class Memory:
         it.piece = loops.functions(watched.method).functions["piece"].address
         it.final = np.array([*watched.terminal, 0], dtype=np.int64)
         it.past[:] = -1
-        it.last = it.met_at = -np.inf
+        it.last = it.met_at = it.crept_from = -np.inf
         self._log_rows(LOG, LOG, LOG)
         self.bits = parameters.tobytes()
         self._keep()

@@ -92,6 +92,9 @@ def answered(work: ContactRun, question: int) -> None:
         choose_features(work)
     elif question == event_run.OTHER_PLACES:
         choose_features(work)
+    elif question == event_run.STALLED:
+        code("break_off")(it, End.BROKEN_OFF)
+        raise stalled(work)
     elif question != event_run.PAUSE:
         raise refusal(work, question)
 
@@ -245,6 +248,24 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
     if why in (event_run.NO_MOTION, event_run.SEVERAL):
         return paradox(work, why)
     return open_shares(work, why)
+
+
+def stalled(work: ContactRun) -> SimulationError:
+    """Return the error for a run whose steps do not move on."""
+    it, closed = work.it, [k for k, mode in enumerate(work.it.mode) if mode != OPEN]
+    edges = [work.names[k] for k in closed if work.model.contacts[k].feature.bound == "edge"]
+    reason = (
+        f" A disk that comes to lie flat at '{edges[0]}' does this: its edge touches at one point, which runs around "
+        "it. Points along the edge, body.corners(...), carry it like a face."
+        if edges and work.scene.tangents[closed[0]] == 2
+        else ""
+    )
+    return SimulationError(
+        f"The motion of '{work.model.name}' does not move on: {event_run.STALL} steps led from t = {it.crept_from:.9g} s "
+        f"to {it.t:.9g} s only (contacts {', '.join(repr(work.names[k]) for k in closed) or 'open'}). Contact forces "
+        f"hold it between motions that lead back to the same state.{reason} method='timestepping' with step= goes "
+        "through such states."
+    )
 
 
 def open_shares(work: ContactRun, why: int) -> SimulationError:
