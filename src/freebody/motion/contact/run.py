@@ -11,7 +11,7 @@ a blow.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import compress
 from time import perf_counter
 
@@ -243,7 +243,7 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
         return SimulationError(
             f"Contact '{work.names[it.blame]}' of '{model}' closed between {start:.6g} and {t:.6g} s within one step "
             f"of {h:.3g} s, and was passed over: it is {-it.gap[it.blame]:.3g} m deep. Give a max_step shorter than "
-            f"that contact lasts, or take method='timestepping' with step=."
+            f"that contact lasts, or take method='timestepping' with step=.{flat(work, [it.blame])}"
         )
     if why in (event_run.NO_MOTION, event_run.SEVERAL):
         return paradox(work, why)
@@ -252,20 +252,26 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
 
 def stalled(work: ContactRun) -> SimulationError:
     """Return the error for a run whose steps do not move on."""
-    it, closed = work.it, [k for k, mode in enumerate(work.it.mode) if mode != OPEN]
-    edges = [work.names[k] for k in closed if work.model.contacts[k].feature.bound == "edge"]
-    reason = (
-        f" A disk that comes to lie flat at '{edges[0]}' does this: its edge touches at one point, which runs around "
-        "it. Points along the edge, body.corners(...), carry it like a face."
-        if edges and work.scene.tangents[closed[0]] == 2
-        else ""
-    )
+    it = work.it
+    closed = [k for k, mode in enumerate(it.mode) if mode != OPEN]
+    names = ", ".join(f"'{work.names[k]}'" for k in closed) or "open"
     return SimulationError(
-        f"The motion of '{work.model.name}' does not move on: {event_run.STALL} steps led from t = {it.crept_from:.9g} s "
-        f"to {it.t:.9g} s only (contacts {', '.join(repr(work.names[k]) for k in closed) or 'open'}). Contact forces "
-        f"hold it between motions that lead back to the same state.{reason} method='timestepping' with step= goes "
-        "through such states."
+        f"The motion of '{work.model.name}' does not move on: {event_run.STALL} steps led from t = {it.crept_from:.9g} "
+        f"to {it.t:.9g} s (contacts: {names}). Forces hold it between motions that lead back to the same state."
+        f"{flat(work, closed)} method='timestepping' with step= goes through such states."
     )
+
+
+def flat(work: ContactRun, contacts: Sequence[int]) -> str:
+    """Return a sentence on disks in space among contacts: their lowest point is anywhere when they lie flat."""
+    for k in contacts:
+        shapes = work.model.contacts[k].feature, work.model.contacts[k].surface
+        if work.scene.tangents[k] == 2 and any(shape.bound == "edge" for shape in shapes):
+            return (
+                f" The edge of a disk, as of '{work.names[k]}', touches at its lowest point, which jumps where the "
+                "disk lies flat: give it points along the edge, body.corners(...), which carry it like a face."
+            )
+    return ""
 
 
 def open_shares(work: ContactRun, why: int) -> SimulationError:

@@ -285,7 +285,7 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
 def creeps(it: EventRun, steps: int) -> int:
     """Return 1 if the run does not move on, else 0."""
     it.crept += steps
-    if not it.t - it.crept_from <= event_run.MOMENT:
+    if not it.t - it.crept_from <= event_run.STALL_TIME:
         it.crept, it.crept_from = 0, it.t
     return 1 if it.crept > event_run.STALL else 0
 

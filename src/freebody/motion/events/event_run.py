@@ -39,8 +39,8 @@ PASSES = 100_000
 """Largest number of sequential impacts at one moment."""
 PIECE = 256
 """Number of steps between two looks at the memory."""
-STALL = 20_000
-"""Number of steps within `MOMENT` after which a run does not move on: rates of 1e9 1/s, which no rigid body has. A state
+STALL, STALL_TIME = 20_000, 1e-4
+"""Number of steps within a time [s] at which a run does not move on: rates of 1e9 1/s, which no rigid body has. A state
 is held there between motions that lead back to it, such as the tilts of a disk that lies flat on its edge."""
 
 # Where the loop goes on.
@@ -116,7 +116,7 @@ class EventRun(Record):
     ``crowd``, ``last``           events at one moment, and the time of the last one
     ``impulses``                  work of impacts and blows
     ``budget``, ``steps_left``    steps until the next pause, and until the run is given up
-    ``crept``, ``crept_from``     number of steps since a time that is less than `MOMENT` ago
+    ``crept``, ``crept_from``     number of steps since a time that is less than `STALL_TIME` ago
 
     ``seen``                      outputs of `phase_kernels.looked`, whose parts follow
     ``near``, ``still``           gap and speed that are zero
