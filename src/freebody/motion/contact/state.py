@@ -82,10 +82,7 @@ class ContactRun:
         blows: Sequence[tuple[float, Blow]] = (),
         called: Sequence[Blow] = (),
     ) -> ContactRun:
-        """Return the run of a problem, with blows at given times and those that events call for.
-
-        The absolute tolerances of work and heat are multiplied by the energy at the start.
-        """
+        """Return the run of a problem, with blows at given times and those that events call for."""
         request, kernels = problem.request, problem.kernels
         calls = tuple(call_of(one) for one in called)  # events that trigger a blow, after those of the user
         specs = (*problem.specs, *calls)
@@ -103,9 +100,6 @@ class ContactRun:
         self.counts = [math.inf if one.times is None else one.times for one in called]
         self.relative, self.absolute = relative, absolute
         it, steps = self.it, self.memory.steps
-        y = np.array([*problem.state[: self.n + self.n_u], 0.0, 0.0])
-        size = float(np.abs(self.energies(problem.begin, y)).max())
-        absolute[-2:] *= size if 0 < size < math.inf else 1.0
         it.refuse, it.sequential = not self.shared, request.impacts == "sequential"
         it.longest, it.steps_left = request.longest_step, problem.most_steps
         steps.relative[:], steps.absolute[:] = relative, absolute
