@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,9 +36,9 @@ def _steps(model: Any, data: Any, count: int) -> float:
     """Seconds of ``count`` steps in one call."""
     import mujoco
 
-    begin = time.perf_counter()
+    begin = time.process_time()
     mujoco.mj_step(model, data, count)
-    return time.perf_counter() - begin
+    return time.process_time() - begin
 
 
 def mujoco_block(
@@ -81,6 +82,40 @@ def mujoco_rod(theta: float, until: float, step: float) -> float:
     )
     data.qpos[:] = (-0.75 * math.sin(theta), 0.75 * math.cos(theta) + 0.001, theta)
     return _steps(model, data, round(until / step)) / until
+
+
+def mujoco_coins(size: tuple[float, float], starts: Any, until: float, step: float) -> float:
+    """Mean seconds of a coin, a cylinder, thrown on a floor."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>
+      <option timestep="{step}" gravity="0 0 {-G}"/>
+      <default><geom friction="0.3 0 0" condim="3"/></default>
+      <worldbody>
+        <geom type="plane" size="0 0 1"/>
+        <body><freejoint/><geom type="cylinder" size="{size[0]} {size[1] / 2}" mass="0.005"/></body>
+      </worldbody>
+    </mujoco>""")
+    seconds = 0.0
+    for start in starts:
+        data = mujoco.MjData(model)
+        data.qpos[:] = 0, 0, start["f_z"], *(start[f"f_e{k}"] for k in range(4))
+        data.qvel[3:] = [start[f"f_w{c}"] for c in "xyz"]
+        seconds += _steps(model, data, round(until / step))
+    return seconds / len(starts)
+
+
+def mujoco_fall(path: Path, height: float, until: float, step: float) -> float:
+    """Seconds of a robot in a file that falls from a height above the pose in which it touches the floor."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_path(str(path))
+    model.opt.timestep, data = step, mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    data.qpos[2] += height - float(data.contact.dist.min(initial=0.0))
+    data.qvel[0] = 0.0
+    return _steps(model, data, round(until / step))
 
 
 def drake_block(angle: float, until: float, step: float, mu: float) -> tuple[float, float, float]:

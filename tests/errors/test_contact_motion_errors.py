@@ -24,8 +24,7 @@ def looked_at_end(start, end, mode, wall=False):
     surface = s.ground.segment((0, 0, 0), (1, 0, 0), normal="y") if wall else s.ground.plane()
     s.contact("tip", rod.point(0, -1, 0), surface, friction=0.2)
     problem = problem_of(Request(s, 1))
-    work = ContactRun(problem.kernels, problem.numbers)
-    work.prepare(problem, np.full(8, 1e-9), np.full(8, 1e-9))
+    work = ContactRun.of(problem, np.full(8, 1e-9), np.full(8, 1e-9))
     it = work.it
     it.times[:2], it.lengths[0], it.logged, it.t = (0, 0.5), 0.5, 2, 0.5
     it.states[:6], it.y[:6] = start, end
@@ -49,6 +48,35 @@ def test_a_sense_of_slip_that_was_passed_over(mode, v):
     with pytest.raises(SimulationError, match="'tip' of 'rod' changed its sense of slip between 0 and 0.5 s within one step of .* s, and was passed over. Give a max_step shorter"):  # fmt: skip  # noqa: E501
         looked_at_end((0, 1, 0, 0, 0, 0), (0, 1, 0, v, 0, 0), mode)
     looked_at_end((0, 1, 0, 0, 0, 0), (0, 1, 0, -v, 0, 0), mode)
+
+
+def standing(**push):
+    """A cylinder that stands on its edge, which has forces at its lowest point only, or falls on it."""
+    s = fb.System("can")
+    s.gravity = (0, 0, -G)
+    can = s.body("can", fb.cylinder(1, 0.1, 0.3))
+    s.free("f", s.ground, can)
+    s.contact("rim", can.circle(0.1, at=(0, 0, -0.15)), s.ground.plane(normal="z"), friction=0.5)
+    if push:
+        s.force("push", can.origin, (push["force"], 0, 0))
+    return s
+
+
+def test_a_disk_that_lies_flat_and_should_carry_a_moment_is_refused_soon():
+    with pytest.raises(SimulationError, match="'can' does not move on: 20000 steps led from t = .* to .* s .contacts: 'rim'.. Forces hold it .* as of 'rim', touches at its lowest point, which jumps where the disk lies flat: give it points along the edge, body.corners") as caught:  # fmt: skip  # noqa: E501
+        fb.simulate(standing(force=0.5), 1, initial={"f_z": 0.15})
+    assert caught.value.trajectory.path.end > 0
+    assert (
+        np.abs(fb.simulate(standing(), 1, initial={"f_z": 0.15}).at(1).u).max() == 0
+    )  # without a moment it stands
+
+
+def test_a_disk_that_falls_through_lying_flat_says_why():
+    turn = {"f_e0": float(np.cos(0.15)), "f_e1": float(np.sin(0.15))}
+    with pytest.raises(
+        SimulationError, match="of 'rim', touches at its lowest point, which jumps where the disk lies flat"
+    ):
+        fb.simulate(standing(), 1, initial={"f_z": 0.3, **turn})
 
 
 def test_two_laws_at_once_are_refused():

@@ -143,3 +143,42 @@ def test_a_pile_of_balls_in_a_bowl_by_time_stepping():
     assert motion.energy.total[-1] < 0.2 * motion.energy.total[0]
     up = sum(motion.contacts[f"w{i}"].normal[-1] for i in range(6))
     assert up >= 6 * G * 0.9
+
+
+def over_a_capsule(shape, swapped=False, **laws):
+    """A ball or a point above a capsule of radius 0.1 along x, from 0 to 0.4."""
+    s = fb.System("capsule")
+    s.gravity = (0, 0, -G)
+    body = s.body("ball", fb.sphere(1, 0.05))
+    s.free("f", s.ground, body)
+    shapes = (
+        body.sphere(0.05) if shape == "sphere" else body.point(0, 0, 0),
+        s.ground.capsule((0, 0, 0), (0.4, 0, 0), 0.1),
+    )
+    s.contact("c", *(shapes[::-1] if swapped else shapes), **laws)
+    return s
+
+
+@pytest.mark.parametrize("speed", [0.2, 0.5])
+def test_a_bead_leaves_the_round_end_of_a_capsule_where_its_weight_no_longer_holds_it(speed):
+    # m g cos θ = m v²/R with v² = v0² + 2 g R (1 - cos θ):  cos θ = 2/3 + v0²/(3 g R)
+    motion = fb.simulate(over_a_capsule("point"), 1, initial={"f_x": 0.3, "f_z": 0.1, "f_vx": speed})
+    assert [(m.contact, m.mode) for m in motion.modes if m.start > 0] == [
+        ("c", "open"), ("c_end", "slip"), ("c_end", "open")
+    ]  # fmt: skip
+    onto, off = motion.modes[-2].start, motion.modes[-1].start
+    assert onto == pytest.approx(0.1 / speed, rel=1e-9)
+    assert motion.at(off)["f_z"] / 0.1 == pytest.approx(2 / 3 + speed**2 / (3 * G * 0.1), abs=1e-8)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_ball_rolls_along_a_capsule_and_over_its_end(swapped):
+    start = {"f_x": 0.2, "f_z": 0.15, "f_vx": -1.0, "f_wy": -20.0}
+    motion = fb.simulate(over_a_capsule("sphere", swapped, friction=0.4), 0.3, initial=start)
+    modes = [(m.contact, m.mode) for m in motion.modes if m.start > 0]
+    assert modes[:3] == [("c", "open"), ("c_start", "stick"), ("c_start", "slip")]
+    assert motion.modes[3].start == pytest.approx(0.2, rel=1e-9)
+    centre = np.stack([motion[f"f_{x}"] for x in "xyz"], axis=1)
+    foot = np.clip(centre[:, :1], 0, 0.4) * [1, 0, 0]
+    assert np.linalg.norm(centre - foot, axis=1).min() > 0.15 - 1e-12
+    assert motion.energy.relative_residual < 1e-8

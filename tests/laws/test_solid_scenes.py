@@ -233,13 +233,29 @@ def test_dominoes_fall_in_turn_by_events():
 @pytest.mark.parametrize(
     "shape", [lambda b: b.capsule((0, 0, 0), (0.1, 0, 0), 0.05), lambda b: b.sphere(0.05)]
 )
-def test_round_shapes_on_solids_do_not_move_by_events(shape):
+def test_round_shapes_on_boxes_do_not_move_by_events(shape):
     solids = [brick("a", {"z": 0.05}), ("b", fb.box(1, BRICK), shape, {"z": 0.3})]
     s, start = scene("events", solids)
     with pytest.raises(
         fb.errors.SimulationError, match=r"Expected boxes and hulls in 'pile\[a,b\]'.*timestepping"
     ):
         fb.simulate(s, 0.1, initial=start)
+
+
+def test_a_ball_falls_on_a_capsule_on_a_floor_by_events():
+    """The limit of time steps; it rolls off to the side, and the capsule the other way."""
+    pill = ("pill", fb.cylinder(1, 0.1, 0.4), lambda b: b.capsule((-0.2, 0, 0), (0.2, 0, 0), 0.1), {"z": 0.1})
+    ball = ("ball", fb.sphere(1, 0.1), lambda b: b.sphere(0.1), {"z": 0.4, "x": 0.1, "y": 0.02})
+    s, start = scene("roll", [pill, ball])
+    motion = fb.simulate(s, 0.5, initial=start)
+    assert ledger(motion) < 1e-9
+    assert min(one.gap.min() for one in motion.contacts.values()) > -1e-12
+    assert float(motion["j_ball_y"][-1]) > 0.03
+    errors = [
+        np.abs(moved(s, start, 0.5, step).states[-1, :14] - motion.states[-1, :14]).max()
+        for step in (4e-3, 1e-3)
+    ]
+    assert errors[1] < 0.5 * errors[0] < 0.05
 
 
 def test_a_wall_does_not_move_by_events():

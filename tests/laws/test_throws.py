@@ -73,6 +73,24 @@ def test_thrown_coins_of_many_corners_come_to_rest(seed):
     assert min(one.gap.min() for one in motion.contacts.values()) > -1e-9
 
 
+@pytest.mark.parametrize("seed", [2, 6, 15])
+def test_thrown_coins_of_two_circular_edges_keep_the_laws(seed):
+    """They roll on an edge in the end: without resistance to rolling nothing stops them."""
+    s = fb.System("coin")
+    s.gravity = (0, 0, -G)
+    body = s.body("coin", fb.cylinder(0.005, 0.012, 0.002))
+    s.free("f", s.ground, body)
+    for name, z in (("head", 0.001), ("tail", -0.001)):
+        edge = body.circle(0.012, at=(0, 0, z), axis="z")
+        s.contact(name, edge, s.ground.plane(normal="z"), friction=0.3, restitution=0.4)
+    motion = fb.simulate(s, 1, initial=thrown(seed))
+    assert motion.energy.relative_residual < 1e-8
+    assert np.diff(motion.energy.total).max() < 1e-8 * motion.energy.total[0]
+    assert min(one.gap.min() for one in motion.contacts.values()) > -1e-12
+    rolling = [one for one in motion.contacts.values() if one.mode[-1] != "open"]
+    assert len(rolling) == 1
+
+
 def test_a_contact_closed_by_the_correction_of_others_collides():
     """Its approach was lost without an impact, and energy with it: 5e-7 J of 0.03 J."""
     motion = fb.simulate(die(), 0.63, initial=thrown(1081))

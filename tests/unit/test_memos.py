@@ -75,6 +75,53 @@ def test_a_changed_system_is_assembled_anew() -> None:
         s.name = " "
 
 
+def falling_rod() -> fb.System:
+    s = fb.System("rod")
+    s.parameters(g=9.81, mu=0.3)
+    s.gravity = (0, "-g", 0)
+    bar = s.body("bar", fb.slender_bar(2, 1.5, axis="y"))
+    s.planar("rail", s.ground, bar, coordinate="x y theta")
+    tips = bar.corners((0, -0.75, 0), (0, 0.75, 0))
+    s.contact("tip", tips, s.ground.plane(normal="y"), friction="mu", restitution=0.2)
+    return s
+
+
+def test_a_run_with_contacts_in_the_memory_of_another_one_is_the_same_to_the_last_bit() -> None:
+    """Kept by method and watched functions: the next run has other values, another start, other events, an error."""
+    s, start = falling_rod(), {"y": 0.8, "theta": 0.1, "theta'": 0.2}
+    scene = scene_of(kernels_of(s))
+
+    def run(s: fb.System = s, **options: Any) -> fb.Trajectory:
+        return fb.simulate(s, 1, **{"initial": start, **options})
+
+    first = run()
+    (spare,) = scene.spare.values()
+    (memory,) = spare
+    kept, texts = first.states.copy(), str(first.modes)
+    for other in (
+        {"values": {"mu": 0.9, "g": 5}},
+        {"initial": {"y": 2, "x'": 3}, "tolerance": 1e-6, "max_step": 0.01},
+        {"indeterminate": "refuse", "impacts": "sequential"},
+        {"events": [fb.event("theta - 0.3", terminal=True)]},
+        {"method": "dop54"},
+    ):
+        np.testing.assert_array_equal(run(**other).states, run(falling_rod(), **other).states)
+    assert next(iter(scene.spare.values())) == [memory]
+    one = falling_rod()
+    struck = (
+        run(impulses=[fb.blow(0.3, at=x.bodies["bar"].origin, impulse=(1, 0, 0))], s=x) for x in (s, one)
+    )
+    np.testing.assert_array_equal(*(motion.states for motion in struck))
+    with pytest.raises(fb.errors.SimulationError):
+        run(max_steps=3)
+    with pytest.raises(fb.errors.SimulationError, match="friction of contact"):
+        run(values={"mu": -1})
+    again = run()
+    np.testing.assert_array_equal(again.states, kept)
+    np.testing.assert_array_equal(first.contacts["tip_1"].normal, again.contacts["tip_1"].normal)
+    assert str(again.modes) == texts == str(first.modes)
+
+
 def test_a_text_is_read_anew_with_another_name() -> None:
     """A text and a SymPy expression are parsed once, and again when a name is added, which may change their meaning."""
     s = pendulum()

@@ -162,7 +162,7 @@ def contacts(model: Model, pairs: Sequence[ContactPair | Gap]) -> tuple[Contact,
         if isinstance(pair, Gap):
             result += _gaps(model, pair, names, taken)
             continue
-        for ending, feature, surface in _elements(pair):
+        for ending, feature, surface in elements(pair.feature, pair.surface):
             name = _free(f"{pair.name}_{ending}", names) if ending else pair.name
             names.add(name)
             k = next((k for k in planes if within(model, frames, feature, surface, IDENTITY[k])), None)
@@ -214,12 +214,11 @@ def upright_of(gravity: Vector) -> Vector:
     return IDENTITY[axes[0]] if len(axes) == 1 else IDENTITY[2]
 
 
-def _elements(pair: ContactPair) -> list[tuple[str, Any, Any]]:
-    """(ending of the name, feature, surface) of the elements of a pair, each of which touches at one point.
+def elements(a: ContactShape, b: ContactShape) -> list[tuple[str, Any, Any]]:
+    """(ending of the name, feature, surface) of the elements of two shapes, each of which touches at one point.
 
-    The ending is empty for the main element: the only one, or the side of a segment.
+    The ending is empty for the main element: the only one, or the side of a segment or capsule.
     """
-    a, b = pair.feature, pair.surface
     pairs = [(first, second) for first in a.parts(b) for second in b.parts(a)]
     if len(pairs) > 1:
         return [(str(i), first, second) for i, (first, second) in enumerate(pairs, start=1)]

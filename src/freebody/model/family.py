@@ -18,7 +18,7 @@ from ..errors import SimulationError
 from ..scalar.algebra import IDENTITY, Expression, Vector
 from .contact import Contact, check_axes, frames_at_rest, moves_across, upright_of, within
 from .model import Model
-from .patched import Patched, contacts_of, corners_on, places_of
+from .patched import Patched, contacts_of, corners_on, parts_of, places_of
 
 
 @dataclass(frozen=True)
@@ -242,6 +242,8 @@ def unrolled(model: Model, most: int) -> Model | None:
                     contacts.append(whole)
                 elif b.endless:
                     contacts += corners_on(whole)
+                elif all(have_law(x, y) for x in a.parts(b) for y in b.parts(a)):
+                    contacts += parts_of(whole)
                 else:
                     _check_sharp(whole)
                     kinds, start = places_of(a, b), len(contacts)

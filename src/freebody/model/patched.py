@@ -7,14 +7,14 @@ compiled again when the patch has other features.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import sympy
 
 from ..describe.description import Parameter
 from ..describe.shapes.feature import Corner, Edge, Face, Feature
-from .contact import Contact
+from .contact import Contact, elements
 
 CORNER_ON_FACE, FACE_ON_CORNER, EDGE_ON_EDGE = 0, 1, 2
 """Kinds of places, the feature of the first body named first."""
@@ -73,7 +73,16 @@ def corners_on(whole: Contact) -> list[Contact]:
     return [_part(whole, i, part, whole.surface) for i, part in enumerate(parts, start=1)]
 
 
-def _part(whole: Contact, i: int, feature: Any, surface: Any) -> Contact:
+def parts_of(whole: Contact) -> list[Contact]:
+    """Return the contacts of two members of which one has ends: a capsule and a sphere or point."""
+    side, *ends = elements(whole.feature, whole.surface)
+    return [
+        replace(whole, owner=whole.name, feature=side[1], surface=side[2]),
+        *(_part(whole, ending, feature, surface) for ending, feature, surface in ends),
+    ]
+
+
+def _part(whole: Contact, i: int | str, feature: Any, surface: Any) -> Contact:
     """Return the contact of two parts of two members."""
     return Contact(
         f"{whole.name}_{i}", whole.name, feature, surface, whole.friction, whole.static_friction, whole.restitution,

@@ -14,13 +14,15 @@ import numpy as np
 import sympy
 
 from ...errors import ModelError, shown
-from ...scalar.algebra import Scalar, Vector
+from ...scalar.algebra import Scalar, Vector, dot, subtract
+from ...scalar.expression import exact
 from ..constants import default_value
 from ..frame import Frame, Point, place_in
 from .corners import vertices_of
-from .data import length, sum_of
+from .data import length, root_of, sum_of
 from .point import Spot
-from .shape import ContactShape
+from .round import AboutAxis, between_round
+from .shape import ContactShape, Law, Nearest
 from .sphere import Ball
 
 Faces = tuple[tuple[int, ...], ...]
@@ -86,8 +88,34 @@ class Hull(Solid, kind="hull"):
         return self.corners
 
 
+class Barrel(AboutAxis, kind="wall of a capsule", listed=False):
+    """The wall of a capsule between its round ends, for spheres and points."""
+
+    length: Scalar = 0
+
+    in_families = False
+
+    @classmethod
+    def law_with(cls, feature: type[ContactShape]) -> Law | None:
+        """Return the law of spheres and points."""
+        return cls.touches.get(feature.kind)
+
+
+def on_barrel(at: Any, feature: Any, surface: Any) -> Nearest:
+    """Return the nearest points of a barrel and a round shape; the foot is at s = e·(P - start) along the barrel."""
+    nearest = between_round(at, feature, surface)
+    barrel, P = (
+        (feature, nearest.on_feature) if isinstance(feature, Barrel) else (surface, nearest.on_surface)
+    )
+    s = dot(barrel.axle(at), subtract(P, barrel.middle(at)))
+    return nearest._replace(reach=(s, at(barrel.length) - s))
+
+
+Barrel.touches = dict.fromkeys((Ball.kind, Spot.kind), on_barrel)
+
+
 class Capsule(Solid, kind="capsule"):
-    """A segment, rounded by a radius."""
+    """A segment, rounded by a radius. Spheres and points touch its wall, or roll over its ends."""
 
     words = {"start": "vector", "end": "vector", "radius": "expression"}
     required = ("start", "end", "radius")
@@ -97,9 +125,28 @@ class Capsule(Solid, kind="capsule"):
         """Return the capsule of a body from the data of a file."""
         return capsule(body, **data)
 
+    def parts(self, other: ContactShape) -> Sequence[ContactShape]:
+        """Return the ends for planes, the wall for spheres and points, else the capsule."""
+        if not _is_ball(other):
+            return super().parts(other)
+        start, end = self.corners
+        d = tuple(sympy.sympify(x) for x in subtract(end, start))
+        length = root_of(self.body, sympy.Add(*(x**2 for x in d)))
+        along = tuple(exact(x / length) for x in d)
+        return (Barrel(self.body, start, along, self.radius, False, exact(length)),)
+
+    def ends(self, other: ContactShape) -> Sequence[ContactShape]:
+        """Return the round ends for spheres and points."""
+        return [Ball(self.body, corner, self.radius) for corner in self.corners] if _is_ball(other) else ()
+
     def told(self, word: str) -> Any:
         """Return an end, or the radius."""
         return {"start": self.corners[0], "end": self.corners[1], "radius": self.radius}[word]
+
+
+def _is_ball(shape: ContactShape) -> bool:
+    """Return True for a sphere or a point, which touch from outside."""
+    return shape.bound in ("spot", "ball") and not shape.inside
 
 
 BOX: Faces = ((3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))

@@ -112,12 +112,13 @@ class History:
         first, rows, status, rejected, evaluations, stiff, blame, straight, spare = marks[:9]
         modes = self.modes(marks[9 : 9 + E], numbers[1:])
         scene, work = self.work.scene, self.work
+        parameters = work.parameters if other is None else other
         own = scene.candidates.own
         phase = scene.holding(modes, (*scene.kernels.active, *(own + i for i in marks[9 + 2 * E :])))
         last = first + rows
         path = object.__new__(Leap if straight else Path)
         path.__dict__.update(
-            _recipe=(phase.rates, work.parameters if other is None else other), times=self.times[first:last],
+            _recipe=(phase.rates, parameters), times=self.times[first:last],
             lengths=self.lengths[first : last - 1], states=self.states[first:last], crossings=crossings,
             status=ENDS[status], blame=blame, rejected=rejected, evaluations=evaluations,
             method="dop853" if straight else work.method,
@@ -128,9 +129,8 @@ class History:
         dead = [mode >= event_run.DEAD for mode in shown_modes]
         loose = np.zeros(scene.rows, dtype=bool)
         if spare or any(dead):
-            loose = loose_forces(
-                work, phase, dead, work.look(float(self.times[first]), self.states[first], other)
-            )
+            seen = work.look(float(self.times[first]), self.states[first], parameters)
+            loose = loose_forces(work, phase, dead, seen)
         names = tuple(
             contact.shown(KINDS[mode % event_run.DEAD])
             for contact, mode in zip(work.model.contacts, shown_modes, strict=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,9 +11,8 @@ from ...errors import SimulationError, nearest
 from ..ending import FAILED, End
 from ..events.event_run import ORDERS
 from ..legs.blow import blows_of, scheduled
-from ..legs.driven import Drives
 from ..legs.failure import failure
-from ..ode.dense_output import observe
+from ..phase.scene import scene_of
 from ..request import Problem, Request, problem_of
 from ..start.arguments import check_forwards
 from ..start.initial import number
@@ -52,23 +50,15 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
             f"{request.indeterminate!r}."
         )
     check_forwards(p.begin, p.end, "a machine with contacts", "friction and impacts")
-    check_coefficients(model, p.numbers)
+    scene = scene_of(kernels)
+    if scene.checked != p.numbers:
+        check_coefficients(model, p.numbers)
+        scene.checked = dict(p.numbers)
     timed, called = scheduled(kernels, p.numbers, blows_of(request.impulses), p.begin, p.end)
     n = model.n_q + model.n_u
     relative = np.concatenate([p.tolerances[:n], [p.tolerances[:n].max(initial=1e-12)] * 2])
     absolute = relative.copy()
-    work = ContactRun(kernels, p.numbers)
-    work.prepare(p, relative, absolute, timed, called)
-    if model.switched:
-        work.drives = Drives(kernels, p.numbers, p.begin, p.end, p.most_steps)
-        work.changes.append((0, work.parameters))
-    y = np.concatenate([p.state[:n], [0.0, 0.0]])
-    program = kernels.motion()
-    energies = observe(
-        program.address("energy"), 2, np.array([p.begin]), y[None], program.constants(work.parameters)
-    )[0]
-    size = float(np.abs(energies).max())
-    absolute[-2:] *= size if 0 < size < math.inf else 1.0
+    work = ContactRun.of(p, relative, absolute, timed, called)
     try:
         status = run(work, p.state[:n], p.begin, p.end, between)
     except SimulationError as error:
@@ -76,6 +66,7 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
             error.trajectory = _trajectory(problem, History(work, End.BROKEN_OFF))  # type: ignore[attr-defined]
         raise
     history = History(work, status)
+    work.give_back()
     trajectory = _trajectory(problem, history)
     if status in FAILED:
         raise failure(trajectory, history.path, kernels, p.end, work.specs)

@@ -11,7 +11,7 @@ a blow.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import compress
 from time import perf_counter
 
@@ -43,7 +43,7 @@ def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
 
 def run(work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None]) -> End:
     """Run from ``state`` (q, u) at ``begin`` to ``end``; ``work`` keeps the log. Return how the run ended."""
-    it = work.it
+    it, memory = work.it, work.memory
     it.y[:], it.t = [*state, 0.0, 0.0], begin
     it.stage, it.stale, it.most_phases = event_run.ARRIVE, 1, event_run.PHASES
     choose_features(work)
@@ -55,7 +55,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
             if changed(work):
                 return ENDS[End.TERMINAL]
             it.target = min(work.next_stop(), end)
-            answer = loop(it, work.steps, work.problem)
+            answer = loop(it, memory.steps, memory.problem)
             while answer >= event_run.GROW:
                 if answer == event_run.PAUSE:
                     pace = steps / max(perf_counter() - clock, 1e-6)
@@ -63,7 +63,7 @@ def run(work: ContactRun, state: Array, begin: float, end: float, between: Calla
                     it.budget = steps
                     between(it.t)
                 answered(work, answer)
-                answer = loop(it, work.steps, work.problem)
+                answer = loop(it, memory.steps, memory.problem)
             if answer != End.FINISHED or (it.t >= end and not (work.blows and work.blows[0][0] <= it.t)):
                 return ENDS[answer]
             while work.blows and work.blows[0][0] <= it.t:
@@ -84,14 +84,17 @@ def answered(work: ContactRun, question: int) -> None:
     """Do what the loop asks for."""
     it = work.it
     if question == event_run.GROW:
-        work.make_room(4 * it.needed + 6)
+        work.memory.make_room(4 * it.needed + 6)
     elif question == event_run.LONGER:
-        work.longer_log()
+        work.memory.longer_log()
     elif question == event_run.STRUCK:
         blows(work)
         choose_features(work)
     elif question == event_run.OTHER_PLACES:
         choose_features(work)
+    elif question == event_run.STALLED:
+        code("break_off")(it, End.BROKEN_OFF)
+        raise stalled(work)
     elif question != event_run.PAUSE:
         raise refusal(work, question)
 
@@ -101,7 +104,7 @@ def choose_features(work: ContactRun) -> None:
     it, patches = work.it, work.patches
     if patches is None:
         return
-    search, count = work.steps.search, work.steps.events
+    search, count = work.memory.steps.search, work.memory.steps.events
     numbers = search.log_numbers[:count][search.log_times[:count] == it.t] - len(work.specs)
     if 0 in numbers or 1 in numbers:
         reason = event_run.GAP_CLOSED if 0 in numbers else event_run.OTHER_FEATURES
@@ -127,7 +130,7 @@ def struck(work: ContactRun, blow: Blow) -> None:
 def tell(work: ContactRun, told: object) -> None:
     """Add a happening to the log."""
     it = work.it
-    work.longer_log()
+    work.memory.longer_log()
     work.told.append(told)
     it.marks[it.marked : it.marked + 4] = event_run.TOLD, 4, it.numbered, len(work.told) - 1
     it.marked += 4
@@ -135,7 +138,7 @@ def tell(work: ContactRun, told: object) -> None:
 
 def blows(work: ContactRun) -> None:
     """Let the blows act whose events end the phase."""
-    search, count = work.steps.search, work.steps.events
+    search, count = work.memory.steps.search, work.memory.steps.events
     for number, time in zip(search.log_numbers[:count], search.log_times[:count], strict=True):
         which = int(number) - work.asked
         if 0 <= which < len(work.called) and time == work.it.t and work.counts[which] > 0:
@@ -155,7 +158,7 @@ def changed(work: ContactRun) -> bool:
     y = np.array(it.y)
     if drives is None or not drives.change(it.t, y):
         return False
-    before, energy = np.sign(watched(work, y)), energy_of(work, y)
+    before, energy = np.sign(watched(work, y)), work.energies(it.t, y).sum()
     work.set_values(dict(drives.numbers))
     it.most_phases += 1
     it.stale = 1
@@ -163,14 +166,14 @@ def changed(work: ContactRun) -> bool:
         return False
     it.reason[:] = event_run.CHANGED
     if drives.potential:
-        it.impulses += energy_of(work, y) - energy
+        it.impulses += work.energies(it.t, y).sum() - energy
     after, ends = np.sign(watched(work, y)), False
     for k in np.flatnonzero(before * after < 0):
         spec, sign = work.specs[k], int(after[k])
         if spec.direction not in (0, sign):
             continue
         if k < work.asked:
-            work.longer_log()
+            work.memory.longer_log()
             code("log_crossing")(it, it.t, k, sign, y)
             ends |= spec.terminal
         elif work.counts[k - work.asked] > 0:
@@ -183,15 +186,9 @@ def changed(work: ContactRun) -> bool:
 
 def watched(work: ContactRun, y: Array) -> Array:
     """Return the functions of the user's events, and of those that call blows."""
-    program = work.program
-    outputs = outputs_at(program.address("watched"), program.outputs("watched"), work.it.t, y, work.phase)
+    program, phase = work.memory.program, work.memory.phase
+    outputs = outputs_at(program.address("watched"), program.outputs("watched"), work.it.t, y, phase)
     return outputs[: len(work.specs)]
-
-
-def energy_of(work: ContactRun, y: Array) -> float:
-    """Return the energy of the machine."""
-    address = work.kernels.motion().address("energy")
-    return float(outputs_at(address, 2, work.it.t, y, work.energy_constants).sum())
 
 
 # -- refusals --------------------------------------------------------------------------------------------
@@ -224,9 +221,10 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
         approach = ", ".join(
             f"'{work.names[k]}' ({v:.6g} {units[k]})" for k, v in zip(chosen, speeds, strict=True)
         )
+        rest = work.memory.problem.residual
         return SimulationError(
             f"{impact}No impulses were found that satisfy Coulomb friction at contacts {approach} (approach speed "
-            f"along the normal), even without restitution: a law is still violated by {work.problem.residual:.3g} of "
+            f"along the normal), even without restitution: a law is still violated by {rest:.3g} of "
             f"the greatest speed. Less friction, or impacts='sequential', makes the problem easier."
         )
     if why == event_run.SEQUENCE:
@@ -245,11 +243,35 @@ def refusal(work: ContactRun, why: int) -> SimulationError:
         return SimulationError(
             f"Contact '{work.names[it.blame]}' of '{model}' closed between {start:.6g} and {t:.6g} s within one step "
             f"of {h:.3g} s, and was passed over: it is {-it.gap[it.blame]:.3g} m deep. Give a max_step shorter than "
-            f"that contact lasts, or take method='timestepping' with step=."
+            f"that contact lasts, or take method='timestepping' with step=.{flat(work, [it.blame])}"
         )
     if why in (event_run.NO_MOTION, event_run.SEVERAL):
         return paradox(work, why)
     return open_shares(work, why)
+
+
+def stalled(work: ContactRun) -> SimulationError:
+    """Return the error for a run whose steps do not move on."""
+    it = work.it
+    closed = [k for k, mode in enumerate(it.mode) if mode != OPEN]
+    names = ", ".join(f"'{work.names[k]}'" for k in closed) or "open"
+    return SimulationError(
+        f"The motion of '{work.model.name}' does not move on: {event_run.STALL} steps led from t = {it.crept_from:.9g} "
+        f"to {it.t:.9g} s (contacts: {names}). Forces hold it between motions that lead back to the same state."
+        f"{flat(work, closed)} method='timestepping' with step= goes through such states."
+    )
+
+
+def flat(work: ContactRun, contacts: Sequence[int]) -> str:
+    """Return a sentence on disks in space among contacts: their lowest point is anywhere when they lie flat."""
+    for k in contacts:
+        shapes = work.model.contacts[k].feature, work.model.contacts[k].surface
+        if work.scene.tangents[k] == 2 and any(shape.bound == "edge" for shape in shapes):
+            return (
+                f" The edge of a disk, as of '{work.names[k]}', touches at its lowest point, which jumps where the "
+                "disk lies flat: give it points along the edge, body.corners(...), which carry it like a face."
+            )
+    return ""
 
 
 def open_shares(work: ContactRun, why: int) -> SimulationError:
@@ -280,7 +302,7 @@ def open_shares(work: ContactRun, why: int) -> SimulationError:
 
 def paradox(work: ContactRun, why: int) -> SimulationError:
     """Return the error for a state in which no motion, or several, satisfy the laws of rigid contact."""
-    it, problem, seen, chosen = work.it, work.problem, work.seen(), work.chosen()
+    it, problem, seen, chosen = work.it, work.memory.problem, work.seen(), work.chosen()
     state = zip(
         (*work.model.coordinate_names, *work.model.speed_names), np.array(it.y).tolist(), strict=False
     )

@@ -70,21 +70,21 @@ def _modes(work: ContactRun, y: Array) -> tuple[Modes, list[int]]:
     it = work.it
     see(work, y)
     check_apart(work, y, work.seen())
-    said(work, code("strike")(it, work.problem))
+    said(work, code("strike")(it, work.memory.problem))
     y[work.n : work.n + work.n_u] += it.whole @ work.seen().responses
     it.hit, leaving = 0, 1
     while leaving != 0:
         see(work, y)
-        why = code("decide")(it, work.problem)
+        why = code("decide")(it, work.memory.problem)
         if why == event_run.ASK_KERNELS:
-            work.equip()
+            work.memory.equip(work.parameters)
             leaving = 1
             continue
         said(work, why)
         leaving = code("begin_to_leave")(it)
         if leaving < 0:
-            work.equip()
-    code("find_dead")(it, work.problem)
+            work.memory.equip(work.parameters)
+    code("find_dead")(it, work.memory.problem)
     return tuple(KINDS[mode] for mode in it.mode), it.dead.tolist()
 
 

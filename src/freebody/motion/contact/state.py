@@ -9,38 +9,29 @@ from typing import Any
 
 import numpy as np
 
-from ..cones.collision import compiled_code
-from ..cones.contacts import contacts_room
-from ..events.event_run import PIECE, EventRun, event_run
+from ..events.event_run import EventRun
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, call_of
 from ..legs.driven import Drives
-from ..ode import loops
-from ..ode.dense_output import Array
-from ..ode.run import equip, memory, most_events
-from ..phase.scene import Phase, Scene, functions, scene_of
+from ..ode.dense_output import Array, outputs_at
+from ..phase.scene import Scene, scene_of
 from ..phase.snapshot import Snapshot
 from ..request import Problem
-from ..trajectory.event import expressions_of
+from ..trajectory.event import EventSpec, expressions_of
+from .memory import Memory, Watched, memory_of
 from .patches import Patches
 
 CHOICES = ("compliance", "refuse")
 """Values of ``indeterminate``: treatment of a motion that depends on the distribution of indeterminate forces."""
-KERNELS = {
-    "looked": "looked", "rates_at": "rate", "rates": "rates", "projection": "projection",
-    "accelerations": "acceleration", "forces": "force", "watched": "watched",
-}  # fmt: skip
-"""Functions of `phase_kernels` and its kin that the loop calls."""
-AT_ONCE = 300
-"""Number of rows up to which the contact problem has room for all of them from the start."""
-LOG = 1 << 12
-"""First number of rows of the log."""
 
 
 class ContactRun:
     """One run of a machine with contacts. See :func:`run`.
 
-    ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
+    ``specs``      events of the user, ``asked`` of them, then those that call for blows
+    ``blows``, ``called``, ``counts``    blows at given times, those of events, and how often these may still act
+    ``method``, ``relative``, ``absolute``    method and tolerances of the steps
+    ``memory``     its records; ``it``: that of the compiled loop. A finished run has given it back
     ``told``       happenings that Python adds to the log
     ``shared``     True if indeterminate forces are those of equal compliance
     ``drives``     signals and controllers, or None
@@ -48,7 +39,23 @@ class ContactRun:
     ``patches``    patches of solids, or None
     """
 
-    def __init__(self, kernels: Kernels, values: Mapping[str, float], scene: Scene | None = None) -> None:
+    specs: tuple[EventSpec, ...]
+    asked: int
+    method: str
+    blows: list[tuple[float, Blow]]
+    called: tuple[Blow, ...]
+    counts: list[float]
+    relative: Array
+    absolute: Array
+
+    def __init__(
+        self,
+        kernels: Kernels,
+        values: Mapping[str, float],
+        scene: Scene | None = None,
+        watched: Watched | None = None,
+    ) -> None:
+        """Make a run ready to go with the functions that it watches, or, without any, for the modes of a state."""
         self.kernels, self.values, self.model = kernels, values, kernels.model
         self.scene = scene_of(kernels) if scene is None else scene
         self.parameters = kernels.parameters(values)
@@ -57,95 +64,54 @@ class ContactRun:
         self.shared = True
         self.drives: Drives | None = None
         self.changes: list[tuple[int, Array]] = []
-        self.patches = Patches(kernels, values) if self.model.patches else None
-        self.it: EventRun = event_run(self.scene, self.n + self.n_u + 2)
-        if self.patches is not None:
-            self.patches.it.mode = self.it.mode
-        solvers = compiled_code()
-        self.it.finding, self.it.colliding = solvers["find"].address, solvers["collided"].address
-        rows = self.scene.rows
-        self.make_room(rows if rows <= AT_ONCE else AT_ONCE // 4)
+        self.told: list[Any] = []
+        patches = Patches(kernels, values) if self.model.patches else None
+        self.patches, self.watched = patches, watched
+        if watched is None:
+            self.memory = Memory(kernels, self.scene, patches)
+        else:
+            self.memory = memory_of(kernels, self.scene, watched, self.parameters, patches)
+        self.it: EventRun = self.memory.it
 
-    def make_room(self, rows: int) -> None:
-        """Make a contact problem with room for so many rows."""
-        rows = min(rows, self.scene.rows)
-        self.problem = contacts_room(min(rows, len(self.names)), rows)
-
-    def prepare(
-        self,
+    @classmethod
+    def of(
+        cls,
         problem: Problem,
         relative: Array,
         absolute: Array,
         blows: Sequence[tuple[float, Blow]] = (),
         called: Sequence[Blow] = (),
-    ) -> None:
-        """Prepare the steps and the events of the run, with blows at given times and those that events call for."""
-        request, specs = problem.request, problem.specs
-        it, scene = self.it, self.scene
+    ) -> ContactRun:
+        """Return the run of a problem, with blows at given times and those that events call for."""
+        request, kernels = problem.request, problem.kernels
         calls = tuple(call_of(one) for one in called)  # events that trigger a blow, after those of the user
-        self.asked, self.specs = len(specs), (*specs, *calls)
+        specs = (*problem.specs, *calls)
+        watched = Watched(
+            "dop853" if request.method == "auto" else request.method,
+            (*problem.expressions, *expressions_of(kernels.model, calls)),
+            tuple(spec.direction for spec in specs),
+            tuple(spec.terminal for spec in specs),
+            len(problem.specs),
+        )
+        self = cls(kernels, problem.numbers, watched=watched)
+        self.specs, self.asked, self.method = specs, watched.asked, watched.method
         self.shared = request.indeterminate == "compliance"
         self.blows, self.called = list(blows), tuple(called)
         self.counts = [math.inf if one.times is None else one.times for one in called]
         self.relative, self.absolute = relative, absolute
-        self.method = "dop853" if request.method == "auto" else request.method
-        watched = (*problem.expressions, *expressions_of(self.model, calls))
-        phase = self.equip(watched)
-        rates = phase.rates_of(self.program, self.phase)
-        m = len(self.specs) + len(scene.endings)
-        stops = 0 if self.patches is None else self.patches.functions_count
-        m += stops
-        self.steps, own = memory(self.method, it.n_y, m)
-        run, search = self.steps, self.steps.search
-        equip(run, own, rates)
-        run.relative[:], run.absolute[:] = relative, absolute
-        run.required = len(self.specs)
-        search.functions, search.c = self.program.address("watched"), self.phase
-        search.guarded = m - len(self.specs)
-        search.directions[:] = [
-            *(spec.direction for spec in self.specs),
-            *[-1] * (stops + len(scene.endings)),
-        ]
-        search.terminal[:] = [*(spec.terminal for spec in self.specs), *[1] * (stops + len(scene.endings))]
-        logged = PIECE + most_events(m) + 1
-        buffer = np.empty((PIECE + 1) * (2 + it.n_y))
-        run.times, run.lengths = buffer[: PIECE + 1], buffer[PIECE + 1 : 2 * PIECE + 2]
-        run.states = buffer[2 * PIECE + 2 :].reshape(PIECE + 1, it.n_y)
-        search.log_times, search.log_states = np.empty(logged), np.empty((logged, it.n_y))
-        search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
-        it.moving, it.refuse = scene.candidates.moving, not self.shared
-        it.sequential = request.impacts == "sequential"
-        it.followed = len(self.specs) + stops if stops else 0
-        it.asked, it.crossed = self.asked, logged if self.asked else 0
-        self.constants_kept = rates
-        it.piece = loops.functions(self.method).functions["piece"].address
-        it.final = np.array([*(spec.terminal for spec in self.specs), 0], dtype=np.int64)
-        it.longest = request.longest_step
-        it.steps_left = problem.most_steps
-        it.past[:] = -1
-        it.last = it.met_at = -math.inf
-        self.told: list[Any] = []
-        self._log_rows(LOG, LOG, LOG)
+        it, steps = self.it, self.memory.steps
+        it.refuse, it.sequential = not self.shared, request.impacts == "sequential"
+        it.longest, it.steps_left = request.longest_step, problem.most_steps
+        steps.relative[:], steps.absolute[:] = relative, absolute
+        if kernels.model.switched:
+            self.drives = Drives(kernels, problem.numbers, problem.begin, problem.end, problem.most_steps)
+            self.changes.append((0, self.parameters))
+        return self
 
-    def equip(self, watched: Sequence[Any] = ()) -> Phase:
-        """Give the memory its kernels, compiled if they are not yet, with these functions of the user."""
-        it, scene = self.it, self.scene
-        phase = scene.holding(("open",) * len(self.names), self.kernels.active)
-        self.looking, self.program = scene.constants(self.parameters), phase.whole(watched, self.patches)
-        self.phase = self.program.constants(self.parameters)
-        compiled, energy = functions(), self.kernels.motion()
-        for name, kernel in KERNELS.items():
-            setattr(it, name, compiled[kernel].address)
-        self.energy_constants = energy.constants(self.parameters)
-        it.energy, it.energy_c = energy.address("energy"), self.energy_constants
-        it.looking, it.phase = self.looking, self.phase
-        it.watch, it.watch_later = np.empty((2, self.program.outputs("watched")))
-        indices = np.array(self.model.quaternions or [0], dtype=np.int64)
-        it.turned, it.quaternions = len(self.model.quaternions), indices
-        it.ending = np.array([end.contact for end in scene.endings], dtype=np.int64)
-        it.place = np.array([end.place for end in scene.endings], dtype=np.int64)
-        it.events, it.ready = self.program.outputs("watched") - len(scene.endings), 1
-        return phase
+    def give_back(self) -> None:
+        """Give the memory of a finished run back. What its history asks for later is in memory of its own."""
+        if self.watched is not None:
+            self.memory.give_back(self.watched)
 
     def set_values(self, values: Mapping[str, float]) -> None:
         """Go on with other values of the parameters."""
@@ -153,10 +119,7 @@ class ContactRun:
             self.patches.set_values(values)
             values = self.patches.values
         self.values, self.parameters = values, self.kernels.parameters(values)
-        scene, energy = self.scene, self.kernels.motion()
-        scene.program.set_parameters(self.looking, self.parameters)
-        self.energy_constants[:] = energy.constants(self.parameters)
-        self.program.set_parameters(self.phase, self.parameters)
+        self.memory.set_parameters(self.parameters)
         self.changes.append((self.it.phases, self.parameters))
 
     def parameters_of(self, phase: int) -> Array | None:
@@ -169,40 +132,15 @@ class ContactRun:
         change = math.inf if self.drives is None else self.drives.until()
         return min(change, self.blows[0][0]) if self.blows else change
 
-    def longer_log(self) -> None:
-        """Double what is full of the log."""
-        it = self.it
-        need = 64 + 4 * self.it.contacts, 64 + 8 * it.n_y
-        self._log_rows(
-            2 * it.marks_room + 40 * need[0] + 4 * it.crossed,
-            2 * it.numbers_room + 40 * (need[1] + it.rows) + (it.n_y + 4) * it.crossed,
-            2 * it.path_room + 2 * PIECE,
-        )
-
-    def _log_rows(self, marks: int, numbers: int, rows: int) -> None:
-        """Make longer rows for the log, with what is in it."""
-        it = self.it
-
-        def row(old: Any, length: int, shape: Any, kind: Any = np.float64) -> Any:
-            new = np.empty(shape, dtype=kind)
-            if length:
-                new[:length] = old[:length]
-            return new
-
-        arrays = it.arrays
-        it.marks = row(arrays.get("marks"), it.marked, marks, np.int64)
-        it.numbers = row(arrays.get("numbers"), it.numbered, numbers)
-        it.times = row(arrays.get("times"), it.logged, rows)
-        it.lengths = row(arrays.get("lengths"), it.logged, rows)
-        states = row(arrays.get("states"), it.logged * it.n_y, rows * it.n_y)
-        it.states = states
-        it.marks_room, it.numbers_room, it.path_room = marks, numbers, rows
+    def energies(self, t: float, y: Array) -> Array:
+        """Return the kinetic and the potential energy at a state."""
+        return outputs_at(self.it.energy, 2, t, y, self.memory.energy)
 
     # -- the moment --------------------------------------------------------------------------------
 
     def look(self, t: float, y: Array, parameters: Array | None = None) -> Snapshot:
-        """Return the contacts at a moment, with the present values of the parameters or with others."""
-        constants = self.looking if parameters is None else self.scene.constants(parameters)
+        """Return the contacts at a moment of the run, or, after it too, with given values of the parameters."""
+        constants = self.memory.looking if parameters is None else self.scene.constants(parameters)
         return self.scene.at(t, y, constants)
 
     def seen(self) -> Snapshot:

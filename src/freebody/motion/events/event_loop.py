@@ -272,11 +272,22 @@ def follow(it: EventRun, run: Run, contacts: Contacts) -> int:
     it.t = run.times[n]
     copy(run.times[2 * n + 1 + n * n_y :], it.y, n_y)
     if status == RUNNING:
+        if creeps(it, n) != 0:
+            return event_run.STALLED
         if it.steps_left > 0:
             return event_run.PAUSE if it.budget <= 0 else RUNNING
         status = event_run.TOO_MANY_STEPS
     it.blame = run.blame
     return end_phase(it, run, contacts, status)
+
+
+@compiled
+def creeps(it: EventRun, steps: int) -> int:
+    """Return 1 if the run does not move on, else 0."""
+    it.crept += steps
+    if not it.t - it.crept_from <= event_run.STALL_TIME:
+        it.crept, it.crept_from = 0, it.t
+    return 1 if it.crept > event_run.STALL else 0
 
 
 @compiled

@@ -39,6 +39,9 @@ PASSES = 100_000
 """Largest number of sequential impacts at one moment."""
 PIECE = 256
 """Number of steps between two looks at the memory."""
+STALL, STALL_TIME = 20_000, 1e-4
+"""Number of steps within a time [s] at which a run does not move on: rates of 1e9 1/s, which no rigid body has. A state
+is held there between motions that lead back to it, such as the tilts of a disk that lies flat on its edge."""
 
 # Where the loop goes on.
 ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED = range(10)
@@ -62,7 +65,8 @@ ARRIVE, COLLIDE, SETTLE, CORRECT, DECIDE, SET_UP, LAUNCH, FOLLOW, HALT, HALTED =
     PASSED_OVER,  # a closing was passed over in a step
     TURNED,  # a change of the sense of slip was passed over
     OTHER_PLACES,  # a patch of solids has other features
-) = range(100, 117)
+    STALLED,  # the steps do not move on
+) = range(100, 118)
 
 TOO_MANY_STEPS = int(End.TOO_MANY_STEPS)
 
@@ -112,6 +116,7 @@ class EventRun(Record):
     ``crowd``, ``last``           events at one moment, and the time of the last one
     ``impulses``                  work of impacts and blows
     ``budget``, ``steps_left``    steps until the next pause, and until the run is given up
+    ``crept``, ``crept_from``     number of steps since a time that is less than `STALL_TIME` ago
 
     ``seen``                      outputs of `phase_kernels.looked`, whose parts follow
     ``near``, ``still``           gap and speed that are zero
@@ -183,6 +188,8 @@ class EventRun(Record):
     impulses: Real
     budget: Whole
     steps_left: Whole
+    crept: Whole
+    crept_from: Real
     phases: Whole
     blame: Whole
     named: Whole

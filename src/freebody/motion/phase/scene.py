@@ -100,6 +100,10 @@ class Scene:
         self.names = tuple(row.name for row in contact_layout(self.model.contacts))
         self._phases: dict[Any, Phase] = {}
         self.layouts: dict[Any, PhaseData] = {}
+        self.checked: Mapping[str, float] | None = (
+            None  # values of the last run, whose coefficients are possible
+        )
+        self.spare: dict[Any, list[Any]] = {}  # memory of finished runs
         self.ends = _ends(self.model)
 
     @cached_property

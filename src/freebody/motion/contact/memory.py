@@ -1,0 +1,190 @@
+"""Memory of a run with contacts: its records with their kernels, kept for the next run of the same functions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..cones.collision import compiled_code
+from ..cones.contacts import contacts_room
+from ..events.event_run import PIECE, EventRun, event_run
+from ..kernels.kernels import Kernels
+from ..ode import loops
+from ..ode.dense_output import Array
+from ..ode.run import equip, memory, most_events
+from ..phase.scene import Scene, functions
+from .patches import Patches
+
+KERNELS = {
+    "looked": "looked", "rates_at": "rate", "rates": "rates", "projection": "projection",
+    "accelerations": "acceleration", "forces": "force", "watched": "watched",
+}  # fmt: skip
+"""Functions of `phase_kernels` and its kin that the loop calls."""
+AT_ONCE = 300
+"""Number of rows up to which the contact problem has room for all of them from the start."""
+LOG = 1 << 12
+"""First number of rows of the log."""
+SPARE = 8
+"""Number of memories of finished runs that a machine keeps: one for each thread that asks for the same functions."""
+
+
+class Watched(NamedTuple):
+    """What shapes the memory of a run: its method, and the user's functions, each with its direction and whether it
+    ends the run; the first ``asked`` are events, others call for blows.
+    """
+
+    method: str
+    expressions: tuple[Any, ...] = ()
+    directions: tuple[int, ...] = ()
+    terminal: tuple[bool, ...] = ()
+    asked: int = 0
+
+
+class Memory:
+    """Memory of one run with contacts.
+
+    ``it``         memory of the compiled loop;  ``steps``, ``problem``: of its integrator and of its contact problem
+    ``looking``, ``phase``, ``energy``    constants of the functions of all contacts, of the present phase, of energies
+    """
+
+    def __init__(self, kernels: Kernels, scene: Scene, patches: Patches | None = None) -> None:
+        self.kernels, self.scene, self.model, self.patches = kernels, scene, kernels.model, patches
+        self.it: EventRun = event_run(scene, self.model.n_q + self.model.n_u + 2)
+        solvers = compiled_code()
+        self.it.finding, self.it.colliding = solvers["find"].address, solvers["collided"].address
+        if patches is not None:
+            patches.it.mode = self.it.mode
+        self.make_room(scene.rows if scene.rows <= AT_ONCE else AT_ONCE // 4)
+        self.bits, self.images = b"", list[tuple[Array, Array]]()
+
+    def make_room(self, rows: int) -> None:
+        """Make a contact problem with room for so many rows."""
+        rows = min(rows, self.scene.rows)
+        self.problem = contacts_room(min(rows, self.it.contacts), rows)
+
+    def equip(self, parameters: Array, expressions: Sequence[Any] = ()) -> Any:
+        """Write the kernels, compiled if they are not yet, with these functions of the user; return the phase."""
+        it, scene, model = self.it, self.scene, self.model
+        phase = scene.holding(("open",) * it.contacts, self.kernels.active)
+        self.looking, self.program = scene.constants(parameters), phase.whole(expressions, self.patches)
+        self.phase = self.program.constants(parameters)
+        compiled, energy = functions(), self.kernels.motion()
+        for name, kernel in KERNELS.items():
+            setattr(it, name, compiled[kernel].address)
+        self.energy = np.array(energy.constants(parameters))
+        it.energy, it.energy_c = energy.address("energy"), self.energy
+        it.looking, it.phase = self.looking, self.phase
+        it.watch, it.watch_later = np.zeros((2, self.program.outputs("watched")))
+        indices = np.array(model.quaternions or [0], dtype=np.int64)
+        it.turned, it.quaternions = len(model.quaternions), indices
+        it.ending = np.array([end.contact for end in scene.endings], dtype=np.int64)
+        it.place = np.array([end.place for end in scene.endings], dtype=np.int64)
+        it.events, it.ready = self.program.outputs("watched") - len(scene.endings), 1
+        return phase
+
+    def prepare(self, parameters: Array, watched: Watched) -> None:
+        """Write all that does not depend on the values and tolerances of a run."""
+        it, scene = self.it, self.scene
+        phase = self.equip(parameters, watched.expressions)
+        rates = phase.rates_of(self.program, self.phase)
+        count, stops = len(watched.expressions), 0 if self.patches is None else self.patches.functions_count
+        m = count + stops + len(scene.endings)
+        self.steps, own = memory(watched.method, it.n_y, m)
+        run, search = self.steps, self.steps.search
+        equip(run, own, rates)
+        run.required = count
+        search.functions, search.c = self.program.address("watched"), self.phase
+        search.guarded = m - count
+        search.directions[:] = [*watched.directions, *[-1] * (m - count)]
+        search.terminal[:] = [*watched.terminal, *[1] * (m - count)]
+        logged = PIECE + most_events(m) + 1
+        buffer = np.empty((PIECE + 1) * (2 + it.n_y))
+        run.times, run.lengths = buffer[: PIECE + 1], buffer[PIECE + 1 : 2 * PIECE + 2]
+        run.states = buffer[2 * PIECE + 2 :].reshape(PIECE + 1, it.n_y)
+        search.log_times, search.log_states = np.empty(logged), np.empty((logged, it.n_y))
+        search.log_numbers, search.log_signs = (np.empty(logged, dtype=np.int64) for _ in range(2))
+        it.moving = scene.candidates.moving
+        it.followed = count + stops if stops else 0
+        it.asked, it.crossed = watched.asked, logged if watched.asked else 0
+        it.piece = loops.functions(watched.method).functions["piece"].address
+        it.final = np.array([*watched.terminal, 0], dtype=np.int64)
+        it.past[:] = -1
+        it.last = it.met_at = it.crept_from = -np.inf
+        self._log_rows(LOG, LOG, LOG)
+        self.bits = parameters.tobytes()
+        self._keep()
+
+    def begin(self, parameters: Array) -> None:
+        """Begin another run: all numbers are those after `prepare`, with these values of the parameters."""
+        for memory_of_one, image in self.images:
+            memory_of_one[:] = image
+        if self.bits != parameters.tobytes():
+            self.set_parameters(parameters)
+            self.bits = parameters.tobytes()
+            self._keep()
+
+    def _keep(self) -> None:
+        blocks = (self.it.memory, self.steps.memory, self.looking, self.phase, self.energy)
+        self.images = [(block, block.copy()) for block in blocks]
+
+    def give_back(self, key: Watched) -> None:
+        """Offer this memory to the next run of these functions, unless its log has grown or it has patches."""
+        spare = self.scene.spare
+        if self.patches is None and self.it.path_room == LOG == self.it.marks_room == self.it.numbers_room:
+            if key not in spare and len(spare) >= SPARE:
+                spare.clear()
+            of_key = spare.setdefault(key, [])
+            if len(of_key) < SPARE:
+                of_key.append(self)
+
+    def set_parameters(self, parameters: Array) -> None:
+        """Write other values of the parameters."""
+        energy = self.kernels.motion()
+        self.scene.program.set_parameters(self.looking, parameters)
+        self.energy[:] = energy.constants(parameters)
+        self.program.set_parameters(self.phase, parameters)
+
+    def longer_log(self) -> None:
+        """Double what is full of the log."""
+        it = self.it
+        need = 64 + 4 * it.contacts, 64 + 8 * it.n_y
+        self._log_rows(
+            2 * it.marks_room + 40 * need[0] + 4 * it.crossed,
+            2 * it.numbers_room + 40 * (need[1] + it.rows) + (it.n_y + 4) * it.crossed,
+            2 * it.path_room + 2 * PIECE,
+        )
+
+    def _log_rows(self, marks: int, numbers: int, rows: int) -> None:
+        """Make longer rows for the log, with what is in it."""
+        it = self.it
+
+        def row(old: Any, length: int, shape: Any, kind: Any = np.float64) -> Any:
+            new = np.empty(shape, dtype=kind)
+            if length:
+                new[:length] = old[:length]
+            return new
+
+        arrays = it.arrays
+        it.marks = row(arrays.get("marks"), it.marked, marks, np.int64)
+        it.numbers = row(arrays.get("numbers"), it.numbered, numbers)
+        it.times = row(arrays.get("times"), it.logged, rows)
+        it.lengths = row(arrays.get("lengths"), it.logged, rows)
+        it.states = row(arrays.get("states"), it.logged * it.n_y, rows * it.n_y)
+        it.marks_room, it.numbers_room, it.path_room = marks, numbers, rows
+
+
+def memory_of(
+    kernels: Kernels, scene: Scene, key: Watched, parameters: Array, patches: Patches | None
+) -> Memory:
+    """Return memory for a run, ready to go: that of a finished run of the same functions if there is one."""
+    of_key = scene.spare.get(key) if patches is None else None
+    try:
+        result: Memory = of_key.pop()  # type: ignore[union-attr]
+    except (AttributeError, IndexError):  # none, or another thread took it
+        result = Memory(kernels, scene, patches)
+        result.prepare(parameters, key)
+    else:
+        result.begin(parameters)
+    return result
