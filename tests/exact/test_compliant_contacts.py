@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import freebody as fb
 from freebody.cli import command as program
-from freebody.errors import FormatError
+from freebody.errors import FormatError, ModelError, SimulationError
 from freebody.exact import damped_impact, elastic_impact, hunt_crossley_restitution
 
 G, R, M = 9.81, 0.02, 0.1
@@ -190,3 +190,29 @@ def test_files_keep_the_law(tmp_path):
     assert "N = " in shown and "depth" in shown
     with pytest.raises(FormatError, match="its normal force; contacts of the format have solref instead"):
         fb.write(s, tmp_path / "ball.xml", values={"g": G})
+
+
+PULLING = {
+    "-depth": "Expected a normal force of contact 'floor' that grows from 0 with `depth`, since it only presses, got "
+    '-depth: -9.31323e-10 N at depth = 9.3e-10 m. Write a law such as "k*depth" with k > 0.',
+    "c*depth*rate": "Expected a normal force of contact 'floor' that grows from 0 with `depth`, since it only presses, "
+    'got c*depth*rate: 0 N at depth = 9.3e-10 m. Write a law such as "k*depth" with k > 0.',
+    "k*depth - c*rate": "Expected a normal force of contact 'floor' that presses as the contact closes, at rate > 0, "
+    "got -c*rate + depth*k: -1.86265e-08 N at depth = 0 and rate = 9.3e-10 m/s. A damper has c > 0 in "
+    '"k*depth + c*rate".',
+}
+
+
+@pytest.mark.parametrize("law", PULLING)
+def test_a_law_that_pulls_is_refused(law):
+    with pytest.raises(ModelError) as caught:
+        falling(law)
+    assert str(caught.value) == PULLING[law]
+
+
+@pytest.mark.parametrize("route", [{}, {"method": "timestepping", "step": 1e-3}])
+def test_a_law_that_pulls_with_the_values_of_a_run_is_refused(route):
+    with pytest.raises(
+        SimulationError, match="grows from 0 with `depth`, since it only presses, got depth\\*k: -9.3"
+    ):
+        fb.simulate(falling("k*depth"), 0.1, initial={"y": 0.01}, values={"k": -10}, **route)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...describe.contacts.normal_law import first_forces, refuse_pull
 from ...errors import SimulationError, nearest
 from ..ending import FAILED, End
 from ..events.event_run import ORDERS
@@ -102,6 +103,12 @@ def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
                 f"Expected a friction of contact '{c.name}' above 0 at rest, since it depends on slip; got 0 at "
                 f"slip = 0. A force that grows from 0 with the speed is a damper."
             )
+        if c.compliant and not model.names.depends(c.normal_force, "coordinate", "speed", "time"):
+            what = f"contact '{c.name}'"
+            first = [
+                number(model, values, x, f"the normal force of {what}") for x in first_forces(c.normal_force)
+            ]
+            refuse_pull(first, c.normal_force, what, SimulationError)
         e = number(model, values, c.restitution, f"the restitution of contact '{c.name}'")
         if not mu >= 0:
             raise SimulationError(f"Expected a friction of contact '{c.name}' of at least 0, got {mu:g}.")
