@@ -98,6 +98,6 @@ def see(work: ContactRun, y: Array) -> None:
     """Look at the contacts at the start, and find those that are closed."""
     it = work.it
     it.y[:] = y
-    it.seen[:] = work.scene.outputs(0, y, work.values)
+    it.seen[:], it.adhering[:] = work.scene.outputs(0, y, work.values), 0
     code("find_closed")(it)
     code("choose_all")(it)

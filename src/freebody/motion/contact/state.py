@@ -18,9 +18,11 @@ from ..legs.driven import Drives
 from ..ode import loops
 from ..ode.dense_output import Array
 from ..ode.run import equip, memory, most_events
+from ..phase.candidates import stretches
 from ..phase.scene import Phase, Scene, functions, scene_of
 from ..phase.snapshot import Snapshot
 from ..request import Problem
+from ..start.initial import number
 from ..trajectory.event import expressions_of
 from .patches import Patches
 
@@ -52,6 +54,7 @@ class ContactRun:
         self.kernels, self.values, self.model = kernels, values, kernels.model
         self.scene = scene_of(kernels) if scene is None else scene
         self.parameters = kernels.parameters(values)
+        self.ratios = np.array(stretches(self.model, lambda x: number(self.model, values, x, "a ratio of friction")))
         self.names = [c.name for c in self.model.contacts]
         self.n, self.n_u = self.model.n_q, self.model.n_u
         self.shared = True

@@ -81,7 +81,7 @@ class TouchingMachine:
         candidates = self.candidates
         moving = candidates.motion(state, given[: candidates.inputs])
         n = self.scene.model.n_u
-        forces = given[n : n + self.scene.rows]
+        forces = self.scene.candidates.forces(state, given)
         result = {name: list(outputs) for name, outputs in candidates.functions(state).items()}
         if candidates.driven:
             result |= {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...native.instructions import Reals, compiled, root
-from ..cones.block_rows import dot
+from ..cones.block_rows import add, dot
 from ..cones.cone import set_scales
 from ..cones.contact_problem import FIRST, LINE, NORMAL, SECOND, Blocks
 from ..families.inertia import mass_blocks
@@ -72,6 +72,17 @@ def give(run: Run, N: Reals) -> None:
 
 
 @compiled
+def adhere(run: Run) -> None:
+    """Add the pulls -A of the closed contacts to the loads, and their power; N + A is what the cones have."""
+    contacts, problem, blocks = run.contacts, run.problem, run.problem.blocks
+    for a in range(contacts.closed):
+        A, r = contacts.adhesion[contacts.owner[a]], problem.rows[a]
+        if A > 0.0 and problem.kinds[a] == NORMAL:
+            add(blocks, r, run.W, -A, run.pressed)
+            run.pressing[0] -= A * run.rates[r]
+
+
+@compiled
 def normalize(machine: Machine, y: Reals) -> None:
     """Divide each quaternion of a state by its norm."""
     for k in range(machine.n_quaternions):
@@ -106,11 +117,13 @@ def close(run: Run, friction: int, near: float) -> None:
     count, row = 0, 0
     for e in range(contacts.count):
         tangents = contacts.tangents[e]
-        if run.now.gap[e] <= near and (friction != 0 or contacts.held[e] == 0):
+        if (run.now.gap[e] <= near or contacts.kept[e] != 0) and (friction != 0 or contacts.held[e] == 0):
             for k in range(1 + tangents if friction != 0 else 1):
                 problem.rows[count], problem.mu[count] = row + k, contacts.mu[e]
                 problem.kinds[count] = NORMAL if k == 0 else (LINE if tangents == 1 else FIRST + k - 1)
                 problem.low[count] = run.given[e] * run.h if k == 0 else 0.0
+                if friction == 0 and contacts.kept[e] != 0:
+                    problem.low[count] = -FAR
                 contacts.owner[count], contacts.rebound[count] = e, contacts.restitution[e]
                 count += 1
         row += 1 + tangents

@@ -33,7 +33,7 @@ from ...native.instructions import compiled, greater, lesser
 from ..cones.block_rows import along, dot, magnitude
 from ..cones.contact_problem import NORMAL
 from ..cones.islands import Islands
-from .configuration import CLOSED_GAP, answers, close, evaluate, give, loads_at, normalize, put_speeds
+from .configuration import CLOSED_GAP, adhere, answers, close, evaluate, give, loads_at, normalize, put_speeds
 from .correction import correct
 from .elimination import block_back, meet
 from .impulses import impulses
@@ -98,6 +98,7 @@ def midpoint(run: Run, t: float) -> int:
         r = problem.rows[a]
         contacts.before[a], problem.x[a] = run.rates[r], contacts.guess[r]
     give(run, run.given)
+    adhere(run)
     begin_pairs(run)
     answers(run, run.constraints)
     return NONE
@@ -202,6 +203,7 @@ def account(run: Run) -> None:
         contacts.guess[r] = 0.0
     for e in range(contacts.count):
         run.modes[k * contacts.count + e] = OPEN
+        contacts.kept[e] = 0
     for a in range(problem.count):
         if a < contacts.closed:
             contacts.guess[problem.rows[a]] = problem.x[a]
@@ -212,10 +214,14 @@ def account(run: Run) -> None:
             after -= contacts.rebound[a] * contacts.before[a]
             if problem.x[a] > 0.0 and a < contacts.closed:
                 run.modes[k * contacts.count + contacts.owner[a]] = mode(run, a)
+                contacts.kept[contacts.owner[a]] = 1 if contacts.adhesion[contacts.owner[a]] > 0.0 else 0
         struck += 0.5 * problem.x[a] * (contacts.before[a] + after)
     log_pairs(run)
     for r in range(contacts.rows):
         run.impulses[k, r] = contacts.guess[r]
+    for a in range(contacts.closed):
+        if problem.kinds[a] == NORMAL:
+            run.impulses[k, problem.rows[a]] -= run.h * contacts.adhesion[contacts.owner[a]]
     for i in range(run.machine.n):
         run.u_mean[i] = 0.5 * (run.u[i] + run.u_new[i])
     for i in range(run.constraints):

@@ -65,6 +65,9 @@ class Contacts(Record):
     ``tangents``, ``mu``, ``restitution``    of each contact; ``rows``: number of all rows; ``closed``: those of the
                       problem, before the rows of pairs of families
     ``held``          1 if the state gives the normal force and its row is zero: friction of a joint, compliant contacts
+    ``adhesion``      pull that each contact bears
+    ``kept``          1 while a contact adheres: it stays closed on a surface that curves away, and its gap is corrected
+                      to 0 from both sides
     ``reach_of``      contact of each reach
     ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
     ``before``        rate of each row of the problem at the beginning of the step
@@ -79,6 +82,8 @@ class Contacts(Record):
     mu: Row
     restitution: Row
     held: Wholes
+    adhesion: Row
+    kept: Wholes
     reach_of: Wholes
     owner: Annotated[Wholes, "most"]
     rebound: Annotated[Row, "most"]
