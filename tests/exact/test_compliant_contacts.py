@@ -198,7 +198,7 @@ PULLING = {
     "c*depth*rate": "Expected a normal force of contact 'floor' that grows from 0 with `depth`, since it only presses, "
     'got c*depth*rate: 0 N at depth = 9.3e-10 m. Write a law such as "k*depth" with k > 0.',
     "k*depth - c*rate": "Expected a normal force of contact 'floor' that presses as the contact closes, at rate > 0, "
-    "got -c*rate + depth*k: -1.86265e-08 N at depth = 0 and rate = 9.3e-10 m/s. A damper has c > 0 in "
+    "got -c*rate + depth*k: -1.86265e-08 N at depth = 0, rate = 9.3e-10 m/s. A damper has c > 0 in "
     '"k*depth + c*rate".',
 }
 

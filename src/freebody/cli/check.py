@@ -128,11 +128,15 @@ def _contacts(system: System, text: Any) -> None:
     for name, pair in system.contacts.items():
         shapes = pair.parts
         friction = text(pair.friction)
+        if getattr(pair, "along", None) is not None:
+            friction += f" along ({', '.join(map(text, pair.along))}), {text(pair.friction_across)} across"
         if pair.static_friction not in (None, at_rest(pair.friction)):
             friction += f", static {text(pair.static_friction)}"
         bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
         law = getattr(pair, "normal_force", None)
         bounce = bounce if law is None else f"N = {text(law)}"
+        if getattr(pair, "adhesion", 0) != 0:
+            bounce += f", adhesion {text(pair.adhesion)}"
         grid.row(name, *shapes, friction, bounce)
     grid.print()
 

@@ -27,7 +27,7 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Scalar, add, negate, scale
 from .composite import mass_matrix
 from .conditions.constrained import constrained_loading, with_wrenches
-from .conditions.constraints import linearized, rows, friction_along_tangents
+from .conditions.constraints import friction_along_tangents, linearized, rows
 from .conditions.contact import (
     contact_rows,
     given_normal_force,

@@ -32,16 +32,15 @@ from ..scalar.algebra import (
 from ..scalar.expression import exact
 from .model import GROUND, Link, Model
 
+
 def elliptic_friction(d: Sequence[Any], mu: Sequence[Any], sqrt: Callable[[Any], Any]) -> list[Any]:
-    """Return -T per unit of N of a slip in the direction d, with two coefficients: μ_i² d_i/√(μ_1² d_1² + μ_2² d_2²)."""
+    """Return -T/N of a slip in the direction d, with two coefficients: μ_i² d_i/√(μ_1² d_1² + μ_2² d_2²)."""
     first, second = (a * b for a, b in zip(mu, d, strict=True))
     size = sqrt(first * first + second * second)
     return [divide(mu[0] * first, size), divide(mu[1] * second, size)]
 
 
-def friction_margin(
-    static: Any, pressure: Any, T: Sequence[Any], ratio: Any, sqrt: Callable[[Any], Any]
-) -> Any:
+def friction_margin(static: Any, pressure: Any, T: Any, ratio: Any, sqrt: Callable[[Any], Any]) -> Any:
     """Return μ_s (N + A) - |T|, of friction with two coefficients of this ratio |(T_1, T_2/ratio)|."""
     square = T[0] * T[0] if len(T) else 0
     for second in T[1:]:

@@ -77,5 +77,5 @@ def refuse_pull(forces: Sequence[float], law: Any, what: str, error: type[Freebo
     if not damped >= 0:
         raise error(
             f"Expected a normal force of {what} that presses as the contact closes, at rate > 0, got {law}: "
-            f'{damped:.6g} N at depth = 0 and rate = {float(SHALLOW):.2g} m/s. A damper has c > 0 in "k*depth + c*rate".'
+            f'{damped:.6g} N at depth = 0, rate = {float(SHALLOW):.2g} m/s. A damper has c > 0 in "k*depth + c*rate".'
         )

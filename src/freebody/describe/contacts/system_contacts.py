@@ -70,8 +70,8 @@ def contact(
     along : direction, optional
         Direction of the first of two coefficients of friction, in axes of the surface's body.
     adhesion : expression of parameters, optional
-        The pull A [N] that the contact bears while it is closed: N ≥ -A and \|T\| ≤ μ (N + A). It does not act at a
-        distance, and does not slow a rebound.
+        The pull A [N] that the contact bears while it is closed: N ≥ -A, with friction up to μ (N + A). It does not
+        act at a distance, and does not slow a rebound.
 
     Raises
     ------

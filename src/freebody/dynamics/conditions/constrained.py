@@ -43,11 +43,11 @@ from ..state import State, float_state
 from .constraints import (
     Action,
     closed_forces,
+    friction_along_tangents,
     linearized,
     residuals,
     rows,
     separating_force,
-    friction_along_tangents,
     torques,
     wrenches,
 )

@@ -23,8 +23,8 @@ from ...describe.contacts.mesh import Mesh
 from ...describe.joints.joint import Joint
 from ...describe.loads.action import Action as ContactAction
 from ...describe.loads.action import Couple, PointForce
-from ...model.contact import elliptic_friction
 from ...model.closure import Closure, Thread
+from ...model.contact import elliptic_friction
 from ...model.contact_modes import Touching
 from ...model.model import Model
 from ...scalar.algebra import (

@@ -156,7 +156,9 @@ class Instant:
         return (
             touch_of_shapes(model, state, contact),
             velocity_over(model, state, contact),
-            normal_force(model, state, contact, touching=True) if contact.compliant else state(contact.adhesion),
+            normal_force(model, state, contact, touching=True)
+            if contact.compliant
+            else state(contact.adhesion),
         )
 
     def displacement(self, joint: Any, index: int = 0) -> Scalar:

@@ -256,7 +256,15 @@ def _whole(motion: ComputedMotion, pair: Any, parts: Mapping[str, ContactMotion]
     static = some[0].static_friction  # a family has one law
     margin = static * forces[:, 0] - np.linalg.norm(forces[:, 1:], axis=1)
     return ContactMotion(
-        gap, forces[:, 0], forces[:, 1:], slip, np.where(mode == "open", np.nan, margin), mode, forces, static, margin
+        gap,
+        forces[:, 0],
+        forces[:, 1:],
+        slip,
+        np.where(mode == "open", np.nan, margin),
+        mode,
+        forces,
+        static,
+        margin,
     )
 
 

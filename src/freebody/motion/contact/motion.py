@@ -110,6 +110,18 @@ def check_coefficients(model: Any, values: Mapping[str, float]) -> None:
             ]
             refuse_pull(first, c.normal_force, what, SimulationError)
         e = number(model, values, c.restitution, f"the restitution of contact '{c.name}'")
+        pull = number(model, values, c.adhesion, f"the adhesion of contact '{c.name}'")
+        across = (
+            number(model, values, c.coefficients[1], "a friction") if c.friction_across is not None else 1.0
+        )
+        if c.friction_across is not None and not (mu > 0 and across > 0):
+            raise SimulationError(
+                f"Expected two coefficients of friction above 0 of contact '{c.name}', got {mu:g} and {across:g}."
+            )
+        if not pull >= 0:
+            raise SimulationError(
+                f"Expected an adhesion of contact '{c.name}' of at least 0 N, got {pull:g}."
+            )
         if not mu >= 0:
             raise SimulationError(f"Expected a friction of contact '{c.name}' of at least 0, got {mu:g}.")
         if not static >= mu:

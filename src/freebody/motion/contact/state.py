@@ -54,7 +54,9 @@ class ContactRun:
         self.kernels, self.values, self.model = kernels, values, kernels.model
         self.scene = scene_of(kernels) if scene is None else scene
         self.parameters = kernels.parameters(values)
-        self.ratios = np.array(stretches(self.model, lambda x: number(self.model, values, x, "a ratio of friction")))
+        self.ratios = np.array(
+            stretches(self.model, lambda x: number(self.model, values, x, "a ratio of friction"))
+        )
         self.names = [c.name for c in self.model.contacts]
         self.n, self.n_u = self.model.n_q, self.model.n_u
         self.shared = True

@@ -117,7 +117,7 @@ class EventRun(Record):
     ``near``, ``still``           gap and speed that are zero
     ``closed``, ``chosen``        1 for each closed contact; the contacts of the contact problem
     ``adhesive``                  number of contacts that bear a pull
-    ``adhering``, ``parted``      1 for each contact whose pull is among the accelerations seen; that opens at this moment
+    ``adhering``, ``parted``      1 for each contact whose pull is in the accelerations; for each that opens now
     ``left``                      1 for each contact that begins to leave the end of its side at this moment
     ``met``, ``met_at``           contacts closed at a moment so far
     ``mode``, ``shown``           modes, and modes as they are shown; ``past``: those before

@@ -2,8 +2,8 @@
 
     machine    q', D^-½ L⁻¹ f, D^-½, L of M = L D Lᵀ, power of loads, and of its own conditions the residuals, the
                rates, γ and D^-½ L⁻¹ Gᵀ
-    group k    gap, reaches, μ, μ_s, e, μ at rest, given N, adhesion, rates, biases, entries of W of each contact between two
-               bodies
+    group k    gap, reaches, μ, μ_s, e, μ at rest, given N, adhesion, rates, biases, entries of W of each contact of
+               two bodies
 
 f are the generalized forces with u' = 0. A group is called only if one of its contacts is closed or watched. Solving
 with L is left to compiled code (`closed_contacts`), for the rows of the closed contacts alone.
@@ -108,9 +108,7 @@ def layout_of(model: Model) -> tuple[list[int], list[int], int]:
 
 
 def coefficients(model: Model, state: State, contact: Contact) -> list[Any]:
-    """Return the laws of a contact: μ of its slip, μ_s, e, μ of a slip that begins, the N that the state gives, and its
-    adhesion.
-    """
+    """Return the laws of a contact: μ of its slip, μ_s, e, μ of a slip that begins, N of the state, its adhesion."""
     at_rest = (contact.static_friction, contact.restitution, contact.friction_at_rest)
     return [
         friction_coefficient(model, state, contact),
@@ -121,7 +119,7 @@ def coefficients(model: Model, state: State, contact: Contact) -> list[Any]:
 
 
 def stretches(model: Model, value: Callable[[Any], Any]) -> list[Any]:
-    """Return a number for each row of the contacts: 1, or ρ = μ_2/μ_1 of a second tangent with a coefficient of its own.
+    """Return a number for each row of the contacts: 1, or ρ = μ_2/μ_1 of a second tangent with its own coefficient.
 
     T_2/ρ and ρ γ_2 obey Coulomb's law of one coefficient (`describe.contacts.anisotropy`): kernels of contacts know
     these, and multiply their row of W by ρ.

@@ -9,8 +9,8 @@ from ...native.instructions import Reals, compiled, greater, inlined, lesser
 from . import laws
 from .closed_contacts import NAN, independent, solve
 from .contact_outputs import (
-    biases_of,
     adhesion_of,
+    biases_of,
     closed_touched,
     force_of,
     forwarded,
@@ -190,7 +190,12 @@ def looked(t: float, y: Reals, c: Reals, out: Reals) -> None:
     gap, reach, rate = out, out[E:], out[2 * E :]
     change, free = rate[m:], rate[2 * m :]
     W, X = free[n:], free[n + m * n :]
-    coefficients, away, given, adhesion = X[m * n :], X[m * n + 4 * E :], X[m * n + 5 * E :], X[m * n + 6 * E :]
+    coefficients, away, given, adhesion = (
+        X[m * n :],
+        X[m * n + 4 * E :],
+        X[m * n + 5 * E :],
+        X[m * n + 6 * E :],
+    )
     solve(t, y, phase)
     open_touched(t, y, phase)
     for i in range(n):

@@ -43,7 +43,7 @@ class PhaseData(Record):
     Contacts:
 
     ``gaps``, ``gaps_at``       outputs of the kernels of pairs, and places of the first of each
-    ``touch``, ``touch_at``     outputs of the kernels of contacts (gap, reaches, μ, μ_s, e, μ at rest, given N, adhesion,
+    ``touch``, ``touch_at``     outputs of the kernels of contacts (gap, reaches, μ, μ_s, e, μ at rest, given N, pull,
                                 rates, biases, W, rates of reaches), and places of the first of each
     ``gap_at``                  place of the gap of a contact in ``gaps``; its reaches follow
     ``laws_at``, ``rates_at``, ``biases_at``, ``away_at``    places in ``touch`` of μ, of the rates, of their biases and

@@ -192,7 +192,9 @@ class _Run:
         cure = ", or hold two bodies apart: apart= of s.contacts" if pairs else ""
         gaps, contacts = self._gaps_of_contacts(y), self.memory.contacts
         refuse_overlap(self.model.name, [*pairs, *gaps], NEAR, cure)
-        contacts.kept[:] = [gap <= NEAR and pull > 0 for (_, gap), pull in zip(gaps, contacts.adhesion, strict=True)]
+        contacts.kept[:] = [
+            gap <= NEAR and pull > 0 for (_, gap), pull in zip(gaps, contacts.adhesion, strict=True)
+        ]
 
     def _gaps_of_contacts(self, y: Array) -> list[tuple[str, float]]:
         program, E = self.program, len(self.first)
