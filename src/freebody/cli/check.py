@@ -135,8 +135,9 @@ def _contacts(system: System, text: Any) -> None:
         bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
         law = getattr(pair, "normal_force", None)
         bounce = bounce if law is None else f"N = {text(law)}"
-        if getattr(pair, "adhesion", 0) != 0:
-            bounce += f", adhesion {text(pair.adhesion)}"
+        for law in ("adhesion", "rolling", "spinning"):
+            if getattr(pair, law, 0) != 0:
+                bounce += f", {law} {text(getattr(pair, law))}"
         grid.row(name, *shapes, friction, bounce)
     grid.print()
 

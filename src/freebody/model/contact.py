@@ -87,6 +87,8 @@ class Contact:
         Kinetic coefficient at right angles to the direction ``along`` of the surface's body, if it is another one.
     adhesion : expression
         The pull that the contact bears: N ≥ -adhesion.
+    presser : str
+        For resistance to rolling or spinning: the contact whose normal force bounds it; else empty.
     """
 
     name: str
@@ -106,6 +108,7 @@ class Contact:
     friction_across: Expression = None
     along: Vector | None = None
     adhesion: Expression = 0
+    presser: str = ""
 
     def __repr__(self) -> str:
         return f"contact '{self.name}'"

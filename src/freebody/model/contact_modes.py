@@ -140,6 +140,12 @@ def in_modes(model: Model, modes: Any) -> Model:
             continue
         if contact.compliant:
             given[contact.normal_name] = Pressing(contact, name=contact.normal_name)
+        if touching.slips and contact.presser:
+            raise ModelError(
+                f"Expected 'stick' or 'open' for '{contact.name}', got a slip: its moment is a multiple of the normal "
+                f"force of '{contact.presser}', which equations in modes do not have. Motions do, by "
+                f"method='timestepping'."
+            )
         if touching.slips and not contact.frictionless and (contact.held or contact.adhesion != 0):
             name = contact.friction_name
             given[name] = Sliding(contact, touching.direction or (), name=name)

@@ -16,7 +16,8 @@ class ContactPair:
     "newton" if ``restitution`` is the ratio of speeds, "poisson" if it is the ratio of impulses. ``normal_force`` is
     that of a compliant contact, None for a rigid one. ``friction_across`` is the coefficient at right angles to the
     direction ``along`` of the surface's body, None if one holds for all directions; ``adhesion`` is the pull that the
-    contact bears.
+    contact bears; ``rolling`` and ``spinning`` are lengths whose product with the normal force bounds the moments that
+    resist these.
     """
 
     name: str
@@ -30,6 +31,8 @@ class ContactPair:
     friction_across: Scalar = None
     along: Vector | None = None
     adhesion: Scalar = 0
+    rolling: Scalar = 0
+    spinning: Scalar = 0
 
     @property
     def parts(self) -> tuple[str, str]:

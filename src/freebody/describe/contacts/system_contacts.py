@@ -36,6 +36,8 @@ def contact(
     normal: Expression = None,
     along: Any = None,
     adhesion: Expression = 0,
+    rolling: Expression = 0,
+    spinning: Expression = 0,
 ) -> ContactPair:
     """Let two shapes touch, with unilateral normal force, Coulomb friction and restitution.
 
@@ -72,6 +74,9 @@ def contact(
     adhesion : expression of parameters, optional
         The pull A [N] that the contact bears while it is closed: N ≥ -A, with friction up to μ (N + A). It does not
         act at a distance, and does not slow a rebound.
+    rolling, spinning : expression of parameters, optional
+        Lengths [m] whose product with the normal force bounds the moments that resist rolling, about the tangents, and
+        spinning, about the normal. Motions with them go by ``method="timestepping"``.
 
     Raises
     ------
@@ -115,10 +120,20 @@ def contact(
         raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
     law = None if normal is None else compliant(system, normal, (first, second), e, what)
     pull = bearable_pull(system, adhesion, law, what)
+    arms = (resisting(system, rolling, "rolling", what), resisting(system, spinning, "spinning", what))
     system.contacts[name] = ContactPair(
-        name, first, second, kinetic, static, e, impact, law, across, along, pull
+        name, first, second, kinetic, static, e, impact, law, across, along, pull, *arms
     )
     return system.contacts[name]
+
+
+def resisting(system: Description, length: Expression, about: str, what: str) -> Scalar:
+    """Return the length that bounds the moment of resistance; refuse what is not 0 or more."""
+    arm = constant(system, length, f"the resistance to {about} of {what}")
+    value = default_value(system, arm)
+    if value is not None and not value >= 0:
+        raise ModelError(f"Expected {about}= of 0 m or more for {what}, got {value:g}.")
+    return arm
 
 
 def bearable_pull(system: Description, adhesion: Expression, law: Scalar, what: str) -> Scalar:

@@ -66,7 +66,7 @@ def read_contact(system: System, name: str, table: Table) -> None:
         for key in ("feature", "surface")
     )
     laws: dict[str, Any] = {
-        key: table.expression(key) for key in ("restitution", "adhesion") if table.has(key)
+        key: table.expression(key) for key in ("restitution", "adhesion", "rolling", "spinning") if table.has(key)
     }
     laws |= {key: _friction(table, key) for key in ("friction", "static_friction") if table.has(key)}
     if table.has("normal"):
@@ -182,8 +182,9 @@ def contact_keys(writer: ValueTexts, pair: ContactPair | Gap) -> dict[str, str]:
         keys["impact"] = f'"{pair.impact}"'
     if pair.normal_force is not None:
         keys["normal"] = writer.law(pair.normal_force)
-    if pair.adhesion != 0:
-        keys["adhesion"] = writer.value(pair.adhesion)
+    for key in ("adhesion", "rolling", "spinning"):
+        if getattr(pair, key) != 0:
+            keys[key] = writer.value(getattr(pair, key))
     return keys
 
 

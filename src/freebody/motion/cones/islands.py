@@ -117,6 +117,7 @@ def lay_out(problem: ContactProblem, islands: Islands, island: int) -> int:
     for i in range(m):
         a = islands.own[i]
         r = problem.rows[a]
+        part.between[i] = problem.between[a]
         part.rows[i], part.kinds[i], part.mu[i], part.low[i] = (
             i,
             problem.kinds[a],

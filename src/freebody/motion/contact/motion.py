@@ -53,6 +53,7 @@ def _touching_motion(problem: Problem, between: Progress) -> Trajectory:
             f"{request.indeterminate!r}."
         )
     check_forwards(p.begin, p.end, "a machine with contacts", "friction and impacts")
+    refuse_resistance(model)
     check_coefficients(model, p.numbers)
     timed, called = scheduled(kernels, p.numbers, blows_of(request.impulses), p.begin, p.end)
     n = model.n_q + model.n_u
@@ -87,6 +88,17 @@ def _trajectory(problem: Problem, history: History) -> Trajectory:
     request = problem.request
     trajectory = Trajectory(*problem.outcome(history.path), course=Touching(history))
     return trajectory.begun(request.initial, request.near)
+
+
+def refuse_resistance(model: Any) -> None:
+    """Raise for contacts that resist rolling or spinning, whose modes the search of events does not decide."""
+    for c in model.contacts:
+        if c.presser:
+            about = c.law.about
+            raise SimulationError(
+                f"Contact '{c.owner}' resists {about}, which motions from event to event do not have. Take "
+                f"method='timestepping' with step=, which does it exactly in every step, or leave {about}= out."
+            )
 
 
 def check_coefficients(model: Any, values: Mapping[str, float]) -> None:

@@ -381,6 +381,8 @@ class InSteps:
         for e, contact in enumerate(model.contacts):
             at, n = first[e], tangents[e]
             lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
+            if contact.presser:
+                lam[:, 0] = result[contact.presser].normal
             mu = number(model, self.values, contact.friction, "a coefficient of friction")
             pressure = lam[:, 0] + number(model, self.values, contact.adhesion, "an adhesion")
             ratio = number(model, self.values, contact.stretch, "a ratio of friction")

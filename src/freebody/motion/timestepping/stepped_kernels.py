@@ -88,6 +88,13 @@ def _shape(
     for at, count in zip(first, tangents, strict=True):  # all rows of a contact cover the same blocks
         whole = sorted({k for r in range(at, at + 1 + count) for k in over[r]})
         over[at : at + 1 + count] = [whole] * (1 + count)
+    groups_of: dict[str, list[int]] = {}
+    for at, count, contact in zip(first, tangents, model.contacts, strict=True):
+        groups_of.setdefault(contact.presser or contact.name, []).extend(range(at, at + 1 + count))
+    for places in groups_of.values():  # so do those of what resists its rolling
+        whole = sorted({k for r in places for k in over[r]})
+        for r in places:
+            over[r] = whole
     sizes = [len(group) for group in groups]
 
     def starts(lengths: Any) -> Whole:

@@ -68,6 +68,8 @@ class Contacts(Record):
     ``adhesion``      pull that each contact bears
     ``kept``          1 while a contact adheres: it stays closed on a surface that curves away, and its gap is corrected
                       to 0 from both sides
+    ``presser``       contact whose normal force bounds what resists its rolling or spinning, -1 for contacts themselves
+    ``normal_row``    normal row of each contact in the problem, or -1
     ``reach_of``      contact of each reach
     ``owner``         contact of each row of the problem; ``rebound``: its restitution in this step
     ``before``        rate of each row of the problem at the beginning of the step
@@ -84,6 +86,8 @@ class Contacts(Record):
     held: Wholes
     adhesion: Row
     kept: Wholes
+    presser: Wholes
+    normal_row: Wholes
     reach_of: Wholes
     owner: Annotated[Wholes, "most"]
     rebound: Annotated[Row, "most"]

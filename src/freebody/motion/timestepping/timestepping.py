@@ -191,7 +191,8 @@ class _Run:
         pairs = self._gaps_of_pairs(y) if self.pairs else []
         cure = ", or hold two bodies apart: apart= of s.contacts" if pairs else ""
         gaps, contacts = self._gaps_of_contacts(y), self.memory.contacts
-        refuse_overlap(self.model.name, [*pairs, *gaps], NEAR, cure)
+        own = [gap for gap, c in zip(gaps, self.model.contacts, strict=True) if not c.presser]
+        refuse_overlap(self.model.name, [*pairs, *own], NEAR, cure)
         contacts.kept[:] = [
             gap <= NEAR and pull > 0 for (_, gap), pull in zip(gaps, contacts.adhesion, strict=True)
         ]
