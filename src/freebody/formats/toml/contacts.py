@@ -66,7 +66,9 @@ def read_contact(system: System, name: str, table: Table) -> None:
         for key in ("feature", "surface")
     )
     laws: dict[str, Any] = {
-        key: table.expression(key) for key in ("restitution", "adhesion", "rolling", "spinning") if table.has(key)
+        key: table.expression(key)
+        for key in ("restitution", "adhesion", "rolling", "spinning")
+        if table.has(key)
     }
     laws |= {key: _friction(table, key) for key in ("friction", "static_friction") if table.has(key)}
     if table.has("normal"):

@@ -162,7 +162,10 @@ def violation_slopes(problem: ContactProblem, A: Reals, slope: Reals) -> None:
         kind, s, mu = problem.kinds[a], problem.scale[a], problem.mu[a]
         limit, grown, e, f, p = 0.0, 0.0, 0.0, 0.0, 1.0
         if kind == LINE or kind == FIRST:  # noqa: SIM109
-            limit, grown = s * mu * greater(x[bound(problem, a)], 0.0), s * mu if x[bound(problem, a)] > 0.0 else 0.0
+            limit, grown = (
+                s * mu * greater(x[bound(problem, a)], 0.0),
+                s * mu if x[bound(problem, a)] > 0.0 else 0.0,
+            )
         if kind == FIRST:
             e, f, p = bend(s * x[a] - r[a], s * x[a + 1] - r[a + 1], limit)
         for k in range(m):

@@ -322,7 +322,9 @@ def reach(problem: ContactProblem, d: Reals) -> float:
                 Td += x[a + 1] * d[a + 1]
             limit, growth = problem.mu[a] * x[bound(problem, a)], problem.mu[a] * d[bound(problem, a)]
             a_2, h, k = d2 - growth * growth, Td - limit * growth, T2 - limit * limit
-            if x[bound(problem, a)] > 0.0 and k < -INSIDE * limit * limit:  # the least positive root of a t² + 2 h t + k
+            if (
+                x[bound(problem, a)] > 0.0 and k < -INSIDE * limit * limit
+            ):  # the least positive root of a t² + 2 h t + k
                 s = root(greater(h * h - a_2 * k, 0.0))
                 if h > 0.0:
                     t = -k / (h + s)

@@ -56,7 +56,9 @@ def memory_of(
     )
     contacts.adhesion = np.array([number(model, values, c.adhesion, "an adhesion") for c in model.contacts])
     names = [c.name for c in model.contacts]
-    contacts.presser = np.array([names.index(c.presser) if c.presser else -1 for c in model.contacts], dtype=np.int64)
+    contacts.presser = np.array(
+        [names.index(c.presser) if c.presser else -1 for c in model.contacts], dtype=np.int64
+    )
     contacts.normal_row = np.full(E, -1, dtype=np.int64)
     contacts.kept = np.zeros(E, dtype=np.int64)
     contacts.held = np.array([int(c.held) for c in model.contacts], dtype=np.int64)
