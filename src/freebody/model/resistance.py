@@ -95,9 +95,10 @@ def _resistances(contact: Contact, pair: ContactPair, taken: set[str]) -> list[C
             own += "_"
         taken.add(own)
         law = Resistance(contact, about, friction=length, name=own)
+        first, second = map(Side, law.bodies)
         result.append(
             Contact(
-                own, pair.name, *map(Side, law.bodies), length, length, 0, "newton", None, contact.upright,
+                own, pair.name, first, second, length, length, 0, "newton", None, contact.upright,
                 f"N_{own}", tuple(f"{letter}_{contact.name}" for letter in letters), law, presser=contact.name,
             )
         )  # fmt: skip

@@ -52,7 +52,7 @@ class ContactProblem(Record):
     """A contact problem of ``count`` rows.
 
     ``rows``      row of W and X that each row of the problem is
-    ``between``   rows between a tangent and the normal row that bounds it: 0 for friction, more for what resists rolling
+    ``between``   rows between a tangent and the normal row that bounds it: 0 for friction, more for rolling resistance
     ``scale``     rate per unit impulse, by which both are compared: A_NN; of two tangents a bound on those of A_TT
     ``reference`` rate to which the residual is relative
     ``matrix``    A_aa, then A_ab for the rows b of the same contact behind a, with A = W Xᵀ

@@ -377,7 +377,7 @@ class InSteps:
         modes = np.array(MODES)[
             self.impulses.modes[self._step_of(times)] if len(self.impulses.modes) else none
         ]
-        result = {}
+        result: dict[str, ContactMotion] = {}
         for e, contact in enumerate(model.contacts):
             at, n = first[e], tangents[e]
             lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
