@@ -216,3 +216,17 @@ def test_a_law_that_pulls_with_the_values_of_a_run_is_refused(route):
         SimulationError, match="grows from 0 with `depth`, since it only presses, got depth\\*k: -9.3"
     ):
         fb.simulate(falling("k*depth"), 0.1, initial={"y": 0.01}, values={"k": -10}, **route)
+
+
+def test_a_box_that_rocks_on_four_soft_corners_comes_to_rest_in_steps():
+    """Corners at different depths slip by nanometres over each other as the box pitches: all cannot stick."""
+    s = fb.System("box")
+    s.gravity = (0, 0, -G)
+    box = s.body("box", fb.box(1, (0.2, 0.2, 0.1)))
+    s.free("f", s.ground, box)
+    corners = box.corners(*((x, y, -0.05) for x in (-0.1, 0.1) for y in (-0.1, 0.1)))
+    s.contact("floor", corners, s.ground.plane(normal="z"), friction=0.4, normal="1e4*depth + 20*rate")
+    start = {"f_z": 0.06, "f_wx": 1.0, "f_wy": 0.3, "f_vx": 0.2}
+    motion = fb.simulate(s, 0.5, initial=start, method="timestepping", step=1e-3)
+    assert motion["f_z"][-1] == pytest.approx(0.05 - G / 4e4, abs=1e-5)
+    assert abs(motion["f_vx"][-1]) < 1e-6
