@@ -8,6 +8,7 @@ import freebody as fb
 from freebody.cli import command as program
 from freebody.errors import FormatError, ModelError, SimulationError
 from freebody.exact import rolling_ball, spinning_ball
+from freebody.motion.live.export import check_machine
 
 G, R, DELTA, NU, H = 9.81, 0.1, 0.01, 0.005, 1e-2
 
@@ -140,6 +141,9 @@ def test_other_routes_refuse_it():
         "Contact 'floor' resists rolling, which motions from event to event do not have. Take method='timestepping' "
         "with step=, which does it exactly in every step, or leave rolling= out."
     )
+    with pytest.raises(SimulationError, match="contact 'floor', which resists rolling or spinning"):
+        motion = stepped(s, 0.1, {"y": R})
+        check_machine(motion.kernels)
     with pytest.raises(ModelError) as caught:
         fb.equations(ball(False, spinning="nu"), modes={})
     assert str(caught.value) == (
